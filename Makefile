@@ -4,7 +4,7 @@
 # docs   the documentation, as pages in out/site
 # bench  how fast it is, as ratios within one run
 # pictures  the pictures of the guide
-# facades  make the shipped facades and the family of one again, from their rules, and the picture of one in four widths
+# facades  make the shipped facades and the family of one again, from their rules, and the pictures of their edits
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
@@ -69,6 +69,7 @@ facades: $(VENV)/.dev
 	$(FACE) --start Townhouse --parts FrenchWindow,Shop,HouseDoor,Cornice,Band,Frieze,Plinth -o $(FACADES)/townhouse.json
 	$(FACE) --start Arcade --parts ArchedWindow,SquareWindow,Portal,Cornice,Band,Plinth -o $(FACADES)/arcade.json
 	$(FACE) --start School --parts Light,Pilaster,Belt,Cornice,Plinth -o $(FACADES)/school.json
+	$(BIN)/python -m docs.gen.school_grids $(FACADES)/school.json
 	$(FACE) --start Flats --parts WideWindow,Balcony,BalconyWindow,StairLight,EntranceDoor,Coping -o $(FACADES)/flats.json
 	$(BIN)/grammarlab facade grammar $(FACADES)/arcade.json --widths 10:27 --heights 10:24 -o $(FACADES)/arcade_family.cga
 	for width in 14.7 21 31.5 42; do \
@@ -81,6 +82,7 @@ facades: $(VENV)/.dev
 	$(SHEET) docs/images/layers.png $(patsubst %,out/layers/%/001.png,\
 		residential6 residential9 residential12 residential18 apartment concert_hall library)
 	$(SHEET) docs/images/arcade_widths.png $(patsubst %,out/arcade/%.png,14.7 21 31.5 42)
+	$(BIN)/python -m docs.gen.grid_figures docs/images
 
 	for start in Block Shops Corner Curved; do \
 		[ $$start = Curved ] && lot="--footprint $(FACADES)/curved_street.geojson" || lot=; \

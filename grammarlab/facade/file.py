@@ -6,7 +6,7 @@ A file may come from a stranger: what it says is bounded and looked at before an
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,9 @@ import numpy as np
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
+from grammarlab.facade.locks import lock_values, parsed_locks
 from grammarlab.facade.pictures import load_picture, store_pictures
+from grammarlab.facade.sizes.wishes import Wish
 from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
 from grammarlab.facade.values import (
     a_list,
@@ -42,8 +44,8 @@ _REACH = 0.5 + 1e-6
 _ALL = [0.0, 0.0, 1.0, 1.0]
 
 
-def save_facade(facade: Facade, path: Path) -> Path:
-    """Write a facade, and its pictures into the same folder.
+def save_facade(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
+    """Write a facade with its locks, and its pictures into the same folder.
 
     Raises:
         FacadeError: when it is not one, or a file of the name of a picture is another one.
@@ -58,7 +60,7 @@ def save_facade(facade: Facade, path: Path) -> Path:
     ...     len(gl.load_facade(file)) == len(arcade)
     True
     """
-    text = dumps(check(facade))
+    text = dumps(check(facade), locks)
     store_pictures(facade.pictures, path.parent)
     write_text(path, text)
     return path
@@ -76,14 +78,23 @@ def load_facade(path: Path) -> Facade:
     >>> [grid.name for grid in arcade.grids]
     ['arched window', 'band', 'square window']
     """
+    return load_locked(path)[0]
+
+
+def load_locked(path: Path) -> tuple[Facade, tuple[Wish, ...]]:
+    """Read a facade with its pictures, and what of it is locked.
+
+    Raises:
+        FacadeError: when the file is not a facade, or too large: what is wrong, and where.
+    """
     content = read_bounded(path)
     try:
-        return loads(content, lambda name: load_picture(name, path.parent))
+        return loads_locked(content, lambda name: load_picture(name, path.parent))
     except FacadeError as error:
         raise FacadeError(f"{path.name}: {error}") from error
 
 
-def dumps(facade: Facade) -> str:
+def dumps(facade: Facade, locks: Sequence[Wish] = ()) -> str:
     """The text of a file: one line per node, numbers to the last bit."""
     names = [picture.name for picture in facade.pictures]
     for what, some in (("labels", facade.labels), ("pictures", names)):
@@ -93,7 +104,9 @@ def dumps(facade: Facade) -> str:
     lines = [f'"{key}": {_line(value)},\n' for key, value in head.items()]
     nodes = ",\n".join(_line(_node_values(facade, node)) for node in range(len(facade)))
     grids = ",\n".join(_line(_grid_values(grid)) for grid in facade.grids)
-    return f'{{{"".join(lines)}"nodes": [\n{nodes}\n],\n"grids": [\n{grids}\n]}}\n'
+    held = ",\n".join(_line(values) for values in lock_values(locks))
+    tail = f'],\n"locks": [\n{held}\n' if locks else ""
+    return f'{{{"".join(lines)}"nodes": [\n{nodes}\n],\n"grids": [\n{grids}\n{tail}]}}\n'
 
 
 def _line(value: object) -> str:
@@ -133,6 +146,11 @@ def loads(content: bytes, picture_named: Callable[[str], Picture]) -> Facade:
     Raises:
         FacadeError: when it is not a facade: what is wrong, and where.
     """
+    return loads_locked(content, picture_named)[0]
+
+
+def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tuple[Facade, tuple[Wish, ...]]:
+    """The facade of a file and its locks; arguments and errors as of `loads`."""
     document = parse_json(content)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise FacadeError(f'This is not a facade: expected an object with "format": "{FORMAT}".')
@@ -162,7 +180,7 @@ def loads(content: bytes, picture_named: Callable[[str], Picture]) -> Facade:
         window=np.array([_window(node, where) for where, node in nodes]).reshape(-1, 4),
         grids=_grids(document.get("grids", []), len(nodes)),
     )
-    return check(facade)
+    return check(facade), parsed_locks(document.get("locks", []), facade)
 
 
 def _names(value: Any, where: str, most: int) -> tuple[str, ...]:

@@ -14,9 +14,10 @@ from PIL import Image
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade import pictures, values
-from grammarlab.facade.file import dumps, load_facade, loads, save_facade
+from grammarlab.facade.file import dumps, load_facade, load_locked, loads, loads_locked, save_facade
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.tree import LEAF, Facade, Picture, X, laid_out, plain
+from grammarlab.facade.sizes.wishes import Aspect, Position, Size, Wish
+from grammarlab.facade.tree import LEAF, Facade, Picture, X, Y, laid_out, plain
 from tests.facade.strategies import trees
 
 
@@ -68,6 +69,29 @@ def same(first: Facade, second: Facade) -> None:
 def test_what_is_written_is_read_to_the_last_bit(facade: Facade, seed: int) -> None:
     for one in (facade, dressed(facade, seed)):
         same(one, loads(dumps(one).encode(), lambda _: FRONT))
+
+
+LENGTHS = st.floats(1e-3, 10.0)
+LOCK = st.one_of(
+    st.builds(Size, st.integers(0, 2), st.sampled_from([X, Y]), LENGTHS),
+    st.builds(Position, st.integers(0, 2), st.sampled_from([X, Y]), LENGTHS),
+    st.builds(lambda node, one, more: Aspect(node, one, one + more), st.integers(0, 2), LENGTHS, LENGTHS),
+)
+
+
+@given(st.lists(LOCK, unique_by=lambda lock: (type(lock), lock.node, getattr(lock, "axis", None))))
+def test_locks_are_read_as_they_were_written_and_are_not_of_the_facade(locks: list[Wish]) -> None:
+    content = dumps(two(), locks).encode()
+    facade, found = loads_locked(content, lambda _: FRONT)
+    assert set(found) == set(locks)
+    same(facade, loads(content, lambda _: FRONT))
+    assert locks or dumps(two()).encode() == content
+
+
+def test_locks_lie_in_the_file(tmp_path):
+    file = save_facade(two(), tmp_path / "f.json", [Size(1, X, 0.1), Aspect(2, 0.1, 0.1)])
+    assert json.loads(file.read_text())["locks"] == [{"node": 1, "width": 0.1}, {"node": 2, "aspect": [0.1, 0.1]}]
+    assert load_locked(file)[1] == (Size(1, X, 0.1), Aspect(2, 0.1, 0.1))
 
 
 def test_the_example_of_the_documentation_is_a_file_as_it_would_be_written():
@@ -138,6 +162,16 @@ def changed(*path_and_value):
         (changed("labels", ["wall", "wall"]), "labels: expected different names"),
         (changed("labels", "wall"), "labels: expected a list, found 'wall'"),
         (changed("nodes", None), "nodes: expected a list, found nothing"),
+        (changed("locks", 5), "locks: expected a list, found 5"),
+        (changed("locks", [5]), "Lock 0: expected an object, found 5"),
+        (changed("locks", [{"node": 3, "width": 1}]), "Lock 0, node: expected a whole number from 0 to 2, found 3"),
+        (changed("locks", [{"node": 1, "width": "a"}]), "Lock 0, width: expected a finite number, found 'a'"),
+        (changed("locks", [{"node": 1, "height": 0}]), "node 1) is 0 m high: expected a length above 0"),
+        (changed("locks", [{"node": 1, "left": -1}]), "expected a length of at least 0"),
+        (changed("locks", [{"node": 1, "width": 1e9}]), "at most 2000 m"),
+        (changed("locks", [{"node": 1, "aspect": [2, 1]}]), "the smaller number first"),
+        (changed("locks", [{"node": 1, "aspect": [2]}]), "expected 2 numbers"),
+        (changed("locks", [{"node": 1}, {"node": 1}]), "Lock 1: node 1 has several entries"),
         (changed("nodes", []), "expected at most 0 entries"),
         (changed("nodes", 1, "x", "left"), "Node 1, x: expected a finite number, found 'left'"),
         (changed("nodes", 1, "x", 10**400), "Node 1, x: expected a finite number"),

@@ -10,6 +10,7 @@ from grammarlab.density.targets.target import Target
 from grammarlab.derivation import derive
 from grammarlab.evaluation.preparation import prepare
 from grammarlab.facade.file import load_facade
+from grammarlab.facade.grids.editing import enclosing
 from grammarlab.features.counting.counts import count
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.facade.grammar import grammar_of
@@ -58,6 +59,15 @@ def test_the_liked_facades_are_a_grammar_exactly() -> None:
 def test_the_shipped_family_is_that_of_the_shipped_facade() -> None:
     written = grammar_of(load_facade(ROOT / "grammars" / "facades" / "arcade.json"), (10.0, 27.0), (10.0, 24.0))
     assert written.text == (ROOT / "grammars" / "facades" / "arcade_family.cga").read_text(encoding="utf-8")
+
+
+def test_one_shipped_facade_has_grids_on_three_levels() -> None:
+    school = load_facade(ROOT / "grammars" / "facades" / "school.json")
+    above = dict(enumerate(enclosing(school).tolist())) | {-1: -1}
+    names = [grid.name.rstrip(" 0123456789") for grid in school.grids]
+    chains = {(names[k], names[above[k]], names[above[above[k]]]) for k in above if above[above[k]] >= 0}
+    assert chains == {("panes", "sashes", "storeys")}
+    assert [names.count(name) for name in ("panes", "sashes", "storeys")] == [36, 3, 1]
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "grammars" / "facades").glob("*.json")), ids=lambda path: path.stem)

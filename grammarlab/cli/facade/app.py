@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.file_kinds import BOXES, RULES, wanted
 from grammarlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -99,7 +100,10 @@ def read(
                 split=split,
             )
         else:
-            result = read_facade(file, target, wall=wall, width=width, height=height, tolerance=tolerance, split=split)
+            with wanted(file, BOXES, RULES):
+                result = read_facade(
+                    file, target, wall=wall, width=width, height=height, tolerance=tolerance, split=split
+                )
         for note in result.notes:
             say(note)
         values = _as_json(result)

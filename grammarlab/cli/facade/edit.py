@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.file_kinds import FACADE, wanted
 
 
 def edit(
@@ -29,14 +30,16 @@ def edit(
     Grids, alignments and equal sizes are kept.
     """
     with friendly_errors():
-        from grammarlab.facade.file import load_facade
+        from grammarlab.facade.file import load_locked
         from grammarlab.runs.facade.edit import edit as edit_facade
         from grammarlab.runs.facade.gallery import save_gallery
 
+        with wanted(file, FACADE):
+            facade, locks = load_locked(file)
         results = edit_facade(
-            load_facade(file), width=width, height=height, columns=columns, rows=rows, grid=grid, most=number
+            facade, width=width, height=height, columns=columns, rows=rows, grid=grid, most=number, locks=locks
         )
-        files = save_gallery([result.facade for result in results], output, file)
+        files = save_gallery([result.facade for result in results], output, file, [result.locks for result in results])
         if as_json:
             found = [{"file": str(path), **each.as_dict()} for path, each in zip(files, results, strict=True)]
             print_json({"results": found})

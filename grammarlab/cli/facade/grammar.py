@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.file_kinds import FACADE, wanted
 from grammarlab.errors import UsageError
 
 
@@ -37,7 +38,8 @@ def grammar(
         from grammarlab.facade.file import load_facade
         from grammarlab.runs.facade.grammar import grammar_of, save_grammar
 
-        facade = load_facade(file)
+        with wanted(file, FACADE):
+            facade = load_facade(file)
         result = grammar_of(facade, metres("--widths", widths), metres("--heights", heights), stretch)
         target = output or Path(f"{file.name.removesuffix('.json').removesuffix('.facade')}.cga")
         save_grammar(result, facade, target)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.file_kinds import FACADE, wanted
 from grammarlab.errors import UsageError
 
 
@@ -37,7 +38,9 @@ def infer(
         target = output or Path(f"{name}.toml")
         if target.exists() and target.samefile(file):
             raise UsageError(f"{target} is the file that is read: write to another one.")
-        found = infer_design(load_facade(file), tolerance, name)
+        with wanted(file, FACADE):
+            facade = load_facade(file)
+        found = infer_design(facade, tolerance, name)
         target.parent.mkdir(parents=True, exist_ok=True)
         save_inferred(found, target)
         score, design = found.score, found.design

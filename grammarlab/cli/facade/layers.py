@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.file_kinds import DESIGN, wanted
 from grammarlab.errors import UsageError
 
 _MOST_SIZES = 50
@@ -53,7 +54,8 @@ def layers(
             if value is not None and not (math.isfinite(value) and 0.0 < value <= LARGEST):
                 raise UsageError(f"{option}: expected metres above 0 and at most {LARGEST:,.0f}, found {value:g}.")
         across, up = _sizes("--widths", widths, LARGEST), _sizes("--heights", heights, LARGEST)
-        design = load_design(file)
+        with wanted(file, DESIGN):
+            design = load_design(file)
         solved = solve_design(design, width, height, number)
         family = None
         if across or up:

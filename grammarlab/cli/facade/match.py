@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.file_kinds import ELEMENTS, MESH, wanted
 
 
 def match(
@@ -62,7 +63,9 @@ def match(
 
         chosen = named(templates)
         said = load_corrections(corrections) if corrections else ()
-        found = match_elements(load_elements(elements, boxes), chosen, method, seed, said)
+        with wanted(elements, ELEMENTS, MESH):
+            loaded = load_elements(elements, boxes)
+        found = match_elements(loaded, chosen, method, seed, said)
         values = as_dict(found, method, seed)
         files = save_match(found, values, output)
         if as_json:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Protocol
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, say
+from grammarlab.cli.facade.file_kinds import DESIGN, ELEMENTS, FACADE, MESH, wanted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,7 +85,8 @@ def open_facade(
         elif file.suffix.lower() in FORMATS:
             shown = _building(file, output)
         else:
-            shown = _facade(file, output)
+            with wanted(file, FACADE, DESIGN, MESH, ELEMENTS):
+                shown = _facade(file, output)
         try:
             _serve(shown, port, browser=browser)
         finally:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors
+from grammarlab.cli.facade.file_kinds import FACADE, wanted
 
 
 def show(
@@ -22,4 +23,6 @@ def show(
         from grammarlab.facade.file import load_facade
         from grammarlab.runs.facade.show import show_facade
 
-        typer.echo(show_facade(load_facade(file), output, pixels))
+        with wanted(file, FACADE):
+            facade = load_facade(file)
+        typer.echo(show_facade(facade, output, pixels))

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.facade.file_kinds import MESH, kind_of, wanted
 from grammarlab.cli.facade.grammar import metres
 from grammarlab.errors import UsageError
 
@@ -130,7 +131,8 @@ def synthesize(
             widths=metres("--widths", widths),
             heights=metres("--heights", heights),
         )
-        report = synthesize_buildings(buildings, output, task)
+        with wanted(next((each for each in buildings if kind_of(each) != MESH), buildings[0]), MESH):
+            report = synthesize_buildings(buildings, output, task)
         if as_json:
             print_json(report)
             return

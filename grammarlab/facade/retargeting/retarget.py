@@ -9,14 +9,15 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.retargeting.counts import BestCounts, Box, SpringRows, fewest
+from grammarlab.facade.retargeting.energy import energy_beside, least_energy, origin_of
 from grammarlab.facade.retargeting.repeats import Repeats, find_repeats
 from grammarlab.facade.retargeting.springs import springs
-from grammarlab.facade.sizes.axes import LineOrigin, Weights, build_axis, leaf_weights
-from grammarlab.facade.sizes.lines import Sums
-from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, build_model
+from grammarlab.facade.sizes.axes import Weights, leaf_weights
+from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH
 from grammarlab.facade.sizes.solve import Resized, resize
-from grammarlab.facade.sizes.wishes import Size, checked
+from grammarlab.facade.sizes.wishes import Aspect, Size, Wish, checked
 from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+from grammarlab.facade.variations.inheriting import inherited
 from grammarlab.facade.variations.single import Variation, unedited
 
 GAP = 1e-3
@@ -79,6 +80,7 @@ def retarget(
     weights: Weights = "default",
     build: Build = Repeats.variation,
     most_tries: int = 100,
+    locks: Sequence[Wish] = (),
 ) -> Retargeted:
     """The facade for another width or height, with columns and rows repeated or removed as deforms it least.
 
@@ -94,6 +96,7 @@ def retarget(
         weights: how much deviations count.
         build: makes the facade of some columns; no size of what it makes may differ from that of its source.
         most_tries: how many numbers of columns are solved for at most along each axis.
+        locks: what stays as it is, and in copies, but for places. With a lock of an aspect nothing is proven.
 
     Raises:
         FacadeError: for lengths that no facade can have, and grids that there are not.
@@ -111,19 +114,21 @@ def retarget(
         active = [grid for grid in variation.facade.grids if grid.name in (names if grids is None else grids)]
         options = [each for grid in active if (each := find_repeats(variation, grid, wish.axis)) is not None]
         if options:
-            choice, variation = _chosen(options, facade, wish, weights, build, most_tries)
+            choice, variation = _chosen(options, facade, wish, weights, build, most_tries, locks)
             choices.append(choice)
-    resized = resize(variation.facade, wishes, origin_of(facade, variation), weights)
+    held = (*wishes, *inherited(locks, variation))
+    resized = resize(variation.facade, held, origin_of(facade, variation), weights)
     return Retargeted(variation, resized, tuple(choices))
 
 
-def origin_of(facade: Facade, variation: Variation) -> LineOrigin:
-    """What the nodes of a variation would like to be: as large as wanted, and where their sources in the facade are."""
-    return LineOrigin(facade.position[variation.source], variation.wanted, facade.size[0])
-
-
 def _chosen(
-    options: Sequence[Repeats], facade: Facade, wish: Size, weights: Weights, build: Build, most_tries: int
+    options: Sequence[Repeats],
+    facade: Facade,
+    wish: Size,
+    weights: Weights,
+    build: Build,
+    most_tries: int,
+    locks: Sequence[Wish],
 ) -> tuple[Repetition, Variation]:
     """The best numbers of one grid's columns, and the facade that has them."""
     rows = [_rows(each, facade, wish, weights) for each in options]
@@ -131,12 +136,6 @@ def _chosen(
     uneven = [kinds[0].unevenness(counts) for kinds, counts in zip(rows, unchanged, strict=True)]
     # Columns of the other grids stay as they are.
     others = [sum(uneven) - each for each in uneven]
-    boxes = [
-        box
-        for owner, (option, kinds) in enumerate(zip(options, rows, strict=True))
-        for box in _boxes(option, kinds, others[owner], owner)
-    ]
-
     slack = GAP**2 * len(facade.leaves)
 
     def best(held: Sequence[int]) -> BestCounts:
@@ -145,9 +144,15 @@ def _chosen(
                 made = build(options[owner], options[owner].spread(counts))
             except FacadeError:
                 return np.inf
-            energy = _energy(made.facade, origin_of(facade, made), wish, weights, held)
+            fixed = [lock for lock in inherited(locks, made) if isinstance(lock, Size) and lock.axis == wish.axis]
+            energy = least_energy(made.facade, origin_of(facade, made), [wish, *fixed], weights, held)
             return energy + rows[owner][0].unevenness(counts) + others[owner]
 
+        boxes = [
+            box
+            for owner, (option, kinds) in enumerate(zip(options, rows, strict=True))
+            for box in _boxes(option, kinds, others[owner] + energy_beside(option, facade, wish, weights, held), owner)
+        ]
         return fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
 
     # Where no sizes keep all that is alike, none have to; where none keep what is aligned either, neither.
@@ -163,26 +168,11 @@ def _chosen(
         counts=tuple(np.bincount(columns, minlength=len(repeats.kind)).tolist()),
         deformation=found.cost,
         bound=found.bound,
-        proven=found.cost * (1.0 - GAP) - slack <= found.bound < np.inf,
+        proven=found.cost * (1.0 - GAP) - slack <= found.bound < np.inf
+        and not any(isinstance(lock, Aspect) for lock in locks),
         tries=found.tries,
     )
     return choice, build(repeats, columns)
-
-
-def _energy(facade: Facade, origin: LineOrigin, wish: Size, weights: Weights, held: Sequence[int]) -> float:
-    """Energy of the best sizes along one axis under these kinds of rows; infinite when there are none."""
-    leaf, scale = facade.leaves, max(facade.width, facade.height)
-    weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, wish.axis]
-    axis = build_axis(facade, wish.axis, origin, weight, scale)
-    model = build_model([axis], [wish], scale)
-    kept = np.isin(model.kind, held)
-    sums, still = model.program.rows, model.program.still[kept]
-    program = replace(model.program, rows=Sums(sums.line[kept], sums.factor[kept]), still=still)
-    place = program.solve(model.value[kept])
-    if place is None:
-        return np.inf
-    size = axis.lines.laid(model.lines(place)[0])[1]
-    return float(np.square(weight * (size[leaf] - origin.size[leaf, wish.axis])).sum())
 
 
 def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[SpringRows]:
@@ -194,8 +184,6 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> lis
     occurs, columns = np.bincount(repeats.kind), np.unique(repeats.kind, return_index=True)[1].tolist()
     units = [[(*band.gaps[each], *band.columns[each]) for each in columns] for band in bands]
     margins = [(*band.before, *band.after) for band in bands]
-    inside = {band.node for band in bands}
-    beside = before.facade.children[0].tolist() if 0 not in inside else []
     # What it would cost to lose a leaf's whole size, and that of all leaves in each subtree.
     whole = np.zeros(1 + len(before.facade))
     whole[1 + leaf] = np.square(weight * wanted[leaf])
@@ -214,8 +202,7 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> lis
             rest=_sums(spring.rest, units).sum(axis=0),
             fixed_length=length,
             fixed_give=give,
-            fixed_rest=float(rest.sum())
-            + sum(spring.energy(node, wish.metres) for node in beside if node not in inside),
+            fixed_rest=float(rest.sum()),
             size=wish.metres,
             share=occurs * wish.metres / facade.size[0, along],
             price=price,
@@ -230,7 +217,7 @@ def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: i
     Args:
         repeats: whose columns they are.
         rows: for each kind that may come first.
-        others: what is added to each cost.
+        others: what is added to each cost, of other grids and of what lies beside the bands.
         owner: number of the grid.
     """
     kinds = np.arange(len(rows))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from grammarlab.facade.grids.editing import aligned, following
-from grammarlab.facade.retargeting.retarget import origin_of
+from grammarlab.facade.retargeting.energy import origin_of
 from grammarlab.facade.sizes.solve import resize
-from grammarlab.facade.sizes.wishes import Size
+from grammarlab.facade.sizes.wishes import Size, Wish
 from grammarlab.facade.tree import Facade
+from grammarlab.facade.variations.inheriting import inherited
 from grammarlab.facade.variations.ranking import strain
 from grammarlab.facade.variations.sequences import sequences
 from grammarlab.facade.variations.single import Variation, edits, unedited
@@ -23,7 +24,7 @@ _WORK = 150_000
 """Leaves of all variations along one axis: some seconds. Large facades are gone on from fewer, or not changed."""
 
 
-def stepwise(facade: Facade, wishes: Sequence[Size], grid: str) -> Variation:
+def stepwise(facade: Facade, wishes: Sequence[Size], grid: str, locks: Sequence[Wish] = ()) -> Variation:
     """The best variation found for a size: no proof, but columns that `retarget` cannot repeat.
 
     Goes on from the few least strained variations after each step, for as long as sizes deform the facade less.
@@ -32,19 +33,20 @@ def stepwise(facade: Facade, wishes: Sequence[Size], grid: str) -> Variation:
         facade: a facade with this grid.
         wishes: its width, its height, or both.
         grid: whose columns and rows come or go, with those of the grids that go with it.
+        locks: what stays as it is, and in copies, but for places.
     """
     best = unedited(facade)
     for wish in wishes:
-        best = _along(facade, best, wish, grid)
+        best = _along(facade, best, wish, grid, locks)
     return best
 
 
-def _along(facade: Facade, start: Variation, wish: Size, grid: str) -> Variation:
+def _along(facade: Facade, start: Variation, wish: Size, grid: str, locks: Sequence[Wish]) -> Variation:
     also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, wish.axis))))
     step = 1 if wish.metres > facade.size[0, wish.axis] else -1
 
     def cost(variation: Variation) -> tuple[bool, float]:
-        solved = resize(variation.facade, [wish], origin_of(facade, variation))
+        solved = resize(variation.facade, [wish, *inherited(locks, variation)], origin_of(facade, variation))
         return bool(solved.conflict), sum(solved.energy)
 
     best, least, beam, worse, work = start, cost(start), (start,), 0, _WORK

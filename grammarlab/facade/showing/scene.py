@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.derivation.functions.colors import parse_color
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.facade.looks import THICKNESS, LabelLook, look_of
-from grammarlab.facade.showing.prisms import UPRIGHT, prisms
+from grammarlab.facade.prisms import UPRIGHT, prisms
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.writing.pictures import picture_file, shown
 from grammarlab.geometry.meshes.mesh import Meshes

@@ -11,6 +11,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.tree import LEAF, Facade, X
 from grammarlab.facade.writing.leaf_error import leaf_error
+from grammarlab.facade.writing.outlines import OutlinedLeaf, outlined_leaves
 from grammarlab.facade.writing.pictures import ShownPictures, projection, shown
 from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name, split_body
 from grammarlab.language.formatting import format_grammar
@@ -28,6 +29,8 @@ class WrittenFacade:
     text: str
     """CGA."""
     rules: int
+    outlined: tuple[OutlinedLeaf, ...]
+    """Whose meshes it refers to."""
     error: float
     """Metres by which its derivation misses a side of a leaf at most."""
 
@@ -36,18 +39,18 @@ def write_exact(facade: Facade) -> WrittenFacade:
     """The shortest numbers and the most repeats with which the derivation still gives back every leaf.
 
     Equal parts share a rule, runs of equal parts are repeats, walls have relative sizes and what stands in them keeps
-    its own. Outlines are not written: a leaf is its box.
+    its own. A leaf whose outline reaches all sides of its box is a mesh with wall around it, others are their boxes.
 
     Raises:
         FacadeError: when no rules give it back to `EXACT`, as for parts thinner than that.
     """
-    errors = []
+    errors, outlined = [], outlined_leaves(facade)
     for repeats in (True, False):
         for digits in _enough_digits(facade):
-            text, labels = _text(facade, digits, repeats=repeats)
-            error = leaf_error(facade, Grammar.parse(text), labels)
+            text, labels = _text(facade, outlined, digits, repeats=repeats)
+            error = leaf_error(facade, Grammar.parse(text), labels, outlined.values())
             if error <= EXACT:
-                return WrittenFacade(text, len(Grammar.parse(text).rules), error)
+                return WrittenFacade(text, len(Grammar.parse(text).rules), tuple(outlined.values()), error)
             errors.append(error)
     raise FacadeError(
         f"no split rules give back this facade: the best miss a leaf by {min(errors):.3g} m, expected at most "
@@ -78,11 +81,14 @@ def flexible(facade: Facade) -> NDArray[np.bool_]:
     return gives
 
 
-def _text(facade: Facade, digits: int, *, repeats: bool) -> tuple[str, dict[str, str]]:
+def _text(
+    facade: Facade, outlined: dict[int, OutlinedLeaf], digits: int, *, repeats: bool
+) -> tuple[str, dict[str, str]]:
     """The grammar, and the label that each of its leaf rules stands for."""
     shows = shown(facade)
-    part, kinds = _parts(facade, shows, digits)
+    part, kinds = _parts(facade, outlined, shows, digits)
     names, used = [""] * len(kinds), RuleNames()
+    labels: dict[str, str] = {}
     first: dict[int, int] = {}
     for node in range(len(facade)):
         first.setdefault(int(part[node]), node)
@@ -95,17 +101,19 @@ def _text(facade: Facade, digits: int, *, repeats: bool) -> tuple[str, dict[str,
     for kind, node in first.items():
         setup, content = kinds[kind]
         if isinstance(content, str):
-            body = content
+            # What follows a part of its own is a leaf without a name.
+            terminal = used.new(f"{names[kind]}Shape") if node in outlined else names[kind]
+            labels[terminal] = facade.name_of(node)
+            body = f"{content} {terminal}." if node in outlined else content
         else:
             sizes = [(size, names[child]) for size, child in content]
             body = split_body("xy"[facade.axis[node]], sizes, repeats=repeats)
         lines.append(f"{names[kind]} --> {setup} {body}")
-    labels = {names[kind]: facade.name_of(node) for kind, node in first.items() if facade.axis[node] == LEAF}
     return format_grammar(Grammar.parse("\n".join(lines))), labels
 
 
 def _parts(
-    facade: Facade, shows: ShownPictures, digits: int
+    facade: Facade, outlined: dict[int, OutlinedLeaf], shows: ShownPictures, digits: int
 ) -> tuple[NDArray[np.int64], list[tuple[str, str | tuple[tuple[str, int], ...]]]]:
     """Which distinct part each node [N] is, and of each part its operations and what it is made of.
 
@@ -120,7 +128,9 @@ def _parts(
         begins = pictured and (above < 0 or shows.picture[above] < 0)
         setup = projection(facade, shows, node) if begins else ""
         if along == LEAF:
-            content = leaf_body(facade.name_of(node), pictured=bool(pictured and (setup or not begins)))
+            label, pictured = facade.name_of(node), bool(pictured and (setup or not begins))
+            shape = outlined.get(node)
+            content = shape.body(label, pictured=pictured) if shape else leaf_body(label, pictured=pictured)
         else:
             parts = facade.children[node]
             floats = gives[parts, along] | ~gives[parts, along].any()

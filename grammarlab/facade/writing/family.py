@@ -42,8 +42,8 @@ class WrittenFamily:
     facades: float
     """How many different ones there are."""
     error: float | None = None
-    """Metres by which a side of a thing of the facade itself is missed at most when its own columns and rows are drawn;
-    None if these are not among the choices."""
+    """Metres by which a side of a thing of the facade itself is missed at most when its own columns and rows are drawn,
+    whether or not these are among the choices; None for a pattern, and where things are missing or too many."""
 
 
 def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
@@ -101,10 +101,7 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
 
 
 def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
-    member = own_member(pattern, storeys, found)
-    if member is None:
-        return None
-    writer = _FamilyWriter(pattern, *member, leaf_body)
+    writer = _FamilyWriter(pattern, *own_member(pattern, storeys, found), leaf_body)
     grammar = Grammar.parse(writer.write().text)
     error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
     return error if isfinite(error) else None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import shapely
@@ -11,21 +13,26 @@ from scipy.spatial import KDTree
 from grammarlab.derivation import derive
 from grammarlab.facade.looks import look_of
 from grammarlab.facade.tree import Facade, Floats
+from grammarlab.facade.writing.outlines import OutlinedLeaf, store_shapes
+from grammarlab.facade.writing.rule_text import AROUND
 from grammarlab.language.grammar import Grammar
 
 
-def leaf_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> float:
+def leaf_error(
+    facade: Facade, grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
+) -> float:
     """Metres by which a side of a leaf is missed at most, when the first model of a grammar is derived.
 
     Args:
         facade: the leaves that are expected.
         grammar: what derives them, as boxes whose front is in the x-y plane.
         labels: what the symbols of derived leaves stand for.
+        outlined: whose meshes the grammar refers to.
 
     Returns:
         Infinity where leaves are missing, too many, or of other labels.
     """
-    found, called = _derived(grammar, labels)
+    found, called = _derived(grammar, labels, outlined)
     if len(found) != len(facade.leaves):
         return np.inf
     expected = _expected(facade)
@@ -67,12 +74,22 @@ def thing_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> 
     return float(np.abs(reach * [1.0, 1.0, -1.0, -1.0] - _corners(expected)).max(initial=0.0))
 
 
-def _derived(grammar: Grammar, labels: Mapping[str, str]) -> tuple[Floats, list[str]]:
-    """[D, 4] left, bottom, width and height of the leaves of the first model, and their labels."""
-    forest = derive(grammar, 1, seed=0)
+def _derived(
+    grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
+) -> tuple[Floats, list[str]]:
+    """[D, 4] left, bottom, width and height of the leaves of the first model, and their labels; none of `AROUND`."""
+    if outlined:
+        with TemporaryDirectory() as folder:
+            store_shapes(outlined, Path(folder))
+            forest = derive(grammar, 1, seed=0, assets=Path(folder))
+    else:
+        forest = derive(grammar, 1, seed=0)
     leaves = forest.leaves
-    called = [labels.get(forest.symbols[symbol], "") for symbol in forest.nodes.symbol[leaves.node].tolist()]
-    return np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1), called
+    # A symbol without a rule is named with its full stop.
+    symbols = [forest.symbols[symbol].rstrip(".") for symbol in forest.nodes.symbol[leaves.node].tolist()]
+    own = np.array([symbol != AROUND for symbol in symbols], dtype=bool)
+    box = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
+    return box[own], [labels.get(symbol, "") for symbol in symbols if symbol != AROUND]
 
 
 def _expected(facade: Facade) -> Floats:

@@ -1,4 +1,4 @@
-"""The facade itself as one of its family: its own columns and rows among all choices."""
+"""The facade itself as one of its family: its own columns and rows, whether or not they are among the choices."""
 
 from __future__ import annotations
 
@@ -9,16 +9,14 @@ from grammarlab.facade.writing.structure.storeys import Storeys
 from grammarlab.facade.writing.structure.walks import Walks, WalkState, WalkStep
 
 
-def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks] | None:
-    """The choices of a family narrowed to those of the facade that it is the family of; None if it is not in it."""
+def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks]:
+    """The choices of a family narrowed to those of the facade that it is the family of."""
     times = tuple(run.turns for run in storeys.runs)
-    walk = _own_walk(pattern.columns, walks)
-    if times not in storeys.times or walk is None:
-        return None
-    return Storeys(storeys.runs, (times,), (storeys.heights[storeys.times.index(times)],)), walk
+    height = sum(pattern.rows.size[kind] for kind in pattern.rows.kind)
+    return Storeys(storeys.runs, (times,), (height,)), _own_walk(pattern.columns, walks)
 
 
-def _own_walk(columns: KindSequence, walks: Walks) -> Walks | None:
+def _own_walk(columns: KindSequence, walks: Walks) -> Walks:
     states, gaps, gap, doors = [], [], -1, 0
     for kind in columns.kind:
         if not columns.stands[kind]:
@@ -31,9 +29,6 @@ def _own_walk(columns: KindSequence, walks: Walks) -> Walks | None:
     steps = {
         state: (WalkStep(1.0, between, to),) for (state, to), between in zip(pairwise(states), gaps[1:], strict=True)
     }
-    known = {(state, step.gap, step.to) for state, found in walks.steps.items() for step in found}
-    if states[-1] not in walks.end or any((state, step.gap, step.to) not in known for state, (step,) in steps.items()):
-        return None
     size = sum(columns.size[kind] for kind in columns.kind)
     end = states[-1]
     return Walks(

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.writing.structure.repeats import find_repeats
 
-RESERVED = {"Lot", "Facade", "NIL"}
+AROUND = "Around"
+"""Symbol of the wall that an outline leaves free of the box of a leaf."""
+RESERVED = {"Lot", "Facade", "NIL", AROUND}
 
 
 def number(value: float, digits: int) -> str:
@@ -48,14 +50,22 @@ class RuleNames:
         return name
 
 
-def leaf_body(label: str, *, pictured: bool = False) -> str:
-    """What makes a box of a rectangle: as thick as its label says, in its colour or with the picture set up for it."""
+def leaf_body(label: str, *, pictured: bool = False, made: str = "primitiveCube()", scope: str = "") -> str:
+    """What makes a box of a rectangle: as thick as its label says, in its colour or with the picture set up for it.
+
+    Args:
+        label: what it is called.
+        pictured: whether it shows a picture.
+        made: the operation that makes its geometry.
+        scope: the operation that gives it its size; all of the rectangle by default.
+    """
     look = look_of(label)
     depth = THICKNESS + look.front
     surface = f'color("{look.color}")'
     if look.glazed:
         surface += f" set(material.metallic, {look.metallic}) set(material.roughness, {look.roughness})"
-    shown = f"s('1, '1, {number(depth, 3)}) t(0, 0, {number(-THICKNESS, 3)}) primitiveCube()"
+    scope = scope or f"s('1, '1, {number(depth, 3)})"
+    shown = f"{scope} t(0, 0, {number(-THICKNESS, 3)}) {made}"
     return f"{shown} projectUV(0)" if pictured else f"{surface} {shown}"
 
 

@@ -13,11 +13,13 @@ from grammarlab.facade.grids.editing import aligned, following, grid_of
 from grammarlab.facade.grids.joint import with_joint
 from grammarlab.facade.grids.kinds import kinds
 from grammarlab.facade.grids.proposals import with_proposals
-from grammarlab.facade.retargeting.retarget import Retargeted, origin_of, retarget
+from grammarlab.facade.retargeting.energy import origin_of
+from grammarlab.facade.retargeting.retarget import Retargeted, retarget
 from grammarlab.facade.retargeting.stepwise import MOST_STEPS, affordable, stepwise
 from grammarlab.facade.sizes.solve import Residuals, Resized, resize
-from grammarlab.facade.sizes.wishes import Size, checked
+from grammarlab.facade.sizes.wishes import Size, Wish, checked
 from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.variations.inheriting import inherited
 from grammarlab.facade.variations.ranking import ranked
 from grammarlab.facade.variations.sequences import canonical, sequences
 from grammarlab.facade.variations.single import Variation, unedited, vary
@@ -50,6 +52,8 @@ class Edited:
     """What gave way, and by how much."""
     missing: tuple[str, ...]
     """What the steps could not do."""
+    locks: tuple[Wish, ...]
+    """What stays as it is when the result is edited again."""
     seconds: float
     """That it took to choose columns and rows, or to solve for sizes where these were given."""
 
@@ -82,6 +86,7 @@ def edit(
     rows: int = 0,
     grid: str = "",
     most: int = 12,
+    locks: Sequence[Wish] = (),
 ) -> tuple[Edited, ...]:
     """What a facade may become, the best first.
 
@@ -98,6 +103,8 @@ def edit(
         rows: likewise.
         grid: name of the grid whose columns and rows; by default all for another size, else that of most elements.
         most: how many results.
+        locks: what stays as it is, and in copies; places do where no columns and rows change. A width or height that is
+            asked for goes before a lock of the whole facade.
 
     Raises:
         UsageError: when nothing is wished for, lengths are not above 0, or for too many columns or rows.
@@ -120,26 +127,30 @@ def edit(
     facade = facade if facade.grids else with_proposals(facade)
     wishes = [Size(0, axis, size) for axis, size in ((X, width), (Y, height)) if size is not None]
     checked(wishes, facade)
+    fixed = {wish.axis for wish in wishes}
+    locks = tuple(lock for lock in locks if not (isinstance(lock, Size) and lock.node == 0 and lock.axis in fixed))
+    checked(locks, facade)
     if grid:
         grid_of(facade, grid)
     if columns or rows:
         facade, grid = _active(facade, grid)
-        return _varied(facade, wishes, (columns, rows), grid, most)
-    return _resized(facade, wishes, grid)[:most]
+        return _varied(facade, wishes, locks, (columns, rows), grid, most)
+    return _resized(facade, wishes, locks, grid)[:most]
 
 
-def _resized(facade: Facade, wishes: Sequence[Size], grid: str) -> tuple[Edited, ...]:
+def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], grid: str) -> tuple[Edited, ...]:
     """The facade with other columns and rows, and with the same."""
     start = time.perf_counter()
-    plain = _edited(unedited(facade), resize(facade, wishes), time.perf_counter() - start)
+    plain = _edited(unedited(facade), resize(facade, (*wishes, *locks)), locks, time.perf_counter() - start)
     start = time.perf_counter()
     found = [(unedited(facade), plain)]
     try:
-        made = _retargeted(facade, wishes, [grid] if grid else None)
+        made = _retargeted(facade, wishes, locks, [grid] if grid else None)
         steps = tuple(str(choice) for choice in made.choices if any(count != 1 for count in choice.counts))
         proven = all(choice.proven for choice in made.choices)
         seconds = time.perf_counter() - start
-        found.insert(0, (made.variation, _edited(made.variation, made.resized, seconds, steps, proven)))
+        held = inherited(locks, made.variation)
+        found.insert(0, (made.variation, _edited(made.variation, made.resized, held, seconds, steps, proven)))
     except FacadeError as error:  # sizes alone always have an answer
         found = [(unedited(facade), replace(plain, missing=(f"no columns or rows were repeated: {error}",)))]
     best = found[0][1]
@@ -147,27 +158,35 @@ def _resized(facade: Facade, wishes: Sequence[Size], grid: str) -> tuple[Edited,
     # What contradicts each other mostly does so with any columns, and each of them would have to be explained.
     if facade.grids and not best.conflict and best.energy > _VISIBLE**2 * len(best.facade.leaves):
         joined, name = _active(facade, grid)
-        each = stepwise(joined, wishes, name)
-        solved = resize(each.facade, wishes, origin_of(facade, each))
-        found.append((each, _edited(each, solved, time.perf_counter() - start, each.steps)))
+        each = stepwise(joined, wishes, name, locks)
+        held = inherited(locks, each)
+        solved = resize(each.facade, (*wishes, *held), origin_of(facade, each))
+        found.append((each, _edited(each, solved, held, time.perf_counter() - start, each.steps)))
     kind = kinds(facade)
     different = {canonical(variation, kind): result for variation, result in reversed(found)}
     first, *others = sorted(different.values(), key=lambda each: (bool(each.conflict), each.energy))
     return (first, *(replace(each, proven=False) for each in others))
 
 
-def _retargeted(facade: Facade, wishes: Sequence[Size], grids: Sequence[str] | None) -> Retargeted:
+def _retargeted(
+    facade: Facade, wishes: Sequence[Size], locks: Sequence[Wish], grids: Sequence[str] | None
+) -> Retargeted:
     metres = {each.axis: each.metres for each in wishes}
     leaves = len(facade.leaves)
     for axis, size in metres.items():
         leaves *= max(1.0, size / float(facade.size[0, axis]))
     if leaves > _LEAVES:
         raise FacadeError(f"the result would have about {leaves:,.0f} leaves; expected at most {_LEAVES:,}.")
-    return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids)
+    return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids, locks=locks)
 
 
 def _varied(
-    facade: Facade, wishes: Sequence[Size], counts: tuple[int, int], grid: str, most: int
+    facade: Facade,
+    wishes: Sequence[Size],
+    locks: tuple[Wish, ...],
+    counts: tuple[int, int],
+    grid: str,
+    most: int,
 ) -> tuple[Edited, ...]:
     """Variations with so many more columns and rows of a grid and of those that go with it."""
     kind = kinds(facade)
@@ -187,8 +206,9 @@ def _varied(
     results: dict[int, Edited] = {}
     for each in found:
         start = time.perf_counter()
-        solved = resize(each.facade, wishes, origin_of(facade, each))
-        results[id(each)] = _edited(each, solved, time.perf_counter() - start, each.steps)
+        held = inherited(locks, each)
+        solved = resize(each.facade, (*wishes, *held), origin_of(facade, each))
+        results[id(each)] = _edited(each, solved, held, time.perf_counter() - start, each.steps)
     flawed = [bool(results[id(each)].conflict or each.missing) for each in found]
     order: list[Edited] = []
     for group in (False, True):
@@ -218,7 +238,12 @@ def _active(facade: Facade, grid: str) -> tuple[Facade, str]:
 
 
 def _edited(
-    variation: Variation, solved: Resized, seconds: float, steps: tuple[str, ...] = (), proven: bool = False
+    variation: Variation,
+    solved: Resized,
+    locks: tuple[Wish, ...],
+    seconds: float,
+    steps: tuple[str, ...] = (),
+    proven: bool = False,
 ) -> Edited:
     return Edited(
         facade=solved.facade,
@@ -229,5 +254,6 @@ def _edited(
         conflict=solved.conflict,
         relaxed=solved.relaxed,
         missing=variation.missing,
+        locks=locks,
         seconds=seconds,
     )

@@ -15,6 +15,7 @@ from grammarlab.errors import UsageError
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.showing.drawing import draw
 from grammarlab.facade.showing.svg import svg
+from grammarlab.facade.sizes.wishes import Wish
 from grammarlab.facade.tree import Facade
 from grammarlab.files import write_bytes, write_text
 
@@ -25,7 +26,9 @@ _SHEET, _MARGIN = 2400, 24
 """Pixels of the contact picture's width, and between facades."""
 
 
-def save_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = None) -> list[Path]:
+def save_gallery(
+    facades: Sequence[Facade], folder: Path, source: Path | None = None, locks: Sequence[Sequence[Wish]] = ()
+) -> list[Path]:
     """Write each facade as ``001.facade.json``, ``001.svg`` and ``001.png``, and all as ``contact.png``.
 
     Everything is drawn before the first file is written. Pictures have one scale. Facades of higher numbers, which an
@@ -35,6 +38,7 @@ def save_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = 
         facades: at least one.
         folder: where to write; made if it is not there.
         source: a file that is neither written over nor removed.
+        locks: of each facade, what is locked; nothing when left out.
 
     Returns:
         The files of the facades.
@@ -56,8 +60,11 @@ def save_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = 
     pictures = [Image.fromarray(draw(facade, scale)) for facade in facades]
     contact = sheet(pictures)
     folder.mkdir(parents=True, exist_ok=True)
-    for name, file, facade, drawing, picture in zip(names, files, facades, drawings, pictures, strict=True):
-        save_facade(facade, file)
+    locks = locks or [()] * len(files)
+    for name, file, facade, held, drawing, picture in zip(
+        names, files, facades, locks, drawings, pictures, strict=True
+    ):
+        save_facade(facade, file, held)
         write_text(folder / f"{name}.svg", drawing)
         write_bytes(folder / f"{name}.png", _png(picture))
     write_bytes(folder / CONTACT, _png(contact))

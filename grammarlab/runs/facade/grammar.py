@@ -9,6 +9,7 @@ from typing import Any
 from grammarlab.facade.tree import Facade
 from grammarlab.facade.writing.exact import write_exact
 from grammarlab.facade.writing.family import STRETCH, Range, write_family
+from grammarlab.facade.writing.outlines import OutlinedLeaf, store_shapes
 from grammarlab.facade.writing.pictures import store_as_assets
 from grammarlab.files import write_text
 
@@ -27,6 +28,8 @@ class GrammarResult:
     """Metres by which the derivation misses a side of a leaf at most; of a family, `WrittenFamily.error`."""
     choices: dict[str, Any] = field(default_factory=dict)
     """What a family varies; empty for one facade."""
+    outlined: tuple[OutlinedLeaf, ...] = ()
+    """Whose meshes it refers to."""
 
 
 def grammar_of(
@@ -51,7 +54,7 @@ def grammar_of(
     """
     if widths is None and heights is None:
         written = write_exact(facade)
-        return GrammarResult(written.text, written.rules, written.error)
+        return GrammarResult(written.text, written.rules, written.error, outlined=written.outlined)
     family = write_family(
         facade,
         widths or (LEAST * facade.width, MOST * facade.width),
@@ -69,14 +72,15 @@ def grammar_of(
 
 
 def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
-    """Write a grammar, and the pictures that it shows into the folder of its assets.
+    """Write a grammar, and the pictures and meshes that it refers to into the folder of its assets.
 
     Raises:
         FacadeError: when another picture of such a name is there.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if not result.choices and facade.pictures:
+    if not result.choices and (facade.pictures or result.outlined):
         assets = path.parent / "assets"
         assets.mkdir(exist_ok=True)
         store_as_assets(facade, assets)
+        store_shapes(result.outlined, assets)
     write_text(path, result.text)

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from grammarlab.facade.file import load_facade, save_facade
-from grammarlab.facade.tree import check, decomposition_misses
+from grammarlab.facade.file import load_facade, load_locked, save_facade
+from grammarlab.facade.sizes.wishes import Aspect, Size
+from grammarlab.facade.tree import X, Y, check, decomposition_misses
 from tests.facade.showing.test_scene import pictured
 from tests.facade.sized import storeys
 from tests.facade.writing.houses import house
@@ -70,6 +71,32 @@ def test_a_width_is_kept_whatever_columns_come(run, facade: Path, tmp_path: Path
     for each in results(run, facade, *options, "--grid", "windows"):
         assert each["width"] == pytest.approx(15.0, abs=1e-6)
         assert each["grids"][0]["columns"] == 5
+
+
+@pytest.mark.parametrize("arguments", [("--width", 23.0), ("--columns", 1), ("--columns", 1, "--width", 9.5)])
+def test_what_is_locked_stays_and_so_do_its_copies(run, tmp_path: Path, arguments: tuple) -> None:
+    facade = storeys(2, 3, widths=(0.8, 1.2))
+    wide = [node for node in facade.grids[0].node.tolist() if facade.size[node, X] > 1.0]
+    locks = [Size(wide[0], X, 1.2), Aspect(wide[0], 0.5, 5.0), Size(0, X, facade.width)]
+    locked = save_facade(facade, tmp_path / "locked.json", locks if "--width" in arguments else locks[:2])
+    found = results(run, locked, *arguments, "-n", 3, "-o", tmp_path / "out")
+    assert found
+    for each in found:
+        made, locks = load_locked(Path(each["file"]))
+        nodes = {lock.node for lock in locks}
+        assert not each["conflict"]
+        # A row may have lost what was locked.
+        assert nodes or len(made.grids[0].node) < len(facade.grids[0].node)
+        assert made.size[sorted(nodes), X] == pytest.approx(1.2, abs=1e-6)
+
+
+def test_a_wish_for_the_whole_goes_before_its_lock_and_places_hold_alone(run, tmp_path: Path) -> None:
+    facade = storeys(1, 2)
+    locks = [Size(0, X, facade.width), Size(0, Y, facade.height)]
+    file = save_facade(facade, tmp_path / "locked.json", locks)
+    (first, *_) = results(run, file, "--width", 23.0, "-o", tmp_path / "out")
+    assert (first["width"], first["height"]) == (pytest.approx(23.0), pytest.approx(facade.height))
+    assert load_locked(Path(first["file"]))[1] == (locks[1],)
 
 
 def test_what_is_in_conflict_is_named(run, facade: Path, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 from collections import Counter
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -198,6 +199,57 @@ def test_a_copy_has_the_neighbours_of_its_source_and_of_its_anchors(facade: Faca
             }
             assert found <= allowed
             assert {(along, side) for along, side, _ in found} == {(X, 0), (X, 1), (Y, 0), (Y, 1)}
+
+
+def links(facade: Facade) -> dict[int, set[tuple[str, int]]]:
+    """Of each leaf its neighbours and on which side they are."""
+    graph = neighbours(facade)
+    found: dict[int, set[tuple[str, int]]] = {node: set() for node in graph.node.tolist()}
+    sides = (("right", "left", graph.beside), ("above", "below", graph.above))
+    for ahead, behind, pairs in sides:
+        for one, other in graph.node[pairs].tolist():
+            found[one].add((ahead, other))
+            found[other].add((behind, one))
+    return found
+
+
+def test_an_insertion_links_a_copy_as_the_edges_of_the_paper_do() -> None:
+    """Figure 6: N at the left of 8 takes over 1 and 2 from it, and is linked to the leftmost leaves above and below.
+
+    The paper adds one edge after the other to the graph; here a subtree is placed, with the same edges.
+    """
+    left = stacked(leaf("1", 1, 1.5), leaf("2", 1, 1.5))
+    lower, upper = across(leaf("6"), leaf("7")), across(leaf("4"), leaf("5"))
+    facade = built(across(left, stacked(lower, across(leaf("8"), leaf("9")), upper)))
+    node = {facade.name_of(each): each for each in facade.leaves.tolist()}
+    facade = with_grid(facade, "row", [node["8"], node["9"]])
+    for edit, expected in (
+        (Edit(("row",), X, 0, 0), {("left", "1"), ("left", "2"), ("right", "8"), ("above", "4"), ("below", "6")}),
+        (Edit(("row",), X, 1, 0), {("left", "1"), ("left", "2"), ("right", "8"), ("above", "4"), ("below", "6")}),
+        # At the far end everything is mirrored, but that nothing is beyond.
+        (Edit(("row",), X, 1, 2), {("left", "9"), ("above", "5"), ("below", "7")}),
+    ):
+        wall = applied(unedited(facade), edit).facade
+        new = grid_of(wall, "row").node.tolist()[edit.place or 0]
+        assert {(side, wall.name_of(other)) for side, other in links(wall)[new]} == expected
+        # No leaf but the copy was added, and all other edges are those that there were.
+        assert len(wall.leaves) == len(facade.leaves) + 1
+
+
+def test_one_copy_of_the_surroundings_serves_all_rows_of_one_parent() -> None:
+    """Coupled insertion: what stands between the rows of bays is repeated once, not once for each row."""
+    facade = windows(3, 2, (1.0, 2.0), bays=True)
+    wall = applied(unedited(facade), Edit(("window",), X, 0, 1)).facade
+    bay = facade.children[int(facade.children[0][1])]
+    gap = 1
+    assert len(wall.leaves) == len(facade.leaves) + len(bay) + gap
+    new = grid_of(wall, "window").places()[:, 1].tolist()
+    found = links(wall)
+    for upper, lower in pairwise(new):
+        # A wall between two new windows is above the one and below the other.
+        between = {each for side, each in found[lower] if side == "above"}
+        assert between == {each for side, each in found[upper] if side == "below"}
+        assert len(between) == 1
 
 
 def test_the_surroundings_come_along_and_bands_are_stretched() -> None:

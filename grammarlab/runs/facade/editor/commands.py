@@ -9,13 +9,13 @@ import numpy as np
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.grids.editing import without_grid
 from grammarlab.facade.grids.proposals import with_proposals
+from grammarlab.facade.locks import KINDS
 from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.sizes.wishes import Wish, checked
 from grammarlab.facade.tree import X, Y
 from grammarlab.runs.facade.editor.columns import boxes, drawing
 from grammarlab.runs.facade.editor.desk import EditorDesk
 from grammarlab.runs.facade.editor.document import (
-    LOCKS,
     Document,
     arranged,
     contradiction,
@@ -214,7 +214,7 @@ def _axis(request: Request) -> int:
 
 
 def _what(request: Request) -> str:
-    return _one_of(request, "what", LOCKS)
+    return _one_of(request, "what", KINDS)
 
 
 def _one_of(request: Request, name: str, values: Sequence[str]) -> str:

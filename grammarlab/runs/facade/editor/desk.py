@@ -9,6 +9,7 @@ from pathlib import Path
 from grammarlab.errors import UsageError
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.sizes.solve import Sizing
+from grammarlab.facade.sizes.wishes import Wish
 from grammarlab.facade.tree import Facade
 from grammarlab.runs.facade.editor.document import Document, opened
 from grammarlab.runs.facade.editor.exporting import FORMATS, SUFFIX, export, stem_of, unused_path
@@ -37,9 +38,9 @@ class EditorDesk:
     """By format."""
 
     @classmethod
-    def of(cls, facade: Facade, file: Path, target: Path) -> EditorDesk:
-        """A desk with the facade of a file."""
-        document = opened(facade)
+    def of(cls, facade: Facade, file: Path, target: Path, locks: tuple[Wish, ...] = ()) -> EditorDesk:
+        """A desk with the facade of a file and its locks."""
+        document = opened(facade, locks)
         is_there = target.exists() and target.samefile(file)
         return cls(stem_of(file), target, History(document), document, document if is_there else None)
 
@@ -110,7 +111,7 @@ class EditorDesk:
     def save(self) -> None:
         """On disk when it returns, whole or not at all."""
         document = self.document
-        save_facade(document.facade, self.target)
+        save_facade(document.facade, self.target, document.locks)
         self.saved = document
         self.revision += 1
 
@@ -123,9 +124,9 @@ class EditorDesk:
         if kind not in FORMATS:
             raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {kind!r}.")
         path = self._exported.get(kind) or unused_path(self.target, SUFFIX if kind == "json" else f".{kind}")
-        self._exported[kind] = export(self.document.facade, path)
+        self._exported[kind] = export(self.document.facade, path, self.document.locks)
         return self._exported[kind]
 
     def rescue(self) -> Path:
         """Writes what is not saved into a new file beside the target."""
-        return save_facade(self.document.facade, unused_path(self.target, f".unsaved{SUFFIX}"))
+        return save_facade(self.document.facade, unused_path(self.target, f".unsaved{SUFFIX}"), self.document.locks)

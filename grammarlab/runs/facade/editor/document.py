@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grids.proposals import with_proposals
+from grammarlab.facade.locks import LENGTHS, kind_of
 from grammarlab.facade.sizes.axes import LineOrigin
 from grammarlab.facade.sizes.solve import Resized, Sizing, prepare
-from grammarlab.facade.sizes.wishes import Aspect, Position, Size, Wish, checked
+from grammarlab.facade.sizes.wishes import Aspect, Size, Wish, checked
 from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.variations.inheriting import inherited
 from grammarlab.facade.variations.single import Variation
-
-LOCKS = ("width", "height", "left", "bottom", "aspect")
-"""What can be locked of a node: metres, those of places from the left or the bottom of the facade; width by height."""
-_WHOLE = [0.0, 0.0, 1.0, 1.0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +45,10 @@ class Document:
         return replace(self, facade=resized.facade)
 
 
-def opened(facade: Facade) -> Document:
+def opened(facade: Facade, locks: tuple[Wish, ...] = ()) -> Document:
     """A facade as it is in its file; grids are proposed where it has none."""
     facade = facade if facade.grids else with_proposals(facade)
-    return Document(facade, LineOrigin(facade.position, facade.size, facade.size[0]))
+    return Document(facade, LineOrigin(facade.position, facade.size, facade.size[0]), locks)
 
 
 def is_possible(sizing: Sizing, wishes: Sequence[Wish]) -> bool:
@@ -66,7 +62,7 @@ def contradiction(conflict: Sequence[str]) -> str:
 
 
 def locked(document: Document, node: int, what: str) -> Document:
-    """What one of `LOCKS` says of a node stays as it is from now on."""
+    """What one of `locks.KINDS` says of a node stays as it is from now on."""
     return with_locks(document, node, {what: _value(document.facade, node, what)})
 
 
@@ -98,42 +94,22 @@ def arranged(document: Document, node: int, values: Mapping[str, float]) -> Docu
     return wished.settled(wished.sizing().resized(wished.wishes(document.facade.width, document.facade.height)))
 
 
-def kind_of(lock: Wish) -> str:
-    """Which of `LOCKS` it is."""
-    if isinstance(lock, Aspect):
-        return "aspect"
-    names = ("width", "height") if isinstance(lock, Size) else ("left", "bottom")
-    return names[lock.axis]
-
-
 def varied(document: Document, variation: Variation, along: int) -> tuple[Document, Resized]:
     """The document of a variation, as long along one axis as that makes it, and how its sizes were solved for."""
     size = document.facade.size[0]
     # Where it comes from is the facade as it is now: a column copies what a person sees.
     origin = LineOrigin(document.facade.position[variation.source], variation.wanted, size)
-    made = Document(variation.facade, origin, _inherited(document.locks, variation))
+    made = Document(variation.facade, origin, inherited(document.locks, variation))
     wishes = (Size(0, 1 - along, float(size[1 - along])), *made.locks)
     resized = prepare(made.facade, wishes, origin).resized(wishes)
     return replace(made, facade=resized.facade), resized
 
 
-def _inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
-    """Locks of what is still there, and of its copies; what was cut has none, and places have changed."""
-    whole = np.isclose(variation.shown, _WHOLE).all(axis=1)
-    inherited: list[Wish] = []
-    for lock in locks:
-        if isinstance(lock, Position):
-            continue
-        nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
-        inherited += [replace(lock, node=node) for node in nodes]
-    return tuple(inherited)
-
-
 def _lock(node: int, what: str, value: float) -> Wish:
     if what == "aspect":
         return Aspect(node, value, value)
-    axis = X if what in {"width", "left"} else Y
-    return Size(node, axis, value) if what in {"width", "height"} else Position(node, axis, value)
+    kind, axis = LENGTHS[what]
+    return kind(node, axis, value)
 
 
 def _value(facade: Facade, node: int, what: str) -> float:

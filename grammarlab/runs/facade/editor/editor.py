@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.file import load_facade
+from grammarlab.facade.file import load_locked
 from grammarlab.runs.facade.editor.commands import run
 from grammarlab.runs.facade.editor.desk import EditorDesk
 from grammarlab.runs.facade.editor.exporting import SUFFIX, checked_target, stem_of, unused_path
@@ -30,11 +30,11 @@ class Editor(Desktop[EditorDesk]):
             FacadeError: when the file is not a facade, or too large to be edited by hand.
             UsageError: when the output is not the name of such a file.
         """
-        facade = load_facade(file)
+        facade, locks = load_locked(file)
         if len(facade.leaves) > MOST_LEAVES:
             raise FacadeError(
                 f"{file.name}: {len(facade.leaves):,} leaves; expected at most {MOST_LEAVES:,} on the page. "
                 "grammarlab facade edit takes larger ones."
             )
         target = checked_target(output) if output else unused_path(Path(f"{stem_of(file)}.edited.json"), SUFFIX)
-        super().__init__(EditorDesk.of(facade, file, target), run, state_of)
+        super().__init__(EditorDesk.of(facade, file, target, locks), run, state_of)

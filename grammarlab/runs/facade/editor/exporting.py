@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.facade.file import save_facade
+from grammarlab.facade.sizes.wishes import Wish
 from grammarlab.facade.tree import Facade
 from grammarlab.runs.facade.grammar import grammar_of, save_grammar
 from grammarlab.runs.facade.show import show_facade
@@ -14,14 +16,14 @@ FORMATS = ("json", "svg", "png", "glb", "obj", "cga")
 SUFFIX = ".facade.json"
 
 
-def export(facade: Facade, path: Path) -> Path:
+def export(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
     """Write a facade as what the ending of the path says.
 
     Raises:
         FacadeError: when it cannot be written as that.
     """
     if path.suffix == ".json":
-        return save_facade(facade, path)
+        return save_facade(facade, path, locks)
     if path.suffix == ".cga":
         save_grammar(grammar_of(facade), facade, path)
         return path

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from grammarlab.facade.locks import kind_of
 from grammarlab.facade.sizes.wishes import in_words
 from grammarlab.runs.facade.editor.columns import boxes, colors, drawing
 from grammarlab.runs.facade.editor.desk import EditorDesk
-from grammarlab.runs.facade.editor.document import kind_of
 from grammarlab.runs.facade.editor.exporting import FORMATS
 from grammarlab.runs.serving.windows import Message
 

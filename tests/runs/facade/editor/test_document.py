@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from grammarlab.errors import FacadeError
+from grammarlab.facade.locks import KINDS
 from grammarlab.facade.sizes.wishes import Size
 from grammarlab.facade.tree import X, Y, check
 from grammarlab.facade.variations.single import vary
 from grammarlab.runs.facade.editor.columns import boxes
-from grammarlab.runs.facade.editor.document import LOCKS, Document, arranged, locked, opened, unlocked, varied
+from grammarlab.runs.facade.editor.document import Document, arranged, locked, opened, unlocked, varied
 from tests.facade.samples import windows
 
 
@@ -107,7 +108,7 @@ def test_a_window_that_is_moved_takes_its_column_along_and_stays_there():
     assert wider.facade.position[column, X] == pytest.approx(place + 0.2, abs=1e-6)
 
 
-@pytest.mark.parametrize("what", LOCKS)
+@pytest.mark.parametrize("what", KINDS)
 @pytest.mark.parametrize("far", [0.0, 1e5])
 def test_what_is_locked_as_it_is_changes_nothing(what: str, far: float):
     facade = windows(2, 3)

@@ -10,7 +10,7 @@ from threading import Event
 import pytest
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.file import load_facade, save_facade
+from grammarlab.facade.file import load_facade, load_locked, save_facade
 from grammarlab.runs.facade.editor import editor as module
 from grammarlab.runs.facade.editor.editor import Editor
 from tests.facade.samples import built, leaf, windows
@@ -67,6 +67,24 @@ def test_the_file_itself_is_saved_to_when_it_is_the_output(tmp_path: Path):
         assert load_facade(file).width != pytest.approx(9.0)
         window.ask("save")
     assert load_facade(file).width == pytest.approx(9.0)
+
+
+def test_locks_survive_in_the_file(tmp_path: Path):
+    facade = windows(1, 2)
+    node, file = int(facade.leaves[2]), save_facade(facade, tmp_path / "house.facade.json")
+    for name in ("one", "two"):
+        with closing(Editor(file, tmp_path / f"{name}.json")) as running:
+            window = Window(running)
+            if name == "one":
+                window.ask("lock", node=node, what="width")
+                window.ask("lock", node=node, what="aspect")
+            assert [lock["what"] for lock in window.state["locks"]] == ["width", "aspect"]
+            window.ask("resize", width=9.0, height=5.0)
+            window.ask("save")
+        file = tmp_path / f"{name}.json"
+        facade, locks = load_locked(file)
+        assert {lock.node for lock in locks} == {node}
+        assert facade.size[node, 0] == pytest.approx(1.0)
 
 
 def test_what_was_not_saved_is_rescued_under_a_new_name(editor: Editor, window: Window):

@@ -1,0 +1,93 @@
+"""Leaves that are not rectangles as rules: meshes in the folder of assets, fitted into the box of the leaf."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+
+from grammarlab.facade.looks import THICKNESS, look_of
+from grammarlab.facade.prisms import prisms
+from grammarlab.facade.tree import Facade, Floats
+from grammarlab.facade.writing.rule_text import AROUND, leaf_body, number
+from grammarlab.files import write_text
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.triangulate import triangulate
+
+_WHOLE = 1e-9
+"""Part of a box by which an outline may miss its sides; what misses them by more is written as its box."""
+_DIGITS = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A mesh, and the part of the box of a leaf that it fills."""
+
+    file: str
+    """Name in the folder of assets, by its content."""
+    text: str
+    """OBJ."""
+    low: Floats
+    """[2] left and bottom, as parts of the box."""
+    size: Floats
+    """[2] width and height, as parts of the box."""
+
+
+@dataclass(frozen=True, slots=True)
+class OutlinedLeaf:
+    """What a leaf with an outline is made of."""
+
+    shape: Shape
+    around: Shape | None
+    """What the outline leaves free of the box; None for nothing."""
+
+    def body(self, label: str, *, pictured: bool) -> str:
+        """What makes it of a rectangle, and the wall around it."""
+        body = leaf_body(label, pictured=pictured, made=f'i("{self.shape.file}")')
+        # Beyond a wall is nothing.
+        if self.around is None or look_of(label).gives:
+            return body
+        low, size = self.around.low.tolist(), self.around.size.tolist()
+        place = f"t('{number(low[0], _DIGITS)}, '{number(low[1], _DIGITS)}, 0)"
+        scope = f"s('{number(size[0], _DIGITS)}, '{number(size[1], _DIGITS)}, {number(THICKNESS, 3)})"
+        wall = leaf_body("", pictured=pictured, made=f'i("{self.around.file}")', scope=scope)
+        return f"[ {place} {wall} {AROUND}. ] {body}"
+
+
+def outlined_leaves(facade: Facade) -> dict[int, OutlinedLeaf]:
+    """Of each leaf with an outline that reaches all sides of its box what it is made of; equal ones share it."""
+    found: dict[int, OutlinedLeaf] = {}
+    made: dict[bytes, OutlinedLeaf | None] = {}
+    for leaf in facade.leaves[np.diff(facade.outline_offsets)[facade.leaves] > 0].tolist():
+        outline = facade.outline(leaf)
+        key = outline.tobytes()
+        if key not in made:
+            inside, rest = (_shape(each) for each in prisms(outline))
+            whole = inside is not None and np.abs([inside.low, inside.size - 1.0]).max() <= _WHOLE
+            made[key] = OutlinedLeaf(inside, rest) if inside is not None and whole else None
+        if (one := made[key]) is not None:
+            found[leaf] = one
+    return found
+
+
+def store_shapes(leaves: Iterable[OutlinedLeaf], folder: Path) -> None:
+    """Write the meshes of leaves into a folder of assets."""
+    shapes = {each.file: each.text for leaf in leaves for each in (leaf.shape, leaf.around) if each is not None}
+    for file, text in shapes.items():
+        write_text(folder / file, text)
+
+
+def _shape(pieces: Meshes) -> Shape | None:
+    """Prisms of `prisms` as one mesh in the unit cube, with y up and z to the front; None where there are none."""
+    if not len(pieces):
+        return None
+    points = np.column_stack([pieces.points[:, 0], 1.0 - pieces.points[:, 2], pieces.points[:, 1]])
+    low = points.min(axis=0)
+    size = np.ptp(points, axis=0)
+    lines = [f"v {' '.join(number(value, _DIGITS) for value in point)}" for point in ((points - low) / size).tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (triangulate(pieces)[0] + 1).tolist()]
+    text = "\n".join(lines) + "\n"
+    return Shape(f"outline_{crc32(text.encode()):08x}.obj", text, low[:2], size[:2])
