@@ -4,6 +4,7 @@
 # docs   the documentation, as pages in out/site
 # bench  how fast it is, as ratios within one run
 # pictures  the pictures of the guide
+# screens   the pictures of the pages in a browser
 # facades  make the shipped facades and the family of one again, from their rules, and the pictures of their edits
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
@@ -18,7 +19,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test check docs pictures bench facades scan-pictures format clean chromium
+.PHONY: demo test check docs pictures screens bench facades scan-pictures format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -89,6 +90,9 @@ facades: $(VENV)/.dev
 		$(BIN)/grammarlab sample $(FACADES)/blocks.cga --start $$start $$lot -n 1 --format obj --no-image -o out/$$start && \
 		$(BIN)/grammarlab facade synthesize out/$$start/blocks-00000.obj --rows 8 --columns 15 -o out/$$start/made && \
 		cp out/$$start/made/001.png docs/images/synthesis_$$start.png || exit 1; done
+
+screens: $(VENV)/.dev chromium
+	$(BIN)/python -m docs.gen.screens
 
 scan-pictures: $(VENV)/.dev
 	$(BIN)/grammarlab facade scene --rows 4 --seed 3 -o out/scan/scene.json

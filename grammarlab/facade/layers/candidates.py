@@ -20,7 +20,11 @@ from grammarlab.facade.layers.words import STRETCH, Instance, Range, choices_of,
 from grammarlab.facade.tree import X, Y
 
 MOST = 5_000
-"""Candidates within one tolerance."""
+"""Candidates within one tolerance; of more, some of those that fit well."""
+_FEW = 400
+"""These some."""
+_LOOKED_AT = 50_000
+"""Words in combinations that are looked at, and combinations, before some have to do."""
 _PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
 """Tolerances as parts of the longer side of the canvas."""
 _USUAL = 1 / 2
@@ -73,45 +77,44 @@ class FittingWords:
         """
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
-        self._found: dict[float, list[CandidateFit] | None] = {}
+        self._found: dict[float, tuple[list[CandidateFit], bool]] = {}
         self.covering = _covering(self.rows)
         self._known: dict[tuple[frozenset[str] | None, tuple[tuple[str, int], ...], tuple[int, ...], str], Word] = {}
         self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
 
     def __call__(self, tolerance: float) -> Iterator[Candidate]:
         """Candidates whose words miss the canvas by so much at most, metres, in the order of their bounds."""
-        return map(self._candidate, self.within(tolerance) or ())
+        return map(self._candidate, self.within(tolerance))
 
-    def within(self, tolerance: float) -> list[CandidateFit] | None:
-        """Words that miss the canvas by so much at most, by their bounds; None when there are more than `MOST`."""
+    def within(self, tolerance: float) -> list[CandidateFit]:
+        """Words that miss the canvas by so much at most, by their bounds; some of them when there are too many."""
+        return self._looked_up(tolerance)[0]
+
+    def least_of_others(self, tolerance: float) -> float:
+        """Energy that layouts of all other words within a tolerance have at least."""
+        return math.inf if self._looked_up(tolerance)[1] else 0.0
+
+    def _looked_up(self, tolerance: float) -> tuple[list[CandidateFit], bool]:
         if tolerance > _USUAL * max(self.canvas) and self.problem.stretch < STRETCH:
             self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
         if tolerance not in self._found:
-            found = self.problem.within(tolerance)
-            self._found[tolerance] = found and sorted(found, key=lambda fit: (fit.bound, fit.gap))
+            found, whole = self.problem.within(tolerance)
+            self._found[tolerance] = sorted(found, key=lambda fit: (fit.bound, fit.gap)), whole
         return self._found[tolerance]
 
     def tolerances(self, enough: int) -> tuple[float, ...]:
         """Growing tolerances, metres; with the first there are enough candidates, if there are that many that fit well.
 
         Raises:
-            FacadeError: when nothing fits, and which patterns contradict each other; or when there are too many.
+            NothingFitsError: when nothing fits, and which patterns contradict each other.
         """
         longest = max(self.canvas)
         largest = max((symbol.size or 0.0 for symbol in self.design.symbols.values()), default=0.0)
         growing = [part * longest for part in _PARTS if part * longest > largest or part >= _USUAL]
-        found: list[CandidateFit] | None = []
         for place, tolerance in enumerate(growing):
-            more = self.within(tolerance)
-            if more is None and not found:
-                raise FacadeError(
-                    f"more than {MOST:,} combinations of words fit {self.canvas[X]:g} x {self.canvas[Y]:g} m: bound "
-                    f"some of the counters {', '.join(self.problem.ranges)}, such as "
-                    f"[counters] {next(iter(self.problem.ranges), 'k')} = {{ most = 9 }}."
-                )
-            if more is None:
-                return (growing[place - 1],)
-            found = more
+            found, whole = self._looked_up(tolerance)
+            if not whole:
+                return (growing[place - 1 if place and self.within(growing[place - 1]) else place],)
             if len(found) >= enough or (found and tolerance >= _USUAL * longest):
                 return tuple(each for each in growing[place:] if each <= max(tolerance, _USUAL * longest))
         raise NothingFitsError(_explained(self.design, self.canvas, self.rows))
@@ -177,6 +180,7 @@ class _Problem:
         }
         self.shared = self._shared()
         self._known: dict[tuple[tuple[int, str], tuple[int, ...]], tuple[float, float]] = {}
+        self._looked = 0
 
     def _shared(self) -> list[list[tuple[int, str]]]:
         """Groups that are about the same symbols."""
@@ -194,16 +198,47 @@ class _Problem:
         symbols = self.design.symbols
         return (each for each in self.design.patterns[row.pattern].symbols() if symbols[each].size is not None)
 
-    def within(self, tolerance: float) -> list[CandidateFit] | None:
-        """Words that miss their canvas by a tolerance at most; None when there are too many."""
+    def within(self, tolerance: float) -> tuple[list[CandidateFit], bool]:
+        """Words that miss their canvas by a tolerance at most, and whether these are all."""
         found: list[CandidateFit] = []
-        for chosen in self._joined(tolerance):
+        before = self._looked
+        for number, chosen in enumerate(self._joined(tolerance)):
+            if max(number, self._looked - before) > _LOOKED_AT or len(found) > MOST:
+                fits = (self._fit(some, tolerance) for some in self._few(tolerance))
+                return [fit for fit in fits if fit is not None] or found[:MOST], False
             fit = self._fit(chosen, tolerance)
             if fit is not None:
                 found.append(fit)
-                if len(found) > MOST:
-                    return None
-        return found
+        return found, True
+
+    def _few(self, tolerance: float) -> list[dict[str, Instance]]:
+        """Some of many combinations: those whose words miss the canvas least, pattern by pattern (beam search)."""
+        far = {
+            name: {
+                id(each): max(abs(self.canvas[row.axis] - each.size) for row in self.rows if row.pattern == name)
+                for each in self.words[name]
+                if self.fits(name, each, tolerance)
+            }
+            for name in self.names
+        }
+        # Patterns that share counters follow each other, so that what contradicts each other is soon left out.
+        order = sorted(self.names, key=lambda name: (self.design.patterns[name].counters(), len(far[name])))
+        beam: list[tuple[float, dict[str, int], dict[str, Instance]]] = [(0.0, {}, {})]
+        for name in order:
+            longer = [
+                (
+                    missed + far[name][id(each)] ** 2 * (not each.unsized),
+                    {**counters, **dict(each.counters)},
+                    chosen,
+                    each,
+                )
+                for missed, counters, chosen in beam
+                for each in self.words[name]
+                if id(each) in far[name] and all(counters.get(key, value) == value for key, value in each.counters)
+            ]
+            longer.sort(key=lambda one: one[0])
+            beam = [(missed, counters, {**chosen, name: each}) for missed, counters, chosen, each in longer[:_FEW]]
+        return [chosen for _, _, chosen in beam]
 
     def _joined(self, tolerance: float) -> Iterator[dict[str, Instance]]:
         """One word per pattern, with one value per counter, none too long and none that cannot be long enough."""
@@ -243,6 +278,7 @@ class _Problem:
             key = group, tuple(id(chosen[row.pattern]) for row in rows)
             if key not in self._known:
                 missed = [self._missed(row, chosen) for row in rows]
+                self._looked += len(rows)
                 self._known[key] = max(gap for gap, _ in missed), max(bound for _, bound in missed)
             gap, bounds[group] = self._known[key]
             if gap > tolerance:
@@ -327,7 +363,7 @@ def _equations(design: Design, rows: Sequence[_Row]) -> list[str]:
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
     alone = [_Row(row.group, row.pattern) for row in rows]
     problem = _Problem(design, canvas, alone, STRETCH)
-    return problem.within(STRETCH * max(canvas)) != []
+    return problem.within(STRETCH * max(canvas))[0] != []
 
 
 def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:

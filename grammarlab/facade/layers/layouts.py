@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.candidates import FittingWords, NothingFitsError
@@ -14,6 +16,10 @@ from grammarlab.facade.layers.solving import Layout, solve
 MOST_COUNT = 100
 _EFFORT = 20_000
 """Steps to find out whether a part of a design can be laid out."""
+_SECONDS = 3.0
+"""To find out what contradicts each other; after that, what is told may be more than is needed."""
+_MOST_TOLD = 12
+"""Statements that a message names."""
 
 
 def _never() -> bool:
@@ -51,14 +57,17 @@ def _solved(
     fits = FittingWords(design, width, height)
     return solve(
         fits, (width, height), design.weights, count,
-        tolerances=fits.tolerances(enough=count), gaps=design.overhang, effort=effort, stop=stop,
+        tolerances=fits.tolerances(enough=count), gaps=design.overhang,
+        others=fits.least_of_others, effort=effort, stop=stop,
     )  # fmt: skip
 
 
-def may_fit(design: Design) -> bool:
+def may_fit(design: Design, stop: Callable[[], bool] = _never) -> bool:
     """Whether a design has a layout on its canvas; true as well where that is not found out soon."""
+    if stop():
+        return True
     try:
-        return bool(_solved(design, design.width, design.height, 1, effort=_EFFORT))
+        return bool(_solved(design, design.width, design.height, 1, stop, effort=_EFFORT)) or stop()
     except NothingFitsError:
         return False
     except FacadeError:  # too many words, or too many steps
@@ -68,7 +77,13 @@ def may_fit(design: Design) -> bool:
 def _told(design: Design, width: float, height: float) -> str:
     """What contradicts each other, as far as one finds it soon."""
     design = replace(design, width=width, height=height)
-    found = contradiction(design, may_fit)
-    if not found:
+    end = time.monotonic() + _SECONDS
+
+    def late() -> bool:
+        return time.monotonic() > end
+
+    found = contradiction(design, partial(may_fit, stop=late))
+    if not found or len(found) > _MOST_TOLD:
         return ""
-    return f" Not all of this can be, though all but any one of it can: {in_words(design, found)}."
+    told = "of which some may not matter" if late() else "though all but any one of it can"
+    return f" Not all of this can be, {told}: {in_words(design, found)}."

@@ -82,8 +82,9 @@ class Shelf:
     @cached_property
     def _problem(self) -> PairProblem:
         return problem_of(
-            self.words, self.canvas, self.weights, tolerance=self.tolerance, sizing=self.sizing, gaps=self.gaps
-        )
+            self.words, self.canvas, self.weights, tolerance=self.tolerance, sizing=self.sizing, gaps=self.gaps,
+            finest=True,
+        )  # fmt: skip
 
     def _search(self, count: int, cutoff: float) -> None:
         found = align(

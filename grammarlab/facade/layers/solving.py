@@ -24,10 +24,16 @@ _GROWTH = 2.0
 """Of the cap on energies."""
 _LAST = 20_000
 """Steps when effort has run out before there is a layout."""
-_MOST_HURRIED = 3
+_MOST_HURRIED = 8
 """Candidates that are looked at then."""
 _STEPS_OF_SIZES = 300
 """Steps of effort that solving for sizes takes, about."""
+_STEPS_OF_DEMANDS = 100
+"""Steps of effort that an alignment takes to be told by its bound."""
+_STEPS_OF_OPENING = 50
+"""Steps of effort that it takes to look at a candidate for the first time."""
+_STEPS_OF_BRANCH = 3
+"""Steps of effort that each branch takes."""
 _MOST_ENERGY = 4.0
 """Metres of errors for each metre of the canvas after which no cap is set."""
 
@@ -78,6 +84,7 @@ def solve(
     *,
     tolerances: Sequence[float],
     gaps: bool = False,
+    others: Callable[[float], float] = lambda _: math.inf,
     effort: int = 500_000,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Layout]:
@@ -90,6 +97,7 @@ def solve(
         count: how many.
         tolerances: metres, growing; the first with a layout is searched whole.
         gaps: see `size_letters`.
+        others: energy that layouts of words that `candidates` leaves out have at least, of a tolerance.
         effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
         stop: ends all searches once it says so; then what is returned may be anything.
 
@@ -101,6 +109,7 @@ def solve(
         if tired and tolerance < max(tolerances):  # with more room there is a layout sooner
             continue
         given = tuple(candidates(tolerance))
+        budget = SearchBudget(effort // 2, stop)
         whole = _Branches(
             candidates=given,
             canvas=canvas,
@@ -108,7 +117,8 @@ def solve(
             count=count,
             tolerance=tolerance,
             gaps=gaps,
-            budget=SearchBudget(effort // 2, stop),
+            budget=budget,
+            others=others(tolerance),
         )
         best = whole.layouts()
         # Where effort ran out, layouts within a part of the tolerance are found sooner.
@@ -156,6 +166,8 @@ class _Branches:
     tolerance: float
     gaps: bool
     budget: SearchBudget
+    others: float = math.inf
+    """Energy of other candidates at least."""
     shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
     opened: dict[int, _Opened] = field(default_factory=dict)
     sized: dict[tuple[int, Places], SymbolSizes | None] = field(default_factory=dict)
@@ -181,7 +193,7 @@ class _Branches:
     @property
     def bound(self) -> float:
         """What is not among the best costs at least this much."""
-        return min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap)
+        return min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap, self.others)
 
     @property
     def threshold(self) -> float:
@@ -196,7 +208,9 @@ class _Branches:
             if self.budget.is_spent:
                 break
             bound, number, places = heapq.heappop(self.heap)
+            self.budget.left -= _STEPS_OF_BRANCH
             if number not in self.opened:
+                self.budget.left -= _STEPS_OF_OPENING
                 self.opened[number] = self._open(number)
                 if self.opened[number].floor > bound:
                     heapq.heappush(self.heap, (self.opened[number].floor, number, ()))
@@ -270,6 +284,7 @@ class _Branches:
         heapq.heappush(self.heap, (max(bound, paid + opened.floor), number, places))
         if max(bound, paid + opened.floor) > self.threshold:
             return
+        self.budget.left -= _STEPS_OF_DEMANDS
         demands = [shelf.demands(place) for shelf, place in zip(opened.shelves, places, strict=True)]
         if paid + self.weights.sizing * least_error(demands) > self.threshold:
             return
@@ -301,10 +316,13 @@ class _Branches:
     def hurried(self) -> list[Layout]:
         """Layouts of the first candidates that have one, whatever it costs."""
         bound, order = self.bound, sorted(range(len(self.candidates)), key=self._missing)
-        self.cap, self.budget.left = math.inf, _LAST
+        self.cap = math.inf
         for number in order[:_MOST_HURRIED]:
+            self.budget.left, self.heap = _LAST, []
             self.opened.setdefault(number, self._open(number))
             self._first(number)
+            while self.heap and not self.best and not self.budget.is_spent:
+                self._next(number, heapq.heappop(self.heap)[2])
             if self.best:
                 break
         self.unsure = min(self.unsure, bound)

@@ -1,5 +1,6 @@
 """Words that fit a canvas."""
 
+import math
 from itertools import product
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.layers.candidates import FittingWords
+from grammarlab.facade.layers.candidates import MOST, FittingWords
 from grammarlab.facade.layers.designs.file import parse_design
 from tests.facade.layers.samples import design, residential
 
@@ -24,9 +25,7 @@ y = "P^{10k}"
 
 
 def fits(made, tolerance: float) -> list:
-    found = FittingWords(made, made.width, made.height).within(tolerance)
-    assert found is not None
-    return found
+    return FittingWords(made, made.width, made.height).within(tolerance)
 
 
 def text(instance) -> str:
@@ -169,3 +168,20 @@ def test_negative_counters_reflect() -> None:
     words = {fit.counters["k"]: text(fit.words["A^3(BC)^k"]) for fit in fits(made, 9.0)}
     assert words[-2] == "AAABCBCBCB"
     assert words[1] == "AAABC"
+
+
+def test_of_too_many_combinations_those_that_fit_best_are_looked_at() -> None:
+    """Five layers with counters of their own: 21^5 combinations."""
+    names = "abcdf"
+    made = design(
+        {f"layer {name}": f"(A)^{name}" for name in names}, "A = 1.0", 12.0,
+        counters="".join(f"{name} = {{ least = 4, most = 24 }}\n" for name in names),
+    )  # fmt: skip
+    words = FittingWords(made, made.width, made.height)
+    found = words.within(6.0)
+    assert 0 < len(found) <= MOST
+    assert all(fit.gap <= 6.0 for fit in found)
+    assert dict(found[0].counters) == dict.fromkeys(names, 12)
+    assert words.least_of_others(6.0) == 0.0
+    house = residential()
+    assert FittingWords(house, house.width, house.height).least_of_others(0.5) == math.inf

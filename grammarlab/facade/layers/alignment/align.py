@@ -11,6 +11,7 @@ from grammarlab.facade.layers.alignment.naming import Element, named_columns
 from grammarlab.facade.layers.alignment.pairs import PairProblem, Prices
 from grammarlab.facade.layers.alignment.rows import EMPTY, RowStep, build_rows, unit_of
 from grammarlab.facade.layers.alignment.search import Path, column_size, search
+from grammarlab.facade.layers.alignment.spreads import Spreads
 from grammarlab.facade.layers.alignment.strains import Strains
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.weights import Weights
@@ -96,6 +97,7 @@ def align(
     cutoff: float = math.inf,
     sizing: float = 0.0,
     gaps: bool = False,
+    finest: bool = False,
     problem: PairProblem | None = None,
 ) -> Aligned:
     """The best different alignments of some words.
@@ -114,6 +116,7 @@ def align(
         cutoff: alignments of more energy are not wanted.
         sizing: weight of `Alignment.strain`, which then counts for what is best.
         gaps: see `size_letters`; only for `sizing`.
+        finest: whether alignments are left out that look like one with finer columns, which is better.
         problem: what `problem_of` makes of these words, where several searches are about it.
 
     Raises:
@@ -127,7 +130,9 @@ def align(
     if not any(words):
         return Aligned((), math.inf, done=True)
     unit = unit_of(canvas)
-    problem = problem or problem_of(words, canvas, weights, tolerance=tolerance, sizing=sizing, gaps=gaps)
+    problem = problem or problem_of(
+        words, canvas, weights, tolerance=tolerance, sizing=sizing, gaps=gaps, finest=finest
+    )
     highest = _DEAREST if cutoff == math.inf else math.floor(cutoff / unit * _PRICE) + 1
     found = search(problem, count, effort, highest)
     bound = found.bound * unit / _PRICE
@@ -140,7 +145,14 @@ def align(
 
 
 def problem_of(
-    words: Sequence[Word], canvas: float, weights: Weights, *, tolerance: float, sizing: float = 0.0, gaps: bool = False
+    words: Sequence[Word],
+    canvas: float,
+    weights: Weights,
+    *,
+    tolerance: float,
+    sizing: float = 0.0,
+    gaps: bool = False,
+    finest: bool = False,
 ) -> PairProblem:
     """What is to be searched, in whole units; arguments as for `align`."""
     unit = unit_of(canvas)
@@ -153,6 +165,7 @@ def problem_of(
         most=most,
         tolerance=math.ceil(tolerance / unit),
         gaps=gaps,
+        finest=finest,
     )
 
 
@@ -162,11 +175,18 @@ def _alignment(
     """The matrix that a path stands for, with its numbers."""
     errors, span, elastic = 0, 0, False
     strains, states, worst = Strains(problem), [0] * len(problem.rows), 0
+    spreads = Spreads(problem)
+    widths = spreads.start
     for column in path:
-        worst = max(worst, strains.of(states, column)) if problem.prices.strain else 0
-        states = [step.state for step in column]
         error, high, fixed = column_size(column)
         errors, span, elastic = errors + error, span + high, elastic or not fixed
+        if problem.prices.strain:
+            after = spreads.after(widths, states, column, high, elastic=not fixed, span=span)
+            if after is None:
+                raise AssertionError("The path of an alignment has widths for its letters.")
+            widths, strain = after
+            worst = max(worst, strain, strains.of(states, column))
+        states = [step.state for step in column]
     cells: list[tuple[Element, ...]] = [()] * len(words)
     merged = 0
     for at, row in enumerate(problem.rows):

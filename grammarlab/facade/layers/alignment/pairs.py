@@ -39,6 +39,8 @@ class PairProblem:
     """Units that the error of a column is at most."""
     gaps: bool = False
     """Whether elements with letters that are not opaque need not fill their column."""
+    finest: bool = False
+    """Whether a column is left out that two columns in its place would look like, which cost less."""
     _bounds: dict[tuple[int, int], tuple[int, Bounds]] = field(default_factory=dict)
     """Of pairs, those of the largest limit."""
 
@@ -114,20 +116,22 @@ class _Pair:
         ones, others = self.first.steps(at), self.second.steps(to)
         error, merge = self.prices.error, self.prices.merge
         widest = min(limit // error, self.tolerance) if error else self.tolerance
-        for one in (*((ones.empty,) if ones.empty else ()), *ones.fixed, *ones.elastic):
+        fixed_ones = ones.fixed[: bisect_right(ones.fixed_merged, limit // (merge * self.counts[0]))]
+        most = bisect_right(others.fixed_merged, limit // (merge * self.counts[1]))
+        for one in (*((ones.empty,) if ones.empty else ()), *fixed_ones, *ones.elastic):
             base = merge * self.counts[0] * one.merged
             if base > limit:
                 continue
             if others.empty is not None:
                 yield from self._priced(one, others.empty, base, limit)
-            fixed, elastic = others.fixed, others.elastic
+            fixed, elastic = others.fixed[:most], others.elastic
             if one.kind != EMPTY:
                 first = bisect_left(others.fixed_sizes, one.size - widest) if one.fixed else 0
                 fixed = fixed[first : bisect_right(others.fixed_sizes, one.size + widest)]
                 if one.fixed:
                     elastic = elastic[: bisect_right(others.elastic_sizes, one.size + widest)]
             if not one.fixed:
-                fixed = others.fixed
+                fixed = others.fixed[:most]
             for other in (*fixed, *elastic):
                 yield from self._priced(one, other, base, limit)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import NamedTuple
 
 from grammarlab.facade.layers.letters import Letter, Word
@@ -45,6 +46,8 @@ class Steps(NamedTuple):
     empty: RowStep | None
     fixed: tuple[RowStep, ...]
     fixed_sizes: tuple[int, ...]
+    fixed_merged: tuple[int, ...]
+    """The least number of merged letters from each of them on; it grows."""
     elastic: tuple[RowStep, ...]
     elastic_sizes: tuple[int, ...]
 
@@ -115,7 +118,10 @@ def _steps(row: AlignedRow, state: int) -> Steps:
     found.sort(key=lambda step: (step.size, step.merged, step.state))
     fixed = tuple(step for step in found if step.fixed)
     elastic = tuple(step for step in found if not step.fixed)
-    return Steps(empty, fixed, tuple(step.size for step in fixed), elastic, tuple(step.size for step in elastic))
+    merged = tuple(accumulate((step.merged for step in reversed(fixed)), min))[::-1]
+    return Steps(
+        empty, fixed, tuple(step.size for step in fixed), merged, elastic, tuple(step.size for step in elastic)
+    )
 
 
 def _transparent(row: AlignedRow, read: int, is_open: bool) -> list[RowStep]:

@@ -18,12 +18,14 @@ from typing import NamedTuple
 
 from grammarlab.facade.layers.alignment.pairs import Bounds, PairProblem
 from grammarlab.facade.layers.alignment.rough import Path, rough_paths
-from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, AlignedRow, RowStep
+from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, TRANSPARENT, AlignedRow, RowStep
 from grammarlab.facade.layers.alignment.spreads import Spreads, Widths
 from grammarlab.facade.layers.alignment.strains import Strains
 
 _ALL_PAIRS = 6
 """Rows whose pairs are all bounded; of more, pairs with the row of most letters."""
+_FIRST = 1000
+"""Part of the canvas that errors are at most with the first limit."""
 _GROWTH = 2
 """Of the limit."""
 
@@ -94,10 +96,14 @@ def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundP
         return _alone(problem, rows[0])
     letters = sum(len(row.layers) * len(row.word) for row in rows)
     ceiling = min(prices.error * sum(sum(row.sizes) for row in rows) + 2 * prices.merge * letters, cutoff)
-    limit = min(prices.error * problem.most // 50 + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling)
-    looked, bound, paths = 0, 0, ()
+    limit = min(
+        prices.error * problem.most // _FIRST + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling
+    )
+    watched = Spreads(problem), Strains(problem) if prices.strain else None
+    # Words have to be read again and again, whatever is found.
+    looked, bound, paths = letters, 0, ()
     while True:
-        tree = _Tree(problem, limit, count, effort - looked)
+        tree = _Tree(problem, limit, count, effort - looked, watched)
         found = tree.run()
         looked += tree.looked
         bound, paths = max(found.bound, bound), max(found.paths, paths, key=len)
@@ -105,6 +111,7 @@ def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundP
             return FoundPaths(paths, bound, done=True, steps=looked)
         if not found.done or looked >= effort:
             guessed = () if paths else _guess(problem, ceiling)
+            looked += 0 if paths else letters * max(len(row.word) for row in rows)
             return FoundPaths(paths, bound, done=False, guessed=guessed, steps=looked)
         limit = min(limit * _GROWTH, ceiling)
 
@@ -122,7 +129,7 @@ def _alone(problem: PairProblem, row: AlignedRow) -> FoundPaths:
 
 def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
     """The cheapest of the rough alignments that are some."""
-    tree = _Tree(problem, ceiling, 1, 0)
+    tree = _Tree(problem, ceiling, 1, 0, (Spreads(problem), Strains(problem) if problem.prices.strain else None))
     found = [(cost, path) for path in rough_paths(problem) if (cost := tree.price(path)) is not None]
     return tuple(sorted(found, key=itemgetter(0))[:1])
 
@@ -130,13 +137,14 @@ def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
 class _Tree:
     """One search, of what costs at most a limit."""
 
-    def __init__(self, problem: PairProblem, limit: int, count: int, effort: int) -> None:
+    def __init__(
+        self, problem: PairProblem, limit: int, count: int, effort: int, watched: tuple[Spreads, Strains | None]
+    ) -> None:
         self.problem, self.limit, self.count, self.effort = problem, limit, count, effort
         self.rows, self.prices = problem.rows, problem.prices
         self.num = len(self.rows)
         self.looked = self.number = 0
-        self.spreads = Spreads(problem)
-        self.strains = Strains(problem) if problem.prices.strain else None
+        self.spreads, self.strains = watched
         self.over = [
             sum(1 << above for above in range(self.num) if problem.over(above, below)) for below in range(self.num)
         ]
@@ -153,10 +161,15 @@ class _Tree:
                 break
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
+        """Pairs to bound; first those of the longest rows, which most often show that a limit is too low."""
+        lengths = [row.left[0] for row in self.rows]
         hub = max(range(self.num), key=lambda at: (self.rows[at].left[0] > 0, len(self.rows[at].word)))
-        for one, other in combinations(range(self.num), 2):
-            if self.num <= _ALL_PAIRS or hub in (one, other):
-                yield one, other
+        pairs = [
+            (one, other)
+            for one, other in combinations(range(self.num), 2)
+            if self.num <= _ALL_PAIRS or hub in (one, other)
+        ]
+        return iter(sorted(pairs, key=lambda pair: -min(lengths[pair[0]], lengths[pair[1]])))
 
     def run(self) -> FoundPaths:
         start = tuple(0 for _ in self.rows)
@@ -222,13 +235,15 @@ class _Tree:
 
     def _after(self, node: _Node, column: _Column, states: tuple[int, ...], least: int) -> _Node | None:
         """The place after a column; None where letters of a symbol differ too much, or all costs too much."""
-        widths, span = node.widths, node.span + column.high
+        widths, span, strain = node.widths, node.span + column.high, node.strain
         if self.spreads.rows:
-            after = self.spreads.after(widths, column.steps, column.high, elastic=not column.fixed, span=span)
+            after = self.spreads.after(
+                widths, node.states, column.steps, column.high, elastic=not column.fixed, span=span
+            )
             if after is None:
                 return None
-            widths = after
-        strain = node.strain
+            widths, least_strain = after
+            strain = max(strain, least_strain)
         if self.strains is not None:
             strain = max(self.strains.of(node.states, column.steps), strain)
         more = strain - node.strain
@@ -299,6 +314,8 @@ class _Tree:
         at = len(states)
         if at == self.num:
             if column.opaque and (column.fixed or column.low < 0):
+                if self.problem.finest and column.price and self._is_coarse(node.states, column.steps):
+                    return
                 guess = node.cost + column.price + self.prices.error * self._error(column) + rest
                 yield column, states, max(guess, node.guess)
             return
@@ -319,18 +336,30 @@ class _Tree:
             if node.cost + wider.price + self.prices.error * self._error(wider) + more <= self.limit:
                 yield from self._more(node, wider, after, more, still)
 
+    def _is_coarse(self, states: Sequence[int], steps: Sequence[RowStep]) -> bool:
+        """Whether a column may be cut between its letters: all elements with letters that are seen are the same."""
+        seen: set[tuple[str, ...]] = set()
+        for row, before, step in zip(self.rows, states, steps, strict=True):
+            if step.kind == OPAQUE and step.fixed:
+                letters = row.word[(before + 1) // 2 : (step.state + 1) // 2]
+                seen.add(tuple(letter.symbol for letter in letters))
+            elif step.kind != EMPTY and (step.kind != TRANSPARENT or step.merged or len(step.loose) != 1):
+                return False
+        return len(seen) == 1
+
     def _steps(self, node: _Node, column: _Column, at: int) -> Iterator[RowStep]:
         """Elements of a row whose error is affordable."""
         steps = self.rows[at].steps(node.states[at])
         if steps.empty is not None:
             yield steps.empty
-        first, last, last_elastic = 0, len(steps.fixed), len(steps.elastic)
+        left = (self.limit - node.cost - column.price) // (self.prices.merge * len(self.rows[at].layers))
+        first, last, last_elastic = 0, bisect_right(steps.fixed_merged, left), len(steps.elastic)
         if column.low >= 0:
             widest = self.problem.tolerance
             if self.prices.error:
                 widest = min(widest, (self.limit - node.cost - column.price) // self.prices.error)
             first = bisect_left(steps.fixed_sizes, column.high - widest)
-            last = bisect_right(steps.fixed_sizes, column.low + widest)
+            last = min(bisect_right(steps.fixed_sizes, column.low + widest), last)
             last_elastic = bisect_right(steps.elastic_sizes, column.low + widest)
         yield from steps.fixed[first:last]
         yield from steps.elastic[:last_elastic]

@@ -1,0 +1,111 @@
+"""Pictures of the pages in a browser: `python -m docs.gen.screens [NAME ...]`; without a name, all of them."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from playwright.sync_api import Page, expect, sync_playwright
+
+from tests.browser.chromium import ARGUMENTS, CHROMIUM
+from tests.browser.driver import ScoringPage, Server, settle
+from tests.browser.editing import EditorPage
+
+IMAGES = Path(__file__).parents[1] / "images"
+FACADES = "grammars/facades"
+MILLISECONDS = 40_000
+
+
+@dataclass(frozen=True, slots=True)
+class Screen:
+    """A page and what is done on it before its picture is taken."""
+
+    command: tuple[str, ...]
+    """Of grammarlab; `OUT` stands for a new file."""
+    do: Callable[[Page], None]
+    size: tuple[int, int] = (1280, 800)
+
+
+class CommandServer(Server):
+    """Any command that serves a page."""
+
+    def __init__(self, command: tuple[str, ...], output: Path) -> None:
+        super().__init__(command[0], output)
+        self.command = command
+
+    def arguments(self) -> list[str]:
+        """As `Server.arguments`."""
+        return [str(self.session) if each == "OUT" else each for each in self.command]
+
+
+def new_models(page: Page) -> None:
+    """The page on which models are scored, as it opens, with all of its pictures."""
+    scoring = ScoringPage(page)
+    expect(scoring.cell(0)).to_be_visible()
+    scoring.expect_pictures()
+
+
+def one_column_more(page: Page) -> None:
+    """The arcade with a column more and the width of a window locked."""
+    editor = EditorPage(page, Path())
+    editor.button("One column more").click()
+    before = editor.elements.count()
+    editor.tiles.nth(1).click()
+    expect(editor.elements).not_to_have_count(before)
+    page.mouse.click(*editor.element(2))
+    editor.button("Lock part width").click()
+    expect(page.get_by_role("list", name="Locks").get_by_role("listitem")).to_have_count(1)
+
+
+def next_best(page: Page) -> None:
+    """The apartment house with its next-best layouts."""
+    expect(page.locator(".fe-tile:visible").first).to_be_visible()
+    expect(page.locator(".fl-busy")).to_have_count(0)
+
+
+SCREENS = {
+    "scoring.jpg": Screen(("score", "building", "--session", "OUT", "--seed", "5"), new_models, (1360, 860)),
+    "facade_page.jpg": Screen(("facade", "open", f"{FACADES}/arcade.json", "-o", "OUT"), one_column_more, (1360, 860)),
+    "layers_page.png": Screen(("facade", "open", f"{FACADES}/apartment.toml", "-o", "OUT"), next_best),
+}
+
+
+def main(names: list[str]) -> None:
+    """Take the pictures of these names."""
+    if unknown := set(names) - set(SCREENS):
+        raise SystemExit(f"unknown picture {min(unknown)!r}: expected one of {', '.join(SCREENS)}")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        for name in names or SCREENS:
+            take(browser.new_page, name)
+        browser.close()
+
+
+def take(open_page: Callable[..., Page], name: str) -> None:
+    """Take one picture."""
+    screen = SCREENS[name]
+    with tempfile.TemporaryDirectory() as folder:
+        server = CommandServer(screen.command, Path(folder) / f"made{_ending(screen)}")
+        try:
+            page = open_page(viewport={"width": screen.size[0], "height": screen.size[1]})
+            page.set_default_timeout(MILLISECONDS)
+            page.goto(server.start().address)
+            screen.do(page)
+            page.wait_for_load_state("networkidle")
+            settle(page)
+            page.screenshot(path=IMAGES / name)
+            page.close()
+        finally:
+            server.kill()
+
+
+def _ending(screen: Screen) -> str:
+    return ".db" if screen.command[0] == "score" else Path(screen.command[2]).suffix
+
+
+if __name__ == "__main__":
+    expect.set_options(timeout=MILLISECONDS)
+    main(sys.argv[1:])
