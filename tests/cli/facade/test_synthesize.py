@@ -11,6 +11,7 @@ from PIL import Image
 
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import check
+from grammarlab.runs.requests.examples import examples_folder
 from tests.facade.examples.houses import house
 
 
@@ -109,6 +110,19 @@ def test_parts_are_made_after_the_example_that_a_map_names(run, building: Path, 
     bottoms = np.unique(np.round(rows.position[windows, 1], 2))
     assert np.diff(bottoms)[-2:] == pytest.approx([3.5, 3.5], abs=0.02)
     assert np.diff(bottoms)[0] == pytest.approx(3.0, abs=0.3)
+    assert made["watertight"]
+
+
+def test_shops_keep_their_ground_floor_and_their_door(run, tmp_path: Path) -> None:
+    rules = examples_folder() / "facades" / "blocks.cga"
+    options = ["--start", "Shops", "--attr", "columns=5", "--attr", "storeys=4", "-n", 1, "--format", "ply"]
+    run("sample", rules, *options, "--no-image", "-o", tmp_path / "shops")
+    file = next((tmp_path / "shops").glob("*.ply"))
+    made = report(run, file, "--rows", 5, "--columns", 7, "-o", tmp_path / "out")["results"][0]
+    labels = np.array(made["labels"])
+    door, shop = (made["names"].index(name) for name in ("door", "shop"))
+    assert (labels == door).sum() == (labels[0] == door).sum() == 1
+    assert (labels == shop).sum() == (labels[0] == shop).sum() == 6
     assert made["watertight"]
 
 

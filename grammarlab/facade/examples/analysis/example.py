@@ -7,15 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.examples.analysis.elements import bare_of, elements_of
+from grammarlab.facade.examples.analysis.elements import WallElements, bare_of, elements_of
 from grammarlab.facade.examples.analysis.kinds import label_grid
 from grammarlab.facade.examples.analysis.lattice import Lattice, lattice
-from grammarlab.facade.examples.analysis.walls import BEFORE, BEHIND, Wall, walls_of
+from grammarlab.facade.examples.analysis.panes import panes_of
+from grammarlab.facade.examples.analysis.walls import BEFORE, BEHIND, PIXELS, Wall, walls_of
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.bending import Bend, bend_of
 from grammarlab.facade.examples.mesh.reading import ExampleMesh
 from grammarlab.facade.examples.mesh.surface import Floats, Surface
-from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, seen_from, turn_to_walls
+from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rotation, seen_from, turn_to_walls
 
 _SLACK = 0.05
 """Metres behind and before what is seen of a region."""
@@ -23,6 +24,10 @@ _COARSE = 40_000
 """Pixels of the maps that tell which axis is up."""
 _ENTERED = 1.5
 """How many units without an entrance count as much as one of a wall that has one."""
+_ROUNDS = 3
+"""Times that a building is turned anew to walls that are not quite square to the others."""
+_PANES = 2
+"""Times as many panes as elements in relief from which panes are taken to be units."""
 MOST_LINES = 200
 """Rows or columns."""
 
@@ -120,51 +125,87 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
     Raises:
         FacadeError: where no wall has anything on it.
     """
-    ways = {"y": np.eye(3), "z": Z_UP}
-    if not up:
-        # A coarse look is enough to tell walls from roofs.
-        scores = {each: _num_elements(_turned(mesh, turn)[0]) for each, turn in ways.items()}
-        up = "z" if scores["z"] > scores["y"] else "y"
-        notes = ("z is taken to be up, since more units stand on walls then",) if up == "z" else ()
-    else:
-        notes: tuple[str, ...] = ()
-    example = _upright(mesh, ways[up])
+    ways = {"y": _stood(mesh, np.eye(3))} if up != "z" else {}
+    if up != "y":
+        ways["z"] = _stood(mesh, Z_UP)
+    notes: tuple[str, ...] = ()
+    if len(ways) == 2 and ways["z"].num_elements > ways["y"].num_elements:
+        up, notes = "z", ("z is taken to be up, since more units stand on walls then",)
+    example = _upright(mesh, ways[up or "y"])
     if not example.regions:
         large = float(np.ptp(example.surface.points, axis=0).max())
         raise FacadeError(
             f"No wall of this building, {large:.3g} m large, has units on it, such as windows, that differ from its "
-            "plane by 3 cm or more; give --up if it lies on its side, --unit if its coordinates are no metres."
+            "plane by 2 cm or more; give --up if it lies on its side, --unit if its coordinates are no metres."
         )
     if example.bend is not None:
         notes += (f"walls stand along an arc of {example.bend.radius:.1f} m; rules and facades are laid out straight",)
     return replace(example, notes=notes)
 
 
-def _num_elements(surface: Surface) -> int:
-    """Elements on the walls of all sides, about."""
-    found = 0
+def _walls(surface: Surface, num_pixels: int = PIXELS) -> list[tuple[Wall, WallElements]]:
+    """The walls of all sides, as maps of so many pixels show them, and their elements.
+
+    Where hardly anything stands out of the walls, or most of what does holds a pane that nearly lies in its wall, panes
+    are elements.
+    """
+    found: list[tuple[Wall, WallElements]] = []
+    panes: list[WallElements] = []
     for side in range(len(SIDES)):
         corners = seen_from(side, surface.points)[surface.triangles]
-        found += sum(len(elements_of(wall, corners).low) for wall in walls_of(surface, side, _COARSE))
-    return found
+        for wall in walls_of(surface, side, num_pixels):
+            found.append((wall, elements_of(wall, corners)))
+            panes.append(panes_of(wall, corners, surface.triangles, found[-1][1]))
+    num = sum(len(relief.low) for _, relief in found)
+    held = sum(int(relief.around(flat).sum()) for (_, relief), flat in zip(found, panes, strict=True))
+    if sum(len(flat.low) for flat in panes) <= _PANES * num and (not num or 2 * held < num):
+        return found
+    return [(wall, relief.with_panes(flat)) for (wall, relief), flat in zip(found, panes, strict=True)]
 
 
-def _turned(mesh: ExampleMesh, stand: Floats) -> tuple[Surface, Floats, Bend | None]:
-    """The building stood up, laid out straight and turned to its walls; [3, 3] the rotation, and the arc if any."""
+@dataclass(frozen=True, eq=False)
+class _Stood:
+    """A building stood up, laid out straight and turned to its walls."""
+
+    surface: Surface
+    turn: Floats
+    """[3, 3]"""
+    bend: Bend | None
+    num_elements: int
+    """On the walls of all sides, as a coarse look counts them."""
+
+
+def _stood(mesh: ExampleMesh, stand: Floats) -> _Stood:
+    """The building stood up by a rotation; of houses that are not quite rectangular, square to the wall with units."""
     surface = mesh.surface.moved(mesh.surface.points @ stand.T)
     bend = bend_of(surface)
     if bend is not None:
         surface = surface.moved(bend.straight(surface.points))
-        turn = turn_to_walls(surface)
-        return surface.moved(surface.points @ turn.T), turn, bend
+        stand = np.eye(3)
     turn = turn_to_walls(surface) @ stand
-    return mesh.surface.moved(mesh.surface.points @ turn.T), turn, None
+    straight = mesh.surface if bend is None else surface
+    best, tilts = _looked_at(straight, turn, bend)
+    for _ in range(_ROUNDS if bend is None else 0):
+        others = [_looked_at(straight, rotation(tilt) @ best.turn, bend) for tilt in tilts]
+        other, tilts = max(others, key=lambda each: each[0].num_elements, default=(best, []))
+        if other.num_elements < best.num_elements or other is best:
+            break
+        best = other
+    return best
 
 
-def _upright(mesh: ExampleMesh, stand: Floats) -> Example:
-    """The building with its units, when so turned."""
-    surface, turn, bend = _turned(mesh, stand)
-    regions = [each for side in range(len(SIDES)) for each in _regions(surface, side)]
+def _looked_at(straight: Surface, turn: Floats, bend: Bend | None) -> tuple[_Stood, list[float]]:
+    """The building turned, and by how many radians more some of its walls would be square."""
+    surface = straight.moved(straight.points @ turn.T)
+    walls = _walls(surface, _COARSE)
+    tilts = [tilt for wall, _ in walls if (tilt := wall.tilt())]
+    return _Stood(surface, turn, bend, sum(len(elements.low) for _, elements in walls)), tilts
+
+
+def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
+    """The building with its units."""
+    surface, turn, bend = stood.surface, stood.turn, stood.bend
+    regions = _regions(surface)
     if not regions:
         return Example(mesh, surface, turn, (), (), bend)
     main = max(regions, key=lambda each: (_weight(each), -each.side))
@@ -190,11 +231,9 @@ def _weight(region: Region) -> float:
     return len(region.elements) * (_ENTERED if entered else 1.0)
 
 
-def _regions(surface: Surface, side: int) -> list[Region]:
-    corners = seen_from(side, surface.points)[surface.triangles]
+def _regions(surface: Surface) -> list[Region]:
     found = []
-    for wall in walls_of(surface, side):
-        elements = elements_of(wall, corners)
+    for wall, elements in _walls(surface):
         if not len(elements.low):
             continue
         low, high = bare_of(wall)
@@ -208,7 +247,7 @@ def _regions(surface: Surface, side: int) -> list[Region]:
         found.append(
             Region(
                 name="",
-                side=side,
+                side=wall.side,
                 columns=columns,
                 rows=rows,
                 grid=label_grid(wall, elements, columns, rows),

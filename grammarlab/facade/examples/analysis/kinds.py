@@ -31,7 +31,8 @@ _GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.85, 1.8, 2.2
 @dataclass(frozen=True, slots=True)
 class _Cell:
     size: Floats
-    """[2] metres; not a number along an axis at whose end it stands, where cells end as the wall does."""
+    """[2] metres; not a number along an axis at whose end it stands, where cells end as the wall does, or along which
+    something in it is larger."""
     boxes: Floats
     """[K, 4] low and high corners of its elements, in metres."""
     depth: Floats
@@ -80,6 +81,7 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
             part = map_.rows(low[1] + inside, high[1] - inside), map_.columns(low[0] + inside, high[0] - inside)
             size = high - low
             size[[column in (0, len(columns) - 1), row in (0, len(rows) - 1)]] = np.nan
+            size[((boxes[:, :2] < low) | (boxes[:, 2:] > high)).any(axis=0)] = np.nan
             middle = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0 if len(boxes) else (low + high) / 2.0
             first = np.array([part[0].start, part[1].start])
             anchor = np.rint((middle - map_.low) / map_.step - 0.5)[::-1].astype(np.int64) - first

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.examples.mesh.surface import Floats, Ints
+from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
 from grammarlab.facade.grids.editing import lines
 
 _REGULAR = 0.06
 """Part of a pitch by which places may miss a multiple of it."""
+_LARGER = 1.25
+"""Times as large as most that a cell is beside a wide gap, which gets a row or column of its own."""
 _THIN = 0.02
 """Metres beside a grid that are not worth a margin."""
 
@@ -53,9 +55,11 @@ def lattice(low: Floats, high: Floats, first: float, last: float) -> Lattice:
     lows, highs, member = lows[order], highs[order], rank[member]
     middle = (lows + highs) / 2.0
     step = _steps(middle, highs - lows)
+    apart = _apart(lows, highs) & (step == 1)
+    step[apart] += 1
     place = np.concatenate([[0], np.cumsum(step)]).astype(np.int64)
     pitch, regular = _pitch(place, middle)
-    line = _lines(place, lows, highs, first, last)
+    line = _lines(place, lows, highs, apart, first, last)
     line[0] = min(line[0], _edge(float(low.min()), _THIN, first, -1.0))
     line[-1] = max(line[-1], _edge(float(high.max()), _THIN, last, 1.0))
     return Lattice(line, pitch, regular, place[member])
@@ -74,6 +78,17 @@ def _steps(middle: Floats, size: Floats) -> Ints:
     return np.where(fits, times, 1).astype(np.int64)
 
 
+def _apart(low: Floats, high: Floats) -> Bools:
+    """[K - 1] where neighbours stand so far apart that the cells of both would be larger than others."""
+    room = low[1:] - high[:-1]
+    if len(room) < 3:
+        return np.zeros(len(room), dtype=bool)
+    beside = np.concatenate([room[:1], room, room[-1:]])
+    cell = high - low + (beside[:-1] + beside[1:]) / 2.0
+    large = cell > _LARGER * np.median(cell)
+    return large[:-1] & large[1:] & (room > _LARGER * np.maximum(beside[:-2], beside[2:])) & (room > np.median(room))
+
+
 def _pitch(place: Ints, middle: Floats) -> tuple[float, bool]:
     if len(place) < 2:
         return 0.0, False
@@ -82,12 +97,15 @@ def _pitch(place: Ints, middle: Floats) -> tuple[float, bool]:
     return float(slope), regular
 
 
-def _lines(place: Ints, low: Floats, high: Floats, first: float, last: float) -> Floats:
+def _lines(place: Ints, low: Floats, high: Floats, apart: Bools, first: float, last: float) -> Floats:
     """[K + 1] lines halfway between neighbours, as far outside the first and the last as inside, within the wall."""
     line = np.zeros(place[-1] + 2)
     for k in range(len(place) - 1):
         here, there = (high[k] + low[k + 1]) / 2.0, place[k + 1] - place[k]
-        if there == 1:
+        if apart[k]:
+            half = float(np.median(low[1:] - high[:-1])) / 2.0
+            line[place[k] + 1 : place[k] + 3] = high[k] + half, low[k + 1] - half
+        elif there == 1:
             line[place[k] + 1] = here
         else:
             pitch = (low[k + 1] + high[k + 1] - low[k] - high[k]) / 2.0 / there

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _LARGEST = 3e6
 """Sums of a row at most: where labels and patches make more, a cell has only the labels that most windows want."""
+_MANY = 100
+"""More labels than a window has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +27,8 @@ class RowWindows:
     patches: NDArray[np.int64]
     """[kinds + 1, patches, 3, 3]; the first patch again where a kind has fewer than others; the last kind wants
     nothing."""
+    known: dict[tuple[int, int, bytes], tuple[Labels, ...]] = field(default_factory=dict)
+    """What the patches of a row want, where all cells choose from the same labels."""
 
     @classmethod
     def of(cls, problem: Problem) -> RowWindows:
@@ -94,16 +98,35 @@ class RowWindows:
             if up != free:
                 wanted = patches[:, :, up, right]
                 known += (ring[centre + up, place + right][:, None] != wanted) & (wanted != AWAY)
-        wanted = patches[:, :, free, :, None]  # [columns, patches, 3, 1]
-        beside = np.clip(place[:, None] + np.arange(-1, 2), 0, columns - 1)  # beyond a border nothing is wanted
-        differ = ((wanted != states[beside][:, None]) & (wanted != AWAY)).astype(np.uint8)
-        differ = np.ascontiguousarray(differ.transpose(1, 2, 0, 3))  # [patches, 3, columns, states]
-        left = known.T[:, :, None] + differ[:, 0]
         size = states.shape[1]
-        least = np.full((columns, size, size, size), 255, dtype=np.uint8)
-        total = np.empty_like(least)
-        for here, (_, middle, right) in zip(left, differ, strict=True):
-            pair = here[:, :, None] + middle[:, None, :]
-            np.add(pair[..., None], right[:, None, None, :], out=total)
-            np.minimum(least, total, out=least)
+        least = np.full((columns, *(size + 2,) * WINDOW), _MANY, dtype=np.uint8)
+        np.minimum.at(least, (place[:, None], *self._meant(patches[:, :, free], centre, free, states)), known)
+        # A label that is not wanted costs 1, whichever it is: one axis after the other.
+        for axis in range(1, 1 + WINDOW):
+            before = (slice(None),) * axis
+            other = np.minimum(least.min(axis=axis) + np.uint8(1), least[*before, size])
+            least = np.minimum(least[*before, :size], np.expand_dims(other, axis))
         return least.astype(np.float64)
+
+    def _meant(self, wanted: Labels, centre: int, free: int, states: Labels) -> tuple[Labels, ...]:
+        """Three of [columns, patches] which state a patch wants; `size` for any, `size` + 1 for one that is not there.
+
+        Args:
+            wanted: [columns, patches, 3] labels, or `AWAY`.
+            centre: row of the windows' centres.
+            free: row of the windows that is chosen.
+            states: [columns, size] labels that each cell may have.
+        """
+        key = (centre, free, states[0].tobytes())
+        alike = (states == states[0]).all()
+        if alike and key in self.known:
+            return self.known[key]
+        columns, size = states.shape
+        beside = np.clip(np.arange(columns)[:, None] + np.arange(-1, 2), 0, columns - 1)
+        equal = wanted[..., None] == states[beside][:, None]  # beyond a border nothing is wanted
+        meant = np.where(equal.any(axis=3), equal.argmax(axis=3), size + 1)
+        meant[wanted == AWAY] = size
+        found = tuple(np.ascontiguousarray(meant[..., at]) for at in range(WINDOW))
+        if alike:
+            self.known[key] = found
+        return found

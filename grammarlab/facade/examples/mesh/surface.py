@@ -183,11 +183,11 @@ def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
     return ((points[a] - points[b]) ** 2).sum(axis=1)
 
 
-def edge_table(surface: Surface) -> tuple[Ints, Ints, Ints]:
+def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
     """[E, 2] points of every undirected edge, the lower first; [E] triangles at it; [E] how many more run upwards."""
-    start = surface.triangles.ravel()
-    end = surface.triangles[:, [1, 2, 0]].ravel()
-    number = max(len(surface.points), 1)
+    start = triangles.ravel()
+    end = triangles[:, [1, 2, 0]].ravel()
+    number = max(num_points, 1)
     # The last bit is the direction, so that one sort gives edges and what runs along them.
     key = (np.minimum(start, end) * number + np.maximum(start, end)) * 2 + (start < end)
     key.sort()
@@ -211,13 +211,13 @@ def is_watertight(surface: Surface) -> bool:
 
 def edge_numbers(surface: Surface) -> tuple[int, bool]:
     """How many edges only one triangle has, and whether all have an even number of them."""
-    count = edge_table(surface)[1]
+    count = edge_table(surface.triangles, len(surface.points))[1]
     return int((count == 1).sum()), bool(len(count)) and not (count % 2).any()
 
 
-def naked_edges(surface: Surface) -> tuple[Ints, Ints]:
+def naked_edges(triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
     """[E, 2] directed edges that nothing runs against, and [E] how many times; those of closed surfaces are none."""
-    edge, _, sign = edge_table(surface)
+    edge, _, sign = edge_table(triangles, num_points)
     open_ = sign != 0
     edge, sign = edge[open_], sign[open_]
     return np.where(sign[:, None] > 0, edge, edge[:, ::-1]), np.abs(sign)

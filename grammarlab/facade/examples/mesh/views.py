@@ -67,7 +67,11 @@ def turn_to_walls(surface: Surface) -> Floats:
     angle = np.arctan2(normals[wall, 0], normals[wall, 2])
     total = (area[wall] * np.exp(4j * angle)).sum()
     turn = float(np.angle(total)) / 4.0 if abs(total) > 1e-9 * max(float(area.sum()), 1e-12) else 0.0
-    # What is square but for rounding stays as it is, to the last bit.
+    return rotation(turn)
+
+
+def rotation(turn: float) -> Floats:
+    """[3, 3] about y, by radians; what is square but for rounding stays as it is, to the last bit."""
     if abs(turn) < 1e-6:
         return np.eye(3)
     c, s = np.cos(turn), np.sin(turn)

@@ -20,9 +20,11 @@ from grammarlab.facade.examples.building.assembly import (
 )
 from grammarlab.facade.examples.building.stock import UnitStock
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.surface.closing import Closed, closed
+from grammarlab.facade.examples.building.surface.closing import TOLERANCE, Closed, closed
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+from grammarlab.facade.examples.mesh.slicing import sliced
 from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
+from grammarlab.facade.examples.mesh.views import plane_of
 from grammarlab.facade.examples.synthesis import Synthesis, synthesize
 
 Box = tuple[float | None, float | None, float | None]
@@ -131,7 +133,7 @@ def build(
     with watch("stitching"):
         noise = max(region.noise for region in stock.walls)
         done = closed(pieces, tilings, noise, was_closed=before[1])
-        done = replace(done, surface=done.surface.moved(example.bent(done.surface.points)))
+        done = replace(done, surface=_bent(done.surface, example, tilings[0]))
         boundary, watertight = edge_numbers(done.surface)
     return Built(
         main=main,
@@ -143,6 +145,16 @@ def build(
         watertight=watertight,
         seconds=watch.seconds,
     )
+
+
+def _bent(surface: Surface, example: Example, main: Tiling) -> Surface:
+    """The building as it stands; along an arc it bends at the lines of columns, so that long edges follow the arc."""
+    if example.bend is None:
+        return surface
+    for at in main.columns:
+        plane = plane_of(main.region.side, 0, float(at))
+        surface = sliced(surface, plane.axis, plane.at, TOLERANCE)
+    return surface.moved(example.bent(surface.points))
 
 
 def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:

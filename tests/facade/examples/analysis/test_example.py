@@ -8,7 +8,7 @@ import pytest
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.analysis.example import Example, analyse
 from grammarlab.facade.examples.mesh.reading import read_mesh
-from tests.facade.examples.houses import House, house
+from tests.facade.examples.houses import RECESS, House, house
 
 
 def analysed(known: House, path: Path, digits: int = 9) -> Example:
@@ -46,7 +46,9 @@ def test_rows_columns_and_labels_are_those_of_the_house_with_points_off_by_a_cen
     assert main.columns.pitch == pytest.approx(known.pitch[0], abs=0.01)
 
 
-@pytest.mark.parametrize("change", ["plain", "flipped", "twice", "soup", "far", "z up", "turned"])
+@pytest.mark.parametrize(
+    "change", ["plain", "flipped", "half flipped", "empty faces", "twice", "soup", "far", "z up", "turned"]
+)
 def test_how_a_file_is_written_does_not_matter(change: str, tmp_path: Path) -> None:
     known = house(5, 4, 2)
     points, triangles = known.points, known.triangles
@@ -54,6 +56,8 @@ def test_how_a_file_is_written_does_not_matter(change: str, tmp_path: Path) -> N
     changed = {
         "plain": (points, triangles),
         "flipped": (points, triangles[:, ::-1]),
+        "half flipped": (points, np.where(np.arange(len(triangles))[:, None] % 2, triangles, triangles[:, ::-1])),
+        "empty faces": (points, np.concatenate([triangles, triangles[:99, [0, 0, 1]], triangles[:99, [0, 1, 1]]])),
         "twice": (np.concatenate([points, points]), np.concatenate([triangles, triangles + len(points)])),
         "soup": (points[triangles.ravel()], np.arange(triangles.size).reshape(-1, 3)),
         "far": (points + np.array([678_000.0, 5_403_000.0, 370.0]), triangles),
@@ -67,6 +71,21 @@ def test_how_a_file_is_written_does_not_matter(change: str, tmp_path: Path) -> N
     # What is left of the file is the house, upright and square.
     assert np.ptp(example.surface.points, axis=0) == pytest.approx(np.ptp(points, axis=0), abs=1e-3)
     assert bool(example.notes) == (change == "z up")
+
+
+def test_windows_without_glass_are_units(tmp_path: Path) -> None:
+    known = house(4, 3, 2)
+    corners = known.points[known.triangles]
+    span = np.ptp(corners, axis=1)
+    middle = corners.mean(axis=1)
+    far = known.points.max(axis=0)
+    glass = np.zeros(len(corners), dtype=bool)
+    for axis in (0, 2):
+        behind = np.minimum(np.abs(middle[:, axis] - RECESS), np.abs(middle[:, axis] - far[axis] + RECESS)) < 1e-6
+        glass |= (span[:, axis] < 1e-6) & behind
+    example = analysed(House(known.points, known.triangles[~glass], known.labels, known.pitch), tmp_path)
+    assert same_classes(example.main.grid.labels, known.labels)
+    assert len(example.regions) == 4
 
 
 def test_a_box_without_anything_on_it_is_refused_in_words(tmp_path: Path) -> None:

@@ -15,7 +15,8 @@ import numpy as np
 import shapely
 from scipy.spatial import KDTree
 
-from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, naked_edges, without_empty
+from grammarlab.facade.examples.building.surface.conforming import seam_edges
+from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, without_empty
 from grammarlab.facade.examples.mesh.views import Plane
 
 _MOST_EDGES = 200_000
@@ -42,7 +43,7 @@ def capped(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surfa
         tolerance: metres within which a point lies on a plane.
     """
     places = {axis: np.unique([each.at for each in planes if each.axis == axis]) for axis in range(3)}
-    edges, times = naked_edges(surface)
+    edges, times = seam_edges(surface, planes, tolerance)
     points, made, materials = surface.points, [surface.triangles], [surface.material]
     of_point = np.zeros(len(points), dtype=np.int64)
     of_point[surface.triangles.ravel()] = np.repeat(surface.material, 3)

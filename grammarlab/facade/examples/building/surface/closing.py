@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.facade.examples.building.assembly import Tiling, UnstitchedPieces
 from grammarlab.facade.examples.building.surface.caps import capped
-from grammarlab.facade.examples.building.surface.conforming import conformed, on_planes
+from grammarlab.facade.examples.building.surface.conforming import conformed, seam_edges
 from grammarlab.facade.examples.building.surface.mending import mended
 from grammarlab.facade.examples.building.surface.stitching import Matches, matches, nearest_pairs, stitched
 from grammarlab.facade.examples.mesh.surface import (
@@ -17,7 +17,6 @@ from grammarlab.facade.examples.mesh.surface import (
     Floats,
     Ints,
     Surface,
-    naked_edges,
     one_per_place,
     welded,
     without_empty,
@@ -67,7 +66,7 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
         surface = _nearer(surface, planes, bend)
     surface = conformed(surface, planes, bend)
     before = np.inf
-    while 0 < (left := len(naked_edges(surface)[0])) < _WORTH * before:
+    while 0 < (left := len(seam_edges(surface, planes, bend)[0])) < _WORTH * before:
         surface, before = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), left
     surface = without_slivers(rounded(surface), TOLERANCE / 10.0)
     if was_closed:
@@ -77,7 +76,7 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
 
 def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
     """The surface with open points of seams that are each other's nearest as one."""
-    edges = on_planes(surface.points, naked_edges(surface)[0], planes, TOLERANCE)
+    edges = seam_edges(surface, planes, TOLERANCE)[0]
     pairs = nearest_pairs(surface.points, np.unique(edges), edges, reach)
     place = np.arange(len(surface.points))
     place[pairs.moved] = pairs.kept

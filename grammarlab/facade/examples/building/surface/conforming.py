@@ -22,7 +22,7 @@ def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Su
         tolerance: metres between an edge and a point on it.
     """
     for _ in range(_ROUNDS):
-        edges = on_planes(surface.points, naked_edges(surface)[0], planes, tolerance)
+        edges = seam_edges(surface, planes, tolerance)[0]
         edge, via = _on_edges(surface.points, edges, tolerance)
         if not len(edge):
             return surface
@@ -34,18 +34,28 @@ def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Su
     return surface
 
 
-def on_planes(points: Floats, edges: Ints, planes: Sequence[Plane], tolerance: float) -> Ints:
-    """[K, 2] those of the edges [E, 2] that lie on one of the planes."""
+def seam_edges(surface: Surface, planes: Sequence[Plane], tolerance: float) -> tuple[Ints, Ints]:
+    """[E, 2] directed edges on one of the planes that nothing runs against, and [E] how many times."""
+    points = surface.points
+    places = [np.unique([each.at for each in planes if each.axis == axis]) for axis in range(3)]
+    near = np.zeros(len(points), dtype=bool)
+    for axis, at in enumerate(places):
+        near |= np.abs(points[:, axis] - _place(points[:, axis], at, tolerance)) <= tolerance
+    # Only triangles with two points near planes have such edges; of those edges they are all there is.
+    edges, times = naked_edges(surface.triangles[near[surface.triangles].sum(axis=1) >= 2], len(points))
     on = np.zeros(len(edges), dtype=bool)
-    for axis in range(3):
-        places = np.unique([each.at for each in planes if each.axis == axis])
-        if not len(places):
-            continue
+    for axis, at in enumerate(places):
         start, end = points[edges[:, 0], axis], points[edges[:, 1], axis]
-        at = np.searchsorted(places, start - tolerance)
-        place = places[np.minimum(at, len(places) - 1)]
+        place = _place(start, at, tolerance)
         on |= (np.abs(start - place) <= tolerance) & (np.abs(end - place) <= tolerance)
-    return edges[on]
+    return edges[on], times[on]
+
+
+def _place(values: Floats, places: Floats, tolerance: float) -> Floats:
+    """[N] the lowest of some ascending places that each value is not beyond; infinite where there are no places."""
+    if not len(places):
+        return np.full(len(values), np.inf)
+    return places[np.minimum(np.searchsorted(places, values - tolerance), len(places) - 1)]
 
 
 def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints]:

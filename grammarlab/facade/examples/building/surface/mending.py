@@ -17,7 +17,7 @@ def mended(surface: Surface) -> Surface:
 
     Open edges always add up to closed walks, since what they bound is a sum of triangles.
     """
-    edges, times = naked_edges(surface)
+    edges, times = naked_edges(surface.triangles, len(surface.points))
     if not len(edges) or times.sum() > _MOST:
         return surface
     fans = [_fan(walk) for walk in _walks(np.repeat(edges, times, axis=0))]
