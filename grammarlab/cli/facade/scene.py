@@ -22,7 +22,7 @@ def scene(
     occluded: Annotated[
         float, typer.Option("--occluded", help="Share of the elements of which .1 to .6 is hidden.", min=0.0, max=1.0)
     ] = 0.3,
-    points: Annotated[int, typer.Option("--points", help="Points per element.", min=1, max=100_000)] = 40,
+    points: Annotated[int, typer.Option("--points", help="Points per element.", min=1, max=100_000)] = 64,
     rows: Annotated[int, typer.Option("--rows", help="Rows of a facade; 0 for single elements.", min=0, max=1000)] = 0,
     tree: Annotated[bool, typer.Option("--tree", help="Hide neighbours behind a tree.")] = False,
     house: Annotated[bool, typer.Option("--house", help="Make the house of Figure 5.7 instead of rectangles.")] = False,

@@ -20,6 +20,8 @@ _GAP = 0.6
 _MARGIN = 0.25
 """Metres of a box around its element."""
 _OUTLIERS = 0.05
+_APART = 0.05
+"""Metres between sizes at least, twice as much at most: windows of real facades differ by 5 cm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +34,7 @@ class SceneOptions:
     """Metres, standard deviation of each coordinate."""
     occluded: float = 0.3
     """Part of the elements that are partly hidden; each hides .1 to .6 of its outline."""
-    points: int = 40
+    points: int = 64
     """Points of an element of which nothing is hidden."""
     rows: int = 0
     """Of a facade; 0 for single elements, which have neither rows nor columns."""
@@ -71,8 +73,20 @@ def rectangles(options: SceneOptions, seed: int) -> Elements:
     else:
         row = column = np.full(options.elements, -1, dtype=np.int64)
         kind = random.permutation(np.arange(options.elements) % options.kinds)
-    shapes = [_Shape("rectangle", {"width": w, "height": h}, _rectangle(w, h)) for w, h in sizes.tolist()]
-    return _observed(shapes, kind, row, column, options, random)
+    return _observed(_rectangles(sizes), kind, row, column, options, random)
+
+
+def of_sizes(sizes: Floats, kind: Ints, options: SceneOptions, seed: int) -> Elements:
+    """A scene of rectangles of given widths and heights.
+
+    Args:
+        sizes: [K, 2] metres.
+        kind: [N] row of `sizes` of each element.
+        options: noise, points, and what is hidden; counts and rows are not used.
+        seed: of the scene.
+    """
+    none = np.full(len(kind), -1, dtype=np.int64)
+    return _observed(_rectangles(sizes), kind, none, none, options, np.random.default_rng(seed))
 
 
 def house(counts: Sequence[int] = (38, 4, 23, 23), noise: float = 0.01, seed: int = 0) -> Elements:
@@ -91,8 +105,8 @@ def _shared_sizes(kinds: int, random: np.random.Generator) -> Floats:
     """[K, 2] widths and heights, metres, each of few values, so that kinds share them."""
     num_widths = max(1, int(np.ceil(np.sqrt(kinds))))
     num_heights = -(-kinds // num_widths) if kinds != 5 else 3
-    widths = _apart(0.9, 0.12, num_widths, random)
-    heights = _apart(1.4, 0.12, num_heights, random)
+    widths = _apart(0.9, _APART, num_widths, random)
+    heights = _apart(1.4, _APART, num_heights, random)
     while True:
         cells = random.permutation(num_widths * num_heights)[:kinds]
         across, up = np.divmod(cells, num_heights)
@@ -102,6 +116,10 @@ def _shared_sizes(kinds: int, random: np.random.Generator) -> Floats:
 
 def _apart(least: float, gap: float, count: int, random: np.random.Generator) -> Floats:
     return least + np.cumsum(random.uniform(gap, 2.0 * gap, size=count))
+
+
+def _rectangles(sizes: Floats) -> list[_Shape]:
+    return [_Shape("rectangle", {"width": w, "height": h}, _rectangle(w, h)) for w, h in sizes.tolist()]
 
 
 def _rectangle(width: float, height: float) -> Floats:

@@ -66,7 +66,9 @@ def doubt(match: Match, element: int) -> str:
         return ""
     others = [each for each in np.argsort(-chance).tolist() if chance[each] > _LIKELY][:_SHOWN]
     last = len(chance) - 1
-    names = [f"{'unknown' if each == last else match.name_of(each)} with {chance[each]:.2f}" for each in others]
+    names = [
+        f"{'none of the kinds' if each == last else match.name_of(each)} with {chance[each]:.2f}" for each in others
+    ]
     hidden = match.hidden[element]
     why = f"about {hidden:.0%} of its outline seems to be hidden" if hidden > 0.02 else "its points are noisy or few"
     return f"{why}: it may be {', '.join(names)}"
