@@ -13,7 +13,7 @@ from grammarlab.cli.console.unfinished import Unfinished
 
 if TYPE_CHECKING:
     from grammarlab.runs.evaluate.evaluate import EvaluationResult
-    from grammarlab.runs.evaluate.reporting.report import ScenarioResults
+    from grammarlab.runs.evaluate.reporting.scenario_results import ScenarioResults
     from grammarlab.runs.evaluate.request import EvaluationRequest
 
 

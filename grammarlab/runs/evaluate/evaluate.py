@@ -26,7 +26,8 @@ from grammarlab.runs.evaluate.reporting.pictures import (
     draw_samples,
     with_samples,
 )
-from grammarlab.runs.evaluate.reporting.report import PAGE, TABLE, ScenarioResults, write_page, write_table
+from grammarlab.runs.evaluate.reporting.report import PAGE, TABLE, write_page, write_table
+from grammarlab.runs.evaluate.reporting.scenario_results import ScenarioResults
 from grammarlab.runs.evaluate.reporting.sections import copied_beside
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.samples import draw_models
@@ -95,19 +96,19 @@ def evaluate_run(
     records = run_tasks(make_curve, tasks, folder, executor=executor, fresh=fresh, on_progress=on_progress)
     made = dict(zip(tasks, records, strict=True))
     results = tuple(
-        ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part))
+        ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part), path)
         for (path, _), part in plain.items()
     )
     write_table(folder / TABLE, list(made.values()))
-    pictures = draw_results(results, folder / PLOTS)
+    curves = draw_results(results, folder / PLOTS)
     if request.grids:
         firsts = {path: plain[path, request.persons[0]][0] for path in request.scenarios}
         models = draw_models(list(firsts.values()), folder, executor=executor, fresh=fresh, on_progress=on_progress)
         drawn = draw_samples(dict(zip(firsts, models, strict=True)), folder / GRIDS, executor, on_progress)
-        pictures = [
-            with_samples(section, made[firsts[path]], drawn[path]) if person == request.persons[0] else section
-            for section, (path, person) in zip(pictures, plain, strict=True)
-        ]
+        for item, (path, person) in zip(results, plain, strict=True):
+            if person == request.persons[0]:
+                curves[item.name] = with_samples(curves[item.name], made[firsts[path]], drawn[path])
+    pictures = list(curves.values())
     for figure in request.figures:
         lines = [tuple(made[task] for task in line) for line in planned[figure.name]]
         pictures.append(draw_figure(figure, lines, folder / PLOTS))

@@ -13,7 +13,7 @@ from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.reporting.grids import draw_grids
 from grammarlab.runs.evaluate.reporting.pages import draw_examples
 from grammarlab.runs.evaluate.reporting.plots import Series, draw_curves
-from grammarlab.runs.evaluate.reporting.report import ScenarioResults
+from grammarlab.runs.evaluate.reporting.scenario_results import ScenarioResults
 from grammarlab.runs.evaluate.reporting.sections import ReportPicture, Section
 from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.work.executors import AbstractExecutor
@@ -28,19 +28,40 @@ after all labels of one simulated person, each above its true score, as in appen
 """What a page says before pictures of samples."""
 
 
-def draw_results(results: Sequence[ScenarioResults], folder: Path) -> list[Section]:
-    """Draw the curves of each scenario, a line a method."""
-    sections = []
+def draw_results(results: Sequence[ScenarioResults], folder: Path) -> dict[str, Section]:
+    """Draw the curves of each scenario.
+
+    Args:
+        results: of some scenarios and persons.
+        folder: for the pictures.
+
+    Returns:
+        By `ScenarioResults.name`, a line a method; where there is one method only, one picture for all persons, a
+        line each, under the name of the first.
+    """
+    one_method = len({record.method for item in results for record in item.records}) == 1
+    shown: dict[str, list[ScenarioResults]] = {}
     for item in results:
-        target, title = item.scenario.target, f"{item.name}: {item.scenario.title}"
-        series = [
-            Series(method, tuple(replace(r, curve=c) for r, c in zip(records, item.counted(records), strict=True)))
-            for method, records in item.by_method().items()
-        ]
-        labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
-        png, *_ = draw_curves(folder / item.name, title, series, close=target.js, labels=labels)
-        sections.append(Section(title, ((ReportPicture(png, title),),)))
-    return sections
+        shown.setdefault(item.scenario.name if one_method else item.name, []).append(item)
+    return {items[0].name: _draw_scenario(items, folder) for items in shown.values()}
+
+
+def _draw_scenario(items: Sequence[ScenarioResults], folder: Path) -> Section:
+    """Draw the curves of one scenario: of all methods or all persons."""
+    first = items[0]
+    target, title = first.scenario.target, f"{first.name if len(items) == 1 else first.scenario.name}: "
+    title += first.scenario.title
+    series = [
+        Series(
+            method if len(items) == 1 else item.person,
+            tuple(replace(r, curve=c) for r, c in zip(records, item.counted(records), strict=True)),
+        )
+        for item in items
+        for method, records in item.by_method().items()
+    ]
+    labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
+    png, *_ = draw_curves(folder / first.name, title, series, close=target.js, labels=labels)
+    return Section(title, ((ReportPicture(png, title),),))
 
 
 def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Section:

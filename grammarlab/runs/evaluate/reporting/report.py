@@ -3,60 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
-from grammarlab.evaluation.curves import CLOSE, Curve, Summary, summarize
-from grammarlab.evaluation.respondents import EXACT
+from grammarlab.evaluation.curves import CLOSE, Summary, summarize
 from grammarlab.evaluation.scenario import Scenario, ScenarioGoal
 from grammarlab.files import atomic_file, write_text
 from grammarlab.runs.evaluate.disk.store import CurveRecord
+from grammarlab.runs.evaluate.reporting.by_person import by_person
+from grammarlab.runs.evaluate.reporting.scenario_results import ScenarioResults
 from grammarlab.runs.evaluate.reporting.sections import Section, markdown
 from grammarlab.runs.markdown import table
 
-CHECKPOINTS = (64, 128, 256)
-"""Numbers of scores after which persons are compared, beside all of them."""
 TABLE = "results.parquet"
 PAGE = "results.md"
-
-
-@dataclass(frozen=True, slots=True)
-class ScenarioResults:
-    """The curves of one scenario and one way to score models."""
-
-    scenario: Scenario
-    records: tuple[CurveRecord, ...]
-    """At least one; grouped by method, in the order of the request."""
-
-    @property
-    def js_original(self) -> float:
-        """Divergence in nats before anything is learned: the median over seeds."""
-        return float(np.median([record.js_original for record in self.records]))
-
-    @property
-    def person(self) -> str:
-        """How the models were scored: a name of `RESPONDENTS`."""
-        return self.records[0].person
-
-    @property
-    def name(self) -> str:
-        """Names the results among all: that of the scenario where the person is exact, else ``F1.sd10``."""
-        return self.scenario.name if self.person == EXACT.name else f"{self.scenario.name}.{self.person}"
-
-    def by_method(self) -> dict[str, tuple[CurveRecord, ...]]:
-        """The curves of each method, one a seed."""
-        names = dict.fromkeys(record.method for record in self.records)
-        return {name: tuple(record for record in self.records if record.method == name) for name in names}
-
-    def counted(self, records: Sequence[CurveRecord]) -> list[Curve]:
-        """Curves of the scenario, their labels counted from where its target counts them."""
-        later = self.scenario.target.since == "first liked"
-        return [record.curve.since_first_liked() if later else record.curve for record in records]
 
 
 def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
@@ -100,7 +63,7 @@ def write_page(
         "# Results\n",
         f"Written by `{command}`; never edited by hand.\n",
         _original_table(results),
-        _persons_table(results),
+        by_person(results),
         _labels_table(results),
         *sections,
         *(markdown(section, path.parent) for section in pictures),
@@ -131,32 +94,6 @@ def _original_table(results: Sequence[ScenarioResults]) -> str:
         "## The tasks\n\n"
         "Jensen-Shannon divergence in nats between the wanted density and the grammar as it is.\n\n"
         + table(("scenario", "what is liked", "original", "paper", "difference"), rows)
-    )
-
-
-def _persons_table(results: Sequence[ScenarioResults]) -> str:
-    """How near each person's preference was learned, worst cases first."""
-    asked = max(point.labels for item in results for record in item.records for point in record.curve.points)
-    after = [labels for labels in CHECKPOINTS if labels < asked] + [asked]
-    cases: dict[tuple[str, str], dict[str, NDArray[np.float64]]] = {}
-    for item in results:
-        for method, records in item.by_method().items():
-            js = [[record.curve.js_at(labels, record.js_original) for labels in (0, *after)] for record in records]
-            cases.setdefault((item.person, method), {})[item.scenario.name] = np.array(js)
-    rows = []
-    for (person, method), own in cases.items():
-        worst_first = sorted(own, key=lambda name: -np.median(own[name][:, -1]))
-        every = {"all": np.concatenate(list(own.values()))} if len(own) > 1 else {}
-        for name, js in (every | {name: own[name] for name in worst_first}).items():
-            numbers = (*np.median(js, axis=0), js[:, -1].max())
-            rows.append((person, method, name, *(f"{number:.4f}" for number in numbers)))
-    head = ("person", "method", "scenario", "original", *(f"after {labels}" for labels in after), "worst seed")
-    return (
-        "## By person\n\n"
-        "Divergence in nats from what the person means after so many scores, worst cases first: medians over seeds, "
-        "and the worst seed at the end. *exact* says what the scenario likes; *stars* rounds to 0, 25, 50, 75 and 100, "
-        "and means that; *sd10* adds normal noise of 10 points; of the scores of *blunders5*, 5 % are random.\n\n"
-        + table(head, rows)
     )
 
 
