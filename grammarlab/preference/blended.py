@@ -49,6 +49,8 @@ class BlendedPreference(AbstractPreference):
     """Of the process in predictions, 0 to 1; the rest is the partition's."""
     missed: float = 0.0
     """By how much held-out scores were missed, as the standard deviation that has such a median; 0 where none were."""
+    sketches: tuple[BlendedPreference, ...] = ()
+    """Quick fits to parts of the labels, each without the scores that were held out from it."""
 
     @property
     def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - told by both parts
@@ -82,6 +84,11 @@ class BlendedPreference(AbstractPreference):
     def blunders(self) -> float:
         """How often a score was any score at all."""
         return self._erring[1]
+
+    @property
+    def num_labels(self) -> int:
+        """Number of labels that cells were fitted to."""
+        return len(self.partition.cells.scores)
 
     @property
     def _erring(self) -> tuple[float, float]:
@@ -142,8 +149,8 @@ def fit(
 
 def _share(
     rows: Floats, scores: Floats, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
-) -> tuple[float, float]:
-    """The share of the process that predicts held-out scores best, and by how much it misses them."""
+) -> tuple[float, float, tuple[BlendedPreference, ...]]:
+    """The share of the process that predicts held-out scores best, by how much it misses them, and who missed them."""
     randomness = np.random.default_rng(seed)
     some = np.sort(randomness.permutation(len(scores))[:MOST])
     rows, scores = rows[some], scores[some]
@@ -151,19 +158,22 @@ def _share(
     _, row = np.unique(rows, axis=0, return_inverse=True)
     row = row.reshape(-1)
     fold = randomness.permutation(FOLDS * (1 + int(row.max()) // FOLDS))[row] % FOLDS
-    predicted = np.zeros((2, len(scores)))
+    predicted, parts = np.zeros((2, len(scores))), list[tuple[GroupedPreference, PartitionPreference]]()
     for number in range(FOLDS):
         held, known = fold == number, fold != number
         if held.any() and known.any():
             process = grouped.fit(rows[known], scores[known], groups=groups, continuous=continuous, seed=seed, starts=1)
             predicted[0, held] = process.predict(rows[held]).mean
             with threadpool_limits(1, "blas"):
-                predicted[1, held] = cells.without(rows[known], scores[known], continuous).predict(rows[held]).mean
+                sketch = cells.without(rows[known], scores[known], continuous)
+                predicted[1, held] = sketch.predict(rows[held]).mean
+            parts.append((process, sketch))
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
     share = _best_share(predicted, scores, row)
     missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
-    return share, float(np.median(np.abs(missed))) * _OF_MEDIAN
+    sketches = tuple(BlendedPreference(*part, share) for part in parts)
+    return share, float(np.median(np.abs(missed))) * _OF_MEDIAN, sketches
 
 
 def _best_share(predicted: Floats, scores: Floats, row: Ints) -> float:

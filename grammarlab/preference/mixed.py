@@ -66,8 +66,8 @@ def fit(
         told, process = _in_turns(judgements, numbers, drawn, seed)
     cells = partition.fit(told.rows, told.scores, groups=numbers, continuous=drawn, seed=seed, said=told.said)
     few = len(judgements.scores) < FEWEST
-    share = 1.0 if few else _share(judgements, told, numbers, drawn, seed, cells)
-    return BlendedPreference(process, cells, share)
+    share, sketches = (1.0, ()) if few else _share(judgements, told, numbers, drawn, seed, cells)
+    return BlendedPreference(process, cells, share, sketches=sketches)
 
 
 def _in_turns(
@@ -102,8 +102,8 @@ def _given(process: GroupedPreference, observations: Observations) -> GroupedPre
 
 def _share(
     judgements: Judgements, told: Understood, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
-) -> float:
-    """Share of the process that maximises the likelihood of held-out labels."""
+) -> tuple[float, tuple[BlendedPreference, ...]]:
+    """Share of the process that maximises the likelihood of held-out labels, and the fits without these labels."""
     randomness = np.random.default_rng(seed)
     num_rows, num_labels = len(judgements.rows), len(judgements.scores)
     # Labels of equal rows are held out together: otherwise one would predict the other.
@@ -112,7 +112,7 @@ def _share(
     second = np.where(compared, judgements.second, first)
     some = np.zeros(num_labels, dtype=bool)
     some[randomness.permutation(num_labels)[:MOST]] = True
-    evidence = np.zeros(len(SHARES))
+    evidence, found = np.zeros(len(SHARES)), list[tuple[GroupedPreference, PartitionPreference]]()
     for number in range(FOLDS):
         out = (fold_of[first] == number) | (fold_of[second] == number)
         known, apart = ~out[told.label], np.flatnonzero((fold_of[told.of] != number).all(axis=1))
@@ -123,6 +123,7 @@ def _share(
             process = _given(process, told.observations.take(apart))
             with threadpool_limits(1, "blas"):
                 sketch = cells.without(told.rows[known], told.scores[known], continuous, told.said.take(known))
+            found.append((process, sketch))
             parts = [
                 np.clip(preference.predict(judgements.rows).mean, 0.0, MAX_SCORE) for preference in (process, sketch)
             ]
@@ -130,7 +131,8 @@ def _share(
                 values = share * parts[0] + (1.0 - share) * parts[1]
                 differences = values[first[held]] - compared[held] * values[second[held]]
                 evidence[place] += _log_likelihood(told.bounds.take(held), differences, cells)
-    return next(share for share, found in zip(SHARES, evidence, strict=True) if found >= evidence.max() - AS_GOOD)
+    share = next(share for share, told_by in zip(SHARES, evidence, strict=True) if told_by >= evidence.max() - AS_GOOD)
+    return share, tuple(BlendedPreference(*part, share) for part in found)
 
 
 def _log_likelihood(said: Intervals, values: Floats, cells: PartitionPreference) -> float:

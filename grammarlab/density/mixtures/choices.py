@@ -109,6 +109,26 @@ class Choices:
             counts = counts + sparse.csr_array(ones, shape=counts.shape)
         return sparse.csr_array(counts)
 
+    def extents(self, forest: Forest, weights: Floats) -> Floats:
+        """[choices] mean share of a model's nodes at or below the symbol of each choice; 0 for attributes.
+
+        Args:
+            forest: models of the grammar.
+            weights: [models] how much each counts, >= 0 and not all 0.
+        """
+        parent, model = forest.nodes.parent.astype(np.int64), forest.nodes.model
+        size = np.ones(len(parent))
+        for level in reversed(list(levels(parent))):
+            np.add.at(size, parent[level], size[level])
+        root = parent < 0
+        share = size / np.bincount(model[root], size[root], forest.num_models)[model]
+        node, symbol = self._symbols(forest)
+        extent = np.bincount(symbol, (weights[model] * share)[node], len(self.contexts.symbols)) / weights.sum()
+        found = np.zeros(int(self.choice.max(initial=-1)) + 1)
+        for (number, _), first in self.first.items():
+            found[self.choice[first]] = extent[number]
+        return found
+
     def _symbols(self, forest: Forest) -> tuple[Ints, Ints]:
         """The nodes that a rule rewrote, and for each its number in `contexts`."""
         nodes, contexts = forest.nodes, self.contexts

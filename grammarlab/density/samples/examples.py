@@ -138,7 +138,7 @@ def _fitted(
     number, counts = int(choices.choice.max(initial=-1)) + 1, choices.count(grammar, forest)
     cells = Cells(choices.original, choices.choice)
     if method == "tied" and number:
-        mixture, evidence = _tied(choices, counts, weights, together)
+        mixture, evidence = _tied(choices, counts, weights, choices.extents(forest, weights), together)
         chosen = np.zeros(number, dtype=bool)
         chosen[cells.choice[(mixture.probabilities != cells.original).any(axis=0)]] = True
         choices = _only(choices, chosen)
@@ -160,14 +160,16 @@ def _likelier(choices: Choices, mixture: Mixture, counts: sparse.csr_array, weig
     return float(weights[counted] @ ratio[counted]) / float(weights.sum())
 
 
-def _tied(choices: Choices, counts: sparse.csr_array, weights: Floats, together: bool) -> tuple[Mixture, float]:
+def _tied(
+    choices: Choices, counts: sparse.csr_array, weights: Floats, extents: Floats, together: bool
+) -> tuple[Mixture, float]:
     """A mixture of shrunk probabilities, and the log-evidence for it."""
-    fit = _shrunk(choices, counts, weights, together)
+    fit = _shrunk(choices, counts, weights, extents, together)
     if not together or len(weights) < _MANY:
         return fit.mixture, fit.evidence
     cells, held = Cells(choices.original, choices.choice), np.arange(len(weights)) % _HELD_OUT == _HELD_OUT - 1
     rivals = (
-        _shrunk(choices, counts[~held], weights[~held], True).mixture,
+        _shrunk(choices, counts[~held], weights[~held], extents, True).mixture,
         _by_em(cells, counts[~held], weights[~held]),
     )
     one, other = (weights[held] * mixture.log_ratio(cells, counts[held]) for mixture in rivals)
@@ -190,14 +192,14 @@ def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
     return Mixture(fit.weights, probabilities)
 
 
-def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, together: bool) -> Gated:
+def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, extents: Floats, together: bool) -> Gated:
     """What few examples teach."""
     cells, number = Cells(choices.original, choices.choice), int(choices.choice.max(initial=-1)) + 1
     drawn, ordered = np.zeros(number, dtype=bool), np.zeros(number, dtype=bool)
     for parts, first in zip(choices.attributes, choices.first_of_attribute, strict=True):
         drawn[choices.choice[first]] = True
         ordered[choices.choice[first]] = bool(np.isfinite(parts.parts[0].low)) or len(parts.parts) > _RANGES
-    shrinkage = Shrinkage.of(cells, ordered, drawn, counts, weights)
+    shrinkage = Shrinkage.of(cells, ordered, drawn, counts, weights, extents)
     if not together:
         mixture = Mixture(np.ones(1), shrinkage.probabilities[None])
         return Gated(mixture, float(shrinkage.evidence.sum()))

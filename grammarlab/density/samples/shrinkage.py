@@ -2,7 +2,8 @@
 
 Most choices of a grammar have nothing to do with what is liked. So each is as it was, unless the examples are so much
 likelier with levels of its own that one would bet on it: the spike-and-slab prior. About one choice of each kind is
-expected to matter, so the bet is the longer, the more choices there are.
+expected to matter, so the bet is the longer, the more choices there are; choices that decide more of a model are
+likelier to matter than details.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from grammarlab.density.samples.levels import LevelPosterior, ProbabilityPrior
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+_BY_EXTENT = 0.5
+"""Part of the prior probability that is spread over choices of rules by their extents; the rest is spread evenly."""
 _DOUBTFUL = 0.2
 """Choices that matter with a smaller probability stay as they are, so that the grammar stays readable."""
 
@@ -38,7 +41,15 @@ class Shrinkage:
     """[A] how many times as much the choice varies between examples as chance has it, >= 1."""
 
     @classmethod
-    def of(cls, cells: Cells, ordered: Flags, drawn: Flags, counts: sparse.csr_array, weights: Floats) -> Shrinkage:
+    def of(
+        cls,
+        cells: Cells,
+        ordered: Flags,
+        drawn: Flags,
+        counts: sparse.csr_array,
+        weights: Floats,
+        extents: Floats | None = None,
+    ) -> Shrinkage:
         """Choices of a grammar.
 
         Args:
@@ -47,12 +58,16 @@ class Shrinkage:
             drawn: [choices] which are attributes and which choices of rules; one of each kind is expected to matter.
             counts: [N, A] how often each example took each cell.
             weights: [N] how much each counts, >= 0.
+            extents: [choices] how much of a model each choice of a rule decides (`Choices.extents`); alike by default.
         """
         total = np.asarray(weights @ counts)
         spread = _spread(cells, counts, weights)
         made = np.bincount(cells.choice, weights=total, minlength=len(drawn)) > 0.0
         number = np.where(drawn, np.count_nonzero(made & drawn), np.count_nonzero(made & ~drawn))
-        return cls(ProbabilityPrior.of(cells, ordered), -np.log(np.maximum(number, 1.0)), total / spread, spread)
+        prior = 1.0 / np.maximum(number, 1.0)
+        if extents is not None and (extent := np.where(made & ~drawn, extents, 0.0)).any():
+            prior = np.where(drawn, prior, (1.0 - _BY_EXTENT) * prior + _BY_EXTENT * extent / extent.sum())
+        return cls(ProbabilityPrior.of(cells, ordered), np.log(prior), total / spread, spread)
 
     @property
     def cells(self) -> Cells:

@@ -139,10 +139,11 @@ class ScoreCells:
         return self._known[key]
 
     def _rank(self, cell: Ints, ahead: bool) -> Ranked | None:
-        halves = self.splits.halves[:, cell]
-        in_two = np.flatnonzero((halves != halves[:, :1]).any(axis=1))
+        halves = self.splits.halves.take(cell, axis=1)
         # The side of the first label does not matter.
-        halves = halves[in_two] ^ halves[in_two][:, :1]
+        halves ^= halves[:, :1].copy()
+        in_two = np.flatnonzero(halves.any(axis=1))
+        halves = halves[in_two]
         first, of = different(halves)
         log_mass = [np.log(np.bincount(of, np.exp(self.splits.log_mass[in_two])))]
         evidence, member, index = [self._of_halves(halves[first], cell)], [in_two], [of]

@@ -151,10 +151,16 @@ class PartitionPreference(AbstractPreference):
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
         cells = replace(cells, levels=levels_of(cells, found))
         trees = [grow(cells, every, growth, randomness) for growth in growths]
-        # The tree of all labels is a candidate, pruned by these labels only.
-        table = widened(rows, self.shares_of)
-        trees += [replanted(cells, tree, table, every) for tree in self.trees[:_NUM_SKETCHES]]
-        return replace(self, cells=cells, trees=tuple(trees), doubtful=())
+        if self.noise > NOISES[0]:
+            # The tree of all labels is a candidate, pruned by these labels only.
+            table = widened(rows, self.shares_of)
+            trees += [replanted(cells, tree, table, every) for tree in self.trees[:_NUM_SKETCHES]]
+        else:
+            # Exact scores that are held out have left their mark on the splits of all labels: these would be a leak.
+            best = max(trees, key=lambda tree: tree.log_posterior)
+            trees += [regrown(cells, best, growth, randomness) for growth in growths[1:]]
+        # A copy keeps nothing of what was ranked on the way.
+        return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=())
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:
         """Mean [m] and covariance [m, m] of the values of rows [m, F], doubtful trees counting as much as others."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,8 @@ _MOST_NUMBERS = 10
 """Largest number of different counts that are divided number by number; others are divided at bounds only."""
 _MOST_PARTS = 12
 _ALIKE = 1e-6
+_PIECE = 31
+"""Bits of a random number that are added up at once: sums of 2^22 of them are whole numbers in float64."""
 
 
 class Above(NamedTuple):
@@ -195,9 +198,19 @@ class Splits:
 def different(sides: Flags) -> tuple[Ints, Ints]:
     """[K] the first of each set of equal rows [J, c], and [J] the index of each row among these."""
     # Rows are compared by random sums of their columns: different rows have almost never equal sums.
-    factors = np.random.default_rng(0).integers(1, 2**62, sides.shape[1], dtype=np.int64)
-    _, first, of = np.unique(sides @ factors, return_index=True, return_inverse=True)
+    factors = _factors(sides.shape[1])
+    # Floats are added by BLAS, which is many times as fast as for whole numbers; sums wrap at 2^64.
+    low, high = (sides.astype(np.float64) @ np.stack([factors % 2**_PIECE, factors >> _PIECE], axis=1)).T.astype(
+        np.int64
+    )
+    _, first, of = np.unique(low + (high << _PIECE), return_index=True, return_inverse=True)
     return first, of.reshape(-1)
+
+
+@cache
+def _factors(number: int) -> Ints:
+    """[number] different ones from 1 to 2^62."""
+    return np.random.default_rng(0).integers(1, 2**62, number, dtype=np.int64)
 
 
 def _of_group(rows: Floats, columns: Ints, continuous: Flags) -> Iterator[tuple[float, Sequence[Split]]]:

@@ -144,3 +144,21 @@ def test_parts_of_attributes_are_cells():
     heights = forest.draws.value[[site.name == "h" for site in np.array(forest.sites, dtype=object)[forest.draws.site]]]
     for number, (low, high) in enumerate(pairwise([0, 2, 5, 10])):
         assert counts[:, 2 + number].sum() == pytest.approx(((heights >= low) & (heights < high)).sum())
+
+
+def test_the_extent_of_a_choice_is_the_share_of_the_nodes_that_it_decides():
+    choices, forest = Choices.of(Contexts.of(TreeGrammar.of(TOWERS), NoContext())), derive(TOWERS, 6, 3)
+    nodes, weights = forest.nodes, np.array([1.0, 0.0, 2.0, 1.0, 1.0, 3.0])
+    sizes = np.ones(len(nodes))
+    for node in reversed(range(len(nodes))):
+        if nodes.parent[node] >= 0:
+            sizes[nodes.parent[node]] += sizes[node]
+    whole = np.bincount(nodes.model)
+    expected = np.zeros(int(choices.choice.max()) + 1)
+    for (symbol, _), first in choices.first.items():
+        name = choices.contexts.symbols[symbol][0][0]
+        made = np.flatnonzero((np.array(forest.symbols)[nodes.symbol] == name) & (nodes.rule >= 0))
+        share = weights[nodes.model[made]] * sizes[made] / whole[nodes.model[made]]
+        expected[choices.choice[first]] = share.sum() / weights.sum()
+    np.testing.assert_allclose(choices.extents(forest, weights), expected)
+    assert expected[0] == 1.0 > expected.min() > 0.0

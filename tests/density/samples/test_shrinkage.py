@@ -40,6 +40,17 @@ def test_examples_that_count_nothing_change_nothing():
     np.testing.assert_allclose(other.total, shrinkage(counts).total)
 
 
+def test_choices_that_decide_more_of_a_model_are_likelier_to_matter():
+    cells = Cells(np.full(6, 0.5), np.repeat(np.arange(3), 2))
+    counts, none = sparse.csr_array(np.ones((4, 6))), np.zeros(3, dtype=bool)
+    drawn = np.array([False, False, True])
+    odds = [
+        Shrinkage.of(cells, none, drawn, counts, np.ones(4), extents).odds
+        for extents in (None, np.array([1.0, 1.0, 0.0]), np.array([0.75, 0.25, 0.0]), np.zeros(3))
+    ]
+    np.testing.assert_allclose(np.exp(odds), [[0.5, 0.5, 1.0], [0.5, 0.5, 1.0], [0.625, 0.375, 1.0], [0.5, 0.5, 1.0]])
+
+
 def test_one_example_or_one_branch_is_possible():
     np.testing.assert_array_equal(shrinkage(np.array([[4, 0, 0]])).total, [4.0, 0.0, 0.0])
     np.testing.assert_array_equal(shrinkage(np.array([[4, 0, 0], [2, 0, 0]])).total, [6.0, 0.0, 0.0])

@@ -1,11 +1,14 @@
 """The stopping sign: what is expected to be left falls with what is known, and with what is left."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.asking.stopping import expected_divergence, expected_gain
 from grammarlab.learning.round import init, step
+from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.preference import blended
 from grammarlab.preference.cells import partition
 from grammarlab.preference.factors import ProductPreference
@@ -42,8 +45,23 @@ def test_a_gain_is_a_part_of_what_is_left_and_grows_with_the_scores():
     gains = [expected_gain(study, state, more) or 0.0 for more in (0, 16, 64, 10**6)]
     assert gains[0] == 0.0
     assert gains == sorted(gains)
-    assert gains[-1] == pytest.approx(left)
+    assert gains[-1] == pytest.approx(left, rel=1e-4)
     assert left
+
+
+def test_what_parts_of_the_scores_move_is_still_open():
+    study, state = known(24)
+    preference = state.preferences["factor 0"]
+    assert isinstance(preference, blended.BlendedPreference)
+    rows, weights = study.table(state).rows[: len(study.pool)], study.tables(state.wide).made.weights
+    here = preference.predict(rows).mean
+    far = fit(rows[:12], 100.0 - here[:12], method="blended")
+    moved = replace(preference, sketches=(replace(preference, sketches=()), far))
+    left = expected_divergence(study, replace(state, preferences={"factor 0": moved}))
+    # Of 24 scores 12 were held out, and the other part is not moved at all.
+    made = weights > 0.0
+    one, other = (weights[made] * predicted.predict(rows[made]).mean for predicted in (far, preference))
+    assert left == pytest.approx(jensen_shannon(one, other) * 12 / (24 - 12) / 2)
 
 
 def test_several_factors_are_looked_at_together():
