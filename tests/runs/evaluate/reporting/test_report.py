@@ -78,11 +78,11 @@ def test_persons_stand_one_below_the_other_each_with_the_worst_scenario_first(tm
         "| person | method | scenario | original | after 64 | after 128 | after 256 | after 320 | worst seed |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
         "| exact | default | *all* | 0.1000 | 0.0300 | 0.0300 | 0.0300 | 0.0300 | 0.0400 |",
-        "| exact | default | *wanted* |  | 0.0300 | 0.0050 | 0.0010 |  |  |",
+        "| exact | default | *target* |  | 0.0300 | 0.0050 | 0.0010 |  |  |",
         "| exact | default | worse | 0.1000 | 0.0400 | 0.0400 | 0.0400 | 0.0400 | 0.0400 |",
         "| exact | default | better | 0.1000 | 0.0200 | 0.0200 | 0.0200 | 0.0200 | 0.0300 |",
         "| sd10 | default | *all* | 0.2000 | 0.1000 | 0.1000 | 0.1000 | 0.1000 | 0.2000 |",
-        "| sd10 | default | *wanted* |  | 0.0600 | 0.0200 | 0.0060 |  |  |",
+        "| sd10 | default | *target* |  | 0.0600 | 0.0200 | 0.0060 |  |  |",
         "| sd10 | default | worse | 0.2000 | 0.1500 | 0.1500 | 0.1500 | 0.1500 | 0.2000 |",
         "| sd10 | default | better | 0.2000 | 0.1000 | 0.1000 | 0.1000 | 0.1000 | 0.1000 |",
     ]
@@ -109,7 +109,7 @@ def test_scenarios_of_each_folder_have_a_table_and_a_median_of_their_own(tmp_pat
         ["default", "c", "0.1000"],
         ["paper", "c", "0.1000"],
     ]
-    assert tuning.count("*wanted*") == 1  # of the default only
+    assert tuning.count("*target*") == 1  # of the default only
 
 
 def test_the_wanted_divergences_are_known_for_every_person():
