@@ -51,9 +51,8 @@ class Block:
         elif self.language == "python":
             exec(compile("\n" * self.line + self.text, str(self.page), "exec"), names)  # noqa: S102 - our own pages
         else:
-            assert self.language == "console", (
-                f"{self}: unknown language '{self.language}'; use `console` or `python`, or put `<!-- not run: why -->` before it"
-            )
+            advice = "use `console` or `python`, or put `<!-- not run: why -->` before the block"
+            assert self.language == "console", f"{self}: unknown language '{self.language}'; {advice}"
             self._run_commands()
 
     def _run_commands(self) -> None:

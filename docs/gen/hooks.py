@@ -1,6 +1,7 @@
 """Hooks of mkdocs: documents of the repository become pages, and generated text is inserted into pages.
 
-A comment `<!-- generated: NAME -->` or `<!-- generated: NAME ARGUMENT -->` is replaced by the text of one of `GENERATORS`.
+A comment `<!-- generated: NAME -->` or `<!-- generated: NAME ARGUMENT -->` is replaced by the text of one of
+`GENERATORS`.
 """
 
 from __future__ import annotations
