@@ -44,9 +44,9 @@ export function makeStrip(page) {
     if (wanted === shown) return;
     shown = wanted;
     list.classList.add("fe-old");
-    about.textContent = active ? "Trying them…" : "";
+    about.textContent = active ? "Computing variations…" : "";
     if (!active)
-      return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
+      return show([], 0, "Draw a rectangle around some windows to make a grid. Its variations will appear here.");
     page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
       ({ result, buffers }) => {
         if (wanted !== shown) return;

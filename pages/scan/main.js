@@ -6,7 +6,7 @@ import { openPage } from "../shared/open.js";
 /** @typedef {{ box: number[], kind: string, sizes: Record<string, number>, uncertain: string, lines: number[][], points: number[][], color: string }} Fit of an element */
 
 /**
- * @typedef {object} State what the page is told; see `desk.py`
+ * @typedef {object} State the state that Python sends; see `desk.py`
  * @property {number} protocol
  * @property {string} title
  * @property {string} file that it is saved to
@@ -188,7 +188,7 @@ function build(root, channel, state) {
     },
     /** @param {boolean} connected */
     connection(connected) {
-      lost.textContent = connected ? "" : "The connection is lost; try again when it is back.";
+      lost.textContent = connected ? "" : "The connection is lost. Try again when it is restored.";
     },
   };
 }

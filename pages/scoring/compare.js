@@ -26,7 +26,7 @@ export function makeCompare(page) {
   const back = iconButton("previous", "Pair before", () => go(index - 1), "↑");
   const skip = iconButton("next", "Next pair", () => go(index + 1), "N");
   const clear = textButton("No answer", () => say(null), {
-    title: "Take the answer away (Delete)",
+    title: "Remove the answer (Delete)",
     class: "gl-button gl-quiet",
   });
   const more = textButton("More pairs", () => void page.ask("populate", { way: "pairs" }), {

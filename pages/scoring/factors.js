@@ -10,7 +10,7 @@ import { menu, textButton } from "../shared/menu.js";
  * @returns {import("./types.js").Part}
  */
 export function makeFactors(page) {
-  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
+  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor of new scores" });
   const edit = menu(
     iconButton("more", "Rename or delete this factor", () => {}),
     "This factor",
@@ -25,7 +25,7 @@ export function makeFactors(page) {
   /** @type {ReturnType<typeof makeTab>[]} */
   const tabs = [];
   const product = makeTab(() => void page.ask("view", { kind: "product" }));
-  product.element.title = "The score of all factors together; new scores belong to a factor";
+  product.element.title = "The product of all factors; new scores belong to one factor";
 
   /** Tabs are used again, so that none vanishes under a finger. @param {State} state */
   function update({ factors, active, view }) {

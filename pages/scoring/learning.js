@@ -66,11 +66,11 @@ export function makeLearning(page) {
 /** @param {State} state */
 function hintOf(state) {
   const [{ fresh, chart, gain }, all] = [state, said(state)];
-  if (!all) return "Score some models, then update: the density follows what you like.";
+  if (!all) return "Score some models, then update: the density follows your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
-  const more = gain === null ? "" : ` 16 more may gain about ${gain.toPrecision(1)} nats.`;
+  const more = gain === null ? "" : ` 16 more scores may gain about ${gain.toPrecision(1)} nats.`;
   const known = settled ? "the density has settled." : "the predictions know them all.";
   return `${all}; ${known}${more}`;
 }
@@ -126,7 +126,8 @@ function drawChart(movements) {
     element(
       "figcaption",
       {
-        title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes",
+        title:
+          "Jensen-Shannon divergence between the densities before and after; below the dashed line, updates change little",
       },
       caption,
     ),

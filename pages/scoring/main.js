@@ -41,7 +41,7 @@ export default {
  */
 function mount(host, transport) {
   // Notebooks have their own meaning for single keys, and must not see those typed here.
-  const root = waitingRoot("", "Growing the first models…");
+  const root = waitingRoot("", "Making the first models…");
   root.dataset.lmSuppressShortcuts = "true";
   root.addEventListener("keydown", (event) => event.stopPropagation());
   host.append(root);
@@ -172,7 +172,7 @@ function build(root, channel, first) {
 
   function scorable() {
     if (page.state.view !== "product") return true;
-    status.say("The product is only looked at: choose the factor that the score belongs to.");
+    status.say("The product of all factors cannot be scored. Choose the factor of the score first.");
     return false;
   }
 

@@ -36,7 +36,7 @@ export function makeScoring(page, backToGrid) {
     textButton(name, () => choose(/** @type {Scale} */ (scale)), { class: "gl-scale", title: "T: next scale" }),
   );
   const clear = textButton("No score", () => give(null), {
-    title: "Take the score away (Delete)",
+    title: "Remove the score (Delete)",
     class: "gl-button gl-quiet",
   });
   const look = element(

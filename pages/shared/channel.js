@@ -47,7 +47,7 @@ export class Channel {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${(this.#count += 1)}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });

@@ -191,7 +191,7 @@ function handle(name) {
     "aria-label": name,
     "aria-orientation": name === "Width" ? "horizontal" : "vertical",
     "aria-valuemin": "0",
-    title: `${name}: drag, or use the arrow keys. Shift keeps the shape while dragging`,
+    title: `${name}: drag, or use the arrow keys. Shift keeps the aspect ratio while dragging`,
   });
 }
 

@@ -1,4 +1,4 @@
-/* Built from shared, example by pages/bundle.js; do not edit. Source f616ac32980f0422 */
+/* Built from shared, example by pages/bundle.js; do not edit. Source 945b2bec90b7af2b */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -65,7 +65,7 @@ var Channel = class {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${this.#count += 1}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -401,7 +401,7 @@ function build(root, channel, first) {
   async function ask(command, parameters = {}) {
     try {
       const answer = await channel.request(command, parameters);
-      status.textContent = answer.result.words ? `undone or done again: ${answer.result.words}` : "";
+      status.textContent = answer.result.words ? `undone or redone: ${answer.result.words}` : "";
       status.className = "ex-note";
       return answer;
     } catch (error) {
@@ -436,7 +436,7 @@ function build(root, channel, first) {
     const answer = await ask("synthesize", { rows: +rows.value, columns: +columns.value, seed });
     if (!answer) return void (figures.textContent = "");
     const { rows: high, columns: wide, energy, bound, watertight, triangles } = answer.result;
-    const proven = energy === bound ? "proven least" : `at least ${bound}`;
+    const proven = energy === bound ? "proven to be the least" : `at least ${bound}`;
     figures.textContent = `${high} × ${wide} units, energy ${energy} (${proven}), ${triangles.toLocaleString()} triangles, ${watertight ? "closed" : "open"}`;
     URL.revokeObjectURL(result.src);
     result.src = pngUrl(answer.buffers[0]);

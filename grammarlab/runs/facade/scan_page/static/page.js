@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages/bundle.js; do not edit. Source 6806e82baa28a49b */
+/* Built from shared, scan by pages/bundle.js; do not edit. Source 08ebeffd8731a088 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -65,7 +65,7 @@ var Channel = class {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${this.#count += 1}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -321,7 +321,7 @@ function build(root, channel, state) {
     },
     /** @param {boolean} connected */
     connection(connected) {
-      lost.textContent = connected ? "" : "The connection is lost; try again when it is back.";
+      lost.textContent = connected ? "" : "The connection is lost. Try again when it is restored.";
     }
   };
 }
