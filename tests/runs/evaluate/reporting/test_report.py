@@ -9,7 +9,7 @@ from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.evaluation.scenario import ScenarioGoal, load
 from grammarlab.runs.evaluate.disk.store import CurveRecord
 from grammarlab.runs.evaluate.find import shipped_scenarios
-from grammarlab.runs.evaluate.reporting.by_person import CHECKPOINTS, WANTED
+from grammarlab.runs.evaluate.reporting.by_person import CHECKPOINTS, TARGETS
 from grammarlab.runs.evaluate.reporting.pictures import draw_results
 from grammarlab.runs.evaluate.reporting.plots import FLOOR, Series, draw_curves, quantiles
 from grammarlab.runs.evaluate.reporting.report import write_page, write_table
@@ -113,8 +113,8 @@ def test_scenarios_of_each_folder_have_a_table_and_a_median_of_their_own(tmp_pat
 
 
 def test_the_wanted_divergences_are_known_for_every_person():
-    assert WANTED.keys() == RESPONDENTS.keys()
-    assert {len(values) for values in WANTED.values()} == {len(CHECKPOINTS)}
+    assert TARGETS.keys() == RESPONDENTS.keys()
+    assert {len(values) for values in TARGETS.values()} == {len(CHECKPOINTS)}
 
 
 def test_one_method_has_one_picture_for_all_persons_and_several_have_one_each(tmp_path):
