@@ -46,7 +46,7 @@ export function listenToKeys(page, stage, drag, acts) {
     return true;
   });
 
-  /** The selected part a little. @param {KeyboardEvent} event @param {Nudge} nudge */
+  /** Moves the selected part a little. @param {KeyboardEvent} event @param {Nudge} nudge */
   function move(event, nudge) {
     if (page.selected <= 0) return false;
     const [x, y] = WAYS[event.key];
@@ -55,7 +55,7 @@ export function listenToKeys(page, stage, drag, acts) {
     return nudge.move(page.selected, left + x * step, bottom + y * step);
   }
 
-  /** To the nearest leaf on a side. @param {string} key */
+  /** Selects the nearest leaf on a side. @param {string} key */
   function go(key) {
     const { leaves } = page.state;
     const middle = (/** @type {number} */ node) => {

@@ -15,7 +15,7 @@ const ROOM = { width: 196, height: 104 }; // pixels of a picture
 const AT_ONCE = 12;
 
 /**
- * Variations of the active grid as pictures of the facade that each would be.
+ * Variations of the active grid, as pictures of the facade after each.
  * @param {Page} page
  */
 export function makeStrip(page) {

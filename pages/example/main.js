@@ -10,7 +10,7 @@ import { makeStage } from "./stage.js";
 /** @typedef {import("./types.js").Wall} Wall */
 
 /**
- * Walls with units, lines and labels to correct, and a try of it.
+ * Walls with units, lines and labels to correct, and a trial building.
  * @param {HTMLElement} root
  * @param {import("../shared/channel.js").Channel} channel
  * @param {State} first
@@ -30,7 +30,7 @@ function build(root, channel, first) {
       [page.cells, page.line] = [cells, line];
       draw();
     },
-    /** Shown at once, so that a key that is held goes on from there; taken back where it is refused. */
+    /** Shown at once, so that a held key continues from there; restored if the change is refused. */
     async moveLine({ axis, line }, at) {
       const lines = page.current()[axis];
       const before = lines[line];

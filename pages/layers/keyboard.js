@@ -2,7 +2,7 @@ import { WAYS, listenToKeysOf } from "../stage/keys.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
-/** What the keys do, for the person who asks. */
+/** The keys and their effects, for the help. */
 export const KEYS = [
   ["Arrows", "make the canvas wider, narrower, higher or lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
   ["Tab", "go to the handles, the layouts and the panel"],

@@ -55,7 +55,7 @@ function build(root, channel, first) {
       panel.update();
     },
   };
-  /** What is dragged and drawn: one facade. */
+  /** The facade that is dragged and drawn. */
   const face = {
     ...{ channel, complain: notes.complain, changed: page.changed, pictures: { images: [] } },
     ...{ selected: -1, gridding: false, tied: false },

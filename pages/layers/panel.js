@@ -81,7 +81,7 @@ export function makePanel(page, text) {
     sizes.clear();
     layers.replaceChildren(...page.state.layers.map(layerOf));
     symbols.replaceChildren(...page.state.symbols.flatMap(symbolOf));
-    // What was pressed keeps the keyboard.
+    // The pressed button keeps the focus.
     if (held) /** @type {HTMLElement | null} */ (design.querySelector(`[data-what=${CSS.escape(held)}]`))?.focus();
   }
 

@@ -3,7 +3,7 @@ import { scaleOf, scoreOfKey } from "./scale.js";
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */
 
-/** What the keys do, for the person who asks. */
+/** The keys and their effects, for the help. */
 export const KEYS = [
   ["0 … 9", "score 0 … 90 for all selected models"],
   ["H", "score 100"],

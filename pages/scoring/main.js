@@ -33,14 +33,14 @@ export default {
 };
 
 /**
- * The page itself: waits for the first state, builds, and from then on follows.
+ * The page itself: waits for the first state, builds, then follows every state.
  *
  * @param {HTMLElement} host
  * @param {Transport} transport
  * @returns {() => void} takes the page away
  */
 function mount(host, transport) {
-  // Notebooks have their own meaning for single keys, and must not see those typed here.
+  // Notebooks use single keys themselves, so they must not get the keys typed here.
   const root = waitingRoot("", "Making the first models…");
   root.dataset.lmSuppressShortcuts = "true";
   root.addEventListener("keydown", (event) => event.stopPropagation());

@@ -13,7 +13,7 @@ const SIZES = [
 ];
 
 /**
- * What is shown, and in which order.
+ * The choice and the order of the visible models.
  * @param {Page} page
  * @param {Display} display
  * @param {{ pan: (on: boolean) => void }} pointer
@@ -149,7 +149,7 @@ function buildSort(page, close) {
   ];
 }
 
-/** Parts that have no meaning where pairs are shown. @param {HTMLElement[]} parts */
+/** Parts that have no effect on pairs. @param {HTMLElement[]} parts */
 function ofGrids(...parts) {
   for (const part of parts) part.classList.add("gl-of-grids");
   return parts;

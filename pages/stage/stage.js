@@ -9,7 +9,7 @@ const MARGIN = { left: 40, right: 84, top: 44, bottom: 56 }; // pixels around th
 const SHARE = 0.93; // part of the rest that it takes
 
 /**
- * The facade, and what lies over it: grid, selection, lasso, measures, handles.
+ * The facade with its overlays: grid, selection, lasso, measures, handles.
  * @param {Face} page
  * @param {{ size: { width: number, height: number }, active: boolean, conflict: string }} drag
  */

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source 295c3bf871a16dfc */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source 2e1c53349d272788 */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -8,7 +8,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -24,7 +24,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -1382,11 +1382,11 @@ var Outbox = class {
   resend() {
     for (const entry of this.#unsaved) void this.#send(entry);
   }
-  /** Python's state knows all events up to a revision, so those need no place here. @param {number} revision */
+  /** Python's state includes all events up to a revision, so they are removed here. @param {number} revision */
   settle(revision) {
     this.#entries = this.#entries.filter((entry) => entry.revision === void 0 || entry.revision > revision);
   }
-  /** How many scores and comparisons are not on disk. */
+  /** Number of scores and comparisons that are not on disk. */
   get unsaved() {
     return this.#unsaved.reduce((sum, { said: said2, models }) => sum + (said2 ? models.length : 1), 0);
   }
@@ -1396,7 +1396,7 @@ var Outbox = class {
     return oldest ? performance.now() - oldest.since : 0;
   }
   /**
-   * The score that a model has here, newer than the one Python told.
+   * The unacknowledged score of a model, newer than the one of Python.
    * @param {string} model
    * @param {number} factor
    * @returns {Said & { saved: boolean } | undefined}
@@ -1856,7 +1856,7 @@ var Selection = class {
   chosen = /* @__PURE__ */ new Set();
   /** Position of the keyboard. */
   cursor = 0;
-  /** Position that a range begins at. */
+  /** Position where a range begins. */
   #anchor = 0;
   #changed;
   /** @param {() => void} changed */
@@ -1871,7 +1871,7 @@ var Selection = class {
   get current() {
     return this.order[this.cursor];
   }
-  /** Other models are shown, or the same in another order. @param {string[]} order */
+  /** Shows other models, or the same in another order. @param {string[]} order */
   show(order) {
     const follow = (position) => {
       const found = order.indexOf(this.order[position]);
@@ -1881,7 +1881,7 @@ var Selection = class {
     this.order = order;
     this.#set(order.filter((model) => this.chosen.has(model)));
   }
-  /** A pair to compare is shown instead; nothing of it is selected. @param {string[]} models */
+  /** Shows a pair to compare, without a selection. @param {string[]} models */
   follow(models) {
     if (models.join() === this.order.join()) return;
     this.order = models;
@@ -1900,14 +1900,14 @@ var Selection = class {
     const without = [...this.chosen].filter((other) => other !== model);
     this.#set(this.chosen.has(model) ? without : [...without, model]);
   }
-  /** From where the last choice was made to a position. @param {number} position @param {boolean} keep what is chosen */
+  /** Selects from the last choice to a position. @param {number} position @param {boolean} keep what is chosen */
   rangeTo(position, keep) {
     this.cursor = position;
     const [first, last] = [this.#anchor, position].sort((a, b) => a - b);
     const range = this.order.slice(first, last + 1);
     this.#set(keep ? [...this.chosen, ...range] : range);
   }
-  /** The keyboard moves, and nothing else. @param {number} position */
+  /** Moves the keyboard, without a change of the selection. @param {number} position */
   moveTo(position) {
     this.cursor = position;
     this.#changed();

@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source 74f4fc2e2e78331e */
+/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source c192caeb9de870d0 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -259,7 +259,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -275,7 +275,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -1252,7 +1252,7 @@ var Pictures = class {
       });
     }
   }
-  /** Whatever was under way is asked for anew. */
+  /** Requests pictures that were under way again. */
   again() {
     this.#asked = this.images.filter(Boolean).length === this.#asked ? this.#asked : 0;
   }

@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages/bundle.js; do not edit. Source 9b99df273555ac75 */
+/* Built from shared, stage, layers by pages/bundle.js; do not edit. Source 36c01cf9838259c1 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -259,7 +259,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -275,7 +275,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
