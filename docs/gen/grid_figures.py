@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.variations.single import Edit, Variation, applied, unedited
 from grammarlab.runs.facade.gallery import sheet
 
-SCALE = 14.0
+SCALE = 28.0
 """Pixels per metre."""
 COLORS = ("#E4572E", "#1B8A5A", "#2D6CDF", "#B5179E", "#E0A100")
 FACADES = Path(__file__).parents[2] / "grammars" / "facades"
@@ -36,14 +37,14 @@ def panel(facade: Facade, active: Sequence[str]) -> Image.Image:
     """The facade with boxes around the elements of these grids, and circles for their phantoms."""
     picture = Image.fromarray(draw(facade, SCALE)).convert("RGB")
     pen = ImageDraw.Draw(picture)
-    for name, color in zip(active, COLORS, strict=False):
+    for name, color in zip(active, cycle(COLORS), strict=False):
         grid = grid_of(facade, name)
         low = (facade.position[grid.node] - facade.position[0]) * SCALE
         high = low + facade.size[grid.node] * SCALE
         for (left, bottom), (right, top) in zip(low.tolist(), high.tolist(), strict=True):
-            pen.rectangle([left, picture.height - top, right, picture.height - bottom], outline=color, width=3)
+            pen.rectangle([left, picture.height - top, right, picture.height - bottom], outline=color, width=5)
         for x, y in phantoms(grid, (low + high) / 2.0):
-            pen.ellipse([x - 6, picture.height - y - 6, x + 6, picture.height - y + 6], outline=color, width=3)
+            pen.ellipse([x - 12, picture.height - y - 12, x + 12, picture.height - y + 12], outline=color, width=5)
     return picture
 
 

@@ -115,7 +115,7 @@ export function makePanel(page, text) {
     const { name, size } = symbol;
     const now = new Text("–");
     sizes.set(name, now);
-    const target = size === null ? "remaining length" : `of ${Number(size.toFixed(3))} m`;
+    const target = size === null ? "the rest" : `of ${Number(size.toFixed(3))} m`;
     return [
       element("span", { class: "fl-symbol" }, name),
       element("span", { class: "fl-size" }, now, element("small", {}, target)),

@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages/bundle.js; do not edit. Source 36c01cf9838259c1 */
+/* Built from shared, stage, layers by pages/bundle.js; do not edit. Source f7b2e6a2bf739cf3 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -1029,7 +1029,7 @@ function makePanel(page, text) {
     const { name, size } = symbol;
     const now = new Text("–");
     sizes.set(name, now);
-    const target = size === null ? "remaining length" : `of ${Number(size.toFixed(3))} m`;
+    const target = size === null ? "the rest" : `of ${Number(size.toFixed(3))} m`;
     return [
       element("span", { class: "fl-symbol" }, name),
       element("span", { class: "fl-size" }, now, element("small", {}, target)),
