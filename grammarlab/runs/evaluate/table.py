@@ -156,10 +156,10 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
     original = {row.scenario: row for row in rows}
     head = (
         "## From a preference to a density (Table 4.3)\n\n"
-        "Divergence in nats from the wanted density on the labelled set. The preference is known; all but *compile* "
-        f"learn from {NUM_SAMPLES:,} samples of the density. *tied* is structure learning in which only choices that "
-        "the relevant features name are learned; *examples* is the same where the samples must tell which those are. "
-        "In brackets: the paper.\n\n"
+        "Divergence in nats from the target density on the labelled set. The preference is known. *compile* computes "
+        f"the grammar from it; the other methods learn from {NUM_SAMPLES:,} samples of the density. *tied* is "
+        "structure learning of only those choices that the relevant features name; *examples* is the same, but finds "
+        "these choices from the samples. In brackets: the paper.\n\n"
     )
     divergences = [
         (
@@ -195,7 +195,7 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
             head + table(names, divergences),
             "Correlation of the weights.\n\n" + table(names, correlations),
             "Rules: alternatives of all symbols.\n\n" + table(names, rules),
-            *(["Where a preference has no exact grammar:\n\n" + "\n".join(notes) + "\n"] if notes else []),
+            *(["Preferences without an exact grammar:\n\n" + "\n".join(notes) + "\n"] if notes else []),
         ]
     )
 

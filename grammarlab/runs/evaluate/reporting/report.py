@@ -61,7 +61,7 @@ def write_page(
     """
     parts = [
         "# Results\n",
-        f"Written by `{command}`; never edited by hand.\n",
+        f"Written by `{command}`. Run the command again instead of editing this page.\n",
         _original_table(results),
         by_person(results),
         _labels_table(results),
@@ -92,8 +92,9 @@ def _original_table(results: Sequence[ScenarioResults]) -> str:
     ]
     return (
         "## The tasks\n\n"
-        "Jensen-Shannon divergence in nats between the wanted density and the grammar as it is.\n\n"
-        + table(("scenario", "what is liked", "original", "paper", "difference"), rows)
+        "*original*: the Jensen-Shannon divergence in nats between the target density and the original grammar; "
+        "*paper*: the same in the paper.\n\n"
+        + table(("scenario", "liked models", "original", "paper", "difference"), rows)
     )
 
 
@@ -127,10 +128,12 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
     head += ("last JS", "correlation", "labels asked")
     return (
         "## Labels\n\n"
-        f"Labels until the divergence is at most {CLOSE:g} nats (or the scenario's target, where it has another): "
-        "median over seeds (lowest–highest), and of how many seeds. *First* counts to the first round that is as "
-        "close, *stays* to the round from which on none is further away. The last columns are medians after all "
-        "labels.\n\n" + table(head, rows) + "".join(f"\n{note}\n" for note in notes)
+        f"Number of labels until the divergence is at most {CLOSE:g} nats, or at most the scenario's own target: "
+        "median over seeds (lowest–highest; seeds that reach it/all seeds). *first* counts to the first round that "
+        "reaches this limit, *stays* to the round from which all rounds keep it. *target*, *aim* and *paper* are "
+        "numbers of labels. *last JS* and *correlation* are medians after all labels.\n\n"
+        + table(head, rows)
+        + "".join(f"\n{note}\n" for note in notes)
     )
 
 
