@@ -15,11 +15,11 @@ from grammarlab.facade.layers.solving import Layout, solve
 
 MOST_COUNT = 100
 _EFFORT = 20_000
-"""Steps to find out whether a part of a design can be laid out."""
+"""Steps of a test whether a part of a design has a layout."""
 _SECONDS = 3.0
-"""To find out what contradicts each other; after that, what is told may be more than is needed."""
+"""Time limit for finding a contradiction, seconds; after that, the message may name more than is needed."""
 _MOST_TOLD = 12
-"""Statements that a message names."""
+"""Largest number of statements in a message."""
 
 
 def _never() -> bool:
@@ -35,11 +35,11 @@ def layouts(
         design: the design.
         width: metres.
         height: metres.
-        count: how many at most, up to `MOST_COUNT`.
+        count: largest number of layouts, up to `MOST_COUNT`.
         stop: see `solve`.
 
     Raises:
-        FacadeError: when there is none, and what contradicts each other.
+        FacadeError: If there is none; the message names statements that contradict each other.
     """
     try:
         found = _solved(design, width, height, count, stop)
@@ -63,7 +63,7 @@ def _solved(
 
 
 def may_fit(design: Design, stop: Callable[[], bool] = _never) -> bool:
-    """Whether a design has a layout on its canvas; true as well where that is not found out soon."""
+    """Whether a design has a layout on its canvas; true if the test runs out of steps."""
     if stop():
         return True
     try:
@@ -75,7 +75,7 @@ def may_fit(design: Design, stop: Callable[[], bool] = _never) -> bool:
 
 
 def _told(design: Design, width: float, height: float) -> str:
-    """What contradicts each other, as far as one finds it soon."""
+    """The statements that contradict each other, if found in time."""
     design = replace(design, width=width, height=height)
     end = time.monotonic() + _SECONDS
 
@@ -85,5 +85,5 @@ def _told(design: Design, width: float, height: float) -> str:
     found = contradiction(design, partial(may_fit, stop=late))
     if not found or len(found) > _MOST_TOLD:
         return ""
-    told = "of which some may not matter" if late() else "though all but any one of it can"
-    return f" Not all of this can be, {told}: {in_words(design, found)}."
+    told = "though some of it may be irrelevant" if late() else "but it can if any one of these is dropped"
+    return f" These cannot all hold, {told}: {in_words(design, found)}."
