@@ -59,7 +59,7 @@ def parse_design(text: str, file: str = "<text>") -> Design:
         at = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)", str(error))
         line = int(at[1]) if at and at[1] else max(1, len(text.splitlines()))
         column = int(at[2]) if at and at[2] else 1
-        message = "expected TOML:  " + str(error).split(" (at")[0]
+        message = "this is not TOML: " + str(error).split(" (at")[0]
         finding = Finding("error", "not-toml", message, Location(line, column, file=file))
         raise LanguageError((finding,), text) from error
     except RecursionError as error:

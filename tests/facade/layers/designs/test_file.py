@@ -62,7 +62,7 @@ def test_a_small_design_needs_little() -> None:
         ("[patterns]", "[pattern]", "found 'pattern'"),
         ("[patterns]", "[counters]\nk = { least = 5, most = 2 }\n[patterns]", "at least 5"),
         ("[patterns]", '[counters]\nk = { reflection = "up" }\n[patterns]', "pivot-total"),
-        ("[patterns]", "[solver]\nomega = -1\n[patterns]", "from 0"),
+        ("[patterns]", "[solver]\nomega = -1\n[patterns]", "at least 0"),
     ],
 )
 def test_mistakes_are_said_with_their_place(old: str, new: str, message: str) -> None:
