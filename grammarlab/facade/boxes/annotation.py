@@ -1,4 +1,4 @@
-"""Labelled boxes on one facade, as a file has them."""
+"""Labelled boxes on one facade, as in a file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from grammarlab.facade.tree import Floats, Ints
 
 MOST_BOXES = 100_000
 FARTHEST = 1e9
-"""Largest coordinate that means something, in whatever unit."""
+"""Largest valid coordinate, in any unit."""
 LONGEST_NAME = 200
 BACKGROUND = ("facade", "wall", "background")
-"""Labels of boxes that say where there is wall, and nothing else."""
+"""Labels of boxes that only mark the area of the wall."""
 
 Unit = Literal["metres", "pixels", "parts"]
 
@@ -31,23 +31,23 @@ class BoxAnnotation:
     high: Floats
     """[N, 2] upper right corners, greater than `low`."""
     names: tuple[str, ...]
-    """[N]"""
+    """[N] labels."""
     number: Ints
-    """[N] which box of its facade each is, from 1, in the order of the file."""
+    """[N] number of each box on its facade, from 1, in the order of the file."""
     outlines: tuple[Floats, ...]
-    """[N] corners [P, 2] of what is not rectangular, in the units of the boxes; empty otherwise."""
+    """[N] corners [P, 2] of outlines that are not rectangular, in the units of the boxes; empty otherwise."""
     frame: Floats
     """[2, 2] lower left and upper right corner of the facade."""
     unit: Unit
-    """Of all coordinates; `parts` are those of the width and the height of a picture."""
+    """Unit of all coordinates; `parts` are fractions of the width and the height of a picture."""
     picture: str
-    """File name of the picture that the boxes were drawn on; empty for none."""
+    """File name of the picture under the boxes; empty for none."""
     picture_area: Floats
     """[2, 2] lower left and upper right corner of the picture."""
     wall: Floats
-    """[P, 2] corners of a wall that has an outline of its own; empty for what the frame fills."""
+    """[P, 2] corners of the outline of the wall; empty if the wall fills the frame."""
     notes: tuple[str, ...]
-    """What a person should know of how the file was read."""
+    """Notes for the user on the reading of the file."""
 
 
 def annotate(
@@ -61,21 +61,21 @@ def annotate(
     wall: Floats | None = None,
     notes: Sequence[str] = (),
 ) -> BoxAnnotation:
-    """Boxes that are checked, those without size left out, those that jut out cut off.
+    """Checked boxes; boxes without size are left out, boxes that extend beyond the bounds are clipped.
 
     Args:
         boxes: [N, 4] left, bottom, right, top.
-        names: [N]
-        unit: of the numbers.
-        outlines: [N] as in `BoxAnnotation`; none for rectangles only.
-        bounds: [2, 2] where boxes may be: the picture, or the box around the wall; anywhere when left out.
-        picture: file name of the picture that fills the bounds.
-        wall: as in `BoxAnnotation`; where there is one, the facade is all of the bounds, else what the boxes span.
-        notes: what is known already.
+        names: [N] labels.
+        unit: unit of the coordinates.
+        outlines: [N] as in `BoxAnnotation`; left out if all boxes are rectangles.
+        bounds: [2, 2] area of the picture, or the box around the wall; no limits when left out.
+        picture: name of the picture file that fills the bounds.
+        wall: as in `BoxAnnotation`; with a wall, the facade fills the bounds, otherwise the box around all boxes.
+        notes: notes so far.
 
     Raises:
-        FacadeError: for numbers that are not finite or too large, negative sizes, boxes outside, too many boxes, or
-            none.
+        FacadeError: If numbers are not finite or too large, sizes are negative, boxes are outside, or there are too
+            many boxes or none.
     """
     check_count(len(boxes))
     boxes = np.asarray(boxes, dtype=np.float64).reshape(-1, 4)
@@ -110,22 +110,22 @@ def annotate(
 
 
 def _within(boxes: Floats, names: Sequence[str], bounds: Floats, notes: list[str]) -> Floats:
-    """Boxes without what juts out of the bounds."""
+    """Boxes clipped to the bounds."""
     outside = np.any((boxes[:, :2] > bounds[1]) | (boxes[:, 2:] < bounds[0]), axis=1)
     if outside.any():
-        raise FacadeError(f"{_told(boxes, names, outside)} lies outside the picture or wall, {_told_area(bounds)}.")
+        raise FacadeError(f"{_told(boxes, names, outside)} is outside the picture or wall, {_told_area(bounds)}.")
     inside = np.clip(boxes, np.tile(bounds[0], 2), np.tile(bounds[1], 2))
     jutting = (inside != boxes).any(axis=1)
     if jutting.any():
-        notes.append(f"{int(jutting.sum())} boxes jut out of the picture or wall and are cut off there")
+        notes.append(f"{int(jutting.sum())} boxes extend beyond the picture or wall and are clipped")
     return inside
 
 
 def check_count(number: int) -> None:
-    """Refuses too many boxes, before more is made of them.
+    """Refuses too many boxes before they are processed.
 
     Raises:
-        FacadeError: when there are more than `MOST_BOXES`.
+        FacadeError: If there are more than `MOST_BOXES`.
     """
     if number > MOST_BOXES:
         raise FacadeError(f"There are {number:,} boxes; a facade has at most {MOST_BOXES:,}.")

@@ -90,5 +90,5 @@ def test_a_wall_without_boxes_is_one_rectangle():
 def test_cuts_within_cuts_end():
     count = MOST_LEVELS + 4
     boxes = [(k, k, k + 1, count) if k % 2 else (k, k, count, k + 1) for k in range(count)]
-    with pytest.raises(FacadeError, match="cuts within each other"):
+    with pytest.raises(FacadeError, match="levels of cuts"):
         fill(pieces_of(boxes), (0, 0, count, count))
