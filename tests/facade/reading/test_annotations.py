@@ -75,7 +75,7 @@ def test_a_coco_file_of_several_images_lists_them(tmp_path):
     document = json.loads(as_coco(drawing(3)))
     document["images"].append({"id": 2, "file_name": "other.png", "width": 50, "height": 60})
     document["annotations"].append({"image_id": 2, "category_id": 0, "bbox": [0, 0, 10, 20]})
-    with pytest.raises(UsageError, match=r"name one of the 2 images.*'front.png', 'other.png'"):
+    with pytest.raises(UsageError, match=r"choose one of the 2 images.*'front.png', 'other.png'"):
         read(tmp_path, json.dumps(document), ".json")
     for name in ("other.png", "2"):
         found = read(tmp_path, json.dumps(document), ".json", name)
@@ -117,7 +117,7 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
         (".xml", b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>", "not a finite number"),
         (".xml", b"<object><points><x>1</x><y>0</y><y>1</y></points></object>", "Object 1: expected two numbers <x>"),
         (".xml", b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>", "expected two numbers <x>"),
-        (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "lies outside the picture"),
+        (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "is outside the picture"),
         (".json", b"[]", "expected COCO JSON"),
         (".json", b"{", "not JSON"),
         (".json", b"[" * 100_000, "too deep"),
@@ -125,7 +125,7 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
         (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
         (".json", b'{"shapes": [], "imageWidth": 1}', "imageHeight: expected a finite number, found nothing"),
         (".json", b'{"shapes": [{"shape_type": "circle"}], "imageHeight": 1, "imageWidth": 1}', "found 'circle'"),
-        (".json", b'{"images": [], "annotations": [], "categories": []}', "name one of the 0 images"),
+        (".json", b'{"images": [], "annotations": [], "categories": []}', "choose one of the 0 images"),
         (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
         (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),
         (".csv", b"label,x,y\n", "found 'label,x,y'"),

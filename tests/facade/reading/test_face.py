@@ -77,7 +77,7 @@ def test_of_several_planes_the_one_with_most_on_it_comes_first() -> None:
     """
     assert face_of(forest_of(text), "front", ()).annotation.names == ("far",)
     assert face_of(forest_of(text), "front:1", ()).annotation.names == ("near",)
-    with pytest.raises(FacadeError, match="nothing of this building stands on its side front:2"):
+    with pytest.raises(FacadeError, match="this building has no shapes on its side front:2"):
         face_of(forest_of(text), "front:2", ())
 
 
