@@ -417,7 +417,7 @@ def test_what_cannot_be_edited_is_explained() -> None:
     with pytest.raises(FacadeError, match="expected one of: window"):
         vary(facade, "door", X)
     two = with_grid(facade, "first", grid_of(facade, "window").node[:2])
-    with pytest.raises(FacadeError, match="equally many columns"):
+    with pytest.raises(FacadeError, match="the same number of columns"):
         vary(two, "window", X, also=["first"])
     alone = with_grid(built(leaf("window")), "window", [0])
     found = vary(alone, "window", X)
