@@ -159,7 +159,7 @@ def changed(*path_and_value):
         (b"[]", "not a facade"),
         (b"{}", 'expected an object with "format"'),
         (changed("version", 2), "Expected version 1 of the format, found 2"),
-        (changed("labels", ["wall", "wall"]), "labels: expected different names"),
+        (changed("labels", ["wall", "wall"]), "labels: expected unique names"),
         (changed("labels", "wall"), "labels: expected a list, found 'wall'"),
         (changed("nodes", None), "nodes: expected a list, found nothing"),
         (changed("locks", 5), "locks: expected a list, found 5"),
@@ -200,7 +200,7 @@ def changed(*path_and_value):
         (changed("grids", 0, "elements", [{"node": 1, "row": 10**5, "column": 10**5}]), "at most 10,000,000 places"),
         (changed("grids", 0, "elements", [{"node": 1, "row": 0, "column": 0}] * 2), "ascending nodes"),
         (changed("grids", 0, "elements", [{"node": n, "row": 0, "column": 0} for n in (1, 2)]), "one element per row"),
-        (changed("grids", [{"name": "g", "elements": []}] * 2), "grids: expected different names"),
+        (changed("grids", [{"name": "g", "elements": []}] * 2), "grids: expected unique names"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
