@@ -149,7 +149,7 @@ def choices_of(pattern: LayerPattern) -> list[tuple[int, ...]]:
     options = pattern.options()
     if math.prod(options) > MOST_CHOICES:
         raise FacadeError(
-            f"the pattern {pattern.text!r} has {math.prod(options):,} combinations of its alternatives:  "
+            f"the pattern {pattern.text!r} has {math.prod(options):,} combinations of its alternatives: "
             f"expected at most {MOST_CHOICES:,}."
         )
     return list(product(*(range(count) for count in options)))

@@ -90,11 +90,11 @@ def test_a_mesh_is_read_from_its_front_whichever_axis_goes_up(tmp_path, ending):
     ("points", "message"),
     [
         (np.ones((1, 3)), "at least 3 points"),
-        (np.ones((50, 3)), "No upright plane"),
-        (np.outer(np.arange(50.0), [1, 2, 3]), "No upright plane"),
-        (np.random.default_rng(0).uniform(0, 9, (500, 3)) * [1, 1, 0], "No element|No upright plane"),
+        (np.ones((50, 3)), "No vertical plane"),
+        (np.outer(np.arange(50.0), [1, 2, 3]), "No vertical plane"),
+        (np.random.default_rng(0).uniform(0, 9, (500, 3)) * [1, 1, 0], "No element|No vertical plane"),
         (turned(wall(depth=0.01)), "No element was found"),
-        (turned(wall()) * 1000, "millimetres"),
+        (turned(wall()) * 1000, "millimetre"),
         (np.full((9, 3), np.nan), "finite"),
     ],
 )
