@@ -109,7 +109,7 @@ def test_a_facade_and_its_picture_go_into_a_folder_and_come_back(tmp_path):
 
 def test_a_picture_of_somebody_else_is_not_written_over(tmp_path):
     (tmp_path / "front.png").write_bytes(png("blue"))
-    with pytest.raises(FacadeError, match="another picture"):
+    with pytest.raises(FacadeError, match="exists and differs"):
         save_facade(dressed(two()), tmp_path / "f.json")
     assert [path.name for path in tmp_path.iterdir()] == ["front.png"]
     assert (tmp_path / "front.png").read_bytes() == png("blue")
@@ -152,8 +152,8 @@ def changed(*path_and_value):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "not JSON"),
-        (b"\xff\xfe\x00", "not JSON"),
+        (b"", "not valid JSON"),
+        (b"\xff\xfe\x00", "not valid JSON"),
         (b"[" * 100_000, "too deep"),
         (b'{"format": NaN}', "finite numbers, found NaN"),
         (b"[]", "not a facade"),
@@ -215,7 +215,7 @@ def test_what_is_no_facade_is_explained(content, says, tmp_path):
 def test_files_and_pictures_that_are_too_large_are_refused(tmp_path, monkeypatch):
     save_facade(dressed(two()), tmp_path / "f.json")
     monkeypatch.setattr(pictures, "MOST_PIXELS", 11)
-    with pytest.raises(FacadeError, match="4 x 3 pixels; expected 11 at most"):
+    with pytest.raises(FacadeError, match="4 x 3 pixels; expected at most 11"):
         load_facade(tmp_path / "f.json")
     with pytest.raises(FacadeError, match="at most 10 bytes"):
         values.read_bounded(tmp_path / "f.json", 10)

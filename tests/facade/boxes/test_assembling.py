@@ -81,7 +81,7 @@ def test_the_size_is_what_is_said_or_follows_from_the_picture(unit, given_size, 
 
 @pytest.mark.parametrize("size", [{"width": 0.0}, {"width": -1.0}, {"height": 1e9}, {"width": float("nan")}])
 def test_a_size_that_no_facade_has_is_refused(size):
-    with pytest.raises(FacadeError, match="of a facade is above 0 and at most 10,000 metres"):
+    with pytest.raises(FacadeError, match="expected above 0 and at most 10,000 metres"):
         assemble(annotation((0, 0, 4, 2)), **size)
     with pytest.raises(FacadeError, match="metres large"):
         assemble(annotation((0, 0, 4e6, 2)))

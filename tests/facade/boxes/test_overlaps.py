@@ -74,7 +74,7 @@ def test_too_many_overlaps_are_refused_before_they_are_all_found(monkeypatch):
     with pytest.raises(FacadeError, match="More than"):
         uncovered(boxes, ["window"] * 100)
     monkeypatch.setattr(overlaps, "_MOST_CELLS", 50)
-    with pytest.raises(FacadeError, match="too many places"):
+    with pytest.raises(FacadeError, match="too many visible pieces"):
         uncovered(boxes[:20], ["window"] * 20)
 
 

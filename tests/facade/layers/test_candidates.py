@@ -145,7 +145,7 @@ def failure(made) -> str:
 def test_what_cannot_fit_is_explained() -> None:
     assert "counter k has no bound" in failure(design({"wall": "Ae^k"}, "A = 1\ne = {}", 5.0))
     assert "more than 400 letters" in failure(design({"wall": "A^k"}, "A = 0.001", 5.0))
-    assert "nearest word is 40 m" in failure(design({"wall": "AA"}, "A = 20", 5.0))
+    assert "closest word is 40 m" in failure(design({"wall": "AA"}, "A = 20", 5.0))
     assert "alternatives" in failure(design({"wall": "(A|B)" * 9}, "A = 1\nB = 1", 9.0))
 
 

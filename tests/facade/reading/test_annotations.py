@@ -94,7 +94,7 @@ def test_the_sides_of_a_table_may_run_down_as_in_pictures(tmp_path):
 
 def test_a_wall_is_not_chosen_where_there_is_but_one(tmp_path):
     for writer, suffix in ((as_cmp, ".xml"), (as_labelme, ".json"), (as_sides, ".csv")):
-        with pytest.raises(UsageError, match="one facade only"):
+        with pytest.raises(UsageError, match="only one facade"):
             read(tmp_path, writer(drawing(1)), suffix, "front")
 
 
@@ -109,9 +109,9 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
     [
         (".xml", b"", 'no elements "object"'),
         (".xml", b"no xml", 'no elements "object"'),
-        (".xml", b"<object>", "not XML"),
-        (".xml", NESTED, "nests more than 100"),
-        (".xml", LAUGHS, "entities or a document type|not XML"),
+        (".xml", b"<object>", "not valid XML"),
+        (".xml", NESTED, "more than 100 levels"),
+        (".xml", LAUGHS, "entities or a document type|not valid XML"),
         (".gml", LAUGHS, "declares entities or a document type"),
         (".gml", OUTSIDE, "declares entities or a document type"),
         (".xml", b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>", "not a finite number"),
@@ -119,7 +119,7 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
         (".xml", b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>", "expected two numbers <x>"),
         (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "is outside the picture"),
         (".json", b"[]", "expected COCO JSON"),
-        (".json", b"{", "not JSON"),
+        (".json", b"{", "not valid JSON"),
         (".json", b"[" * 100_000, "too deep"),
         (".json", b'{"shapes": 3, "imageHeight": 1, "imageWidth": 1}', "shapes: expected a list"),
         (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
@@ -129,7 +129,7 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
         (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
         (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),
         (".csv", b"label,x,y\n", "found 'label,x,y'"),
-        (".csv", b"\xff\xff", "not CSV"),
+        (".csv", b"\xff\xff", "not valid CSV"),
         (".csv", b"label,x,y,width,height\nw,1,2,3\n", "Line 2: expected 5 fields, found 4"),
         (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a number, found 'high'"),
         (".csv", b"label,x,y,width,height\nw,1,2,-3,1\n", "Box 1 .*negative width"),

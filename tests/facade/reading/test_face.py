@@ -102,7 +102,7 @@ def test_unknown_sides_and_symbols_are_explained() -> None:
     for face in ("north", "front:x", "front:-1", ""):
         with pytest.raises(UsageError, match="unknown side"):
             face_of(forest, face, ())
-    with pytest.raises(FacadeError, match=r"is called Gate; its leaves are Door\., Glass\., Wall\."):
+    with pytest.raises(FacadeError, match=r"no shape of Gate; its leaves are Door\., Glass\., Wall\."):
         face_of(forest, "front", ["Gate"])
-    with pytest.raises(FacadeError, match="nothing of this building stands"):
+    with pytest.raises(FacadeError, match="this building has no shapes"):
         face_of(derive(Grammar.parse("Lot --> NIL"), 1, seed=0), "front", ())

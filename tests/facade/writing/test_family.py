@@ -188,7 +188,7 @@ def test_any_facade_has_a_family_or_an_explanation(facade: Facade, low: float, h
     ("widths", "heights", "says"),
     [
         ((1.0, 2.0), (6.0, 20.0), "is 1 to 2 m wide: its columns make widths from"),
-        ((6.0, 20.0), (1.0, 2.0), "is 1 to 2 m high: its fixed rows have 3.9 m, and rows of 2.7 m may be added"),
+        ((6.0, 20.0), (1.0, 2.0), "is 1 to 2 m high: its fixed rows take 3.9 m, and rows of 2.7 m may be added"),
         ((6.0, 20.0), (6.0, 9e9), None),
         ((6.0, 9e9), (6.0, 20.0), None),
     ],

@@ -25,7 +25,7 @@ from grammarlab.facade.values import a_list, a_number, a_text, a_whole_number, a
 from grammarlab.files import write_text
 
 FORMAT = "grammarlab corrections"
-LEFT_OUT = "a correction leaves it out"
+LEFT_OUT = "it is left out by a correction"
 _VERSION = 1
 _MOST = 10_000
 _DOUBT = 1e-6

@@ -59,7 +59,7 @@ def test_walls_that_are_left_out_belong_to_the_rest(example: Example, tmp_path: 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"name": "attic"}, "no wall 'attic'"),
+        ({"name": "attic"}, "unknown wall 'attic'"),
         ({"columns": [0.0]}, "2 or more positions"),
         ({"columns": [0.0, 1.0, 0.5]}, "2 or more positions"),
         ({"labels": [["a"]]}, "3 rows of 5 names"),

@@ -82,7 +82,7 @@ def test_names_of_several_letters_stand_in_braces() -> None:
         ("cec; c := C; c := D", 13, "given twice"),
         ("cec; d := D", 5, "does not occur"),
         ("A||B", 2, "found"),
-        ("(" * 100 + "A" + ")" * 100, 40, "more than 40 deep"),
+        ("(" * 100 + "A" + ")" * 100, 40, "at most 40 deep"),
         ("A" * (MOST_CHARACTERS + 1), 0, "characters"),
     ],
 )
