@@ -60,7 +60,7 @@ def test_a_split_that_is_joined_again_is_undone_and_every_step_is_an_example(des
         ({"command": "merge", "wall": "front", "label": "portal", "into": "door"}, "portal"),
         ({"command": "split", "wall": "front", "axis": "rows", "at": 1e6}, "between"),
         ({"command": "exclude", "wall": "front"}, "main wall"),
-        ({"command": "include", "wall": "front"}, "no other wall"),
+        ({"command": "include", "wall": "front"}, "unknown excluded wall"),
         ({"command": "picture", "wall": "roof"}, "unknown wall"),
         ({"command": "synthesize", "rows": 0, "columns": 3}, "rows"),
         ({"command": "nothing"}, "command"),
