@@ -128,7 +128,7 @@ def test_mistakes_in_the_text_are_told_with_their_place_and_the_last_good_layout
     assert (mistake["line"], mistake["column"]) == (line, 10)
     assert mistake["shown"].splitlines()[1].index("^") == len('  Bx = "A(B')
     assert (state["text"], state["layouts"], state["lost"]) == (wrong, before["layouts"], True)
-    with pytest.raises(RefusedError, match="Mend the text"):
+    with pytest.raises(RefusedError, match="Correct the text"):
         window.ask("save")
     window.ask("edit", text=RESIDENTIAL.replace("A(BA)^k", "A(BA)^{k + 1}"))
     assert counters(settled(window)) == {"k": 1}
