@@ -86,7 +86,7 @@ def test_a_pinwheel_is_named_and_split_when_asked(run, folder):
         (["house.xml", "--width", "1e9"], 1, "at most 10,000 metres"),
         (["house.xml", "--width", "nan"], 1, "above 0"),
         (["house.xml", "--tolerance", "2"], 2, "--tolerance"),
-        (["house.xml", "-o", "house.xml"], 2, "is the file that is read"),
+        (["house.xml", "-o", "house.xml"], 2, "is the input file"),
         (["house.xml", "-o", "other/f.json"], 1, "exists and differs"),
     ],
 )
