@@ -71,9 +71,9 @@ def test_figures_are_chosen_by_name():
         ("noise = 1", "loudness = 1", "no option"),
         ('method = "paper"', 'method = "mine"', "unknown method 'mine'"),
         ('label = "b"', 'label = "a"', "a label of its own"),
-        ('scenario = "F1"', "", "which scenario"),
-        ("[[figures]]", "[[figure]]", r"expected tables \[\[figures\]\]"),
-        ("[[figures]]", "figures = 1\n[x]", r"expected tables \[\[figures\]\]"),
+        ('scenario = "F1"', "", "expected a scenario"),
+        ("[[figures]]", "[[figure]]", r"expected only tables \[\[figures\]\]"),
+        ("[[figures]]", "figures = 1\n[x]", r"expected only tables \[\[figures\]\]"),
         ("[[figures]]", "[[figures", "not a TOML file"),
     ],
 )
