@@ -63,7 +63,7 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     points = np.concatenate([each[0] for each in groups]) * unit
     num = sum(len(each[1]) for each in groups)
     if not num:
-        raise FacadeError(f"{path.name} has no faces.")
+        raise FacadeError(f"{path.name} holds no faces.")
     if num > MOST_TRIANGLES:
         raise FacadeError(f"{path.name} has {num:,} triangles; at most {MOST_TRIANGLES:,} are read. Simplify it first.")
     if not np.isfinite(points).all():
@@ -72,7 +72,7 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     firsts = np.cumsum([0, *(len(each[0]) for each in groups)])
     triangles = np.concatenate([each[1] + first for each, first in zip(groups, firsts, strict=False)])
     if triangles.min() < 0 or triangles.max() >= len(points):
-        raise FacadeError(f"{path.name} has faces with indices of missing points.")
+        raise FacadeError(f"{path.name} has faces with corners that do not exist.")
     material = np.concatenate([np.full(len(each[1]), colors.index(each[2] or _GREY)) for each in groups])
     used = points[triangles.ravel()]
     low, high = used.min(axis=0), used.max(axis=0)
@@ -118,7 +118,7 @@ def _groups(path: Path, kind: str) -> list[tuple[Any, Any, tuple[float, float, f
     except (AssetError, Exception) as error:  # trimesh's readers raise any exception for a broken file
         raise FacadeError(f"{path.name} cannot be read: {error or type(error).__name__}") from error
     if not found:
-        raise FacadeError(f"{path.name} has no faces.")
+        raise FacadeError(f"{path.name} holds no faces.")
     return found
 
 
