@@ -1,4 +1,4 @@
-"""Files of facades: what is written is read to the last bit, and what is no facade is explained."""
+"""Files of facades: exact round trips, and messages on invalid files."""
 
 import io
 import json
@@ -32,7 +32,7 @@ FRONT = Picture("front.png", png())
 
 
 def dressed(facade: Facade, seed: int = 0) -> Facade:
-    """A facade with everything that one can have."""
+    """A facade with every optional property."""
     randomness = np.random.default_rng(seed)
     counts = np.where(facade.axis == LEAF, randomness.choice([0, 3, 5], len(facade)), 0)
     leaves = facade.leaves
@@ -116,7 +116,7 @@ def test_a_picture_of_somebody_else_is_not_written_over(tmp_path):
 
 
 def test_thousands_of_nodes_within_each_other_are_written_and_read():
-    depth = 3_000  # a program that calls itself for every level could not
+    depth = 3_000  # too deep for a recursive program
     parent = np.array([-1, *(above for level in range(depth) for above in (2 * level, 2 * level))])
     axis = np.where(np.arange(2 * depth + 1) % 2, LEAF, np.arange(2 * depth + 1) // 2 % 2).astype(np.int8)
     axis[-1] = LEAF
@@ -136,7 +136,7 @@ def two() -> Facade:
 
 
 def changed(*path_and_value):
-    """The file of a small facade with one value put in another one's place."""
+    """The file of a small facade with one value replaced."""
     document = json.loads(dumps(replace(two(), grids=(Grid("g", np.array([1]), np.array([0]), np.array([0])),))))
     *path, last, value = path_and_value
     place = document

@@ -96,7 +96,7 @@ def test_ten_thousand_rectangles_are_cut_and_a_bottomless_tree_is_not():
 
 
 def _peeled(count: int) -> list[tuple[int, int, int, int]]:
-    """A strip off the left, one off the bottom of the rest, and so on."""
+    """A strip at the left, one at the bottom of the rest, and so on."""
     left = bottom = 0
     boxes = []
     for place in range(count):

@@ -1,4 +1,4 @@
-"""Boxes with gaps become tilings that straight cuts divide, and wall never stands in the way."""
+"""Boxes with gaps become tilings that straight cuts divide, and wall never prevents a cut."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def apart(draw: st.DrawFn) -> list[Box]:
 
 
 def check_tiles(tiles: np.ndarray, source: np.ndarray, boxes: list[Box]) -> None:
-    """Every cell once, and each by the box that is there."""
+    """Each cell is covered once, and has the box at its place as its source."""
     shown = np.full((SIDE, SIDE), -2)
     for (left, bottom, right, top), each in zip(tiles.tolist(), source.tolist(), strict=True):
         assert (shown[left:right, bottom:top] == -2).all()

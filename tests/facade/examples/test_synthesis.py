@@ -110,7 +110,7 @@ def test_labels_stay_in_the_rows_that_are_wished_for() -> None:
 
 
 def test_a_wish_goes_before_the_border() -> None:
-    """Corners have one label only in the example: another takes its place where none is wished for."""
+    """Only one label of the example occurs at corners: another replaces it if the wishes exclude it."""
     labels = synthesize([shop_house()], 5, 6, wishes=Wishes(counts=(Count("corner", 0, 0),)))[0].grid.labels
     assert (labels != 1).all()
 

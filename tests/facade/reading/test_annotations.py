@@ -1,4 +1,4 @@
-"""Boxes of CMP XML, COCO JSON, LabelMe JSON and CSV: one drawing reads alike from all of them."""
+"""Boxes of CMP XML, COCO JSON, LabelMe JSON and CSV: one drawing has equal results in all of them."""
 
 import json
 
@@ -29,7 +29,7 @@ def test_one_drawing_reads_alike_from_every_format(tmp_path, writer, suffix, see
     found = read(tmp_path, writer(drawn), suffix)
     scale = np.array(drawn.size) if found.unit == "parts" else np.ones(2)
     low, high = found.low * scale, found.high * scale
-    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # CSV has no picture, and no place for its origin
+    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # CSV has no picture, and so no origin
     np.testing.assert_allclose(np.hstack([low + shift, high + shift]), drawn.boxes, atol=1e-9)
     assert list(found.names) == drawn.names
     assert found.notes == ()

@@ -10,7 +10,7 @@ from grammarlab.facade.writing.exact import write_exact
 from grammarlab.language.grammar import Grammar
 from tests.facade.writing.houses import house
 
-# A house whose four sides have different widths and windows, turned by nothing; a round window on the front.
+# A house whose four sides have different widths and windows, not rotated; a round window on the front.
 HOUSE = """
 @StartRule
 Lot --> s(12, 0, 8) extrude(6) comp(f) {

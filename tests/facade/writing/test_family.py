@@ -73,7 +73,7 @@ def test_every_sample_is_a_facade_of_the_same_grid(widths: tuple[float, float], 
 
 
 def walked(sample: Sample) -> str:
-    """The columns of a sample, by their lowest thing."""
+    """The columns of a sample, by their lowest element."""
     things = [(x, label, w) for label, (x, y, w, _) in zip(sample.label, sample.box, strict=True) if y == 0.8]
     letters = {("door", 1.1): "D", ("window", 1.1): "W", ("window", 1.6): "B", ("window2", 1.6): "B"}
     return "".join(letters[label, round(w, 6)] for _, label, w in sorted(things) if label != "wall")

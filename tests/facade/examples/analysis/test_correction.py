@@ -1,4 +1,4 @@
-"""What a person corrects."""
+"""Corrections of the analysis of an example."""
 
 import json
 from pathlib import Path

@@ -11,7 +11,7 @@ from grammarlab.facade.layers.designs.patterns import Values, expand
 
 
 def word(text: str, *choices: int, **counters: int) -> str:
-    """The word of a pattern, mirrored letters with a stroke."""
+    """The word of a pattern, with primes on mirrored letters."""
     slots = expand(parse_pattern(text), Values(counters, choices, {}), 1_000)
     assert slots is not None
     return "".join(slot.symbol + ("'" if slot.mirrored else "") for slot in slots)

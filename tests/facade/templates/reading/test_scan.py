@@ -1,4 +1,4 @@
-"""Scans and meshes of facades: whatever frame they come in, their windows have the sizes that they were made with."""
+"""Scans and meshes of facades: in any frame, their windows have the original sizes."""
 
 import laspy
 import numpy as np
@@ -16,7 +16,7 @@ WIDTH, HEIGHT, TURN = 9.0, 7.0, 0.6
 
 
 def wall(*, depth=0.15, noise=0.003, count=40_000, seed=1):
-    """[P, 3] along, up and out of a wall with windows that lie deeper, or have no points for a depth of 0."""
+    """[P, 3] along, up and out of a wall with windows at given depths; a window of depth 0 has no points."""
     random = np.random.default_rng(seed)
     points = np.column_stack([random.uniform(0, [WIDTH, HEIGHT], (count, 2)), np.zeros(count)])
     inside = np.zeros(count, dtype=bool)
@@ -28,7 +28,7 @@ def wall(*, depth=0.15, noise=0.003, count=40_000, seed=1):
 
 
 def turned(points, shift=(0.0, 0.0, 0.0)):
-    """As a scanner sees it: z goes up, the wall stands at an angle."""
+    """A scan: z is up, and the wall is rotated."""
     along, out = np.array([np.cos(TURN), np.sin(TURN), 0]), np.array([np.sin(TURN), -np.cos(TURN), 0])
     return points[:, :1] * along + points[:, 1:2] * [0, 0, 1] + points[:, 2:] * out + np.array(shift)
 

@@ -1,4 +1,4 @@
-"""Templates from CGA rules: their outline is that of a derivation, whatever values the attributes have."""
+"""Templates from CGA rules: their outline is that of a derivation, for any values of the attributes."""
 
 import numpy as np
 import pytest
