@@ -81,7 +81,7 @@ def test_a_pinwheel_is_named_and_split_when_asked(run, folder):
     [
         (["missing.xml"], 2, "does not exist"),
         (["house.jpg"], 2, "expected a file that ends in"),
-        (["broken.json"], 1, "broken.json: This is not JSON"),
+        (["broken.json"], 1, "broken.json: This is not valid JSON"),
         (["house.xml", "--width", "0"], 1, "above 0"),
         (["house.xml", "--width", "1e9"], 1, "at most 10,000 metres"),
         (["house.xml", "--width", "nan"], 1, "above 0"),

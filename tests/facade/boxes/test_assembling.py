@@ -85,7 +85,7 @@ def test_a_size_that_no_facade_has_is_refused(size):
         assemble(annotation((0, 0, 4, 2)), **size)
     with pytest.raises(FacadeError, match="metres large"):
         assemble(annotation((0, 0, 4e6, 2)))
-    with pytest.raises(FacadeError, match="tolerance"):
+    with pytest.raises(FacadeError, match="Tolerance: expected"):
         assemble(annotation((0, 0, 4, 2)), tolerance=float("nan"))
 
 

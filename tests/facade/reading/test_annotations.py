@@ -80,7 +80,7 @@ def test_a_coco_file_of_several_images_lists_them(tmp_path):
     for name in ("other.png", "2"):
         found = read(tmp_path, json.dumps(document), ".json", name)
         assert (found.low.tolist(), found.high.tolist(), found.picture) == ([[0, 40]], [[10, 60]], "other.png")
-    with pytest.raises(UsageError, match="name one of"):
+    with pytest.raises(UsageError, match="choose one of"):
         read(tmp_path, json.dumps(document), ".json", "third.png")
 
 

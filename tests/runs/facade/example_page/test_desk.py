@@ -51,7 +51,7 @@ def test_a_split_that_is_joined_again_is_undone_and_every_step_is_an_example(des
 @pytest.mark.parametrize(
     ("message", "told"),
     [
-        ({"command": "move", "wall": "front", "axis": "rows", "line": 0, "at": 1e9}, "each 0.05 m or more"),
+        ({"command": "move", "wall": "front", "axis": "rows", "line": 0, "at": 1e9}, "at least 0.05 m apart"),
         ({"command": "move", "wall": "front", "axis": "rows", "line": 0, "at": float("nan")}, "number"),
         ({"command": "move", "wall": "front", "axis": "depth", "line": 0, "at": 0.0}, "rows or columns"),
         ({"command": "move", "wall": "front", "axis": "rows", "line": 9, "at": 0.0}, "0 to 2"),

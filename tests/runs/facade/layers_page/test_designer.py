@@ -115,7 +115,7 @@ def test_a_chosen_layout_stays_chosen_while_the_canvas_changes(window: Window):
     assert answer["layouts"][answer["chosen"]]["counters"] == chosen
     window.ask("resize", width=6.1, height=4.5)
     assert counters(settled(window)) == chosen
-    with pytest.raises(RefusedError, match="gone"):
+    with pytest.raises(RefusedError, match="out of date"):
         window.ask("choose", number=99)
 
 
