@@ -80,12 +80,14 @@ def annotate(
     check_count(len(boxes))
     boxes = np.asarray(boxes, dtype=np.float64).reshape(-1, 4)
     _check_numbers(boxes, names)
-    said = list(notes)
+    remarks = list(notes)
     if bounds is not None:
-        boxes = _within(boxes, names, bounds, said)
+        boxes = _within(boxes, names, bounds, remarks)
     empty = np.any(boxes[:, 2:] <= boxes[:, :2], axis=1)
     if empty.any():
-        said.append(f"{int(empty.sum())} boxes without width or height are left out: {_told(boxes, names, empty)}")
+        remarks.append(
+            f"{int(empty.sum())} boxes without width or height are left out: {_box_text(boxes, names, empty)}"
+        )
     kept = np.flatnonzero(~empty)
     low, high = boxes[kept, :2], boxes[kept, 2:]
     if wall is not None and bounds is not None:
@@ -105,7 +107,7 @@ def annotate(
         picture=picture,
         picture_area=frame if bounds is None else bounds,
         wall=np.zeros((0, 2)) if wall is None else wall,
-        notes=tuple(said),
+        notes=tuple(remarks),
     )
 
 
@@ -113,7 +115,7 @@ def _within(boxes: Floats, names: Sequence[str], bounds: Floats, notes: list[str
     """Boxes clipped to the bounds."""
     outside = np.any((boxes[:, :2] > bounds[1]) | (boxes[:, 2:] < bounds[0]), axis=1)
     if outside.any():
-        raise FacadeError(f"{_told(boxes, names, outside)} is outside the picture or wall, {_told_area(bounds)}.")
+        raise FacadeError(f"{_box_text(boxes, names, outside)} is outside the picture or wall, {_area_text(bounds)}.")
     inside = np.clip(boxes, np.tile(bounds[0], 2), np.tile(bounds[1], 2))
     jutting = (inside != boxes).any(axis=1)
     if jutting.any():
@@ -133,21 +135,21 @@ def check_count(number: int) -> None:
 
 def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
     if (wrong := np.any(~np.isfinite(boxes), axis=1)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate that is not a finite number.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a coordinate that is not a finite number.")
     if (wrong := np.any(np.abs(boxes) > FARTHEST, axis=1)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
     if (wrong := np.array([len(name) > LONGEST_NAME for name in names], dtype=bool)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
     if (wrong := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)} has a negative width or height.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a negative width or height.")
 
 
-def _told(boxes: Floats, names: Sequence[str], which: NDArray[Any]) -> str:
+def _box_text(boxes: Floats, names: Sequence[str], which: NDArray[Any]) -> str:
     """The first of some boxes, in words."""
     first = int(np.flatnonzero(which)[0])
-    return f"Box {first + 1} ({names[first][:40] or 'without label'}: {_told_area(boxes[first].reshape(2, 2))})"
+    return f"Box {first + 1} ({names[first][:40] or 'without label'}: {_area_text(boxes[first].reshape(2, 2))})"
 
 
-def _told_area(area: Floats) -> str:
+def _area_text(area: Floats) -> str:
     (left, bottom), (right, top) = area.tolist()
     return f"from ({left:.6g}, {bottom:.6g}) to ({right:.6g}, {top:.6g})"

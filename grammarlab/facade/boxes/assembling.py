@@ -91,7 +91,7 @@ def assemble(
     lost = len(kept) - len(np.unique(source[source != WALL]))
     if lost:
         notes.append(f"{lost} boxes that are fully hidden by others are left out")
-    notes += _told_split(source, pieces, names, annotation.number[kept])
+    notes += _split_notes(source, pieces, names, annotation.number[kept])
     outlines = [(annotation.outlines[each] - origin) * scale for each in kept.tolist()]
     outlines = _followed(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
     facade = _with_outlines(facade, leaf_source, outlines, (annotation.wall - origin) * scale)
@@ -100,7 +100,7 @@ def assemble(
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
 
 
-def _told_split(source: Ints, pieces: VisiblePieces, names: list[str], number: Ints) -> list[str]:
+def _split_notes(source: Ints, pieces: VisiblePieces, names: list[str], number: Ints) -> list[str]:
     """Names of boxes that were cut although they should be kept whole."""
     parts = np.bincount(source[source != WALL], minlength=len(names))
     cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()

@@ -346,10 +346,10 @@ def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]
         fewer = [each for each in needed if each != row]
         if fewer and not _possible(design, canvas, [rows[each] for each in fewer]):
             needed = fewer
-    told = [_told(design, canvas, rows[row]) for row in needed]
-    if len(told) == 1:
-        return f"no word fits: {told[0]}"
-    text = "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are shared."
+    patterns = [_pattern_text(design, canvas, rows[row]) for row in needed]
+    if len(patterns) == 1:
+        return f"no word fits: {patterns[0]}"
+    text = "these patterns contradict each other: " + "; ".join(dict.fromkeys(patterns)) + ". Counters are shared."
     equations = _equations(design, [rows[each] for each in needed])
     return f"{text} Aligned with each other, they require {' and '.join(equations)}." if equations else text
 
@@ -367,7 +367,7 @@ def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row])
     return problem.within(STRETCH * max(canvas))[0] != []
 
 
-def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
+def _pattern_text(design: Design, canvas: tuple[float, float], row: _Row) -> str:
     """A pattern, and the ranges of counters for which it fits alone."""
     side = canvas[row.axis]
     problem = _Problem(design, canvas, [_Row(row.group, row.pattern)], STRETCH)

@@ -171,20 +171,20 @@ class _Renamed:
 def in_words(design: Design, found: Sequence[Statement]) -> str:
     """Statements in words."""
     canvas = (design.width, design.height)
-    told = []
+    sentences = []
     for each in found:
         match each.kind:
             case "pattern":
                 text = design.patterns[each.name].text
-                told.append(f"the pattern {text!r} fills {canvas[each.axis]:g} m along {_AXES[each.axis]}")
+                sentences.append(f"the pattern {text!r} fills {canvas[each.axis]:g} m along {_AXES[each.axis]}")
             case "size":
-                told.append(f"{each.name} is {design.symbols[each.name].size:g} m long")
+                sentences.append(f"{each.name} is {design.symbols[each.name].size:g} m long")
             case "counter":
-                told.append(f"{each.name} has one value in all patterns")
+                sentences.append(f"{each.name} has one value in all patterns")
             case "everywhere":
-                told.append(f"{each.name} has one size along both axes")
+                sentences.append(f"{each.name} has one size along both axes")
             case "opaque":
-                told.append(f"{each.name} is not opaque")
+                sentences.append(f"{each.name} is not opaque")
             case _:
-                told.append(f"{each.name} is {each.kind}")
-    return "; ".join(reversed(told))
+                sentences.append(f"{each.name} is {each.kind}")
+    return "; ".join(reversed(sentences))

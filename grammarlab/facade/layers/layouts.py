@@ -18,7 +18,7 @@ _EFFORT = 20_000
 """Steps of a test whether a part of a design has a layout."""
 _SECONDS = 3.0
 """Time limit for finding a contradiction, seconds; after that, the message may name more than is needed."""
-_MOST_TOLD = 12
+_MOST_NAMED = 12
 """Largest number of statements in a message."""
 
 
@@ -44,10 +44,10 @@ def layouts(
     try:
         found = _solved(design, width, height, count, stop)
     except NothingFitsError as error:
-        raise FacadeError(f"{str(error).rstrip('.')}.{_told(design, width, height)}") from error
+        raise FacadeError(f"{str(error).rstrip('.')}.{_contradiction_text(design, width, height)}") from error
     if not found and not stop():
         text = f"these layers do not fit each other on {width:g} x {height:g} m"
-        raise FacadeError(f"{text}.{_told(design, width, height)}")
+        raise FacadeError(f"{text}.{_contradiction_text(design, width, height)}")
     return found
 
 
@@ -74,7 +74,7 @@ def may_fit(design: Design, stop: Callable[[], bool] = _never) -> bool:
         return True
 
 
-def _told(design: Design, width: float, height: float) -> str:
+def _contradiction_text(design: Design, width: float, height: float) -> str:
     """The statements that contradict each other, if found in time."""
     design = replace(design, width=width, height=height)
     end = time.monotonic() + _SECONDS
@@ -83,7 +83,7 @@ def _told(design: Design, width: float, height: float) -> str:
         return time.monotonic() > end
 
     found = contradiction(design, partial(may_fit, stop=late))
-    if not found or len(found) > _MOST_TOLD:
+    if not found or len(found) > _MOST_NAMED:
         return ""
-    told = "though some of it may be irrelevant" if late() else "but it can if any one of these is dropped"
-    return f" These cannot all hold, {told}: {in_words(design, found)}."
+    rest = "though some may be irrelevant" if late() else "but they can if any one is dropped"
+    return f" These statements cannot all hold, {rest}: {in_words(design, found)}."

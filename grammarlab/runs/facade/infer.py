@@ -17,7 +17,7 @@ from grammarlab.runs.facade.layers import SolvedLayout, solve_design
 
 TOLERANCES = (1e-6, 1 / 1000, 1 / 300, 1 / 100, 1 / 50, 1 / 30)
 """Tolerances to try, as fractions of the longer side of a facade."""
-_TOLD_ALONE = 40
+_MISPLACED = 40
 """Cost of a misplaced element, in letters: four numbers of ten digits."""
 
 
@@ -42,7 +42,7 @@ class Inferred:
     def cost(self) -> float:
         """Description length of the facade, in letters: that of the design plus that of misplaced elements."""
         missed = max(self.score.elements, self.score.found) * (1.0 - self.score.quality)
-        return self.length + _TOLD_ALONE * missed
+        return self.length + _MISPLACED * missed
 
 
 def infer_design(facade: Facade, tolerance: float | None = None, title: str = "") -> Inferred:

@@ -51,8 +51,8 @@ def match_elements(
     if method == "default":
         return couple(elements, templates, seed, corrections)
     truth = elements.truth
-    told = 0 if truth is None else len(np.unique(truth.kind))
-    return match_alone(elements, templates, None if method == "independent" else told)
+    num_kinds = 0 if truth is None else len(np.unique(truth.kind))
+    return match_alone(elements, templates, None if method == "independent" else num_kinds)
 
 
 def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:

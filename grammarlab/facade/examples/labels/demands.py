@@ -117,8 +117,8 @@ def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[i
         return
     refused = ~domain.reshape(-1, domain.shape[2]).T[wanted]  # [wanted, cells]
     if len(wanted) > refused.shape[1] or refused[linear_sum_assignment(refused)].any():
-        told = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
-        raise FacadeError(f"wishes: {told}: there is not enough room for all of these together.")
+        text = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
+        raise FacadeError(f"wishes: {text}: there is not enough room for all of these together.")
 
 
 def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
@@ -153,8 +153,8 @@ def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
     empty = np.argwhere(~domain.any(axis=2))
     if len(empty):
         row, column = empty[0].tolist()
-        told = ", ".join(f"{wish.label} only {wish.rows}" for wish in wishes.only)
-        raise FacadeError(f"wishes: {told}: no label is left for row {row}, column {column}.")
+        text = ", ".join(f"{wish.label} only {wish.rows}" for wish in wishes.only)
+        raise FacadeError(f"wishes: {text}: no label is left for row {row}, column {column}.")
     return domain
 
 
@@ -203,17 +203,17 @@ def _agree(domain: Domain, one: tuple[int, int], other: tuple[int, int], fixed: 
 
 def _counted(domain: Domain, example: LabelGrid, count: Count, symmetric: bool) -> tuple[int, int, int]:
     label = example.label(count.label)
-    told = f"{count.label} {count.least} to {count.most} times"
+    text = f"{count.label} {count.least} to {count.most} times"
     if count.least < 0 or count.most < count.least:
-        raise FacadeError(f"wishes: {told}; expected counts of at least 0, the first at most the second.")
+        raise FacadeError(f"wishes: {text}; expected counts of at least 0, the first at most the second.")
     able = int(domain[:, :, label].sum())
     if able < count.least:
-        raise FacadeError(f"wishes: {told}, but only {able} cells may be {count.label}.")
+        raise FacadeError(f"wishes: {text}, but only {able} cells may be {count.label}.")
     forced = int((domain[:, :, label] & (domain.sum(axis=2) == 1)).sum())
     if forced > count.most:
-        raise FacadeError(f"wishes: {told}, but {forced} cells can only be {count.label}.")
+        raise FacadeError(f"wishes: {text}, but {forced} cells can only be {count.label}.")
     columns = domain.shape[1]
     odd = columns % 2 == 1 and domain[:, columns // 2, label].any()
     if symmetric and count.least == count.most and count.least % 2 == 1 and not odd:
-        raise FacadeError(f"wishes: symmetric and {told} contradict each other: an odd number needs a middle column.")
+        raise FacadeError(f"wishes: symmetric and {text} contradict each other: an odd number needs a middle column.")
     return label, count.least, count.most

@@ -52,7 +52,7 @@ def assemble(
     values: list[Floats] = []
     spreads: list[Floats] = []
     template: list[int] = []
-    told = dict(reasons)
+    all_reasons = dict(reasons)
     for place, part in enumerate(parts):
         first = len(values)
         own_values, own_spreads = kind_values(part)
@@ -67,7 +67,7 @@ def assemble(
         for row, element in enumerate(part.element.tolist()):
             best = int(part.solution.posterior[row].argmax())
             if best == len(own_values):
-                told[element] = "its size matches no kind, and is too uncertain for a kind of its own"
+                all_reasons[element] = "its size matches no kind, and is too uncertain for a kind of its own"
                 continue
             kind[element] = first + best
             parameters[element] = own_values[best]
@@ -85,7 +85,7 @@ def assemble(
         deviations=tuple(deviations),
         corner=corner,
         hidden=hidden,
-        reasons=told,
+        reasons=all_reasons,
         iterations=sum(part.rounds for part in parts),
         seconds=dict(seconds),
     )

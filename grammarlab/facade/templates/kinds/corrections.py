@@ -95,10 +95,10 @@ def correction_of(value: Any, where: str) -> Correction:
     values = an_object(value, where)
     listed = a_list(values.get("elements"), f"{where}, elements", MOST_ELEMENTS)
     elements = tuple(sorted({a_whole_number(each, f"{where}, elements", 0, MOST_ELEMENTS) for each in listed}))
-    said = [what for what in ("template", "same", "ignore", "share") if what in values]
-    if len(said) != 1 or not elements:
+    present = [what for what in ("template", "same", "ignore", "share") if what in values]
+    if len(present) != 1 or not elements:
         raise FacadeError(f"{where}: expected elements and one of template, same, ignore and share.")
-    what: What = said[0]  # pyright: ignore[reportAssignmentType] one of the words above
+    what: What = present[0]  # pyright: ignore[reportAssignmentType] one of the words above
     if what in {"same", "ignore"}:
         if values[what] is not True:
             raise FacadeError(f"{where}, {what}: expected true; delete the correction to undo it.")
@@ -143,8 +143,8 @@ def left_out(corrections: Corrections) -> dict[int, str]:
 
 def given_sizes(corrections: Corrections, which: Ints) -> list[tuple[int, float]]:
     """Axis and metres of the given sizes of any of the elements [N]."""
-    said = [each for each in corrections if each.value is not None and np.isin(which, each.elements).any()]
-    return [(_SIZES.index(each.name), each.value) for each in said if each.value is not None]
+    sized = [each for each in corrections if each.value is not None and np.isin(which, each.elements).any()]
+    return [(_SIZES.index(each.name), each.value) for each in sized if each.value is not None]
 
 
 def with_templates(costs: Floats, which: Ints, templates: Sequence[Template], corrections: Corrections) -> Floats:
@@ -187,15 +187,15 @@ def with_sizes(maps: Maps, which: Ints, corrections: Corrections) -> Maps:
     return replace(maps, evidence=(1.0 - _DOUBT) * evidence + _DOUBT)
 
 
-def _shared(evidence: Floats, maps: Maps, said: Correction) -> Floats:
+def _shared(evidence: Floats, maps: Maps, correction: Correction) -> Floats:
     """Log-evidence [M, A, B] of elements that share a size: joint for this size, separate for the other one."""
-    axis = _SIZES.index(said.name)
+    axis = _SIZES.index(correction.name)
     other = np.log(evidence.mean(axis=1 + axis))
-    if said.value is None:
+    if correction.value is None:
         size = np.log(evidence.mean(axis=2 - axis)).sum(axis=0)
     else:
         places = (maps.widths, maps.heights)[axis]
-        size = np.where(np.arange(len(places)) == np.abs(places - said.value).argmin(), 0.0, np.log(_DOUBT))
+        size = np.where(np.arange(len(places)) == np.abs(places - correction.value).argmin(), 0.0, np.log(_DOUBT))
     return other[:, None, :] + size[:, None] if axis == 0 else other[:, :, None] + size
 
 

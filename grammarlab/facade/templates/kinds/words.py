@@ -23,14 +23,14 @@ def sharing(match: Match, name: str, kind: int) -> list[int]:
 
 def sentences(match: Match) -> list[str]:
     """A sentence for each set of kinds that share a parameter: "20 windows, 0.95 m wide, in two heights: ..."."""
-    told: list[str] = []
+    found: list[str] = []
     done: set[tuple[int, ...]] = set()
     for kind in range(len(match.values)):
         template = match.template_of(kind)
         shared = {name: tuple(sharing(match, name, kind)) for name in template.parameters}
         largest = max(shared.values(), key=len)
         if len(largest) == 1:
-            told.append(f"{_counted(match, [kind])}: {_sizes(match, kind, template.parameters)}")
+            found.append(f"{_counted(match, [kind])}: {_sizes(match, kind, template.parameters)}")
             continue
         for name, kinds in shared.items():
             if len(kinds) > 1 and kinds not in done:
@@ -38,8 +38,8 @@ def sentences(match: Match) -> list[str]:
                 others = [each for each in template.parameters if each != name]
                 parts = [f"{_sizes(match, each, others)} ({len(match.members(each))})" for each in kinds]
                 own = _sizes(match, kind, (name,))
-                told.append(f"{_counted(match, list(kinds))}, {own}, of {len(kinds)} kinds: {'; '.join(parts)}")
-    return told
+                found.append(f"{_counted(match, list(kinds))}, {own}, of {len(kinds)} kinds: {'; '.join(parts)}")
+    return found
 
 
 def _counted(match: Match, kinds: list[int]) -> str:
