@@ -17,7 +17,7 @@ class Letter:
     attached: bool = False
     """Whether its neighbours in the word stay adjacent to it."""
     unoccludable: bool = False
-    """Whether no partly transparent element may lie over it."""
+    """Whether no element that covers only a part may lie over it."""
     transparent: bool = False
     """Whether it is invisible: a letter of a control pattern without content."""
     mirrored: bool = False

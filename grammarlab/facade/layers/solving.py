@@ -61,7 +61,7 @@ class Layout:
     sizing: SymbolSizes
     energy: float
     bound: float
-    """Lower bound of the energy of this layout and of all later ones in the list, within `tolerance`."""
+    """Lower bound of the energy of all layouts that are not before this one in the list, within `tolerance`."""
     proven: bool
     tolerance: float
     """The tolerance mu, metres."""
@@ -330,7 +330,7 @@ class _Branches:
         return [self._layout(*each) for each in self.best]
 
     def _missing(self, number: int) -> float:
-        """Largest differences of a candidate's words from their canvases, metres, summed."""
+        """Differences of a candidate's longest words from their canvases, metres, summed."""
         words = self.candidates[number].words
         longest = {
             group: max(sum(letter.size or 0.0 for letter in word) for word in rows) for group, rows in words.items()

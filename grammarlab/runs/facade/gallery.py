@@ -21,7 +21,7 @@ from grammarlab.files import write_bytes, write_text
 
 CONTACT = "contact.png"
 _PIXELS_PER_METRE, _LONGEST = 50.0, 640
-"""Resolution of pictures in pixels per metre, and largest side of each in pixels."""
+"""Largest resolution of pictures, pixels per metre, and largest side of a picture, pixels."""
 _SHEET, _MARGIN = 2400, 24
 """Width of the contact sheet, and distance between facades, pixels."""
 

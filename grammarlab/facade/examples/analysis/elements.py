@@ -24,7 +24,7 @@ _CORNER = 0.3
 LONGEST = 0.6
 """Largest part of a wall's side that an element takes; longer parts are bands, cornices or pilasters."""
 _BESIDE, _ONE_PLACE = 1.0, 0.002
-"""Distance of an element's side on the map and the points that determine it: pixels, and metres between points."""
+"""Distance of an element's side from the points that determine it, pixels, and spread of these points, metres."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,7 @@ class Alignment:
     strain: float
     """Lower bound of the deviation of sizes from the preferred sizes, square metres; 0 if it was not requested."""
     bound: float
-    """Lower bound of the energy of this alignment and of all later ones in the list."""
+    """Lower bound of the energy of all alignments that are not before this one in the list."""
     proven: bool
     """Whether `bound` equals `energy`."""
 

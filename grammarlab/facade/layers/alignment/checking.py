@@ -88,7 +88,7 @@ def _column(
             seen = above and not all(letter.transparent for letter in above)
             # The same letters on another layer are in the same position, and hide only each other.
             if seen and not _opaque(above) and words[at] != words[below]:
-                found.append("a partly transparent element lies over an unoccludable letter")
+                found.append("an element that covers only a part lies over an unoccludable letter")
     wide = column_widths(words, cells, number)[2]
     if not wide and any(not each and not any(map(_opaque, letters[:at])) for at, each in enumerate(letters)):
         found.append("a column that takes the remaining length has an unexplained gap")

@@ -78,9 +78,9 @@ class _Column(NamedTuple):
     fixed: bool
     opaque: bool
     partial: int
-    """Rows with partly transparent elements, as bits."""
+    """Rows with elements that cover only a part, as bits."""
     protected: int
-    """Rows whose elements must not be partly transparent, as bits."""
+    """Rows whose elements must not cover only a part, as bits."""
     price: int
     """Price of merged letters."""
 

@@ -25,7 +25,7 @@ class Symbol:
     attached: bool = False
     """Whether its neighbours in a word stay adjacent to it."""
     unoccludable: bool = False
-    """Whether no partly transparent element may lie over it."""
+    """Whether no element that covers only a part may lie over it."""
     transparent: bool = False
     """Whether it is never visible."""
 

@@ -42,7 +42,7 @@ from grammarlab.facade.templates.template import Template, stack
 
 PARTICLES = 512
 _LARGER, _SMALLER = 1.5, 0.6
-"""Range of sizes, as multiples of the visible ones."""
+"""Largest and least candidate sizes, as multiples of the visible ones."""
 _NOISE = np.array([0.4, 2.5])
 """Range of the noise of an element, as multiples of the median of all."""
 _FEW, _TOGETHER = 8, 32

@@ -26,7 +26,7 @@ class KindSequence:
     stands: tuple[bool, ...]
     """[K] whether it contains elements."""
     doors: tuple[bool, ...]
-    """[K] number of doors in it."""
+    """[K] whether it contains doors."""
     ends: tuple[int, ...] = ()
     """Kinds at an end, which never follow themselves."""
 

@@ -17,7 +17,7 @@ from grammarlab.facade.examples.labels.demands import LabelDemands
 from grammarlab.facade.examples.labels.problem import WINDOW, Problem
 
 _ROUNDING = 0.01
-"""Energies are integers; a bound this far below an integer is rounded up to it."""
+"""Largest rounding error of a bound; it is subtracted before a bound is rounded up to an integer energy."""
 _LARGEST = 1e8
 """Largest number of additions to solve all different strips."""
 _PATIENCE = 3
