@@ -91,7 +91,7 @@ def check(elements: Elements) -> Elements:
         place = int(np.flatnonzero(flat)[0])
         raise FacadeError(f"Element {place}: expected a box with a width and a height above 0.")
     if not elements.counts.any():
-        raise FacadeError("All boxes are empty: no point lies in any of them. Use one frame for both.")
+        raise FacadeError("All boxes are empty: no point lies in any of them. Give boxes and points in one frame.")
     return elements
 
 
