@@ -35,9 +35,9 @@ class Topology:
     """A decomposition tree without sizes, in the order of `Facade`."""
 
     parent: Ints
-    """[N]"""
+    """[N] as in `Facade`."""
     axis: NDArray[np.int8]
-    """[N]"""
+    """[N] as in `Facade`."""
     leaf: Ints
     """[N] leaf of the graph of each node; -1 for inner nodes."""
 

@@ -78,7 +78,7 @@ class _Strip:
         differ[np.arange(problem.num_labels), np.arange(problem.num_labels)] = 0.0
         differ[:, -1] = 0.0
         self.differ = differ
-        """[labels, target labels]"""
+        """[labels, target labels] 0 for equal labels and for no target label, 1 otherwise."""
 
     def pass_on(self, step: int) -> None:
         """Moves prices to the strip above (1) or below (-1), cell by cell."""
