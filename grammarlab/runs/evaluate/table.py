@@ -145,11 +145,11 @@ def _from_examples(source: Source, num_samples: int) -> tuple[LearnedSampler, fl
 
 
 def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) -> str:
-    """The rows as a section of a Markdown page, beside the paper's.
+    """The rows as a section of a Markdown page, with the paper's results.
 
     Args:
-        rows: of some scenarios.
-        scenarios: the same, in the order of the page.
+        rows: rows of some scenarios.
+        scenarios: these scenarios, in the order of the page.
     """
     by_place = {(row.scenario, row.method): row for row in rows}
     shown = [scenario for scenario in scenarios if any(row.scenario == scenario.name for row in rows)]
@@ -201,7 +201,7 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
 
 
 _PAPER = {"parameters": "p_learning", "structure": "s_learning"}
-"""Where a scenario says what the paper reports."""
+"""Keys of the paper's results in a scenario."""
 
 
 def _is_inexact(row: DensityRow) -> bool:
@@ -221,7 +221,7 @@ def _cell(
 
 
 def _correlation(value: float) -> str:
-    """Three digits; no sign before a zero that rounding left."""
+    """Three digits; no sign before a zero from rounding."""
     return f"{round(value, 3) + 0.0:.3f}"
 
 

@@ -17,16 +17,16 @@ from grammarlab.facade.tree import Facade
 
 @dataclass(frozen=True, slots=True)
 class ReadResult:
-    """A facade that was read, and the file that it was written to."""
+    """A facade from another format, and the file that it was written to."""
 
     facade: Facade
     file: Path
     snapped: float
-    """Metres, of the side that was moved furthest so that boxes stand in line."""
+    """Largest move of a side by snapping, metres."""
     notes: tuple[str, ...]
-    """What a person should know of how it was read."""
+    """Notes for the user on the reading."""
     seconds: float
-    """From the start of reading to the end of writing."""
+    """Duration of reading and writing."""
 
 
 def read_facade(
@@ -39,21 +39,21 @@ def read_facade(
     tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
-    """Read the facade of a file, propose grids for it, and write it as a file of our own.
+    """Read the facade of a file, propose grids for it, and write it as a facade file.
 
     Args:
         path: CMP XML, CityGML, COCO or LabelMe JSON, or CSV; see docs/facades.md.
         output: where to write; the picture goes into the same folder.
-        wall: which wall or image, where the file has several.
-        width: metres; by the file when left out.
-        height: metres; by the width and the shape of the picture when left out.
-        tolerance: part of the shorter side of the facade by which sides may differ and still be in line; by the unit
-            of the file when left out.
-        split: whether boxes that form a pinwheel are cut.
+        wall: name of the wall or image in a file with several.
+        width: metres; from the file when left out.
+        height: metres; from the width and the aspect ratio of the picture when left out.
+        tolerance: largest difference of sides in line, as a fraction of the shorter side of the facade; by the unit of
+            the file when left out.
+        split: whether boxes of a pinwheel may be cut.
 
     Raises:
-        UsageError: when the file is of no known kind, or has no such wall.
-        FacadeError: when it is broken, or its boxes form a pinwheel.
+        UsageError: If the file is of an unknown kind, or has no such wall.
+        FacadeError: If it is broken, or its boxes form a pinwheel.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -67,7 +67,7 @@ def read_facade(
     """
     start = time.perf_counter()
     if output.exists() and output.samefile(path):
-        raise UsageError(f"{output} is the file that is read: write to another one.")
+        raise UsageError(f"{output} is the input file: write to another one.")
     annotation = read_annotation(path, wall)
     picture = pixels = None
     if is_plain(annotation.picture) and (path.parent / annotation.picture).is_file():

@@ -172,7 +172,7 @@ def test_even_a_facade_without_memory_returns_to_its_sizes(axis: int, bays: bool
 
 @pytest.mark.parametrize("facade", [windows(2, 3, (1.0, 2.0, 3.0)), windows(2, 3, (1.0, 2.0, 3.0), bays=True)])
 def test_a_copy_has_the_neighbours_of_its_source_and_of_its_anchors(facade: Facade) -> None:
-    """Figure 5: what the paper links S to, without its contradictions."""
+    """Figure 5: the paper's links of S, without its contradictions."""
 
     def around(wall: Facade) -> dict[int, set[tuple[int, int, int]]]:
         graph = neighbours(wall)
@@ -202,7 +202,7 @@ def test_a_copy_has_the_neighbours_of_its_source_and_of_its_anchors(facade: Faca
 
 
 def links(facade: Facade) -> dict[int, set[tuple[str, int]]]:
-    """Of each leaf its neighbours and on which side they are."""
+    """For each leaf, its neighbours and their sides."""
     graph = neighbours(facade)
     found: dict[int, set[tuple[str, int]]] = {node: set() for node in graph.node.tolist()}
     sides = (("right", "left", graph.beside), ("above", "below", graph.above))
@@ -226,18 +226,18 @@ def test_an_insertion_links_a_copy_as_the_edges_of_the_paper_do() -> None:
     for edit, expected in (
         (Edit(("row",), X, 0, 0), {("left", "1"), ("left", "2"), ("right", "8"), ("above", "4"), ("below", "6")}),
         (Edit(("row",), X, 1, 0), {("left", "1"), ("left", "2"), ("right", "8"), ("above", "4"), ("below", "6")}),
-        # At the far end everything is mirrored, but that nothing is beyond.
+        # At the far end everything is mirrored, except that nothing is beyond it.
         (Edit(("row",), X, 1, 2), {("left", "9"), ("above", "5"), ("below", "7")}),
     ):
         wall = applied(unedited(facade), edit).facade
         new = grid_of(wall, "row").node.tolist()[edit.place or 0]
         assert {(side, wall.name_of(other)) for side, other in links(wall)[new]} == expected
-        # No leaf but the copy was added, and all other edges are those that there were.
+        # Only the copy was added, and all other edges are unchanged.
         assert len(wall.leaves) == len(facade.leaves) + 1
 
 
 def test_one_copy_of_the_surroundings_serves_all_rows_of_one_parent() -> None:
-    """Coupled insertion: what stands between the rows of bays is repeated once, not once for each row."""
+    """Coupled insertion: the parts between the rows of bays are repeated once, not once for each row."""
     facade = windows(3, 2, (1.0, 2.0), bays=True)
     wall = applied(unedited(facade), Edit(("window",), X, 0, 1)).facade
     bay = facade.children[int(facade.children[0][1])]
@@ -253,7 +253,7 @@ def test_one_copy_of_the_surroundings_serves_all_rows_of_one_parent() -> None:
 
 
 def test_the_surroundings_come_along_and_bands_are_stretched() -> None:
-    """Figure 4: what reaches over both anchors stays one piece; the wall between them stands on both sides of S."""
+    """Figure 4: a part over both anchors stays one piece; the wall between them is on both sides of S."""
     facade = windows(1, 2, (1.0, 2.0))
     (variation,) = [
         v
@@ -296,7 +296,7 @@ def test_two_wings_are_widened_between_them_by_what_belongs_to_one_column() -> N
 
 
 def test_no_row_of_a_phantom_is_widened_and_all_others_are() -> None:
-    """Figures 8 and 11: beside the place above a door nothing can be inserted."""
+    """Figures 8 and 11: nothing can be inserted beside the place above a door."""
     facade = door_over_two_rows()
     elements = [node for node in range(len(facade)) if facade.name_of(node) in {"window", "door"}]
     facade = with_grid(facade, "all", elements)
@@ -326,7 +326,7 @@ def test_doors_are_repeated_with_their_phantom() -> None:
 
 
 def hierarchical() -> Facade:
-    """Two rows of three windows of two panes: one grid of windows, and one in each of them."""
+    """Two rows of three windows of two panes: one grid of windows, and one grid in each of them."""
 
     def window() -> Node:
         return across(leaf("pane", 0.5, 1.5), leaf("pane", 0.5, 1.5), label="window")
@@ -417,12 +417,12 @@ def test_what_cannot_be_edited_is_explained() -> None:
     with pytest.raises(FacadeError, match="expected one of: window"):
         vary(facade, "door", X)
     two = with_grid(facade, "first", grid_of(facade, "window").node[:2])
-    with pytest.raises(FacadeError, match="equally many columns"):
+    with pytest.raises(FacadeError, match="the same number of columns"):
         vary(two, "window", X, also=["first"])
     alone = with_grid(built(leaf("window")), "window", [0])
     found = vary(alone, "window", X)
     assert [grid.num_columns for variation in found.found for grid in variation.facade.grids] == [2, 2]
-    with pytest.raises(FacadeError, match="Nothing of the facade"):
+    with pytest.raises(FacadeError, match="remove the whole facade"):
         applied(unedited(alone), Edit(("window",), X, 0))
 
 
@@ -435,5 +435,5 @@ def test_a_facade_that_is_too_deep_is_refused_and_one_of_a_hundred_levels_is_edi
         return with_grid(facade, "window", [node for node in facade.leaves if facade.name_of(node) == "window"])
 
     assert vary(nested(150), "window", X).found
-    with pytest.raises(FacadeError, match="201 times; expected at most 200"):
+    with pytest.raises(FacadeError, match="201 levels of nested parts; expected at most 200"):
         vary(nested(201), "window", X)

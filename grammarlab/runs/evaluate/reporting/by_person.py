@@ -1,4 +1,4 @@
-"""How near each person's preference was learned, worst cases first, beside the targets."""
+"""Divergence for each person, worst cases first, with the targets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.runs.evaluate.reporting.scenario_results import ScenarioResults
 from grammarlab.runs.markdown import table
 
 CHECKPOINTS = (64, 128, 256)
-"""Numbers of scores after which persons are compared, beside all of them."""
+"""Numbers of scores after which persons are compared, in addition to all scores."""
 TARGETS = {
     "exact": (0.03, 0.005, 0.001),
     "stars": (0.05, 0.012, 0.01),
@@ -22,13 +22,13 @@ TARGETS = {
     "blunders5": (0.07, 0.015, 0.002),
     "blunders10": (0.08, 0.02, 0.005),
 }
-"""By person: the median over scenarios, in nats, that is the goal of the default method at each of `CHECKPOINTS`."""
+"""By person: target for the median over scenarios, in nats, of the default method at each of `CHECKPOINTS`."""
 METHOD = "default"
-"""The method that `TARGETS` are for."""
+"""Method of the targets `TARGETS`."""
 
 
 def by_person(results: Sequence[ScenarioResults]) -> str:
-    """The section of a page: a table for each folder that scenarios come from."""
+    """The section of a page: a table for each folder of scenarios."""
     asked = max(point.labels for item in results for record in item.records for point in record.curve.points)
     after = [labels for labels in CHECKPOINTS if labels < asked] + [asked]
     folders = dict.fromkeys(item.path.absolute().parent for item in results)
@@ -69,7 +69,7 @@ def _rows(results: Sequence[ScenarioResults], after: Sequence[int]) -> list[tupl
 
 
 def _numbers(js: NDArray[np.float64]) -> Iterable[str]:
-    """Of divergences [seeds, checkpoints]: the median over seeds, and the worst of the last column."""
+    """Numbers from divergences [seeds, checkpoints]: the median over seeds, and the worst of the last column."""
     return (f"{number:.4f}" for number in (*np.median(js, axis=0), js[:, -1].max()))
 
 

@@ -1,4 +1,4 @@
-"""Tables of learning curves: Parquet for programs, Markdown for people, beside what the paper reports."""
+"""Tables of learning curves: Parquet for programs, Markdown for people, with the paper's results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PAGE = "results.md"
 
 
 def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
-    """Write all rounds of all curves as Parquet, one row a round.
+    """Write all rounds of all curves as Parquet, one row per round.
 
     Columns: scenario, person, method, seed, labels, js and js_original (nats), correlation, liked.
     """
@@ -53,10 +53,10 @@ def write_page(
     """Write everything as one Markdown page.
 
     Args:
-        path: of the page; pictures are linked relative to it.
-        results: in the order of the page.
-        pictures: what stands below all tables, in order.
-        command: the command that writes the page again.
+        path: path of the page; pictures are linked relative to it.
+        results: results in the order of the page.
+        pictures: sections below all tables, in order.
+        command: the command that writes the page.
         sections: Markdown to put below the tables.
     """
     parts = [
@@ -143,7 +143,7 @@ def _target(target: ScenarioGoal, labels: int | None) -> str:
 
 
 def _first_liked(item: ScenarioResults, method: str, records: Sequence[CurveRecord]) -> str:
-    """What a row means that does not count all labels."""
+    """A note on a row that does not count all labels."""
     before = summarize([record.curve.labels_before_first_liked() for record in records])
     return (
         f"{item.name}, {method}: *first* and *stays* count from the first liked model on, with all labels of the "

@@ -1,4 +1,4 @@
-"""Meshes from files, also from strangers."""
+"""Meshes from files, including invalid ones."""
 
 from pathlib import Path
 
