@@ -20,6 +20,8 @@ from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rot
 
 _SLACK = 0.05
 """Metres behind and before what is seen of a region."""
+_CLEAR = 0.01
+"""Metres around the plane behind units in which no points lie, where there is such a place: faces in it are cut twice."""
 _COARSE = 40_000
 """Pixels of the maps that tell which axis is up."""
 _ENTERED = 1.5
@@ -244,6 +246,7 @@ def _regions(surface: Surface) -> list[Region]:
         if max(len(columns), len(rows)) > MOST_LINES:
             continue
         back, front = _depths(wall, columns, rows)
+        back = _clear(seen_from(wall.side, surface.points)[:, 2], back)
         found.append(
             Region(
                 name="",
@@ -268,3 +271,13 @@ def _depths(wall: Wall, columns: Lattice, rows: Lattice) -> tuple[float, float]:
     depth = wall.map.depth[part][wall.seen[part]]
     depth = depth[(depth >= wall.depth - BEHIND) & (depth <= wall.depth + BEFORE)]
     return float(depth.min(initial=wall.depth)) - _SLACK, float(depth.max(initial=wall.depth)) + _SLACK
+
+
+def _clear(depths: Floats, at: float) -> float:
+    """The given depth if no point has it; else the middle of the widest gap between points just behind it."""
+    near = depths[(depths >= at - _SLACK) & (depths <= at + _CLEAR)]
+    if not (near >= at - _CLEAR).any():
+        return at
+    ends = np.unique(np.concatenate([near[near <= at], [at - _SLACK, at]]))
+    widest = int(np.diff(ends).argmax())
+    return float(ends[widest : widest + 2].mean())

@@ -15,6 +15,7 @@ import numpy as np
 from grammarlab.assets.gltf_guard import check_gltf
 from grammarlab.assets.meshes import find_asset
 from grammarlab.errors import AssetError, FacadeError
+from grammarlab.facade.examples.mesh.solids import united
 from grammarlab.facade.examples.mesh.surface import Surface, welded, without_slivers
 
 FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
@@ -83,8 +84,9 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
             "If its coordinates are no metres, say what they are (--unit)."
         )
     origin = np.round((low + high) / 2.0)
-    surface = welded(Surface(points - origin, triangles, material), _SAME * extent)
-    surface = without_slivers(_once(surface), _SAME * extent)
+    tolerance = _SAME * extent
+    surface = united(welded(Surface(points - origin, triangles, material), tolerance), tolerance)
+    surface = without_slivers(_once(surface), tolerance)
     if not len(surface):
         raise FacadeError(f"{path.name}: all of its triangles are empty.")
     return ExampleMesh(surface, origin, tuple(colors), any(each[2] for each in groups), num)
