@@ -21,7 +21,7 @@ from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rot
 _SLACK = 0.05
 """Metres behind and before what is seen of a region."""
 _CLEAR = 0.01
-"""Metres around the plane behind units in which no points lie, where there is such a place: faces in it are cut twice."""
+"""Metres around the plane behind units without points, where there is such a place: faces in it would be cut."""
 _COARSE = 40_000
 """Pixels of the maps that tell which axis is up."""
 _ENTERED = 1.5
@@ -210,6 +210,11 @@ def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
     regions = _regions(surface)
     if not regions:
         return Example(mesh, surface, turn, (), (), bend)
+    if bend is not None:
+        # Flat walls of polygons become round: as far as a column is from its arc, that is no noise.
+        regions = [
+            replace(each, noise=max(0.0, each.noise - each.columns.pitch**2 / (8.0 * bend.radius))) for each in regions
+        ]
     main = max(regions, key=lambda each: (_weight(each), -each.side))
     if main.side != FRONT:
         # From the file in one step, to lose no digits, unless it was laid out straight in between.

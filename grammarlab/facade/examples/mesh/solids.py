@@ -38,7 +38,7 @@ def united(surface: Surface, tolerance: float) -> Surface:
         surface: welded; triangles of one solid follow each other, as far as they share edges with others.
         tolerance: metres between points that are one.
     """
-    if len(surface) > _MOST:
+    if not 0 < len(surface) <= _MOST:
         return surface
     bodies = _bodies(surface)
     if bodies is None or bodies.number < 2:

@@ -199,20 +199,23 @@ def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
     return np.stack([unique // number, unique % number], axis=1), count, sign
 
 
-def num_boundary_edges(surface: Surface) -> int:
+@dataclass(frozen=True, slots=True)
+class EdgeNumbers:
+    """What holds of the edges of a surface."""
+
+    boundary: int
     """Edges that only one triangle has."""
-    return edge_numbers(surface)[0]
+    closed: bool
+    """Every edge has an even number of triangles."""
+    watertight: bool
+    """Every edge has two triangles, as other programs understand it."""
 
 
-def is_watertight(surface: Surface) -> bool:
-    """Whether every edge has two triangles, or another even number where closed parts touch."""
-    return edge_numbers(surface)[1]
-
-
-def edge_numbers(surface: Surface) -> tuple[int, bool]:
-    """How many edges only one triangle has, and whether all have an even number of them."""
+def edge_numbers(surface: Surface) -> EdgeNumbers:
+    """How many triangles the edges of a surface have."""
     count = edge_table(surface.triangles, len(surface.points))[1]
-    return int((count == 1).sum()), bool(len(count)) and not (count % 2).any()
+    some = bool(len(count))
+    return EdgeNumbers(int((count == 1).sum()), some and not (count % 2).any(), some and bool((count == 2).all()))
 
 
 def naked_edges(triangles: Ints, num_points: int) -> tuple[Ints, Ints]:

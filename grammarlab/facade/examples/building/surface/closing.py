@@ -11,7 +11,9 @@ from grammarlab.facade.examples.building.assembly import Tiling, UnstitchedPiece
 from grammarlab.facade.examples.building.surface.caps import capped
 from grammarlab.facade.examples.building.surface.conforming import conformed, seam_edges
 from grammarlab.facade.examples.building.surface.mending import mended
+from grammarlab.facade.examples.building.surface.separating import separated
 from grammarlab.facade.examples.building.surface.stitching import Matches, matches, nearest_pairs, stitched
+from grammarlab.facade.examples.mesh.solids import without_folds
 from grammarlab.facade.examples.mesh.surface import (
     Bools,
     Floats,
@@ -68,9 +70,7 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
     before = np.inf
     while 0 < (left := len(seam_edges(surface, planes, bend)[0])) < _WORTH * before:
         surface, before = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), left
-    surface = without_slivers(rounded(surface), TOLERANCE / 10.0)
-    if was_closed:
-        surface = without_slivers(mended(surface), TOLERANCE / 10.0)
+    surface = rounded(surface, was_closed=was_closed)
     return Closed(surface, int(moved.sum()), float(distance.max(initial=0.0)))
 
 
@@ -96,9 +96,18 @@ def seams(tilings: Sequence[Tiling]) -> list[Plane]:
     return [order[key] for key in sorted(order)]
 
 
-def rounded(surface: Surface) -> Surface:
-    """The surface with coordinates that 32-bit floating point numbers have, as files keep them."""
-    return welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
+def rounded(surface: Surface, *, was_closed: bool) -> Surface:
+    """The surface with coordinates that 32-bit floating point numbers have, as files keep them.
+
+    Args:
+        surface: the surface.
+        was_closed: whether all that is open shall be closed.
+    """
+    surface = welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
+    surface = without_slivers(surface, TOLERANCE / 10.0)
+    if was_closed:
+        surface = without_slivers(mended(surface), TOLERANCE / 10.0)
+    return separated(without_folds(surface))
 
 
 def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:

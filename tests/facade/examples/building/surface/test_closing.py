@@ -22,7 +22,7 @@ from grammarlab.facade.examples.building.surface.conforming import conformed
 from grammarlab.facade.examples.building.units import BuildingCut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.reading import read_mesh
-from grammarlab.facade.examples.mesh.surface import Surface, is_watertight, num_boundary_edges
+from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
 from tests.facade.examples.houses import House, house
 
 SIZES = [(8, 15), (1, 7), (5, 1), (1, 1), (6, 6)]
@@ -53,12 +53,13 @@ def random_building(
 def test_a_closed_house_makes_closed_buildings_of_any_size(rows: int, columns: int, tmp_path: Path) -> None:
     example, _, tilings, pieces = random_building(house(broad=((2, 1), (4, 4))), tmp_path, rows, columns, rows)
     surface = closed(pieces, tilings, 0.0, was_closed=True).surface
-    mesh = trimesh.Trimesh(surface.points, surface.triangles, process=False)
-    assert is_watertight(example.surface)
+    # As a reader of files has it: points of equal coordinates are one.
+    mesh = trimesh.Trimesh(surface.points, surface.triangles, process=True)
+    assert edge_numbers(example.surface).watertight
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     assert mesh.volume > 0.0
-    assert num_boundary_edges(surface) == 0
+    assert edge_numbers(surface).boundary == 0
     heights = mesh.area_faces * 2.0 / mesh.edges_unique_length[mesh.faces_unique_edges].max(axis=1)
     assert heights.min() > TOLERANCE / 20.0
     # The walls keep their place: the building is as large as its units and the rest make it.
@@ -107,7 +108,7 @@ def test_noise_of_a_centimetre_leaves_no_hole(seed: int, tmp_path: Path) -> None
     known = house(4, 3, 2, noise=0.01, seed=seed)
     example, _, tilings, pieces = random_building(known, tmp_path, 4, 6, seed)
     done = closed(pieces, tilings, example.main.noise, was_closed=True)
-    assert num_boundary_edges(done.surface) == 0
+    assert edge_numbers(done.surface).boundary == 0
     assert done.moved > 0
     assert 0.0 < done.farthest <= 0.05
 
