@@ -9,10 +9,20 @@ from manifold3d import Error, Manifold, Mesh64, OpType
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, welded, without_slivers
+from grammarlab.facade.examples.mesh.surface import (
+    Floats,
+    Ints,
+    Surface,
+    joined,
+    welded,
+    without_folds,
+    without_slivers,
+)
 
 _MOST = 300_000
 """Triangles; larger meshes of many solids stay as they are, since uniting them takes too long."""
+_LEAST = 1e-9
+"""Volume of a solid, in cubes of its longest side; less is a sheet with two sides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +41,8 @@ class _Bodies:
 def united(surface: Surface, tolerance: float) -> Surface:
     """The outside of all solids of a surface together.
 
-    A surface that is open, is one solid, has hollow or inverted solids, or has more than 300,000 triangles stays as it
-    is.
+    Sheets that are seen from both sides stay beside them. A surface that is open, is one solid, has hollow or inverted
+    solids, or has more than 300,000 triangles stays as it is.
 
     Args:
         surface: welded; triangles of one solid follow each other, as far as they share edges with others.
@@ -43,18 +53,22 @@ def united(surface: Surface, tolerance: float) -> Surface:
     bodies = _bodies(surface)
     if bodies is None or bodies.number < 2:
         return surface
-    solids, inside_out = [], set[bool]()
+    solids, sheets, inside_out = [], [], set[bool]()
     order = np.argsort(bodies.body, kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(bodies.body[order])) + 1):
         used, corners = np.unique(bodies.triangles[rows], return_inverse=True)
         corners = corners.reshape(-1, 3)
         points = bodies.points[used]
-        negative = _volume(points, corners) < 0.0
+        volume = _volume(points, corners)
+        if abs(volume) <= _LEAST * float(np.ptp(points, axis=0).max()) ** 3:
+            sheets.append(surface.part(np.isin(np.arange(len(surface)), rows)))
+            continue
+        negative = volume < 0.0
         inside_out.add(negative)
         material = surface.material[rows].astype(np.uint64)
         turned = corners[:, ::-1] if negative else corners
         solids.append(Manifold(Mesh64(points, np.ascontiguousarray(turned, dtype=np.uint64), face_id=material)))
-    if len(inside_out) > 1 or any(each.status() != Error.NoError for each in solids):
+    if len(inside_out) != 1 or any(each.status() != Error.NoError for each in solids):
         return surface
     mesh = Manifold.batch_boolean(solids, OpType.Add).to_mesh64()
     triangles = np.asarray(mesh.tri_verts).astype(np.int64).reshape(-1, 3)
@@ -63,20 +77,8 @@ def united(surface: Surface, tolerance: float) -> Surface:
         triangles[:, ::-1] if inside_out.pop() else triangles,
         np.asarray(mesh.face_id).astype(np.int64),
     )
-    return without_folds(without_slivers(welded(outside, tolerance), tolerance))
-
-
-def without_folds(surface: Surface) -> Surface:
-    """The surface without pairs of triangles over the same points that face away from each other."""
-    a, b, c = surface.triangles.T
-    upwards = ((a < b).astype(np.int64) + (b < c) + (c < a)) // 2
-    _, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
-    kind = 2 * group.ravel() + upwards
-    count = np.bincount(kind, minlength=2 * len(surface)).reshape(-1, 2)
-    order = np.argsort(kind, kind="stable")
-    rank = np.empty(len(surface), dtype=np.int64)
-    rank[order] = np.arange(len(surface)) - (np.cumsum(count.ravel()) - count.ravel())[kind[order]]
-    return surface.part(rank >= count.min(axis=1)[kind // 2])
+    outside = without_folds(without_slivers(welded(outside, tolerance), tolerance))
+    return welded(joined([outside, *sheets]), tolerance) if sheets else outside
 
 
 def _volume(points: Floats, triangles: Ints) -> float:

@@ -115,6 +115,26 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
     return surface
 
 
+def without_folds(surface: Surface, width: float = np.inf) -> Surface:
+    """The surface without pairs of triangles over the same points that face away from each other.
+
+    Args:
+        surface: the surface.
+        width: metres; sheets of triangles that are higher stay.
+    """
+    _, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
+    kind = 2 * group.ravel() + turns(surface.triangles)
+    count = np.bincount(kind, minlength=2 * len(surface)).reshape(-1, 2)
+    order = np.argsort(kind, kind="stable")
+    rank = np.empty(len(surface), dtype=np.int64)
+    rank[order] = np.arange(len(surface)) - (np.cumsum(count.ravel()) - count.ravel())[kind[order]]
+    fold = rank < count.min(axis=1)[kind // 2]
+    a, b, c = surface.points[surface.triangles[fold]].swapaxes(0, 1)
+    longest = np.max([((y - x) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0, initial=0.0)
+    fold[fold] = (np.cross(b - a, c - a) ** 2).sum(axis=1) <= width**2 * longest
+    return surface.part(~fold)
+
+
 def split_edges(surface: Surface, start: Ints, end: Ints, via: Ints) -> Surface:
     """The surface with a point on some of its edges, in all triangles that have them.
 
@@ -181,6 +201,12 @@ def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> 
 
 def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
     return ((points[a] - points[b]) ** 2).sum(axis=1)
+
+
+def turns(triangles: Ints) -> Ints:
+    """[T] 1 for triangles whose points are in ascending order, from one of them on, and 0 for others."""
+    a, b, c = triangles.T
+    return ((a < b).astype(np.int64) + (b < c) + (c < a)) // 2
 
 
 def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:

@@ -134,8 +134,8 @@ def build(
         noise = max(region.noise for region in stock.walls)
         done = closed(pieces, tilings, noise, was_closed=before.closed)
         if example.bend is not None:
-            bent = rounded(_bent(done.surface, example, tilings[0]), was_closed=before.closed)
-            done = replace(done, surface=bent)
+            bent = _bent(done.surface, example, tilings[0])
+            done = replace(done, surface=rounded(bent, was_closed=before.closed, sheets=done.sheets))
         after = edge_numbers(done.surface)
     return Built(
         main=main,

@@ -67,3 +67,11 @@ def test_open_hollow_and_single_surfaces_stay_as_they_are() -> None:
 def test_faces_that_are_there_twice_are_there_once() -> None:
     found = united(soup(box([0, 0, 0], [1, 1, 1]), box([0, 0, 0], [1, 1, 1])), 1e-6)
     assert len(found) == 12
+
+
+def test_sheets_with_two_sides_stay_beside_solids() -> None:
+    points = np.array([[5.0, 0, 0], [6.0, 0, 0], [6.0, 1, 0], [5.0, 1, 0]])
+    sheet = Surface(points, np.array([[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]]), np.full(4, 2))
+    found = united(soup(box([0, 0, 0], [1, 3, 1]), box([1, 0, 0], [2, 2, 1], 1), sheet), 1e-6)
+    assert volume(found) == pytest.approx(5.0)
+    assert (found.material == 2).sum() == 4
