@@ -11,6 +11,7 @@ from grammarlab.facade.examples.building.assembly import Tiling, UnstitchedPiece
 from grammarlab.facade.examples.building.surface.caps import capped
 from grammarlab.facade.examples.building.surface.conforming import conformed, seam_edges
 from grammarlab.facade.examples.building.surface.mending import mended
+from grammarlab.facade.examples.building.surface.rims import smoothed
 from grammarlab.facade.examples.building.surface.separating import separated
 from grammarlab.facade.examples.building.surface.stitching import Matches, matches, nearest_pairs, stitched
 from grammarlab.facade.examples.mesh.surface import (
@@ -75,6 +76,8 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
     before = np.inf
     while 0 < (left := len(seam_edges(surface, planes, bend)[0])) < _WORTH * before:
         surface, before = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), left
+    if not was_closed:
+        surface = smoothed(surface, planes, TOLERANCE)
     surface = rounded(surface, was_closed=was_closed, sheets=sheets)
     return Closed(surface, int(moved.sum()), float(distance.max(initial=0.0)), sheets)
 

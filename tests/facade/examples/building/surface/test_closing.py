@@ -118,11 +118,33 @@ def test_a_house_without_a_roof_makes_buildings_without_one(tmp_path: Path) -> N
     top = known.points[:, 1].max()
     walls = known.triangles[~(known.points[known.triangles, 1] == top).all(axis=1)]
     known = House(known.points, walls, known.labels, known.pitch)
-    _, _, tilings, pieces = random_building(known, tmp_path, 4, 6, 1)
+    example, _, tilings, pieces = random_building(known, tmp_path, 4, 6, 1)
     surface = closed(pieces, tilings, 0.0, was_closed=False).surface
+    assert edge_numbers(surface).boundary == edge_numbers(example.surface).boundary
     open_ = open_points(surface)
     assert len(open_)
     assert open_[:, 1] == pytest.approx(surface.points[:, 1].max(), abs=1e-6)
+
+
+@pytest.mark.parametrize("floor", [True, False])
+def test_its_own_labels_make_the_same_building(floor: bool, tmp_path: Path) -> None:
+    known = house(4, 3, 2, broad=((1, 2),))
+    low = (known.points[known.triangles, 1] == 0.0).all(axis=1) & (not floor)
+    known = House(known.points, known.triangles[~low], known.labels, known.pitch)
+    example = analyse(read_mesh(known.write(tmp_path / "house.obj")))
+    walls = example.regions
+    sources = [sources_of(walls, (own,), each.grid) for own, each in enumerate(walls)]
+    stretch = stretch_for(example, natural(walls, sources[0]), (None, None, None))
+    tilings = [tile(walls, own, each.grid, sources[own], stretch) for own, each in enumerate(walls)]
+    pieces = assemble(cut_up(example.surface, walls), tilings, stretch)
+    surface = closed(pieces, tilings, 0.0, was_closed=floor).surface
+    one, other = (trimesh.Trimesh(each.points, each.triangles) for each in (example.surface, surface))
+    assert other.area == pytest.approx(one.area, rel=1e-5)
+    assert other.volume == pytest.approx(one.volume, rel=1e-5)
+    assert other.bounds - other.bounds[0] == pytest.approx(one.bounds - one.bounds[0], abs=1e-4)
+    # An opening has the edges that it had; what cutting has put on them is gone.
+    assert edge_numbers(surface).boundary == edge_numbers(example.surface).boundary
+    assert (edge_numbers(surface).boundary == 0) == floor
 
 
 def open_points(surface: Surface) -> np.ndarray:
