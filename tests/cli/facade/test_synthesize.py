@@ -1,6 +1,7 @@
 """``grammarlab facade synthesize``."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +10,16 @@ import pytest
 import trimesh
 from PIL import Image
 
+from grammarlab.facade.examples.analysis.example import analyse
+from grammarlab.facade.examples.building.stock import stock_of
+from grammarlab.facade.examples.label_grid import LabelGrid
+from grammarlab.facade.examples.mesh.reading import read_mesh
+from grammarlab.facade.examples.mesh.surface import edge_numbers
+from grammarlab.facade.examples.mesh.writing import write_glb
+from grammarlab.facade.examples.synthesis import synthesize
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import check
+from grammarlab.runs.facade.synthesis.built import build
 from grammarlab.runs.requests.examples import examples_folder
 from tests.facade.examples.houses import house
 
@@ -124,6 +133,33 @@ def test_shops_keep_their_ground_floor_and_their_door(run, tmp_path: Path) -> No
     assert (labels == door).sum() == (labels[0] == door).sum() == 1
     assert (labels == shop).sum() == (labels[0] == shop).sum() == 6
     assert made["watertight"]
+
+
+@pytest.mark.parametrize("start", ["Block", "Shops", "Corner", "Curved"])
+def test_shipped_examples_make_buildings_that_trimesh_finds_closed(run, start: str, tmp_path: Path) -> None:
+    facades = examples_folder() / "facades"
+    lot = ["--footprint", facades / "curved_street.geojson"] if start == "Curved" else ["--attr", "columns=3"]
+    options = ["--start", start, *lot, "--attr", "storeys=2", "-n", 1, "--format", "obj", "--no-image"]
+    run("sample", facades / "blocks.cga", *options, "-o", tmp_path / "out", "--jobs", 1)
+    mesh = read_mesh(next((tmp_path / "out").glob("*.obj")))
+    before = edge_numbers(mesh.surface)
+    assert before.closed
+    example = analyse(mesh)
+    stock = stock_of([example])
+    made = synthesize(stock.grids, 3, 4)[0]
+    random = np.random.default_rng(7)
+    names = made.grid.names
+    shuffled = replace(made, grid=LabelGrid.of(random.integers(0, len(names), (3, 4)), names))
+    for main in (made, shuffled):
+        built = build(example, stock, main, None, (None, None, None), 0, before, {})
+        assert built.watertight
+        assert built.boundary == 0
+        read: Any = trimesh.load(write_glb(built.surface, stock.colors, tmp_path / "made.glb"), force="mesh")
+        # Materials are meshes of their own in the file: points of equal coordinates are one.
+        whole = trimesh.Trimesh(read.vertices, read.faces, process=True)
+        assert whole.is_watertight
+        assert whole.is_winding_consistent
+        assert whole.volume > 0.0
 
 
 @pytest.mark.parametrize("method", ["exact", "em"])

@@ -20,6 +20,8 @@ from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rot
 
 _SLACK = 0.05
 """Margin behind and in front of the visible part of a region, metres."""
+_CLEAR = 0.01
+"""Metres around the plane behind units without points, where there is such a place: faces in it would be cut."""
 _COARSE = 40_000
 """Pixels of the maps that determine the vertical axis."""
 _ENTERED = 1.5
@@ -208,6 +210,11 @@ def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
     regions = _regions(surface)
     if not regions:
         return Example(mesh, surface, turn, (), (), bend)
+    if bend is not None:
+        # Flat walls of polygons become round: as far as a column is from its arc, that is no noise.
+        regions = [
+            replace(each, noise=max(0.0, each.noise - each.columns.pitch**2 / (8.0 * bend.radius))) for each in regions
+        ]
     main = max(regions, key=lambda each: (_weight(each), -each.side))
     if main.side != FRONT:
         # One transform from the file, to lose no digits, unless the building was straightened in between.
@@ -244,6 +251,7 @@ def _regions(surface: Surface) -> list[Region]:
         if max(len(columns), len(rows)) > MOST_LINES:
             continue
         back, front = _depths(wall, columns, rows)
+        back = _clear(seen_from(wall.side, surface.points)[:, 2], back)
         found.append(
             Region(
                 name="",
@@ -268,3 +276,13 @@ def _depths(wall: Wall, columns: Lattice, rows: Lattice) -> tuple[float, float]:
     depth = wall.map.depth[part][wall.seen[part]]
     depth = depth[(depth >= wall.depth - BEHIND) & (depth <= wall.depth + BEFORE)]
     return float(depth.min(initial=wall.depth)) - _SLACK, float(depth.max(initial=wall.depth)) + _SLACK
+
+
+def _clear(depths: Floats, at: float) -> float:
+    """The given depth if no point has it; else the middle of the widest gap between points just behind it."""
+    near = depths[(depths >= at - _SLACK) & (depths <= at + _CLEAR)]
+    if not (near >= at - _CLEAR).any():
+        return at
+    ends = np.unique(np.concatenate([near[near <= at], [at - _SLACK, at]]))
+    widest = int(np.diff(ends).argmax())
+    return float(ends[widest : widest + 2].mean())

@@ -104,7 +104,7 @@ def bend_of(surface: Surface) -> Bend | None:
         return None
     if _spread(places[agree] - center, area[agree]) < _LEAST_SPREAD:
         return None
-    return _fitted(surface.points, places[agree], normals[agree], area[agree], center)
+    return _fitted(surface.points, places[agree], normals[agree], area[agree], sort[agree], center)
 
 
 def _facade(places: Floats, area: Floats, own: np.ndarray) -> int:
@@ -152,8 +152,13 @@ def _spread(away: Floats, area: Floats) -> float:
     return high - low
 
 
-def _fitted(points: Floats, places: Floats, normals: Floats, area: Floats, center: Floats) -> Bend | None:
-    """The arc that most walls touch; its centre and radius are refined by rounds."""
+def _fitted(
+    points: Floats, places: Floats, normals: Floats, area: Floats, sort: np.ndarray, center: Floats
+) -> Bend | None:
+    """The arc that most walls touch; its centre and radius are refined by rounds.
+
+    Of each direction only the wall nearest to the arc decides: walls have backs, and glass.
+    """
     outward = normals * np.sign((normals * (places - center)).sum(axis=1))[:, None]
     reach = (outward * places).sum(axis=1)
     distance = reach - outward @ center
@@ -161,7 +166,10 @@ def _fitted(points: Floats, places: Floats, normals: Floats, area: Floats, cente
     often = np.convolve(np.bincount(bins, area), [1.0, 1.0, 1.0], mode="same")
     radius = float((often.argmax() + 0.5) * _BIN)
     for near in _NEAR:
-        own = np.abs(reach - outward @ center - radius) <= near
+        miss = np.abs(reach - outward @ center - radius)
+        nearest = np.full(int(sort.max()) + 1, np.inf)
+        np.minimum.at(nearest, sort, miss)
+        own = (miss <= near) & (miss <= nearest[sort] + _BIN)
         if not own.any():
             return None
         # A wall touches the arc if its distance along its normal is that of the centre, plus a radius.

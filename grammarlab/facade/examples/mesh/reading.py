@@ -15,7 +15,8 @@ import numpy as np
 from grammarlab.assets.gltf_guard import check_gltf
 from grammarlab.assets.meshes import find_asset
 from grammarlab.errors import AssetError, FacadeError
-from grammarlab.facade.examples.mesh.surface import Surface, welded, without_slivers
+from grammarlab.facade.examples.mesh.solids import united
+from grammarlab.facade.examples.mesh.surface import Surface, turns, welded, without_slivers
 
 FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
 MOST_BYTES = 256 * 2**20
@@ -83,19 +84,22 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
             "If its coordinates are not in metres, give their unit (--unit)."
         )
     origin = np.round((low + high) / 2.0)
-    surface = welded(Surface(points - origin, triangles, material), _SAME * extent)
-    surface = without_slivers(_once(surface), _SAME * extent)
+    tolerance = _SAME * extent
+    surface = welded(Surface(points - origin, triangles, material), tolerance)
+    surface = without_slivers(_once(united(surface, tolerance)), tolerance)
     if not len(surface):
         raise FacadeError(f"{path.name}: all of its triangles are empty.")
     return ExampleMesh(surface, origin, tuple(colors), any(each[2] for each in groups), num)
 
 
 def _once(surface: Surface) -> Surface:
-    """The surface without repeated triangles of the same orientation."""
-    rows = surface.triangles
-    turned = np.take_along_axis(rows, (rows.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
-    _, first = np.unique(turned, axis=0, return_index=True)
-    which = np.zeros(len(rows), dtype=bool)
+    """The surface without triangles that are there twice in one direction; in both, if all have a side for each."""
+    sets, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
+    key = 2 * group.ravel() + turns(surface.triangles)
+    kinds, first = np.unique(key, return_index=True)
+    if len(kinds) == 2 * len(sets):
+        first = np.minimum(first[::2], first[1::2])
+    which = np.zeros(len(surface), dtype=bool)
     which[first] = True
     return surface.part(which)
 

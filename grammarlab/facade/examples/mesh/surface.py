@@ -115,6 +115,26 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
     return surface
 
 
+def without_folds(surface: Surface, width: float = np.inf) -> Surface:
+    """The surface without pairs of triangles over the same points that face away from each other.
+
+    Args:
+        surface: the surface.
+        width: metres; sheets of triangles that are higher stay.
+    """
+    _, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
+    kind = 2 * group.ravel() + turns(surface.triangles)
+    count = np.bincount(kind, minlength=2 * len(surface)).reshape(-1, 2)
+    order = np.argsort(kind, kind="stable")
+    rank = np.empty(len(surface), dtype=np.int64)
+    rank[order] = np.arange(len(surface)) - (np.cumsum(count.ravel()) - count.ravel())[kind[order]]
+    fold = rank < count.min(axis=1)[kind // 2]
+    a, b, c = surface.points[surface.triangles[fold]].swapaxes(0, 1)
+    longest = np.max([((y - x) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0, initial=0.0)
+    fold[fold] = (np.cross(b - a, c - a) ** 2).sum(axis=1) <= width**2 * longest
+    return surface.part(~fold)
+
+
 def split_edges(surface: Surface, start: Ints, end: Ints, via: Ints) -> Surface:
     """The surface with additional points on edges, in all triangles at these edges.
 
@@ -183,6 +203,12 @@ def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
     return ((points[a] - points[b]) ** 2).sum(axis=1)
 
 
+def turns(triangles: Ints) -> Ints:
+    """[T] 1 for triangles whose points are in ascending order, from one of them on, and 0 for others."""
+    a, b, c = triangles.T
+    return ((a < b).astype(np.int64) + (b < c) + (c < a)) // 2
+
+
 def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
     """[E, 2] points of every undirected edge, the lower first; [E] triangles at it; [E] surplus of upward runs."""
     start = triangles.ravel()
@@ -199,20 +225,23 @@ def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
     return np.stack([unique // number, unique % number], axis=1), count, sign
 
 
-def num_boundary_edges(surface: Surface) -> int:
+@dataclass(frozen=True, slots=True)
+class EdgeNumbers:
+    """Numbers of triangles at the edges of a surface."""
+
+    boundary: int
     """Number of edges of only one triangle."""
-    return edge_numbers(surface)[0]
+    closed: bool
+    """Whether every edge has an even number of triangles."""
+    watertight: bool
+    """Whether every edge has two triangles, as other programs define it."""
 
 
-def is_watertight(surface: Surface) -> bool:
-    """Whether every edge has two triangles, or another even number where closed parts touch."""
-    return edge_numbers(surface)[1]
-
-
-def edge_numbers(surface: Surface) -> tuple[int, bool]:
-    """Number of edges of only one triangle, and whether all edges have an even number of triangles."""
+def edge_numbers(surface: Surface) -> EdgeNumbers:
+    """Summary of the numbers of triangles at edges."""
     count = edge_table(surface.triangles, len(surface.points))[1]
-    return int((count == 1).sum()), bool(len(count)) and not (count % 2).any()
+    some = bool(len(count))
+    return EdgeNumbers(int((count == 1).sum()), some and not (count % 2).any(), some and bool((count == 2).all()))
 
 
 def naked_edges(triangles: Ints, num_points: int) -> tuple[Ints, Ints]:

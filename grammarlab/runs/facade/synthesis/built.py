@@ -20,10 +20,10 @@ from grammarlab.facade.examples.building.assembly import (
 )
 from grammarlab.facade.examples.building.stock import UnitStock
 from grammarlab.facade.examples.building.stretching import Stretch
-from grammarlab.facade.examples.building.surface.closing import TOLERANCE, Closed, closed
+from grammarlab.facade.examples.building.surface.closing import TOLERANCE, Closed, closed, rounded
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
 from grammarlab.facade.examples.mesh.slicing import sliced
-from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
+from grammarlab.facade.examples.mesh.surface import EdgeNumbers, Surface, edge_numbers
 from grammarlab.facade.examples.mesh.views import plane_of
 from grammarlab.facade.examples.synthesis import Synthesis, synthesize
 
@@ -101,7 +101,7 @@ def build(
     regions: Labels | None,
     box: Box,
     seed: int,
-    before: tuple[int, bool],
+    before: EdgeNumbers,
     seconds: dict[str, float],
 ) -> Built:
     """The building for a grid of the main wall.
@@ -113,7 +113,7 @@ def build(
         regions: [rows, columns] example of each cell; any example when left out.
         box: width, height and depth in metres; None for those that follow from the units.
         seed: seed of the labels of other walls.
-        before: number of open edges of the example, and whether it is closed.
+        before: edges of the example, as it was read.
         seconds: durations of stages so far.
 
     Raises:
@@ -132,25 +132,25 @@ def build(
         pieces = assemble(stock.cut, tilings, stretch)
     with watch("stitching"):
         noise = max(region.noise for region in stock.walls)
-        done = closed(pieces, tilings, noise, was_closed=before[1])
-        done = replace(done, surface=_bent(done.surface, example, tilings[0]))
-        boundary, watertight = edge_numbers(done.surface)
+        done = closed(pieces, tilings, noise, was_closed=before.closed)
+        if example.bend is not None:
+            bent = _bent(done.surface, example, tilings[0])
+            done = replace(done, surface=rounded(bent, was_closed=before.closed, sheets=done.sheets))
+        after = edge_numbers(done.surface)
     return Built(
         main=main,
         tilings=tuple(tilings),
         stretch=stretch,
         closed=done,
-        example_boundary=before[0],
-        boundary=boundary,
-        watertight=watertight,
+        example_boundary=before.boundary,
+        boundary=after.boundary,
+        watertight=after.watertight,
         seconds=watch.seconds,
     )
 
 
 def _bent(surface: Surface, example: Example, main: Tiling) -> Surface:
-    """The building, bent back along its arc; it is cut at the lines of columns, so that long edges follow the arc."""
-    if example.bend is None:
-        return surface
+    """The building; along an arc it is bent back, and cut at the lines of columns, so that long edges follow the arc."""
     for at in main.columns:
         plane = plane_of(main.region.side, 0, float(at))
         surface = sliced(surface, plane.axis, plane.at, TOLERANCE)

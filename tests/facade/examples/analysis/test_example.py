@@ -47,7 +47,7 @@ def test_rows_columns_and_labels_are_those_of_the_house_with_points_off_by_a_cen
 
 
 @pytest.mark.parametrize(
-    "change", ["plain", "flipped", "half flipped", "empty faces", "twice", "soup", "far", "z up", "turned"]
+    "change", ["plain", "flipped", "half flipped", "empty faces", "twice", "two sides", "soup", "far", "z up", "turned"]
 )
 def test_how_a_file_is_written_does_not_matter(change: str, tmp_path: Path) -> None:
     known = house(5, 4, 2)
@@ -59,6 +59,7 @@ def test_how_a_file_is_written_does_not_matter(change: str, tmp_path: Path) -> N
         "half flipped": (points, np.where(np.arange(len(triangles))[:, None] % 2, triangles, triangles[:, ::-1])),
         "empty faces": (points, np.concatenate([triangles, triangles[:99, [0, 0, 1]], triangles[:99, [0, 1, 1]]])),
         "twice": (np.concatenate([points, points]), np.concatenate([triangles, triangles + len(points)])),
+        "two sides": (points, np.concatenate([triangles, triangles[:, ::-1]])),
         "soup": (points[triangles.ravel()], np.arange(triangles.size).reshape(-1, 3)),
         "far": (points + np.array([678_000.0, 5_403_000.0, 370.0]), triangles),
         "z up": (points[:, [0, 2, 1]] * [1.0, -1.0, 1.0], triangles),

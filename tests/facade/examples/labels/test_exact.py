@@ -27,6 +27,18 @@ def test_energies_are_proven_least_on_small_grids(seed: int) -> None:
     assert found.energy == slow_energies(example.labels, found.grid.labels[None])[0]
 
 
+def test_bounds_meet_energies_on_fifty_larger_grids() -> None:
+    """6 x 6 after examples of at most 4 x 4; that bounds are none too high is tested beside all grids above."""
+    proven = 0
+    for seed in range(50):
+        generator = np.random.default_rng(seed)
+        example = drawn(*generator.integers(2, 5, 2), labels=3, seed=seed)
+        found = synthesize([example], 6, 6, wishes=FREE, seed=seed)[0]
+        assert found.energy == energy(bordered([example], np.full((6, 6), -1)), found.grid.labels)
+        proven += found.proven
+    assert proven == 50
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_wishes_are_kept_at_the_least_energy(seed: int) -> None:
     """Compared with all grids that satisfy the count or the symmetry."""

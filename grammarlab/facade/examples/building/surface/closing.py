@@ -11,6 +11,8 @@ from grammarlab.facade.examples.building.assembly import Tiling, UnstitchedPiece
 from grammarlab.facade.examples.building.surface.caps import capped
 from grammarlab.facade.examples.building.surface.conforming import conformed, seam_edges
 from grammarlab.facade.examples.building.surface.mending import mended
+from grammarlab.facade.examples.building.surface.rims import smoothed
+from grammarlab.facade.examples.building.surface.separating import separated
 from grammarlab.facade.examples.building.surface.stitching import Matches, matches, nearest_pairs, stitched
 from grammarlab.facade.examples.mesh.surface import (
     Bools,
@@ -20,6 +22,7 @@ from grammarlab.facade.examples.mesh.surface import (
     one_per_place,
     welded,
     without_empty,
+    without_folds,
     without_slivers,
 )
 from grammarlab.facade.examples.mesh.views import Plane, plane_of, seen_from
@@ -28,6 +31,8 @@ TOLERANCE = 1e-5
 """Tolerance of points on seams, and width of T-junctions that may remain, metres."""
 _LEAST_REACH, _MOST_REACH, _NOISES = 0.005, 0.05, 4.0
 """Largest move of a point by stitching: bounds in metres, and a multiple of the noise between them."""
+_FOLD = 0.001
+"""Metres: where the example has sheets, what is less wide is none of them."""
 _ROUNDS = 3
 """Number of searches for nearest points."""
 _WORTH = 0.7
@@ -43,6 +48,8 @@ class Closed:
     """Number of points that stitching has moved."""
     farthest: float
     """Largest move of a point by stitching, metres: the widest gap that it has closed."""
+    sheets: bool
+    """The example has faces with two sides."""
 
 
 def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *, was_closed: bool) -> Closed:
@@ -61,6 +68,7 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
     distance = np.linalg.norm(connected - points, axis=1)
     surface = Surface(connected, place[pieces.surface.triangles], pieces.surface.material)
     surface = welded(surface, TOLERANCE)
+    sheets = len(without_folds(surface)) < len(surface)
     bend = max(TOLERANCE, min(_NOISES * noise, _MOST_REACH))
     for _ in range(_ROUNDS if bend > TOLERANCE else 0):
         surface = _nearer(surface, planes, bend)
@@ -68,10 +76,10 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
     before = np.inf
     while 0 < (left := len(seam_edges(surface, planes, bend)[0])) < _WORTH * before:
         surface, before = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), left
-    surface = without_slivers(rounded(surface), TOLERANCE / 10.0)
-    if was_closed:
-        surface = without_slivers(mended(surface), TOLERANCE / 10.0)
-    return Closed(surface, int(moved.sum()), float(distance.max(initial=0.0)))
+    if not was_closed:
+        surface = smoothed(surface, planes, TOLERANCE)
+    surface = rounded(surface, was_closed=was_closed, sheets=sheets)
+    return Closed(surface, int(moved.sum()), float(distance.max(initial=0.0)), sheets)
 
 
 def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
@@ -96,9 +104,19 @@ def seams(tilings: Sequence[Tiling]) -> list[Plane]:
     return [order[key] for key in sorted(order)]
 
 
-def rounded(surface: Surface) -> Surface:
-    """The surface with coordinates rounded to 32-bit floating point numbers, as in files."""
-    return welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
+def rounded(surface: Surface, *, was_closed: bool, sheets: bool) -> Surface:
+    """The surface with coordinates rounded to 32-bit floating point numbers, as in files.
+
+    Args:
+        surface: the surface.
+        was_closed: whether all that is open shall be closed.
+        sheets: whether faces with two sides shall stay.
+    """
+    surface = welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
+    surface = without_slivers(surface, TOLERANCE / 10.0)
+    if was_closed:
+        surface = without_slivers(mended(surface), TOLERANCE / 10.0)
+    return separated(without_folds(surface, _FOLD if sheets else np.inf))
 
 
 def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:

@@ -22,7 +22,7 @@ from grammarlab.facade.examples.building.surface.conforming import conformed
 from grammarlab.facade.examples.building.units import BuildingCut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.reading import read_mesh
-from grammarlab.facade.examples.mesh.surface import Surface, is_watertight, num_boundary_edges
+from grammarlab.facade.examples.mesh.surface import Surface, edge_numbers
 from tests.facade.examples.houses import House, house
 
 SIZES = [(8, 15), (1, 7), (5, 1), (1, 1), (6, 6)]
@@ -53,12 +53,13 @@ def random_building(
 def test_a_closed_house_makes_closed_buildings_of_any_size(rows: int, columns: int, tmp_path: Path) -> None:
     example, _, tilings, pieces = random_building(house(broad=((2, 1), (4, 4))), tmp_path, rows, columns, rows)
     surface = closed(pieces, tilings, 0.0, was_closed=True).surface
-    mesh = trimesh.Trimesh(surface.points, surface.triangles, process=False)
-    assert is_watertight(example.surface)
+    # As a reader of files has it: points of equal coordinates are one.
+    mesh = trimesh.Trimesh(surface.points, surface.triangles, process=True)
+    assert edge_numbers(example.surface).watertight
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     assert mesh.volume > 0.0
-    assert num_boundary_edges(surface) == 0
+    assert edge_numbers(surface).boundary == 0
     heights = mesh.area_faces * 2.0 / mesh.edges_unique_length[mesh.faces_unique_edges].max(axis=1)
     assert heights.min() > TOLERANCE / 20.0
     # The walls stay in place: the building is as large as its units and the rest.
@@ -107,7 +108,7 @@ def test_noise_of_a_centimetre_leaves_no_hole(seed: int, tmp_path: Path) -> None
     known = house(4, 3, 2, noise=0.01, seed=seed)
     example, _, tilings, pieces = random_building(known, tmp_path, 4, 6, seed)
     done = closed(pieces, tilings, example.main.noise, was_closed=True)
-    assert num_boundary_edges(done.surface) == 0
+    assert edge_numbers(done.surface).boundary == 0
     assert done.moved > 0
     assert 0.0 < done.farthest <= 0.05
 
@@ -117,11 +118,33 @@ def test_a_house_without_a_roof_makes_buildings_without_one(tmp_path: Path) -> N
     top = known.points[:, 1].max()
     walls = known.triangles[~(known.points[known.triangles, 1] == top).all(axis=1)]
     known = House(known.points, walls, known.labels, known.pitch)
-    _, _, tilings, pieces = random_building(known, tmp_path, 4, 6, 1)
+    example, _, tilings, pieces = random_building(known, tmp_path, 4, 6, 1)
     surface = closed(pieces, tilings, 0.0, was_closed=False).surface
+    assert edge_numbers(surface).boundary == edge_numbers(example.surface).boundary
     open_ = open_points(surface)
     assert len(open_)
     assert open_[:, 1] == pytest.approx(surface.points[:, 1].max(), abs=1e-6)
+
+
+@pytest.mark.parametrize("floor", [True, False])
+def test_its_own_labels_make_the_same_building(floor: bool, tmp_path: Path) -> None:
+    known = house(4, 3, 2, broad=((1, 2),))
+    low = (known.points[known.triangles, 1] == 0.0).all(axis=1) & (not floor)
+    known = House(known.points, known.triangles[~low], known.labels, known.pitch)
+    example = analyse(read_mesh(known.write(tmp_path / "house.obj")))
+    walls = example.regions
+    sources = [sources_of(walls, (own,), each.grid) for own, each in enumerate(walls)]
+    stretch = stretch_for(example, natural(walls, sources[0]), (None, None, None))
+    tilings = [tile(walls, own, each.grid, sources[own], stretch) for own, each in enumerate(walls)]
+    pieces = assemble(cut_up(example.surface, walls), tilings, stretch)
+    surface = closed(pieces, tilings, 0.0, was_closed=floor).surface
+    one, other = (trimesh.Trimesh(each.points, each.triangles) for each in (example.surface, surface))
+    assert other.area == pytest.approx(one.area, rel=1e-5)
+    assert other.volume == pytest.approx(one.volume, rel=1e-5)
+    assert other.bounds - other.bounds[0] == pytest.approx(one.bounds - one.bounds[0], abs=1e-4)
+    # An opening has the edges that it had; what cutting has put on them is gone.
+    assert edge_numbers(surface).boundary == edge_numbers(example.surface).boundary
+    assert (edge_numbers(surface).boundary == 0) == floor
 
 
 def open_points(surface: Surface) -> np.ndarray:
