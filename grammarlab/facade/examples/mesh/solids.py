@@ -23,6 +23,9 @@ _MOST = 300_000
 """Triangles; larger meshes of many solids stay as they are, since uniting them takes too long."""
 _LEAST = 1e-9
 """Volume of a solid, in cubes of its longest side; less is a sheet with two sides."""
+_MOST_SOLIDS = 10_000
+_MOST_PAIRS = 5_000_000
+"""Pairs of triangles of different solids whose boxes meet: a limit on the size of the union."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +45,8 @@ def united(surface: Surface, tolerance: float) -> Surface:
     """The outside of all solids of a surface together.
 
     Sheets that are seen from both sides stay beside them. A surface that is open, is one solid, has hollow or inverted
-    solids, or has more than 300,000 triangles stays as it is.
+    solids, or has more than 300,000 triangles stays as it is; so do more than 10,000 solids, and solids with so many
+    triangles near each other that the union could become very large.
 
     Args:
         surface: welded; triangles of one solid follow each other, as far as they share edges with others.
@@ -68,7 +72,7 @@ def united(surface: Surface, tolerance: float) -> Surface:
         material = surface.material[rows].astype(np.uint64)
         turned = corners[:, ::-1] if negative else corners
         solids.append(Manifold(Mesh64(points, np.ascontiguousarray(turned, dtype=np.uint64), face_id=material)))
-    if len(inside_out) != 1 or any(each.status() != Error.NoError for each in solids):
+    if len(inside_out) != 1 or any(each.status() != Error.NoError for each in solids) or _too_tangled(solids):
         return surface
     mesh = Manifold.batch_boolean(solids, OpType.Add).to_mesh64()
     triangles = np.asarray(mesh.tri_verts).astype(np.int64).reshape(-1, 3)
@@ -79,6 +83,19 @@ def united(surface: Surface, tolerance: float) -> Surface:
     )
     outside = without_folds(without_slivers(welded(outside, tolerance), tolerance))
     return welded(joined([outside, *sheets]), tolerance) if sheets else outside
+
+
+def _too_tangled(solids: list[Manifold]) -> bool:
+    if len(solids) > _MOST_SOLIDS:
+        return True
+    boxes = np.array([each.bounding_box() for each in solids])
+    low, high = boxes[:, :3], boxes[:, 3:]
+    counts = np.array([each.num_tri() for each in solids], dtype=np.float64)
+    pairs = 0.0
+    for number, count in enumerate(counts[:-1], 1):
+        meets = ((low[number:] <= high[number - 1]) & (low[number - 1] <= high[number:])).all(axis=1)
+        pairs += count * counts[number:][meets].sum()
+    return bool(pairs > _MOST_PAIRS)
 
 
 def _volume(points: Floats, triangles: Ints) -> float:

@@ -75,3 +75,11 @@ def test_sheets_with_two_sides_stay_beside_solids() -> None:
     found = united(soup(box([0, 0, 0], [1, 3, 1]), box([1, 0, 0], [2, 2, 1], 1), sheet), 1e-6)
     assert volume(found) == pytest.approx(5.0)
     assert (found.material == 2).sum() == 4
+
+
+@pytest.mark.parametrize(("number", "joins"), [(5, True), (200, False)])
+def test_a_lattice_whose_union_would_be_huge_stays_as_it_is(number: int, joins: bool) -> None:
+    bars = [box([0.1, i, 0.1], [number - 0.1, i + 0.5, 0.6]) for i in range(number)]
+    bars += [box([i + 0.05, 0.1, 0], [i + 0.55, number - 0.1, 0.5]) for i in range(number)]
+    lattice = soup(*bars)
+    assert (united(lattice, 1e-6) is not lattice) == joins
