@@ -82,7 +82,8 @@ def write_pattern(
     Raises:
         FacadeError: when no such facade is in these ranges; says what sizes there are.
     """
-    return _FamilyWriter(pattern, *_ways(pattern, widths, heights), leaf).write()
+    storeys, found = _ways(pattern, widths, heights)
+    return _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf).write()
 
 
 def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
@@ -101,7 +102,8 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
 
 
 def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
-    writer = _FamilyWriter(pattern, *own_member(pattern, storeys, found), leaf_body)
+    own_storeys, own_walks = own_member(pattern, storeys, found)
+    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaf_body)
     grammar = Grammar.parse(writer.write().text)
     error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
     return error if isfinite(error) else None
