@@ -47,7 +47,10 @@ class RequestOptions(TypedDict, total=False):
 class SampleRequest:
     """A request of a run. Equal requests make equal files, bit for bit, with equal versions of all libraries.
 
-    >>> SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4, seed=1).num_models
+    >>> from pathlib import Path
+    >>> import grammarlab as gl
+    >>> request = gl.SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4)
+    >>> request.num_models
     4
     """
 
