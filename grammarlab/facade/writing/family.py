@@ -16,7 +16,7 @@ from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, ru
 from grammarlab.facade.writing.structure.cells import Cell
 from grammarlab.facade.writing.structure.kinds import KindPattern, pattern_of
 from grammarlab.facade.writing.structure.storeys import Storeys, storeys_of
-from grammarlab.facade.writing.structure.walks import LONGEST, Walks, WalkState, shortest, walks
+from grammarlab.facade.writing.structure.walks import LONGEST, Walks, WalkState, narrowest, walks
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -91,7 +91,7 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
     storeys = storeys_of(pattern.rows, *heights)
     found = walks(pattern.columns, *widths)
     if found is None:
-        some = shortest(pattern.columns, widths[1])
+        some = narrowest(pattern.columns, widths[1])
         told = "it has no window and no door"
         if some:
             told = (

@@ -22,14 +22,14 @@ class Repeat(NamedTuple):
         return self.start + self.period * self.turns
 
 
-def find_repeats(items: Sequence[Hashable]) -> list[Repeat]:
+def repeated_runs(items: Sequence[Hashable]) -> list[Repeat]:
     """Runs that do not overlap, in their order: the one that saves the most items, and others of as many turns.
 
     A split shares its turns evenly among its repeats, so that runs of different lengths cannot be written side by side.
 
-    >>> find_repeats("abcbcbcd"), find_repeats("abc")
+    >>> repeated_runs("abcbcbcd"), repeated_runs("abc")
     ([Repeat(start=1, period=2, turns=3)], [])
-    >>> [run.start for run in find_repeats("wwdwwdwww")]
+    >>> [run.start for run in repeated_runs("wwdwwdwww")]
     [0, 6]
     """
     numbers = {item: place for place, item in enumerate(dict.fromkeys(items))}
