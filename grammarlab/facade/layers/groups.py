@@ -11,9 +11,9 @@ Group = tuple[int, str]
 
 
 def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
-    """How many groups of several words are about the same symbols as each, directly or through others.
+    """For each group, the number of groups of several words that share symbols with it, directly or through others.
 
-    The errors of their sizes are one, so that each may count a part of it only.
+    Their size errors are one and the same, so that each group may count only its share.
     """
     parts: list[tuple[set[Group], set[str]]] = []
     for group, rows in words.items():

@@ -9,21 +9,21 @@ from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, RowStep
 
 
 class Column(NamedTuple):
-    """A column, or the upper part of one."""
+    """A column, or the upper elements of one."""
 
     steps: tuple[RowStep, ...]
     low: int
-    """Units of the smallest fixed element, 0 for an empty one that nothing explains; -1 before there is any."""
+    """Smallest fixed element, units; 0 for an unexplained gap; -1 before the first."""
     high: int
-    """Units of the widest element."""
+    """Widest element, units."""
     fixed: bool
     opaque: bool
     partial: int
-    """Bits of rows."""
+    """Rows with elements that cover only a part, as bits."""
     protected: int
-    """Bits of rows that may not be partial."""
+    """Rows whose elements must not cover only a part, as bits."""
     price: int
-    """Of merged letters."""
+    """Price of merged letters."""
 
 
 START = Column(steps=(), low=-1, high=0, fixed=False, opaque=False, partial=0, protected=0, price=0)
