@@ -1,8 +1,8 @@
 /**
  * Builds every page into the package that serves it, and viewer.js from three.js: `npm install && npm run build`.
  *
- * Each built file begins with the folders it was built from and their hash, so that a test can tell when one was
- * forgotten.
+ * Each built file begins with the folders it was built from and their hash, so that a test can detect files that
+ * were not rebuilt.
  */
 import { createHash } from "node:crypto";
 import { readdirSync, readFileSync } from "node:fs";

@@ -1,10 +1,10 @@
-"""Code blocks of a page, and what running them means.
+"""Code blocks of a page, and how they are run.
 
-- `console`: lines after `$ ` are commands of grammarlab; what follows one, if anything, is what it shows,
-  where `...` stands for any text.
+- `console`: lines after `$ ` are commands of grammarlab; the lines below a command, if any, are its expected output,
+  in which `...` matches any text.
 - `python`: runs after the Python blocks above it on the page.
-- any block with a `title`: a file of that name, for the blocks below.
-- a comment `<!-- not run: why -->` before a block says that it is only to be read, as are blocks of other languages.
+- a block with a `title`: a file of that name, for the blocks below.
+- a block after a comment `<!-- not run: why -->` is not run; neither are `text` and `json` blocks.
 """
 
 from __future__ import annotations
@@ -37,21 +37,22 @@ class Block:
     line: int
     language: str
     title: str
-    """Name of the file that it is; empty for code that runs."""
+    """Name of the file; empty for code that runs."""
     text: str
 
     def run(self, names: dict[str, Any]) -> None:
         """Runs it in the current folder.
 
         Args:
-            names: of the Python blocks so far; more are put there.
+            names: variables of the Python blocks so far; this block adds its own.
         """
         if self.title:
             Path(self.title).write_text(self.text, encoding="utf-8")
         elif self.language == "python":
             exec(compile("\n" * self.line + self.text, str(self.page), "exec"), names)  # noqa: S102 - our own pages
         else:
-            assert self.language == "console", f"{self}: nobody knows how to run it; say `<!-- not run: why -->`"
+            advice = "use `console` or `python`, or put `<!-- not run: why -->` before the block"
+            assert self.language == "console", f"{self}: unknown language '{self.language}'; {advice}"
             self._run_commands()
 
     def _run_commands(self) -> None:
@@ -88,11 +89,11 @@ def blocks_of(page: Path) -> tuple[Block, ...]:
 
 
 def run_page(page: Path, folder: Path) -> None:
-    """Runs the blocks of a page in a folder, where files of their titles are put.
+    """Runs the blocks of a page in a folder; blocks with titles become files there.
 
     Args:
         page: Markdown.
-        folder: made when it is missing.
+        folder: created if it is missing.
     """
     blocks, names = blocks_of(page), {}
     folder.mkdir(parents=True, exist_ok=True)

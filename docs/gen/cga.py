@@ -1,4 +1,4 @@
-"""The words of CGA as tables: every operation, function and shape attribute, and whether derivations carry it out."""
+"""The words of CGA as tables: every operation, function and shape attribute, and whether derivations support it."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def functions() -> Mapping[str, str]:
 def attributes() -> Mapping[str, str]:
     """Whether each shape attribute is supported, by name."""
 
-    def told(name: str) -> str:
+    def support(name: str) -> str:
         return YES if name in _ATTRIBUTES else IGNORED if name in SUPPORTED.harmless else NO
 
-    return {name: told(name) for name in known_attributes()}
+    return {name: support(name) for name in known_attributes()}
 
 
 def tables() -> str:
-    """Tables in Markdown: operations, functions and attributes, each with a line that counts, and words."""
+    """Tables in Markdown: operations, functions and attributes, each with the number of supported ones, and words."""
     return "\n\n".join(
         (
             _section("Operations", operations(), _forms(_operations()), _keywords(_operations())),
@@ -83,14 +83,14 @@ def _keywords(signatures: Signatures) -> dict[str, str]:
     return lacking
 
 
-def _section(title: str, told: Mapping[str, str], forms: Mapping[str, str], lacking: Mapping[str, str]) -> str:
+def _section(title: str, support: Mapping[str, str], forms: Mapping[str, str], lacking: Mapping[str, str]) -> str:
     def row(name: str) -> str:
-        without = f", without {lacking[name]}" if told[name] == YES and lacking.get(name) else ""
-        return f"| `{name}` | {forms[name]} | {told[name]}{without} |"
+        without = f", without {lacking[name]}" if support[name] == YES and lacking.get(name) else ""
+        return f"| `{name}` | {forms[name]} | {support[name]}{without} |"
 
-    counted = f"{sum(each == YES for each in told.values())} of {len(told)} are supported."
+    counted = f"{sum(each == YES for each in support.values())} of {len(support)} are supported."
     head = ["| name | forms | supported |" if lacking else "| name | type | supported |", "|---|---|---|"]
-    return "\n".join([f"## {title}", "", counted, "", *head, *map(row, _sorted(told))])
+    return "\n".join([f"## {title}", "", counted, "", *head, *map(row, _sorted(support))])
 
 
 def _words() -> str:

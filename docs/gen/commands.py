@@ -29,7 +29,7 @@ def overview() -> str:
 
 
 def page(name: str) -> str:
-    """The page of a command of which nothing more is written than its help."""
+    """The page of a command that has no page of its own: its help."""
     return f"# grammarlab {name}\n\n{commands()[name].help}\n\n{options(name)}\n"
 
 
@@ -59,12 +59,12 @@ def _first_line(command: Any) -> str:
     return _escaped(command.help.split("\n\n")[0])
 
 
-def _words(parameter: Any, told: str) -> str:
-    """Names of an option, each as code, and what stands behind them: `-n`, `--num-models` int."""
+def _words(parameter: Any, first: str) -> str:
+    """Names of an option as code, followed by the type of its value: `-n`, `--num-models` int."""
     if not parameter.opts[0].startswith("-"):
-        return f"`{told.split(maxsplit=1)[0]}`"
+        return f"`{first.split(maxsplit=1)[0]}`"
     names = ", ".join(f"`{name}`" for name in (*parameter.opts, *parameter.secondary_opts))
-    value = " ".join(word for word in told.split() if not word.startswith(("-", "/")))
+    value = " ".join(word for word in first.split() if not word.startswith(("-", "/")))
     return f"{names} {_escaped(value).strip('<>').replace(' range', '')}".rstrip()
 
 

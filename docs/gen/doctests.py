@@ -11,7 +11,7 @@ _EXAMPLE = re.compile(r"^( *)>>> .*(?:\n\1\S.*)*", re.MULTILINE)
 
 
 class Doctests(griffe.Extension):
-    """Puts fences around examples, which Markdown would take for quotations."""
+    """Puts fences around examples, which Markdown would read as quotations."""
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """As `griffe.Extension.on_object`."""

@@ -1,4 +1,4 @@
-"""Documents of the repository as pages of the site, with links that hold there."""
+"""Documents of the repository as pages of the site, with links that work there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 _LINK = re.compile(r"(?P<mark>!?)\[(?P<text>(?:[^\[\]]|\[[^\]]*\])*)\]\((?P<target>[^()\s#:]+)(?P<anchor>#[^()\s]*)?\)")
 _CODE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
-"""Code is no place for links. Code within a line may be the text of one."""
+"""Links in code blocks are left alone. Code within a line may be the text of a link."""
 
 
 def pages() -> dict[str, str]:
@@ -30,14 +30,14 @@ def pages() -> dict[str, str]:
 def linked(text: str, source: str, target: str, documents: Mapping[str, str]) -> str:
     """The text of a document with its links as they are on the site.
 
-    A link to a file that is in the repository and not on the site becomes the path of the file. A link to nothing is
-    left as it is, for the strict build to find.
+    A link to a file of the repository that is not on the site becomes the path of the file. A broken link is kept;
+    the strict build reports it.
 
     Args:
         text: Markdown.
         source: path of the document in the repository.
         target: path of its page in the site.
-        documents: as `pages` gives them.
+        documents: the result of `pages`.
     """
 
     def link(match: re.Match[str]) -> str:
@@ -49,8 +49,8 @@ def linked(text: str, source: str, target: str, documents: Mapping[str, str]) ->
             there = posixpath.relpath(page, posixpath.dirname(target) or ".")
             return f"{match['mark']}[{match['text']}]({there}{match['anchor'] or ''})"
         if (ROOT / file).exists():
-            told = match["text"].strip("`").rstrip("/")
-            return f"`{file}`" if told in {file, match["target"].rstrip("/")} else f"{match['text']} (`{file}`)"
+            name = match["text"].strip("`").rstrip("/")
+            return f"`{file}`" if name in {file, match["target"].rstrip("/")} else f"{match['text']} (`{file}`)"
         return match[0]
 
     parts, end = [], 0

@@ -1,4 +1,4 @@
-"""Versions of the files that grammarlab writes, as a table."""
+"""Table of the versions of the files that grammarlab writes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.runs.sampling.manifest": ("Manifest of a run", MANIFEST),
     "grammarlab.scoring.record.store": ("Scoring session", len(STEPS)),
 }
-"""Name and version of each file that carries one, by the module that writes it."""
+"""Name and version of each file format with a version, by the module that writes it."""
 
 
 def table() -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.variations.single import Edit, Variation, applied, unedited
 from grammarlab.runs.facade.gallery import sheet
 
-SCALE = 14.0
+SCALE = 28.0
 """Pixels per metre."""
 COLORS = ("#E4572E", "#1B8A5A", "#2D6CDF", "#B5179E", "#E0A100")
 FACADES = Path(__file__).parents[2] / "grammars" / "facades"
@@ -36,19 +37,19 @@ def panel(facade: Facade, active: Sequence[str]) -> Image.Image:
     """The facade with boxes around the elements of these grids, and circles for their phantoms."""
     picture = Image.fromarray(draw(facade, SCALE)).convert("RGB")
     pen = ImageDraw.Draw(picture)
-    for name, color in zip(active, COLORS, strict=False):
+    for name, color in zip(active, cycle(COLORS), strict=False):
         grid = grid_of(facade, name)
         low = (facade.position[grid.node] - facade.position[0]) * SCALE
         high = low + facade.size[grid.node] * SCALE
         for (left, bottom), (right, top) in zip(low.tolist(), high.tolist(), strict=True):
-            pen.rectangle([left, picture.height - top, right, picture.height - bottom], outline=color, width=3)
+            pen.rectangle([left, picture.height - top, right, picture.height - bottom], outline=color, width=5)
         for x, y in phantoms(grid, (low + high) / 2.0):
-            pen.ellipse([x - 6, picture.height - y - 6, x + 6, picture.height - y + 6], outline=color, width=3)
+            pen.ellipse([x - 12, picture.height - y - 12, x + 12, picture.height - y + 12], outline=color, width=5)
     return picture
 
 
 def phantoms(grid: Grid, middle: np.ndarray) -> list[tuple[float, float]]:
-    """Where the empty places of a grid are drawn, from the middles [E, 2] of its elements."""
+    """Positions of the phantoms of a grid, from the centres [E, 2] of its elements."""
     empty = np.argwhere(grid.places() < 0).tolist()
     return [
         (float(middle[grid.column == column, X].mean()), float(middle[grid.row == row, Y].mean()))
@@ -57,7 +58,7 @@ def phantoms(grid: Grid, middle: np.ndarray) -> list[tuple[float, float]]:
 
 
 def steps(facade: Facade, edits: Sequence[Edit]) -> list[Image.Image]:
-    """The facade, and what each edit makes of what is before it; the grids of the edit are shown."""
+    """The facade, and the result of each edit on the one before, with the grids of the edit."""
     variation, pictures = unedited(facade), [panel(facade, edits[0].grids)]
     for edit in edits:
         variation = applied(variation, edit)
@@ -66,7 +67,7 @@ def steps(facade: Facade, edits: Sequence[Edit]) -> list[Image.Image]:
 
 
 def solved(facade: Facade, variation: Variation) -> Facade:
-    """A variation with its sizes."""
+    """A variation with solved sizes."""
     return resize(variation.facade, [], origin_of(facade, variation)).facade
 
 
@@ -78,14 +79,14 @@ def general_grid() -> list[Image.Image]:
 
 
 def three_steps() -> list[Image.Image]:
-    """Figure 8: each step with another active grid."""
+    """Figure 8: three steps, each with a different active grid."""
     townhouse = load_facade(FACADES / "townhouse.json")
     windows = Edit(("french window",), X, 0, 4)
     return steps(townhouse, [windows, Edit(("french window",), Y, 0, 1), Edit(("shop",), X, 2, 3)])
 
 
 def inner_and_outer() -> list[Image.Image]:
-    """Figure 10: a row more of the panes of all sashes, a column more of the sashes of all storeys, both."""
+    """Figure 10: one row of panes more in all sashes, one column of sashes more in all storeys, both."""
     school = load_facade(FACADES / "school.json")
     inner = Edit(tuple(each.name for each in school.grids if each.name.startswith("panes")), Y, 0, 1)
     outer = Edit(tuple(each.name for each in school.grids if each.name.startswith("sashes")), X, 0, 1)
@@ -93,14 +94,14 @@ def inner_and_outer() -> list[Image.Image]:
 
 
 def door() -> list[Image.Image]:
-    """Figures 11 and 12: a door over two rows among windows of two kinds; a column more, then a row more."""
+    """Figures 11 and 12: a door over two rows among windows of two kinds; one column more, then one row more."""
     arcade = load_facade(FACADES / "arcade.json")
     arcade = with_grid(arcade, "openings", called(arcade, "arched window", "square window", "portal"))
     return steps(arcade, [Edit(("openings",), X, 0, 1), Edit(("openings",), Y, 0, 0)])
 
 
 def small_grids() -> list[Image.Image]:
-    """Figure 13: without a dominant grid, several small ones."""
+    """Figure 13: several small grids without a dominant one."""
     townhouse = load_facade(FACADES / "townhouse.json")
     rows = grid_of(townhouse, "french window").places()
     townhouse = with_grid(with_grid(townhouse, "top", rows[0]), "french window", rows[1:])

@@ -1,6 +1,7 @@
-"""Hooks of mkdocs: documents of the repository become pages, and places in pages are filled in from the code.
+"""Hooks of mkdocs: documents of the repository become pages, and generated text is inserted into pages.
 
-A page says `<!-- generated: NAME -->` or `<!-- generated: NAME ARGUMENT -->` where one of `GENERATORS` writes.
+A comment `<!-- generated: NAME -->` or `<!-- generated: NAME ARGUMENT -->` is replaced by the text of one of
+`GENERATORS`.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _PLACE = re.compile(r"^<!-- generated: (\w+)(?: ([^>]+))? -->$", re.MULTILINE)
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Adds a page for each command to the navigation, and what folders say about themselves."""
+    """Adds a page for each command and each README of a folder to the navigation."""
     for part in config.nav or []:
         if "Commands" in part:
             part["Commands"] += [{name: f"commands/{commands.page_of(name)}"} for name in commands.commands()]
@@ -41,7 +42,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Adds documents of the repository to the site, and a page for each command that has none."""
+    """Adds documents of the repository to the site, and a page for each command without one."""
     for source, page in documents.pages().items():
         files.append(File.generated(config, page, abs_src_path=str(documents.ROOT / source)))
     for name in commands.commands():
@@ -52,7 +53,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
-    """The text of a page with what is generated, and with links as they are on the site."""
+    """The text of a page with its generated parts, and with the links of the site."""
     filled = _PLACE.sub(lambda place: GENERATORS[place[1]](*filter(None, [place[2]])), markdown)
     pages = documents.pages()
     source = {there: here for here, there in pages.items()}.get(page.file.src_uri, f"docs/{page.file.src_uri}")

@@ -13,7 +13,7 @@ from grammarlab.facade.tree import Facade, X, Y
 
 
 def with_levels(school: Facade) -> Facade:
-    """The school with these grids after those that it has."""
+    """The school with these grids after its own."""
     panes = np.array([leaf for leaf in school.leaves.tolist() if school.name_of(leaf) == "light"])
     inside = ((panes >= np.arange(len(school))[:, None]) & (panes < school.end[:, None])).sum(axis=1)
     storeys = np.flatnonzero((inside == len(panes) // 3) & (school.axis == X))

@@ -21,10 +21,10 @@ MILLISECONDS = 40_000
 
 @dataclass(frozen=True, slots=True)
 class Screen:
-    """A page and what is done on it before its picture is taken."""
+    """A page and the actions on it before its picture is taken."""
 
     command: tuple[str, ...]
-    """Of grammarlab; `OUT` stands for a new file."""
+    """Arguments of grammarlab; `OUT` is replaced by a new file."""
     do: Callable[[Page], None]
     size: tuple[int, int] = (1280, 800)
 
@@ -42,14 +42,14 @@ class CommandServer(Server):
 
 
 def new_models(page: Page) -> None:
-    """The page on which models are scored, as it opens, with all of its pictures."""
+    """The scoring page after it has opened, with all its pictures."""
     scoring = ScoringPage(page)
     expect(scoring.cell(0)).to_be_visible()
     scoring.expect_pictures()
 
 
 def one_column_more(page: Page) -> None:
-    """The arcade with a column more and the width of a window locked."""
+    """The arcade with one column more and the width of a window locked."""
     editor = EditorPage(page, Path())
     editor.button("One column more").click()
     before = editor.elements.count()

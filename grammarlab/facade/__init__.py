@@ -1,1 +1,1 @@
-"""Facades: rectangles within rectangles that are read, edited and turned into grammars."""
+"""Facades: nested rectangles that are read, edited and turned into grammars."""

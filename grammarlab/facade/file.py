@@ -1,6 +1,6 @@
-"""Facades as JSON files, with their pictures beside them; docs/facades.md describes the format.
+"""Facades as JSON files, with their pictures in the same folder; docs/facades.md describes the format.
 
-A file may come from a stranger: what it says is bounded and looked at before anything is made of it.
+A file may come from a stranger: its values are bounded and checked before a facade is made.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ VERSION = 1
 MOST_NODES = 1_000_000
 _MOST_LABELS, _MOST_PICTURES, _MOST_GRIDS, _MOST_CORNERS = 1_000_000, 1_000, 10_000, 100_000
 _MOST_PLACES = 10_000_000
-"""Rows by columns of a grid."""
+"""Largest number of rows times columns of a grid."""
 _AXES = {X: "x", Y: "y"}
 _REACH = 0.5 + 1e-6
-"""From the middle to the ends of 0 to 1, and what rounding adds."""
+"""From the middle to the ends of 0 to 1, plus rounding errors."""
 _ALL = [0.0, 0.0, 1.0, 1.0]
 
 
@@ -48,7 +48,7 @@ def save_facade(facade: Facade, path: Path | str, locks: Sequence[Wish] = ()) ->
     """Write a facade with its locks, and its pictures into the same folder.
 
     Raises:
-        FacadeError: when it is not one, or a file of the name of a picture is another one.
+        FacadeError: If the facade is invalid, or a file with the name of a picture has other content.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -70,7 +70,7 @@ def load_facade(path: Path | str) -> Facade:
     """Read a facade with its pictures.
 
     Raises:
-        FacadeError: when the file is not a facade, or too large: what is wrong, and where.
+        FacadeError: If the file is not a facade, or too large; with the position of the mistake.
 
     >>> import grammarlab as gl
     >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
@@ -81,10 +81,10 @@ def load_facade(path: Path | str) -> Facade:
 
 
 def load_locked(path: Path) -> tuple[Facade, tuple[Wish, ...]]:
-    """Read a facade with its pictures, and what of it is locked.
+    """Read a facade with its pictures and locks.
 
     Raises:
-        FacadeError: when the file is not a facade, or too large: what is wrong, and where.
+        FacadeError: If the file is not a facade, or too large; with the position of the mistake.
     """
     content = read_bounded(path)
     try:
@@ -113,7 +113,7 @@ def _line(value: object) -> str:
 
 
 def _node_values(facade: Facade, node: int) -> dict[str, Any]:
-    """What differs from what is taken where nothing is said."""
+    """Values of a node that differ from the defaults."""
     (x, y), (width, height) = facade.position[node].tolist(), facade.size[node].tolist()
     values: dict[str, Any] = {"parent": int(facade.parent[node]), "x": x, "y": y, "width": width, "height": height}
     if facade.axis[node] != LEAF:
@@ -140,16 +140,16 @@ def loads(content: bytes, picture_named: Callable[[str], Picture]) -> Facade:
 
     Args:
         content: the file.
-        picture_named: gives the picture of a name.
+        picture_named: function that returns the picture with a name.
 
     Raises:
-        FacadeError: when it is not a facade: what is wrong, and where.
+        FacadeError: If it is not a facade; with the position of the mistake.
     """
     return loads_locked(content, picture_named)[0]
 
 
 def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tuple[Facade, tuple[Wish, ...]]:
-    """The facade of a file and its locks; arguments and errors as of `loads`."""
+    """The facade of a file and its locks; arguments and errors as in `loads`."""
     document = parse_json(content)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise FacadeError(f'This is not a facade: expected an object with "format": "{FORMAT}".')
@@ -185,7 +185,7 @@ def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tup
 def _names(value: Any, where: str, most: int) -> tuple[str, ...]:
     names = tuple(a_text(each, where) for each in a_list(value, where, most))
     if len(set(names)) < len(names):
-        raise FacadeError(f"{where}: expected different names.")
+        raise FacadeError(f"{where}: expected unique names.")
     return names
 
 
@@ -197,7 +197,7 @@ def _axis(node: dict[str, Any], where: str) -> int:
 
 
 def _indices(nodes: list[tuple[str, dict[str, Any]]], key: str, names: tuple[str, ...]) -> Ints:
-    """[N] places of the names that nodes give, -1 where they give none."""
+    """[N] index of the name in each node's entry, -1 for nodes without one."""
     place = {name: number for number, name in enumerate(names)}
     indices = np.full(len(nodes), -1, dtype=np.int64)
     for number, (where, node) in enumerate(nodes):
@@ -230,7 +230,7 @@ def _grids(value: Any, num_nodes: int) -> tuple[Grid, ...]:
         for place, each in enumerate(a_list(value, "grids", _MOST_GRIDS))
     ]
     if len({grid.name for grid in grids}) < len(grids):
-        raise FacadeError("grids: expected different names.")
+        raise FacadeError("grids: expected unique names.")
     return tuple(grids)
 
 

@@ -1,4 +1,4 @@
-"""Locks in the file of a facade: sizes, places and aspects of nodes that stay as they are."""
+"""Locks in the file of a facade: sizes, positions and aspect ratios of nodes that must not change."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from grammarlab.facade.values import a_list, a_number, a_whole_number, an_object
 
 LENGTHS = {"width": (Size, X), "height": (Size, Y), "left": (Position, X), "bottom": (Position, Y)}
 KINDS = (*LENGTHS, "aspect")
-"""What can be locked of a node: metres, those of places from the left or the bottom of the facade; width by height."""
+"""Lockable properties: lengths and positions from the left or the bottom of the facade, metres; width by height."""
 
 
 def kind_of(lock: Wish) -> str:
-    """Which of `KINDS` a lock is."""
+    """The kind of a lock, one of `KINDS`."""
     if isinstance(lock, Aspect):
         return "aspect"
     names = ("width", "height") if isinstance(lock, Size) else ("left", "bottom")
@@ -33,10 +33,10 @@ def lock_values(locks: Sequence[Wish]) -> list[dict[str, Any]]:
 
 
 def parsed_locks(value: Any, facade: Facade) -> tuple[Wish, ...]:
-    """Locks of JSON values that a stranger may have written.
+    """Locks from JSON values that a stranger may have written.
 
     Raises:
-        FacadeError: for what is no lock, for a node that is locked twice, and for what no node can have.
+        FacadeError: If a value is not a lock, a node is locked twice, or no node can have the locked value.
     """
     locks: list[Wish] = []
     nodes: set[int] = set()

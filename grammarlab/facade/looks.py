@@ -1,4 +1,4 @@
-"""What things of a facade look like when no picture says so: a colour, and how far they stand out or back."""
+"""Looks of elements of facades without a picture: a colour, and the depth of the front."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from zlib import crc32
 
 THICKNESS = 0.35
-"""Metres from the front of a wall to its back, where everything else ends too."""
+"""Metres from the front of a wall to its back, where all elements end."""
 
 
 @dataclass(frozen=True, slots=True)
 class LabelLook:
-    """How a thing is drawn."""
+    """Look of an element."""
 
     color: str
     """``#rrggbb``, sRGB, or ``#rrggbboo`` with opacity."""
     front: float
-    """Metres that its front stands before that of the wall; below 0 behind it, above -`THICKNESS`."""
+    """Depth of its front relative to that of the wall, metres; below 0 behind it, above -`THICKNESS`."""
     gives: bool = False
-    """Whether it is wall: what fills the room that things leave and is stretched before they are."""
+    """Whether it is wall: it fills the room between elements and is stretched before they are."""
     glazed: bool = False
 
     @property
@@ -61,7 +61,7 @@ _LOOKS = {
 
 
 def look_of(label: str) -> LabelLook:
-    """How something of that name is drawn: as the first known word in it, or in a colour of its own.
+    """The look of an element with this label: that of the first known word in it, or a colour derived from it.
 
     >>> look_of("Shop window").color == look_of("window").color, look_of("").gives, look_of("clock").gives
     (True, True, False)
@@ -77,5 +77,5 @@ def look_of(label: str) -> LabelLook:
 
 
 def is_door(label: str) -> bool:
-    """Whether something of that name lets people in, so that no other number of them would do."""
+    """Whether an element with this label is an entrance, whose number must not change."""
     return any(word in label.lower() for word in ("door", "gate", "portal", "entrance"))

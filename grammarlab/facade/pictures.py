@@ -1,4 +1,4 @@
-"""Pictures of facades, as files beside them."""
+"""Pictures of facades, as files in the same folder."""
 
 from __future__ import annotations
 
@@ -20,37 +20,37 @@ _FORMATS = ("PNG", "JPEG")
 
 
 def is_plain(name: str) -> bool:
-    """Whether a name is that of a picture in the same folder, and of nothing else."""
+    """Whether a name is that of a picture file in the same folder."""
     return _PLAIN.fullmatch(name) is not None
 
 
 def picture_size(picture: Picture) -> tuple[int, int]:
-    """Width and height in pixels; nothing but the head of the file is read.
+    """Width and height in pixels; only the head of the file is read.
 
     Raises:
-        FacadeError: when it is not a PNG or JPEG file, or would unfold to more than `MOST_PIXELS`.
+        FacadeError: If it is not a PNG or JPEG file, or has more than `MOST_PIXELS`.
     """
     from PIL import Image  # noqa: PLC0415  # facades without pictures do without
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what Pillow warns of is refused below
+            warnings.simplefilter("ignore")  # large pictures are refused below
             with Image.open(io.BytesIO(picture.content), formats=_FORMATS) as image:
                 width, height = image.size
-    except Exception as error:  # readers raise whatever a broken file leads them to
+    except Exception as error:  # readers raise any exception for a broken file
         raise FacadeError(f"The picture {shown(picture.name)} is not a PNG or JPEG file: {error}.") from error
     if width * height > MOST_PIXELS:
         raise FacadeError(
-            f"The picture {shown(picture.name)} has {width} x {height} pixels; expected {MOST_PIXELS:,} at most."
+            f"The picture {shown(picture.name)} has {width} x {height} pixels; expected at most {MOST_PIXELS:,}."
         )
     return width, height
 
 
 def load_picture(name: str, folder: Path) -> Picture:
-    """The picture of a name in a folder.
+    """The picture with a name in a folder.
 
     Raises:
-        FacadeError: when the name is not plain, or the file is missing, a link out of the folder, too large, or no
+        FacadeError: If the name is not plain, or the file is missing, a link out of the folder, too large, or not a
             picture.
     """
     if not is_plain(name):
@@ -69,7 +69,7 @@ def store_pictures(pictures: Iterable[Picture], folder: Path) -> None:
     """Write pictures into a folder, each under its name.
 
     Raises:
-        FacadeError: when a name is not plain, or stands for another file there already. Nothing is written then.
+        FacadeError: If a name is not plain, or belongs to another existing file. Nothing is written then.
     """
     new = []
     for picture in pictures:
@@ -79,6 +79,6 @@ def store_pictures(pictures: Iterable[Picture], folder: Path) -> None:
         if not path.exists():
             new.append(picture)
         elif path.stat().st_size != len(picture.content) or path.read_bytes() != picture.content:
-            raise FacadeError(f"{path} is another picture than that of this facade: write into another folder.")
+            raise FacadeError(f"{path} exists and differs from the picture of this facade: write into another folder.")
     for picture in new:
         write_bytes(folder / picture.name, picture.content)

@@ -1,4 +1,4 @@
-"""Leaves that are not rectangles, as meshes: the thing itself, and the wall that is left of its box."""
+"""Leaves that are not rectangles, as meshes: the element itself, and the rest of its box."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from grammarlab.geometry.solids.extrude import extrude
 Floats = NDArray[np.float64]
 
 _LEAST_AREA = 1e-9
-"""Part of a box below which a piece of it is left out."""
+"""Least area of a piece of a box; smaller pieces are left out."""
 
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""[3, 3] turns prisms over the plane of x and z so that they stand in that of x and y, with y towards the viewer."""
+"""[3, 3] rotation of prisms over the plane of x and z to that of x and y, with y towards the viewer."""
 
 
 def prisms(outline: Floats) -> tuple[Meshes, Meshes]:
-    """Prisms of height 1 over an outline, and over what it leaves of the unit square.
+    """Prisms of height 1 over an outline, and over the rest of the unit square.
 
     Args:
-        outline: [P, 2] corners in 0 to 1, v up; what lies outside the square is cut off.
+        outline: [P, 2] corners in 0 to 1, v up; parts outside the square are clipped.
 
     Returns:
-        The meshes of the pieces of each, with u along x and v against z, for `UPRIGHT` to turn.
+        The meshes of the pieces of each, with u along x and v against z, to be rotated by `UPRIGHT`.
     """
     square = box(0.0, 0.0, 1.0, 1.0)
     inside = make_valid(Polygon(outline)).intersection(square)
@@ -47,7 +47,7 @@ def _prisms(shape: BaseGeometry) -> Meshes:
 
 
 def _rings(shape: BaseGeometry) -> Iterator[Floats]:
-    """[n, 2] of each polygon of a shape one walk around it and its holes."""
+    """[n, 2] one closed walk around each polygon of a shape and its holes."""
     for piece in getattr(shape, "geoms", [shape]):
         if isinstance(piece, Polygon) and piece.area > _LEAST_AREA:
             turned = orient(piece)

@@ -1,8 +1,8 @@
-"""A facade: a wall that is divided into rectangles, and these again, down to windows, doors and pieces of wall.
+"""A facade: a wall divided recursively into rectangles, down to windows, doors and pieces of wall.
 
-The total decomposition property holds of every facade: children that are laid along x fill the width of their parent
-and have its height; along y the other way round (paper 000, section 3). `check` proves it, and whatever makes a facade
-calls it or keeps the property by construction.
+Every facade has the total decomposition property: children that are laid out along x fill the width of their parent and
+have its height; along y they fill its height and have its width (paper 000, section 3). `check` verifies it; functions
+that make a facade call it or keep the property by construction.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ Ints = NDArray[np.int64]
 LEAF = -1
 X, Y = 0, 1
 TOLERANCE = 1e-9
-"""Part of the facade's width or height by which children may miss their parent."""
+"""Largest gap between children and the sides of their parent, as a fraction of the facade's width or height."""
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A picture that leaves show parts of."""
+    """A picture of which leaves show parts."""
 
     name: str
     """File name without folder, such as `front.png`."""
     content: bytes
-    """A PNG or JPEG file."""
+    """Content of a PNG or JPEG file."""
 
 
 @dataclass(frozen=True, eq=False)
 class Facade:
-    """N nodes of a decomposition tree, parents before their children, each subtree in one piece (preorder).
+    """N nodes of a decomposition tree, parents before their children, each subtree contiguous (preorder).
 
-    Children stand in the order of their positions: from the left to the right, or from the bottom to the top. A node
-    is never divided along the axis that its parent is divided along, and never into one part.
+    Children are in the order of their positions: from the left to the right, or from the bottom to the top. A node is
+    never divided along the axis of its parent, and never into a single part.
 
     >>> import grammarlab as gl
     >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
@@ -51,26 +51,26 @@ class Facade:
     """
 
     parent: Ints
-    """[N] node that it is a part of; -1 for the first."""
+    """[N] parent of each node; -1 for the first."""
     axis: NDArray[np.int8]
-    """[N] along which its children follow each other: 0 for x, 1 for y; -1 for leaves."""
+    """[N] axis along which its children are laid out: 0 for x, 1 for y; -1 for leaves."""
     position: Floats
-    """[N, 2] metres, of the lower left corner, from that of the facade; x to the right, y up."""
+    """[N, 2] lower left corner relative to that of the facade, metres; x to the right, y up."""
     size: Floats
-    """[N, 2] metres, > 0: width and height."""
+    """[N, 2] width and height, metres, > 0."""
     label: Ints
-    """[N] index into `labels`; -1 for what has none, as inner nodes mostly do."""
+    """[N] index into `labels`; -1 for nodes without a label, such as most inner nodes."""
     labels: tuple[str, ...]
-    """What things are called: `window`, `wall`, ..."""
+    """Labels: `window`, `wall`, ..."""
     outline_offsets: Ints
-    """[N + 1] of the points of each node's outline; no points for rectangles."""
+    """[N + 1] offsets of the points of each node's outline; no points for rectangles."""
     outline_points: Floats
-    """[P, 2] corners, anticlockwise, as parts of the node's width and height: 0 to 1."""
+    """[P, 2] corners, anticlockwise, as fractions of the node's width and height: 0 to 1."""
     pictures: tuple[Picture, ...] = ()
     picture: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """[N] index into `pictures`, -1 for nodes without one."""
+    """[N] index into `pictures`, -1 for nodes without a picture."""
     window: Floats = field(default_factory=lambda: np.zeros((0, 4)))
-    """[N, 4] what part of the picture a leaf shows: left, bottom, right, top as parts of its width and height, v up."""
+    """[N, 4] part of the picture that a leaf shows: left, bottom, right, top as fractions of the picture, v up."""
     grids: tuple[Grid, ...] = ()
 
     def __len__(self) -> int:
@@ -78,12 +78,12 @@ class Facade:
 
     @property
     def width(self) -> float:
-        """Metres."""
+        """Width, metres."""
         return float(self.size[0, X])
 
     @property
     def height(self) -> float:
-        """Metres."""
+        """Height, metres."""
         return float(self.size[0, Y])
 
     @cached_property
@@ -101,17 +101,17 @@ class Facade:
 
     @cached_property
     def children(self) -> tuple[Ints, ...]:
-        """[N] of each node its children, in their order."""
+        """[N] children of each node, in their order."""
         order = 1 + np.argsort(self.parent[1:], kind="stable")
         counts = np.bincount(self.parent[1:], minlength=len(self)) if len(self) > 1 else np.zeros(len(self), np.int64)
         return tuple(np.split(order, offsets_from_counts(counts)[1:-1]))
 
     def outline(self, node: int) -> Floats:
-        """[P, 2] corners of a node's outline as parts of its box; empty for a rectangle."""
+        """[P, 2] corners of a node's outline as fractions of its box; empty for a rectangle."""
         return self.outline_points[self.outline_offsets[node] : self.outline_offsets[node + 1]]
 
     def name_of(self, node: int) -> str:
-        """What a node is called, empty for nothing."""
+        """The label of a node, empty for none."""
         return self.labels[self.label[node]] if self.label[node] >= 0 else ""
 
 
@@ -119,11 +119,11 @@ def plain(parent: Ints, axis: NDArray[np.int8], position: Floats, size: Floats, 
     """A facade of rectangles, without pictures and grids.
 
     Args:
-        parent: [N] as in `Facade`, and so are the other columns.
-        axis: [N]
-        position: [N, 2]
-        size: [N, 2]
-        names: [N] what each node is called, empty for nothing.
+        parent: [N] as in `Facade`.
+        axis: [N] as in `Facade`.
+        position: [N, 2] as in `Facade`.
+        size: [N, 2] as in `Facade`.
+        names: [N] label of each node, empty for none.
     """
     labels = tuple(sorted(set(names) - {""}))
     number = {name: place for place, name in enumerate(labels)} | {"": -1}
@@ -142,15 +142,15 @@ def plain(parent: Ints, axis: NDArray[np.int8], position: Floats, size: Floats, 
 
 
 def laid_out(parent: Ints, axis: NDArray[np.int8], wanted: Floats) -> tuple[Floats, Floats]:
-    """Positions and sizes [N, 2] of a tree whose leaves would like to be so large.
+    """Positions and sizes [N, 2] of a tree from the target sizes of its leaves.
 
-    What follows each other adds up, what stands across is stretched to the largest; a start that keeps the total
-    decomposition property, before sizes are solved for.
+    Sizes of parts in a row are added, and parts are stretched to the largest one across the row; the result has the
+    total decomposition property, as an initial value for the solution of sizes.
 
     Args:
         parent: [N] as in `Facade`.
-        axis: [N]
-        wanted: [N, 2] metres, > 0; those of inner nodes do not count.
+        axis: [N] as in `Facade`.
+        wanted: [N, 2] target sizes, metres, > 0; those of inner nodes are ignored.
     """
     size, num_nodes = np.array(wanted, dtype=np.float64), len(parent)
     size[axis != LEAF] = 0.0
@@ -170,11 +170,11 @@ def laid_out(parent: Ints, axis: NDArray[np.int8], wanted: Floats) -> tuple[Floa
 
 
 def check(facade: Facade) -> Facade:
-    """The facade itself, if it is one.
+    """The facade itself, if it is valid.
 
     Raises:
-        FacadeError: when columns disagree, numbers are not finite, sizes are not positive or the total decomposition
-            property does not hold: which node, and by how much.
+        FacadeError: If columns disagree, numbers are not finite, sizes are not positive or the total decomposition
+            property does not hold; with the node and the error.
     """
     _check_columns(facade)
     _check_tree(facade)
@@ -183,13 +183,13 @@ def check(facade: Facade) -> Facade:
     if worst is not None and misses[worst] > TOLERANCE:
         raise FacadeError(
             f"The parts of node {nodes[worst[0]]} miss its {'width' if worst[1] == X else 'height'} by "
-            f"{misses[worst]:.3g} of that of the facade; parts fill their node to {TOLERANCE:g}."
+            f"{misses[worst]:.3g} of that of the facade; expected at most {TOLERANCE:g}."
         )
     return facade
 
 
 def decomposition_misses(facade: Facade) -> tuple[Floats, Ints]:
-    """[K, 2] by how much the children of each inner node [K] miss it in x and y, as parts of the facade's size."""
+    """[K, 2] largest error of the children of each inner node [K], as a fraction of the facade's size."""
     inner = np.flatnonzero(facade.axis != LEAF)
     if not inner.size:
         return np.zeros((0, 2)), inner
@@ -200,7 +200,7 @@ def decomposition_misses(facade: Facade) -> tuple[Floats, Ints]:
     last = np.roll(first, -1)
     low, size = facade.position[part], facade.size[part]
     low_above, size_above = facade.position[above], facade.size[above]
-    # Along its axis a part begins where the one before it ends, and the last ends where its parent does.
+    # Along its axis, each part begins at the end of the previous one, and the last ends at the end of its parent.
     starts = np.where(along & ~first[:, None], np.roll(low + size, 1, axis=0), low_above)
     ends = np.where(last[:, None], np.abs(low + size - low_above - size_above), 0.0)
     misses = np.maximum(np.abs(low - starts), np.where(along, ends, np.abs(size - size_above)))
@@ -222,7 +222,7 @@ def _check_columns(facade: Facade) -> None:
         if getattr(facade, name).shape != shape:
             raise FacadeError(f"Column {name}: expected shape {shape}, found {getattr(facade, name).shape}.")
     if not num_nodes:
-        raise FacadeError("A facade has at least one node, found none.")
+        raise FacadeError("A facade needs at least one node, found none.")
     for name in ("position", "size", "outline_points", "window"):
         if not np.isfinite(getattr(facade, name)).all():
             raise FacadeError(f"Column {name}: expected finite numbers.")
@@ -239,13 +239,13 @@ def _check_tree(facade: Facade) -> None:
     parent, axis = facade.parent, facade.axis
     if parent[0] != -1 or (parent[1:] < 0).any() or (parent[1:] >= np.arange(1, len(facade))).any():
         raise FacadeError("Column parent: expected -1 for the first node and earlier nodes for all others.")
-    # In preorder the parent of a node is the node before it or an ancestor of that.
+    # In preorder, the parent of a node is the node before it or an ancestor of that.
     ancestors: list[int] = []
     for node, above in enumerate(parent.tolist()):
         while ancestors and ancestors[-1] != above:
             ancestors.pop()
         if node and not ancestors:
-            raise FacadeError(f"Node {node}: the subtree of node {above} is not in one piece.")
+            raise FacadeError(f"Node {node}: the subtree of node {above} is not contiguous.")
         ancestors.append(node)
     counts = np.bincount(parent[1:], minlength=len(facade))
     wrong = np.flatnonzero(np.where(axis == LEAF, counts != 0, counts < 2) | ~np.isin(axis, (LEAF, X, Y)))
@@ -253,4 +253,4 @@ def _check_tree(facade: Facade) -> None:
         raise FacadeError(f"Node {wrong[0]}: axis {axis[wrong[0]]} with {counts[wrong[0]]} parts.")
     same = 1 + np.flatnonzero((axis[1:] != LEAF) & (axis[1:] == axis[parent[1:]]))
     if same.size:
-        raise FacadeError(f"Node {same[0]} is divided along the axis that node {parent[same[0]]} is divided along.")
+        raise FacadeError(f"Node {same[0]} is divided along the same axis as its parent {parent[same[0]]}.")

@@ -1,4 +1,4 @@
-"""Values of JSON files that strangers wrote: looked at before they are used; what is wrong is said with its place."""
+"""Values of JSON files from strangers: checked before use; errors name their position."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from grammarlab.errors import FacadeError
 
 MOST_BYTES = 128 * 2**20
-"""Of a file; its values may take twenty times the memory."""
+"""Largest size of a file; its values may take twenty times the memory."""
 _MOST_SHOWN = 60
 _MISSING = object()
 
@@ -19,7 +19,7 @@ def read_bounded(path: Path, most: int = MOST_BYTES) -> bytes:
     """The content of a file.
 
     Raises:
-        FacadeError: when it is longer than `most` bytes.
+        FacadeError: If it is longer than `most` bytes.
     """
     with path.open("rb") as file:
         content = file.read(most + 1)
@@ -32,14 +32,14 @@ def parse_json(content: bytes) -> Any:
     """The value of a JSON file.
 
     Raises:
-        FacadeError: when it is not JSON, nests too deep, or has numbers that are none.
+        FacadeError: If it is not JSON, is nested too deep, or has numbers that are not finite.
     """
     try:
         return json.loads(content, parse_constant=_refuse)
     except RecursionError as error:
-        raise FacadeError("This JSON nests too deep.") from error
-    except ValueError as error:  # of the text, its encoding, or an integer of too many digits
-        raise FacadeError(f"This is not JSON that can be read: {error}.") from error
+        raise FacadeError("This JSON is nested too deep.") from error
+    except ValueError as error:  # invalid text, encoding, or an integer of too many digits
+        raise FacadeError(f"This is not valid JSON: {error}.") from error
 
 
 def _refuse(text: str) -> float:
@@ -54,7 +54,7 @@ def an_object(value: Any, where: str) -> dict[str, Any]:
 
 
 def a_list(value: Any, where: str, most: int) -> list[Any]:
-    """The value, if it is a list that is not too long."""
+    """The value, if it is a list of at most `most` entries."""
     if not isinstance(value, list):
         raise FacadeError(f"{where}: expected a list, found {shown(value)}.")
     if len(value) > most:
@@ -75,28 +75,28 @@ def a_number(value: Any, where: str) -> float:
 
 
 def a_whole_number(value: Any, where: str, low: int, end: int) -> int:
-    """The value, if it is a whole number in low <= value < end."""
+    """The value, if it is an integer in low <= value < end."""
     if not isinstance(value, int) or isinstance(value, bool) or not low <= value < end:
         raise FacadeError(f"{where}: expected a whole number from {low} to {end - 1}, found {shown(value)}.")
     return value
 
 
 def a_text(value: Any, where: str, most: int = 1_000) -> str:
-    """The value, if it is a text that is not too long."""
+    """The value, if it is a text of at most `most` characters."""
     if not isinstance(value, str) or len(value) > most:
         raise FacadeError(f"{where}: expected a text of at most {most} characters, found {shown(value)}.")
     return value
 
 
 def numbers(value: Any, where: str, count: int) -> list[float]:
-    """The value, if it is a list of so many finite numbers."""
+    """The value, if it is a list of `count` finite numbers."""
     if len(a_list(value, where, count)) != count:
         raise FacadeError(f"{where}: expected {count} numbers, found {shown(value)}.")
     return [a_number(each, where) for each in value]
 
 
 def shown(value: Any) -> str:
-    """A value for a message: not longer than one can read."""
+    """A value for a message, abbreviated."""
     if value is None:
         return "nothing"
     text = f"a list of {len(value)}" if isinstance(value, list) else repr(value)[: _MOST_SHOWN + 1]

@@ -1,8 +1,8 @@
-"""The default preference: cells that pool their scores, or Gaussian processes, as held-out scores tell.
+"""The default preference: a blend of cells that pool their scores and Gaussian processes, weighted by held-out scores.
 
-Cells (`grammarlab.preference.cells.partition`) beat processes where a person has few values and errs, processes
-(`grammarlab.preference.processes.grouped`) beat cells where many parts or draws add up, and where scores are exact.
-Neither evidence can be trusted against the other's: what counts is how well each predicts scores that it has not seen.
+Cells (`grammarlab.preference.cells.partition`) are better than processes if a person has few values and makes errors,
+processes (`grammarlab.preference.processes.grouped`) are better than cells if many parts or draws add up, or scores are
+exact. Their evidences are not comparable, so the weight is that with the best predictions of held-out scores.
 """
 
 from __future__ import annotations
@@ -25,36 +25,36 @@ from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Shares of the process that are tried."""
+"""Candidate shares of the process."""
 FOLDS = 3
 FEWEST = 16
-"""With fewer labels there is nothing to hold out, and the process is believed."""
+"""Smallest number of labels for held-out scores; with fewer, only the process is used."""
 MOST = 160
-"""Labels that are held out in turn; of more, a part with the same distribution of scores."""
+"""Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
 _SMALL_PART = 0.05
-"""Part of the highest prediction below which one is too small to divide by."""
+"""Share of the highest prediction below which a prediction is too small as a divisor."""
 _OF_MEDIAN = 1.4826
-"""Standard deviation of normal errors by the median of their sizes."""
+"""Ratio of the standard deviation to the median size of normal errors."""
 _UNDERSTATED = 2.0
-"""A process explains some noise by its function, and sees little of it where scores end at 0: at most so many times."""
+"""Largest factor on the noise of a process, which explains some noise by its function and misses noise clipped at 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class BlendedPreference(AbstractPreference):
-    """`method="blended"`: what `fit` found."""
+    """Result of `fit` with `method="blended"`."""
 
     process: GroupedPreference
     partition: PartitionPreference
     share: float
-    """Of the process in predictions, 0 to 1; the rest is the partition's."""
+    """Share of the process in predictions, 0 to 1; the rest is the partition's."""
     missed: float = 0.0
-    """By how much held-out scores were missed, as the standard deviation that has such a median; 0 where none were."""
+    """Error on held-out scores, as the standard deviation of normal errors with the same median; 0 without any."""
     sketches: tuple[BlendedPreference, ...] = ()
-    """Quick fits to parts of the labels, each without the scores that were held out from it."""
+    """Quick fits to parts of the labels, each without its held-out scores."""
 
     @property
     def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - told by both parts
-        """F: how many columns the rows have."""
+        """F: number of columns of the rows."""
         return self.process.num_columns
 
     def predict(self, rows: Rows) -> Prediction:
@@ -65,9 +65,9 @@ class BlendedPreference(AbstractPreference):
         return Prediction(mean, np.sqrt(np.maximum(square - mean**2, 0.0)))
 
     def meant(self, rows: Rows) -> Prediction:
-        """What the process expects to be meant, and how scores vary around it: it has learned means of scores."""
+        """Predicted values, as the process learns means of scores, and the deviation of scores around them."""
         told, own = self.process.predict(rows), self.process.explanations[0].posterior.hyperparameters.noise
-        # A process that has explained noise by its function shows it where scores are held out.
+        # The noise that a process explains by its function appears in the errors on held-out scores.
         noise = max(self.noise, min(self.partition.noise, self.missed))
         deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + noise**2)
         return Prediction(value_of(told.mean, *self._erring), deviation)
@@ -77,12 +77,12 @@ class BlendedPreference(AbstractPreference):
 
     @property
     def noise(self) -> float:
-        """Standard deviation of a score around what was meant, in points."""
+        """Standard deviation of a score around its value, in points."""
         return self._erring[0]
 
     @property
     def blunders(self) -> float:
-        """How often a score was any score at all."""
+        """Probability of a random score."""
         return self._erring[1]
 
     @property
@@ -92,14 +92,14 @@ class BlendedPreference(AbstractPreference):
 
     @property
     def _erring(self) -> tuple[float, float]:
-        """Noise and blunders that the process has taken for means: each part knows too much where it does not fit."""
+        """Noise and blunders for the values of the process: each part is overconfident where it does not fit."""
         noise = float(np.sqrt(self.process.explanations[0].posterior.hyperparameters.noise))
         told = min(self.partition.noise, _UNDERSTATED * noise)
         return max(told, NOISES[0]), self.partition.blunders if told > NOISES[0] else 0.0
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         total = np.zeros(len(group_names))
-        # By number: two groups may have one name.
+        # By number: two groups may have the same name.
         numbers = [str(number) for number in range(len(group_names))]
         for share, preference in self._counting():
             for found in preference.explain(numbers):
@@ -129,13 +129,13 @@ def fit(
     Args:
         rows: [n, F] finite numbers.
         scores: [n] 0-100.
-        groups: [F] group numbers; every column its own group when there are none.
-        continuous: [F] which columns are no counts; none of them when left out.
-        seed: of random starts and draws, and of what is held out.
+        groups: [F] group numbers; by default every column is its own group.
+        continuous: [F] whether columns are continuous instead of counts; by default none is.
+        seed: seed of random starts and draws, and of the held-out labels.
         warm: not used.
 
     Raises:
-        UsageError: when labels or groups are out of range.
+        UsageError: If labels or groups are out of range.
     """
     table, values = checked_labels(rows, scores)
     numbers = checked_groups(groups, table.shape[1])
@@ -150,11 +150,11 @@ def fit(
 def _share(
     rows: Floats, scores: Floats, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
 ) -> tuple[float, float, tuple[BlendedPreference, ...]]:
-    """The share of the process that predicts held-out scores best, by how much it misses them, and who missed them."""
+    """Share of the process that predicts held-out scores best, the error, and the fits without these labels."""
     randomness = np.random.default_rng(seed)
     some = np.sort(randomness.permutation(len(scores))[:MOST])
     rows, scores = rows[some], scores[some]
-    # Equal rows are held out together: otherwise one would tell the other.
+    # Equal rows are held out together: otherwise one would predict the other.
     _, row = np.unique(rows, axis=0, return_inverse=True)
     row = row.reshape(-1)
     fold = randomness.permutation(FOLDS * (1 + int(row.max()) // FOLDS))[row] % FOLDS
@@ -179,13 +179,13 @@ def _share(
 def _best_share(predicted: Floats, scores: Floats, row: Ints) -> float:
     """The smallest share of the process that predicts scores about as well as the best one.
 
-    A divergence between densities is, where it is small, a sum of squared errors beside what is expected. About as well
-    means within a standard error of the difference: what cells say is simpler, and they know what is worth nothing.
+    A small divergence between densities is a sum of squared errors divided by expected values. "About as well" means
+    within a standard error of the difference: cells are simpler, and predict 0 for disliked designs.
 
     Args:
-        predicted: [2, n] by the process and by the cells, 0-100.
+        predicted: [2, n] predictions of the process and of the cells, 0-100.
         scores: [n] 0-100.
-        row: [n] number of the design of each, from 0; what is missed of one design counts once.
+        row: [n] design of each score, from 0; the error on one design counts once.
     """
     expected = predicted.mean(axis=0)
     weights = 1.0 / (expected + _SMALL_PART * max(float(expected.max()), 1.0))

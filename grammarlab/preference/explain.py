@@ -1,8 +1,8 @@
 """Relevance of groups of columns, in words.
 
-The share of a group is the loss of correlation of two models that differ in this group only: one minus
-the kernel's correlation exp(-1/2 sum over the group of weight_d (x_d - x'_d)^2), averaged over all pairs of labelled
-rows that do differ there. A share is called strong from 1/2, medium from 1/10, weak from 1/100, and below that none.
+The share of a group is the loss of correlation of two models that differ in this group only: one minus the kernel's
+correlation exp(-1/2 sum over the group of weight_d (x_d - x'_d)^2), averaged over all pairs of labelled rows that
+differ in it. A share is called strong from 1/2, medium from 1/10, weak from 1/100, and none below that.
 """
 
 from __future__ import annotations

@@ -101,9 +101,9 @@ def matched(
     """Log-evidence [n], posterior mean [n] and variance [n] of values with normal priors, given labels.
 
     Args:
-        said: [n].
-        means: [n] of the values.
-        variances: [n] > 0.
+        said: [n] intervals of the labels.
+        means: [n] prior means of the values.
+        variances: [n] prior variances, > 0.
         noise: sigma >= 0, in points.
         blunders: pi, 0 to 1.
     """
@@ -131,7 +131,7 @@ def expected_score(values: Floats, noise: float, blunders: float) -> Floats:
 
 
 def value_of(scores: Floats, noise: float, blunders: float) -> Floats:
-    """[m] the values whose mean scores are given: the inverse of `expected_score`, within 0 to 100."""
+    """[m] values with the given mean scores: the inverse of `expected_score`, within 0 to 100."""
     values = np.linspace(0.0, MAX_SCORE, 401)
     return np.interp(scores, expected_score(values, noise, blunders), values)
 

@@ -1,7 +1,7 @@
 """The default preference of labels of several kinds: scores, stars, thumbs and comparisons in one likelihood.
 
 Under a kernel, sites replace labels that are not scores (`grammarlab.preference.processes.kinds`). Kernels and sites
-are improved in turns. Cells get the intervals of values. Labels that are all scores are not handled here.
+are improved in turns. Cells get the intervals of values. If all labels are scores, `blended.py` handles them.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def _share(
 
 
 def _log_likelihood(said: Intervals, values: Floats, cells: PartitionPreference) -> float:
-    """Likelihood of labels of values [n], under the error model of the cells."""
+    """Log-likelihood of labels, given values [n], under the error model of the cells."""
     noise, blunders = max(cells.noise, LEAST_NOISE), max(cells.blunders, BLUNDERS)
     evidence, _, _ = matched(said, values, np.full(len(values), 1e-9), noise, blunders)
     return float(evidence.sum())

@@ -17,9 +17,9 @@ class Beside:
     """Observations that are differences of two rows, and their variances."""
 
     others: Floats
-    """[n, F] subtracted rows; arbitrary where none is."""
+    """[n, F] subtracted rows; arbitrary for observations of one row."""
     compared: Floats
-    """[n] 1 where a row is subtracted, else 0."""
+    """[n] 1 if a row is subtracted, else 0."""
     variances: Floats
     """[n] variance of each observation; 0 for mean scores, which have the noise of their labels."""
 
@@ -87,8 +87,8 @@ def observe(rows: Rows, scores: ArrayLike) -> Observations:
         scores: [n] 0-100.
 
     Raises:
-        UsageError: when the numbers of rows and scores differ, there are none, or a value is not finite or out of
-            range; the message names its place.
+        UsageError: If the numbers of rows and scores differ, there are none, or a value is not finite or out of range;
+            the message has its position.
     """
     table, values = checked_labels(rows, scores)
     _, first, group = np.unique(table, axis=0, return_index=True, return_inverse=True)
@@ -106,8 +106,8 @@ def checked_labels(rows: Rows, scores: ArrayLike) -> tuple[Floats, Floats]:
     """Rows [n, F] and scores [n] of labels, n >= 1.
 
     Raises:
-        UsageError: when the numbers of rows and scores differ, there are none, or a value is not finite or out of
-            range; the message names its place.
+        UsageError: If the numbers of rows and scores differ, there are none, or a value is not finite or out of range;
+            the message has its position.
     """
     table, values = dense_rows(rows), _checked_scores(scores)
     if len(table) != len(values):
@@ -128,7 +128,7 @@ def _checked_scores(scores: ArrayLike) -> Floats:
     if len(bad):
         raise UsageError(
             f"scores: expected numbers from 0 to {MAX_SCORE:g}, found {values[bad[0]]:g} at index {bad[0]}. "
-            "Leave models out that have no score."
+            "Leave out models without a score."
         )
     return values
 

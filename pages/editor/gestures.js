@@ -4,11 +4,11 @@ import { listenToHandles } from "../stage/handles.js";
 /** @typedef {ReturnType<typeof import("../stage/stage.js").makeStage>} Stage */
 /** @typedef {ReturnType<typeof import("../stage/drag.js").makeDrag>} Drag */
 
-const SLACK = 4; // pixels that a hand may shake in a click
+const SLACK = 4; // largest movement of a click, in pixels
 
 /**
  * Mouse, pen and finger on the facade: a press selects a part or changes the grid, a rectangle
- * makes a grid, the selected part is moved, handles size.
+ * makes a grid, a drag moves the selected part, handles change the size.
  * @param {Page} page
  * @param {Stage} stage
  * @param {Drag} drag

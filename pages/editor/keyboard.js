@@ -3,17 +3,17 @@ import { WAYS, listenToKeysOf } from "../stage/keys.js";
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("../stage/keys.js").Nudge} Nudge */
 
-/** What the keys do, for the person who asks. */
+/** The keys and their effects, for the help. */
 export const KEYS = [
-  ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
-  ["Tab", "to the facade, its handles, the variations and the panel"],
-  ["Arrows on the facade", "from part to part"],
-  ["Alt and arrows there", "move the part by 0.05 m, with Shift by 0.5 m"],
-  ["Space on the facade", "put the part into the grid, or take it out"],
+  ["Arrows", "make the facade wider, narrower, higher or lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
+  ["Tab", "go to the facade, its handles, the variations and the panel"],
+  ["Arrows on the facade", "go from part to part"],
+  ["Alt and arrows on the facade", "move the selected part by 0.05 m, with Shift by 0.5 m"],
+  ["Space on the facade", "add the selected part to the grid, or remove it"],
   ["W, H, A", "lock or unlock width, height, aspect of the selected part"],
   ["P", "select the part around the selected one"],
-  ["G", "clicks change the grid, or select"],
-  ["V", "to the variations; Enter accepts one"],
+  ["G", "switch whether a click changes the grid or selects a part"],
+  ["V", "go to the variations; Enter accepts one"],
   ["Ctrl Z, Ctrl Y", "undo, redo"],
   ["Ctrl S", "save"],
   ["Escape", "select nothing, end a drag"],
@@ -46,7 +46,7 @@ export function listenToKeys(page, stage, drag, acts) {
     return true;
   });
 
-  /** The selected part a little. @param {KeyboardEvent} event @param {Nudge} nudge */
+  /** Moves the selected part a little. @param {KeyboardEvent} event @param {Nudge} nudge */
   function move(event, nudge) {
     if (page.selected <= 0) return false;
     const [x, y] = WAYS[event.key];
@@ -55,7 +55,7 @@ export function listenToKeys(page, stage, drag, acts) {
     return nudge.move(page.selected, left + x * step, bottom + y * step);
   }
 
-  /** To the nearest leaf on a side. @param {string} key */
+  /** Selects the nearest leaf on a side. @param {string} key */
   function go(key) {
     const { leaves } = page.state;
     const middle = (/** @type {number} */ node) => {

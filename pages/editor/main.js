@@ -17,12 +17,12 @@ import { makeStrip } from "./strip.js";
 
 /** @type {Record<string, string>} */
 const KINDS = {
-  json: "facade, to open again",
+  json: "facade, can be opened again",
   svg: "drawing",
   png: "picture",
   glb: "model",
   obj: "model",
-  cga: "rules that derive it",
+  cga: "rules of the facade",
 };
 
 /** @param {HTMLElement} root @param {Channel} channel @param {State} first */
@@ -95,7 +95,7 @@ function build(root, channel, first) {
   const panel = makePanel(page, acts);
   const help = makeHelp(
     KEYS,
-    "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation.",
+    "Drag the handles at the right and at the top to change the size. Click a part to select it. Draw a rectangle to make a grid. Click a picture below to accept a variation.",
   );
   listenToPointer(page, stage, drag);
   listenToKeys(page, stage, drag, acts);

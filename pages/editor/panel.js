@@ -26,7 +26,7 @@ export function makePanel(page, acts) {
   const tied = element("input", { type: "checkbox", onchange: () => (page.tied = tied.checked) });
   const grids = element("ul", { class: "fe-grids", "aria-label": "Grids" });
   const gridding = textButton("Change by clicking", acts.toggleGridding, {
-    title: "A click puts a part into the active grid, or takes it out (G)",
+    title: "A click adds a part to the active grid, or removes it (G)",
   });
   const hint = element("p", { class: "gl-hint" });
   const part = element("div", { class: "fe-part" });
@@ -46,8 +46,8 @@ export function makePanel(page, acts) {
     gridding.setAttribute("aria-pressed", String(page.gridding));
     gridding.disabled = !state.active;
     hint.textContent = page.gridding
-      ? `Click parts to put them into “${state.active}”, or to take them out.`
-      : "Draw a rectangle on the facade to make a grid of what lies in it.";
+      ? `Click parts to add them to “${state.active}”, or to remove them.`
+      : "Draw a rectangle on the facade to make a grid of the parts inside it.";
     updateGrids();
     updatePart();
     locks.replaceChildren(
@@ -76,7 +76,7 @@ export function makePanel(page, acts) {
       ...found.map(({ name, rows, columns, nodes }) => {
         const size = `${rows} × ${columns}`;
         const empty = rows * columns - nodes.length;
-        const label = `${name}, ${rows} rows, ${columns} columns${empty ? `, ${empty} places empty` : ""}`;
+        const label = `${name}, ${rows} rows, ${columns} columns${empty ? `, ${empty} empty places` : ""}`;
         return element(
           "li",
           { class: "fe-grid" },
@@ -140,7 +140,7 @@ export function makePanel(page, acts) {
         element(
           "p",
           { class: "gl-hint" },
-          "Click a part to see its size and to lock it; then drag it to move it with all that is aligned.",
+          "Click a part to see its size or to lock it. Drag the selected part to move it with all aligned parts.",
         ),
       );
       return;
@@ -166,7 +166,7 @@ export function makePanel(page, acts) {
       element(
         "div",
         { class: "gl-row" },
-        element("span", { class: "fe-unit" }, "Width to height"),
+        element("span", { class: "fe-unit" }, "Width / height"),
         element("span", { class: "gl-space" }),
         element("span", {}, (w / h).toFixed(2)),
         aspect.element,
@@ -176,11 +176,11 @@ export function makePanel(page, acts) {
         { class: "gl-row gl-wrap" },
         grid
           ? textButton(
-              inside ? `Take out of ${grid.name}` : `Put into ${grid.name}`,
+              inside ? `Remove from ${grid.name}` : `Add to ${grid.name}`,
               () => void page.ask("press", { node: selected }),
             )
           : null,
-        selected > 0 ? textButton("Part around it", () => page.select(state.parent[selected])) : null,
+        selected > 0 ? textButton("Enclosing part", () => page.select(state.parent[selected])) : null,
       ),
     );
   }
@@ -194,7 +194,7 @@ export function makePanel(page, acts) {
         "Facade",
         width.element,
         height.element,
-        element("label", { class: "gl-check" }, tied, "Keep the shape of the whole"),
+        element("label", { class: "gl-check" }, tied, "Keep the aspect ratio"),
       ),
       card(
         "Grids",
@@ -204,7 +204,7 @@ export function makePanel(page, acts) {
           { class: "gl-row gl-wrap" },
           gridding,
           textButton("Propose", () => void page.ask("propose"), {
-            title: "Grids from labels, places and sizes, in place of these",
+            title: "Replace the grids by new ones, found from labels, places and sizes",
           }),
         ),
         hint,

@@ -1,4 +1,4 @@
-/** The pictures that leaves show parts of, asked for once. */
+/** The pictures of the leaves, each requested once. */
 export class Pictures {
   /** @type {(ImageBitmap | undefined)[]} */
   images = [];
@@ -26,11 +26,11 @@ export class Pictures {
           this.images[number] = image;
           this.#arrived();
         })
-        .catch(() => {}); // what cannot be shown has the colour of its label
+        .catch(() => {}); // a leaf without a readable picture has the colour of its label
     }
   }
 
-  /** Whatever was under way is asked for anew. */
+  /** Requests pictures that were under way again. */
   again() {
     this.#asked = this.images.filter(Boolean).length === this.#asked ? this.#asked : 0;
   }

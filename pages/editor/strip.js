@@ -15,7 +15,7 @@ const ROOM = { width: 196, height: 104 }; // pixels of a picture
 const AT_ONCE = 12;
 
 /**
- * Variations of the active grid as pictures of the facade that each would be.
+ * Variations of the active grid, as pictures of the facade after each.
  * @param {Page} page
  */
 export function makeStrip(page) {
@@ -44,9 +44,9 @@ export function makeStrip(page) {
     if (wanted === shown) return;
     shown = wanted;
     list.classList.add("fe-old");
-    about.textContent = active ? "Trying them…" : "";
+    about.textContent = active ? "Computing variations…" : "";
     if (!active)
-      return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
+      return show([], 0, "Draw a rectangle around some windows to make a grid. Its variations will appear here.");
     page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
       ({ result, buffers }) => {
         if (wanted !== shown) return;

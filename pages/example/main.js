@@ -10,7 +10,7 @@ import { makeStage } from "./stage.js";
 /** @typedef {import("./types.js").Wall} Wall */
 
 /**
- * Walls with units, lines and labels to correct, and a try of it.
+ * Walls with units, lines and labels to correct, and a trial building.
  * @param {HTMLElement} root
  * @param {import("../shared/channel.js").Channel} channel
  * @param {State} first
@@ -30,7 +30,7 @@ function build(root, channel, first) {
       [page.cells, page.line] = [cells, line];
       draw();
     },
-    /** Shown at once, so that a key that is held goes on from there; taken back where it is refused. */
+    /** Shown at once, so that a held key continues from there; restored if the change is refused. */
     async moveLine({ axis, line }, at) {
       const lines = page.current()[axis];
       const before = lines[line];
@@ -112,7 +112,7 @@ function build(root, channel, first) {
   async function ask(command, parameters = {}) {
     try {
       const answer = await channel.request(command, parameters);
-      status.textContent = answer.result.words ? `undone or done again: ${answer.result.words}` : "";
+      status.textContent = answer.result.words ? `undone or redone: ${answer.result.words}` : "";
       status.className = "ex-note";
       return answer;
     } catch (error) {
@@ -154,7 +154,7 @@ function build(root, channel, first) {
     const answer = await ask("synthesize", { rows: +rows.value, columns: +columns.value, seed });
     if (!answer) return void (figures.textContent = "");
     const { rows: high, columns: wide, energy, bound, watertight, triangles } = answer.result;
-    const proven = energy === bound ? "proven least" : `at least ${bound}`;
+    const proven = energy === bound ? "proven to be the least" : `at least ${bound}`;
     figures.textContent =
       `${high} × ${wide} units, energy ${energy} (${proven}), ` +
       `${triangles.toLocaleString()} triangles, ${watertight ? "closed" : "open"}`;

@@ -10,7 +10,7 @@ const STEP = 0.05; // metres
 const STEPS = { ArrowLeft: -STEP, ArrowDown: -STEP, ArrowRight: STEP, ArrowUp: STEP };
 
 /**
- * A wall with its units, and lines that are dragged.
+ * A wall with its units, and lines that can be dragged.
  * @param {Page} page
  * @param {(name: string) => string} colorOf a label
  */
@@ -137,9 +137,9 @@ export function makeStage(page, colorOf) {
   return {
     element: stage,
     draw,
-    /** Forgets what is dragged. */
+    /** Cancels a drag. */
     cancel: () => void (dragged = null),
-    /** The chosen line a little. @param {string} key @returns {boolean} whether it means something */
+    /** Moves the chosen line a little. @param {string} key @returns {boolean} whether the key has a meaning */
     nudge(key) {
       const upright = key === "ArrowUp" || key === "ArrowDown";
       if (!page.line || !STEPS[key] || upright !== (page.line.axis === "rows")) return false;

@@ -1,5 +1,5 @@
 /**
- * What the page is told; see `desk.py`.
+ * The state that Python sends; see `desk.py`.
  *
  * @typedef {"rows" | "columns"} Axis
  * @typedef {Record<Axis, number[]>} Lines metres above ground, or from the left

@@ -2,12 +2,12 @@ import { WAYS, listenToKeysOf } from "../stage/keys.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
-/** What the keys do, for the person who asks. */
+/** The keys and their effects, for the help. */
 export const KEYS = [
-  ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
-  ["Tab", "to the handles, the layouts and the panel"],
-  ["L", "to the layouts; Enter chooses one"],
-  ["T", "to the text; Escape leaves it"],
+  ["Arrows", "make the canvas wider, narrower, higher or lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
+  ["Tab", "go to the handles, the layouts and the panel"],
+  ["L", "go to the layouts; Enter chooses one"],
+  ["T", "go to the text; Escape leaves it"],
   ["Ctrl Z, Ctrl Y", "undo, redo"],
   ["Ctrl S", "save"],
   ["Escape", "end a drag"],

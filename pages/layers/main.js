@@ -18,12 +18,12 @@ import { makeText } from "./text.js";
 const EMPTY = { label: [], picture: [], outlines: [], columns: new Float64Array(), colors: [""] };
 /** @type {Record<string, string>} */
 const KINDS = {
-  json: "facade, to open and to edit",
+  json: "facade, can be opened and edited",
   svg: "drawing",
   png: "picture",
   glb: "model with the depth of layers",
   obj: "model with the depth of layers",
-  cga: "rules that derive it",
+  cga: "rules of the facade",
 };
 
 /** @param {Layout[]} layouts @param {ArrayBuffer[]} buffers */
@@ -55,7 +55,7 @@ function build(root, channel, first) {
       panel.update();
     },
   };
-  /** What is dragged and drawn: one facade. */
+  /** The facade that is dragged and drawn. */
   const face = {
     ...{ channel, complain: notes.complain, changed: page.changed, pictures: { images: [] } },
     ...{ selected: -1, gridding: false, tied: false },
@@ -97,7 +97,7 @@ function build(root, channel, first) {
   const panel = makePanel(page, text);
   const help = makeHelp(
     KEYS,
-    "Drag the handles at the right and at the top: the layers are laid out for each size. Click a picture below to choose a layout.",
+    "Drag the handles at the right and at the top. The layers are laid out for each size. Click a picture below to choose a layout.",
   );
   const acts = {
     save: () => frame.save(),

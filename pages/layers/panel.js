@@ -9,9 +9,9 @@ import { countersOf } from "./strip.js";
 /** @type {[Flag, string, string][]} */
 const FLAGS = [
   ["opaque", "opaque", "covers all of its place"],
-  ["attached", "attached", "its neighbours stay beside it"],
-  ["unoccludable", "unoccl.", "nothing lies over it that covers only a part"],
-  ["transparent", "transp.", "a placeholder that is never seen"],
+  ["attached", "attached", "its neighbours stay next to it"],
+  ["unoccludable", "unoccl.", "nothing may cover only a part of it"],
+  ["transparent", "transp.", "a placeholder that is never visible"],
 ];
 
 /**
@@ -61,7 +61,7 @@ export function makePanel(page, text) {
         ...(now ? now.split(", ") : []).map((each) => element("span", { class: "fl-counter" }, each)),
       );
     energy.textContent = layout
-      ? `Energy ${layout.energy.toPrecision(4)}, ${layout.proven ? "proven to be the least" : "maybe not the least"}`
+      ? `Energy ${layout.energy.toPrecision(4)}, ${layout.proven ? "proven to be the least" : "not proven to be the least"}`
       : "";
     const { layers: found, symbols: known } = page.state;
     const what = JSON.stringify([found, known]);
@@ -81,7 +81,7 @@ export function makePanel(page, text) {
     sizes.clear();
     layers.replaceChildren(...page.state.layers.map(layerOf));
     symbols.replaceChildren(...page.state.symbols.flatMap(symbolOf));
-    // What was pressed keeps the keyboard.
+    // The pressed button keeps the focus.
     if (held) /** @type {HTMLElement | null} */ (design.querySelector(`[data-what=${CSS.escape(held)}]`))?.focus();
   }
 
@@ -97,7 +97,7 @@ export function makePanel(page, text) {
       ...axes.map(({ pattern, symbols, seen }, axis) =>
         element(
           "div",
-          { class: "fl-axis", role: "group", "aria-label": `What is seen of ${name} along ${"xy"[axis]}` },
+          { class: "fl-axis", role: "group", "aria-label": `Visible symbols of ${name} along ${"xy"[axis]}` },
           element("code", { class: "fl-pattern", title: "xy"[axis] }, pattern),
           ...symbols.map((symbol) => {
             const shows = seen === null || seen.includes(symbol);
@@ -115,10 +115,10 @@ export function makePanel(page, text) {
     const { name, size } = symbol;
     const now = new Text("–");
     sizes.set(name, now);
-    const wished = size === null ? "what is left" : `of ${Number(size.toFixed(3))} m`;
+    const target = size === null ? "the rest" : `of ${Number(size.toFixed(3))} m`;
     return [
       element("span", { class: "fl-symbol" }, name),
-      element("span", { class: "fl-size" }, now, element("small", {}, wished)),
+      element("span", { class: "fl-size" }, now, element("small", {}, target)),
       element(
         "span",
         { class: "fl-flags" },
@@ -138,7 +138,7 @@ export function makePanel(page, text) {
     element: element(
       "section",
       { class: "gl-side fe-side fl-side", "aria-label": "Design" },
-      element("div", { class: "fl-tabs", role: "group", "aria-label": "How the design is shown" }, ...tabs),
+      element("div", { class: "fl-tabs", role: "group", "aria-label": "View of the design" }, ...tabs),
       design,
       text.element,
     ),

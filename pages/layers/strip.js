@@ -7,7 +7,7 @@ import { paintSmall } from "../stage/paint.js";
 const ROOM = { width: 196, height: 100 }; // pixels of a picture
 
 /**
- * The best layouts beside each other, as small pictures that follow the canvas.
+ * The best layouts as small pictures that follow the canvas.
  * @param {Page} page
  */
 export function makeStrip(page) {

@@ -5,7 +5,7 @@ import { element } from "../shared/element.js";
 const PAUSE = 350; // ms after the last key
 
 /**
- * The text of the design, and what is wrong with it.
+ * The text of the design, and its mistakes.
  * @param {Page} page
  */
 export function makeText(page) {

@@ -1,5 +1,5 @@
 /**
- * What the page is told; see `state.py`.
+ * The state that Python sends; see `state.py`.
  *
  * @typedef {import("../stage/types.js").Drawing} Drawing
  * @typedef {Drawing & { counters: Record<string, number>, sizes: Record<string, number>, energy: number, proven: boolean, colors: string[], labels: string[] }} Layout

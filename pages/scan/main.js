@@ -6,7 +6,7 @@ import { openPage } from "../shared/open.js";
 /** @typedef {{ box: number[], kind: string, sizes: Record<string, number>, uncertain: string, lines: number[][], points: number[][], color: string }} Fit of an element */
 
 /**
- * @typedef {object} State what the page is told; see `desk.py`
+ * @typedef {object} State the state that Python sends; see `desk.py`
  * @property {number} protocol
  * @property {string} title
  * @property {string} file that it is saved to
@@ -20,7 +20,7 @@ import { openPage } from "../shared/open.js";
  */
 
 /**
- * Fits over points, kinds by colour, and what a person says about them.
+ * Fits over points, kinds by colour, and corrections by a person.
  * @param {HTMLElement} root
  * @param {import("../shared/channel.js").Channel} channel
  * @param {State} state
@@ -90,7 +90,7 @@ function build(root, channel, state) {
     }
   }
 
-  /** @param {Omit<Correction, "elements">} correction of what is chosen */
+  /** @param {Omit<Correction, "elements">} correction of the chosen elements */
   function correct(correction) {
     if (!chosen.size) return void (refused.textContent = "Choose elements first: click on them.");
     return ask("correct", { correction: { elements: [...chosen].sort((a, b) => a - b), ...correction } });
@@ -132,7 +132,7 @@ function build(root, channel, state) {
   function drawStage() {
     const [left, bottom, right, top] = state.bounds;
     const room = 0.02 * Math.max(right - left, top - bottom);
-    // Numbers of a drawing have few digits: it counts from the corner of the facade.
+    // Numbers of a drawing have few digits, so it counts from the corner of the facade.
     const x = (/** @type {number} */ value) => (value - left).toFixed(4);
     const y = (/** @type {number} */ value) => (top - value).toFixed(4);
     stage.setAttribute("viewBox", `${-room} ${-room} ${right - left + 2 * room} ${top - bottom + 2 * room}`);
@@ -188,7 +188,7 @@ function build(root, channel, state) {
     },
     /** @param {boolean} connected */
     connection(connected) {
-      lost.textContent = connected ? "" : "The connection is lost; try again when it is back.";
+      lost.textContent = connected ? "" : "The connection is lost. Try again when it is restored.";
     },
   };
 }

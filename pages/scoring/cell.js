@@ -7,10 +7,10 @@ import { shortly } from "./scale.js";
 /** @typedef {import("./known.js").Known} Known */
 /**
  * @typedef {Known & { model: string, picture: Picture | undefined, chosen: boolean, cursor: boolean }} Look
- * what a tile shows; a tile is touched only where this differs from before
+ * content of a tile; only changed parts of a tile are updated
  */
 
-/** Points of standard deviation that fill the blue bar: scores of 0 and 100 alike often have 50. */
+/** Standard deviation in points that fills the blue bar: equally many scores of 0 and 100 have 50. */
 const WIDEST = 50;
 
 /** One tile of a grid. */
@@ -67,7 +67,7 @@ function bar(name) {
     /** @param {number | null} value @param {number} full */
     set(value, full) {
       fill.style.transform = `scaleX(${Math.min(Math.max((value ?? 0) / full, 0), 1)})`;
-      // Not as text: the name of the tile says it in words.
+      // Not as text, since the name of the tile has it in words.
       number.dataset.value = value === null ? "" : String(Math.round(value));
     },
   };

@@ -12,7 +12,7 @@ const NAMES = { first: "This one", second: "That one", alike: "" };
 const VERDICTS = { ArrowLeft: "first", ArrowRight: "second", ArrowDown: "alike", Delete: null, Backspace: null };
 
 /**
- * Two models side by side: which one would a person rather have?
+ * Two models side by side, to choose the preferred one.
  *
  * Pairs are chosen several at a time, and shown one after the other; what was said can be looked at and changed.
  * @param {Page} page
@@ -26,7 +26,7 @@ export function makeCompare(page) {
   const back = iconButton("previous", "Pair before", () => go(index - 1), "↑");
   const skip = iconButton("next", "Next pair", () => go(index + 1), "N");
   const clear = textButton("No answer", () => say(null), {
-    title: "Take the answer away (Delete)",
+    title: "Remove the answer (Delete)",
     class: "gl-button gl-quiet",
   });
   const more = textButton("More pairs", () => void page.ask("populate", { way: "pairs" }), {

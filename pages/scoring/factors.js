@@ -5,12 +5,12 @@ import { menu, textButton } from "../shared/menu.js";
 /** @typedef {import("./types.js").State} State */
 
 /**
- * The factors: one is active, scores belong to it; the product of all is one more view.
+ * The factors. Scores belong to the active one; the product of all is one more view.
  * @param {Page} page
  * @returns {import("./types.js").Part}
  */
 export function makeFactors(page) {
-  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
+  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor of new scores" });
   const edit = menu(
     iconButton("more", "Rename or delete this factor", () => {}),
     "This factor",
@@ -25,9 +25,9 @@ export function makeFactors(page) {
   /** @type {ReturnType<typeof makeTab>[]} */
   const tabs = [];
   const product = makeTab(() => void page.ask("view", { kind: "product" }));
-  product.element.title = "The score of all factors together; new scores belong to a factor";
+  product.element.title = "The product of all factors; new scores belong to one factor";
 
-  /** Tabs are used again, so that none vanishes under a finger. @param {State} state */
+  /** Tabs are reused, so that none disappears under a finger. @param {State} state */
   function update({ factors, active, view }) {
     while (tabs.length < factors.length) {
       const index = tabs.length;
@@ -61,7 +61,7 @@ export function makeFactors(page) {
     ];
   }
 
-  /** About the factor that is active when the menu opens, and about no other whatever happens while it is open. @param {() => void} close */
+  /** The menu concerns the factor that is active when it opens, even if another becomes active while it is open. @param {() => void} close */
   function buildEdit(close) {
     const { id, name, labels } = page.factor();
     const remove = textButton(

@@ -3,26 +3,26 @@ import { scaleOf, scoreOfKey } from "./scale.js";
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */
 
-/** What the keys do, for the person who asks. */
+/** The keys and their effects, for the help. */
 export const KEYS = [
   ["0 … 9", "score 0 … 90 for all selected models"],
   ["H", "score 100"],
   ["S", "type any score, then Enter"],
-  ["1 … 5", "on the scale of stars: one to five"],
-  ["0, 1", "on the scale of thumbs: down, up"],
+  ["1 … 5", "on the scale of stars: one to five stars"],
+  ["0, 1", "on the scale of thumbs: thumb down, thumb up"],
   ["T", "next scale: 0–100, stars, thumbs"],
-  ["Delete", "take the score away"],
-  ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
+  ["Delete", "remove the score"],
+  ["Arrows, Home, End", "move and select; with Shift, select a range; with Ctrl, move only"],
   ["Space", "select or deselect"],
   ["Ctrl A, Escape", "select all, select none"],
   [
     "Enter",
-    "look at the model in 3D; there ← and → show its neighbours, ↑ and ↓ the rules of its parts, Shift with arrows turns it",
+    "show the model in 3D; in this view, ← and → show its neighbours, ↑ and ↓ the rules of its parts, and Shift with arrows turns it",
   ],
   ["C", "compare models two at a time, or go back to the grids"],
   [
     "← → ↓",
-    "while comparing: rather the left one, rather the right one, both alike; ↑ the pair before, N the next one, Delete takes the answer away, Enter looks at both in 3D",
+    "while comparing: prefer the left model, prefer the right model, both alike; ↑ shows the previous pair, N the next pair, Delete removes the answer, Enter shows both in 3D",
   ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],

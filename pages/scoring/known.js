@@ -2,7 +2,7 @@ import { inWords as saidInWords } from "./scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /**
- * @typedef {object} Known what a person can be told about a model
+ * @typedef {object} Known the known facts about a model
  * @property {string} label
  * @property {number | null} score given for the active factor
  * @property {import("./types.js").Scale | null} kind how it was given
@@ -12,7 +12,7 @@ import { inWords as saidInWords } from "./scale.js";
  */
 
 /**
- * What is known of a model in the view that is shown; scores on their way count.
+ * The known facts about a model in the visible view; includes scores that are not acknowledged yet.
  * @param {Page} page
  * @param {string} model
  * @returns {Known}

@@ -6,11 +6,11 @@ import { textButton } from "../shared/menu.js";
 /** @typedef {import("./types.js").Movement} Movement */
 /** @typedef {import("./types.js").Progress} Progress */
 
-/** Nats of movement from which on more scores change little; twice in a row means that one may stop. */
+/** Movement in nats below which more scores change little; twice in a row means that scoring may stop. */
 const SETTLED = 0.01;
 
 /**
- * Refitting, how much the density still moves, and what the score depends on.
+ * Refitting, the movement of the density, and the features that the score depends on.
  * @param {Page} page
  * @returns {import("./types.js").Part & { progress: (progress: Progress | null) => void }}
  */
@@ -66,16 +66,16 @@ export function makeLearning(page) {
 /** @param {State} state */
 function hintOf(state) {
   const [{ fresh, chart, gain }, all] = [state, said(state)];
-  if (!all) return "Score some models, then update: the density follows what you like.";
+  if (!all) return "Score some models, then update: the density follows your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
-  const more = gain === null ? "" : ` 16 more may gain about ${gain.toPrecision(1)} nats.`;
+  const more = gain === null ? "" : ` 16 more scores may gain about ${gain.toPrecision(1)} nats.`;
   const known = settled ? "the density has settled." : "the predictions know them all.";
   return `${all}; ${known}${more}`;
 }
 
-/** How much a person has said. @param {State} state */
+/** Numbers of scores and comparisons, in words. @param {State} state */
 function said({ scored, compared }) {
   return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
 }
@@ -93,7 +93,7 @@ function relevanceLine({ name, level, share }) {
   );
 }
 
-/** A small line: how far each update moved the density, by number of labels. @param {Movement[]} movements */
+/** A small chart: movement of the density at each update, by number of labels. @param {Movement[]} movements */
 function drawChart(movements) {
   if (movements.length === 0) return [];
   const [width, height] = [260, 64];
@@ -126,7 +126,8 @@ function drawChart(movements) {
     element(
       "figcaption",
       {
-        title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes",
+        title:
+          "Jensen-Shannon divergence between the densities before and after; below the dashed line, updates change little",
       },
       caption,
     ),

@@ -6,7 +6,7 @@ import { makeSteps, scaleOf, scoreOfKey } from "./scale.js";
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */
 
-/** Radians that a key turns the model by. */
+/** Radians by which a key turns the model. */
 const TURN = Math.PI / 16;
 /** @type {Record<string, [number, number, number]>} what keys do to the view */
 const MOVEMENTS = {
@@ -19,7 +19,7 @@ const MOVEMENTS = {
 };
 
 /**
- * The large 3D view of one model. Its code comes over the channel when it is first needed.
+ * The large 3D view of one model. Its code is loaded over the channel when it is first needed.
  * @param {Page} page
  * @param {() => void} backToGrid
  */

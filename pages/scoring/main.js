@@ -33,15 +33,15 @@ export default {
 };
 
 /**
- * The page itself: waits for the first state, builds, and from then on follows.
+ * The page itself: waits for the first state, builds, then follows every state.
  *
  * @param {HTMLElement} host
  * @param {Transport} transport
  * @returns {() => void} takes the page away
  */
 function mount(host, transport) {
-  // Notebooks have their own meaning for single keys, and must not see those typed here.
-  const root = waitingRoot("", "Growing the first models…");
+  // Notebooks use single keys themselves, so they must not get the keys typed here.
+  const root = waitingRoot("", "Making the first models…");
   root.dataset.lmSuppressShortcuts = "true";
   root.addEventListener("keydown", (event) => event.stopPropagation());
   host.append(root);
@@ -172,7 +172,7 @@ function build(root, channel, first) {
 
   function scorable() {
     if (page.state.view !== "product") return true;
-    status.say("The product is only looked at: choose the factor that the score belongs to.");
+    status.say("The product of all factors cannot be scored. Choose the factor of the score first.");
     return false;
   }
 

@@ -15,8 +15,8 @@ import { ConnectionLost } from "../shared/channel.js";
  */
 
 /**
- * Scores on their way. A score stays here until Python says that it is on disk, through lost connections; only a
- * refusal takes it out otherwise, and that is told.
+ * Unacknowledged scores. A score stays here until Python reports that it is on disk, even if connections are lost. Only a
+ * refusal removes it earlier, and the page reports that.
  */
 export class Outbox {
   #channel;
@@ -58,12 +58,12 @@ export class Outbox {
     for (const entry of this.#unsaved) void this.#send(entry);
   }
 
-  /** Python's state knows all events up to a revision, so those need no place here. @param {number} revision */
+  /** Python's state includes all events up to a revision, so they are removed here. @param {number} revision */
   settle(revision) {
     this.#entries = this.#entries.filter((entry) => entry.revision === undefined || entry.revision > revision);
   }
 
-  /** How many scores and comparisons are not on disk. */
+  /** Number of scores and comparisons that are not on disk. */
   get unsaved() {
     return this.#unsaved.reduce((sum, { said, models }) => sum + (said ? models.length : 1), 0);
   }
@@ -75,7 +75,7 @@ export class Outbox {
   }
 
   /**
-   * The score that a model has here, newer than the one Python told.
+   * The unacknowledged score of a model, newer than the one of Python.
    * @param {string} model
    * @param {number} factor
    * @returns {Said & { saved: boolean } | undefined}

@@ -5,7 +5,7 @@ import { choice, menu, textButton } from "../shared/menu.js";
 
 const FORMATS = {
   csv: "opens in any spreadsheet",
-  jsonl: "one JSON object a line",
+  jsonl: "one JSON object per line",
   parquet: "for Arrow, pandas and Polars",
 };
 const SHEET = 16;
@@ -16,7 +16,7 @@ const SHEET = 16;
  */
 export function makeResults(page) {
   const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), {
-    title: "Write a grammar that samples what you like",
+    title: "Write a grammar whose samples follow your scores",
   });
   const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), {
     title: `Pictures of ${SHEET} samples of the learned grammar`,
@@ -33,7 +33,7 @@ export function makeResults(page) {
     buildFormats,
   );
   const take = textButton("Import scores", () => picker.click(), {
-    title: "A file that was exported, or made by grammarlab label",
+    title: "A file that was exported here, or written by grammarlab label",
   });
   const stage = element("p", { class: "gl-hint" });
   const outcome = element("div", { class: "gl-outcome", role: "status" });

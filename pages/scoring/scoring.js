@@ -36,7 +36,7 @@ export function makeScoring(page, backToGrid) {
     textButton(name, () => choose(/** @type {Scale} */ (scale)), { class: "gl-scale", title: "T: next scale" }),
   );
   const clear = textButton("No score", () => give(null), {
-    title: "Take the score away (Delete)",
+    title: "Remove the score (Delete)",
     class: "gl-button gl-quiet",
   });
   const look = element(
@@ -113,7 +113,7 @@ export function makeScoring(page, backToGrid) {
     steps.draw(shared);
   }
 
-  /** Where the keyboard is, also where a notebook keeps its outputs in a shadow tree. */
+  /** The focused element, even if a notebook keeps its outputs in a shadow tree. */
   function focused() {
     return /** @type {Document | ShadowRoot} */ (section.getRootNode()).activeElement;
   }
@@ -133,7 +133,7 @@ export function makeScoring(page, backToGrid) {
   return { element: section, update, typeScore, nextScale: () => choose(nextScale(page)) };
 }
 
-/** What was said, by a text that is the same for the same. @param {Said} said @returns {[string, Said]} */
+/** A text that is equal for equal statements. @param {Said} said @returns {[string, Said]} */
 function sayingOf({ score, kind }) {
   return [`${kind} ${score}`, { score, kind }];
 }

@@ -1,7 +1,7 @@
 /**
- * Which of the models shown are selected, and where the keyboard is.
+ * The selected models among the visible ones, and the position of the keyboard.
  *
- * Models are counted through all grids: a position is an index into `order`. A model that stands in two grids is one
+ * Models are counted through all grids: a position is an index into `order`. A model in two grids is one
  * model with two positions.
  */
 export class Selection {
@@ -11,7 +11,7 @@ export class Selection {
   chosen = new Set();
   /** Position of the keyboard. */
   cursor = 0;
-  /** Position that a range begins at. */
+  /** Position where a range begins. */
   #anchor = 0;
   #changed;
 
@@ -30,7 +30,7 @@ export class Selection {
     return this.order[this.cursor];
   }
 
-  /** Other models are shown, or the same in another order. @param {string[]} order */
+  /** Shows other models, or the same in another order. @param {string[]} order */
   show(order) {
     const follow = (/** @type {number} */ position) => {
       const found = order.indexOf(this.order[position]);
@@ -41,7 +41,7 @@ export class Selection {
     this.#set(order.filter((model) => this.chosen.has(model)));
   }
 
-  /** A pair to compare is shown instead; nothing of it is selected. @param {string[]} models */
+  /** Shows a pair to compare, without a selection. @param {string[]} models */
   follow(models) {
     if (models.join() === this.order.join()) return;
     this.order = models;
@@ -63,7 +63,7 @@ export class Selection {
     this.#set(this.chosen.has(model) ? without : [...without, model]);
   }
 
-  /** From where the last choice was made to a position. @param {number} position @param {boolean} keep what is chosen */
+  /** Selects from the last choice to a position. @param {number} position @param {boolean} keep what is chosen */
   rangeTo(position, keep) {
     this.cursor = position;
     const [first, last] = [this.#anchor, position].sort((a, b) => a - b);
@@ -71,7 +71,7 @@ export class Selection {
     this.#set(keep ? [...this.chosen, ...range] : range);
   }
 
-  /** The keyboard moves, and nothing else. @param {number} position */
+  /** Moves the keyboard, without a change of the selection. @param {number} position */
   moveTo(position) {
     this.cursor = position;
     this.#changed();

@@ -3,7 +3,7 @@ import { LOST, makeNotes } from "../shared/notes.js";
 
 /** @typedef {import("./types.js").Page} Page */
 
-const PATIENCE = 8000; // ms after which a score that is not acknowledged is worth a word
+const PATIENCE = 8000; // ms after which an unacknowledged score is reported
 
 /**
  * Whether all scores are on disk, whether there is a connection, passing notes, and complaints that stay.

@@ -13,7 +13,7 @@ const SIZES = [
 ];
 
 /**
- * What is shown, and in which order.
+ * The choice and the order of the visible models.
  * @param {Page} page
  * @param {Display} display
  * @param {{ pan: (on: boolean) => void }} pointer
@@ -23,9 +23,9 @@ export function makeToolbar(page, display, pointer) {
   const way = chooserButton("by");
   const size = chooserButton("Grid");
   const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
-    title: "Show other models, chosen as said beside",
+    title: "Show other models, chosen by the method in the menu beside",
   });
-  const compare = toggleButton("Compare", "Two models at a time: which one would you rather have? (C)", page.pairwise);
+  const compare = toggleButton("Compare", "Compare two models at a time (C)", page.pairwise);
   const sort = element("button", { type: "button", class: "gl-button gl-chooser" }, "Sort");
   const pan = toggle("hand", "Drag to pan", false, (on) => pointer.pan(on));
   const bars = toggle("bars", "Bars of predicted score and uncertainty", page.preferences.bars, (on) => {
@@ -126,7 +126,7 @@ function buildSort(page, close) {
     const lines = features.map((/** @type {string} */ feature) =>
       choice(feature, "", () => sort({ by: "feature", feature })),
     );
-    found.replaceChildren(...(lines.length ? lines : [element("p", {}, "No feature is called so.")]));
+    found.replaceChildren(...(lines.length ? lines : [element("p", {}, "No feature has this name.")]));
   };
   query.addEventListener("input", search);
   void search();
@@ -142,14 +142,14 @@ function buildSort(page, close) {
       },
     ),
     choice("Random", "", () => sort({ by: "random" })),
-    choice("As chosen", "the order they came in", () => sort({ by: "shown" })),
+    choice("As chosen", "the order in which they were chosen", () => sort({ by: "shown" })),
     element("hr"),
     query,
     found,
   ];
 }
 
-/** Parts that have no meaning where pairs are shown. @param {HTMLElement[]} parts */
+/** Parts that have no effect on pairs. @param {HTMLElement[]} parts */
 function ofGrids(...parts) {
   for (const part of parts) part.classList.add("gl-of-grids");
   return parts;

@@ -1,5 +1,5 @@
 /**
- * What the page and Python say to each other, and what the parts of the page share.
+ * Messages between the page and Python, and types that the parts of the page share.
  *
  * @typedef {object} Model
  * @property {number | null} score given for the active factor, 0 to 100

@@ -1,16 +1,16 @@
 /** @typedef {import("./types.js").Transport} Transport */
 
-/** The connection went before the answer came: nobody knows whether the request arrived. */
+/** The connection was lost before the answer; the request may or may not have arrived. */
 export class ConnectionLost extends Error {}
 
-/** Python refused; the message says what it expected. */
+/** Python refused the request; the message gives the reason. */
 export class Refusal extends Error {}
 
 /** Requests with their answers, and events, over a transport. */
 export class Channel {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -29,7 +29,7 @@ export class Channel {
     this.#listeners.set(event, listener);
   }
 
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -47,7 +47,7 @@ export class Channel {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${(this.#count += 1)}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });

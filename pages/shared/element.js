@@ -1,10 +1,10 @@
 /**
- * An element. Text is always text, never markup: names of factors, features and grammars are foreign.
+ * An element. Text is always text, never markup: names of factors, features and grammars are untrusted.
  *
  * @template {keyof HTMLElementTagNameMap} K
  * @param {K} tag
  * @param {Record<string, any>} [properties] `onclick` and the like listen, properties of the element are set, all
- *   others are attributes; what is undefined or null is left out
+ *   others are attributes; undefined and null values are left out
  * @param {(Node | string | null | undefined)[]} children
  * @returns {HTMLElementTagNameMap[K]}
  */
@@ -52,7 +52,7 @@ export function icon(name) {
 }
 
 /**
- * A button that shows an icon, and says its name to those who do not see it.
+ * A button that shows an icon, with its name for screen readers.
  * @param {keyof typeof ICONS} name
  * @param {string} label
  * @param {(event: MouseEvent) => void} onclick

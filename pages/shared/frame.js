@@ -2,12 +2,12 @@ import { element, iconButton } from "./element.js";
 import { choice, menu, textButton } from "./menu.js";
 
 /**
- * @typedef {object} FileState what is known of the file that a page edits
+ * @typedef {object} FileState the state of the file that a page edits
  * @property {string} title
  * @property {string} file that it is saved to
  * @property {number} revision
- * @property {boolean} saved whether that file holds what is shown
- * @property {boolean} lost whether no file does
+ * @property {boolean} saved whether that file is up to date
+ * @property {boolean} lost whether no file is up to date
  * @property {string} undo what would be undone, in words
  * @property {string} redo
  * @property {string[]} formats that it is exported to

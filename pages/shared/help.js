@@ -1,8 +1,8 @@
 import { element, iconButton } from "./element.js";
 
 /**
- * What the mouse, fingers and keys do: a dialog, opened by a button or by `?`, wherever that lies on the keyboard.
- * @param {string[][]} keys and what each does
+ * Help on mouse, touch and keys: a dialog, opened by a button or by `?`, on any keyboard layout.
+ * @param {string[][]} keys and their effects
  * @param {string} [pointing] what mouse and fingers do
  */
 export function makeHelp(keys, pointing) {
@@ -30,7 +30,7 @@ export function makeHelp(keys, pointing) {
   button.setAttribute("aria-haspopup", "dialog");
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   dialog.addEventListener("keydown", (event) => {
-    event.stopPropagation(); // what the keys do is only read here
+    event.stopPropagation(); // the keys have no effect in the help
     if (event.key === "?") dialog.close();
     else if (event.key !== "Tab") return; // the one button keeps the focus; without this Tab leads out of the page
     event.preventDefault();

@@ -1,11 +1,11 @@
 import { element } from "./element.js";
 
 /**
- * A button that opens a small panel, which closes by itself: on Escape, on a click elsewhere, after a choice.
+ * A button that opens a small panel, which closes on Escape, on a click elsewhere, and after a choice.
  *
  * @param {HTMLButtonElement} button
  * @param {string} label of the panel, for screen readers
- * @param {(close: () => void) => (Node | null)[]} build makes the content, anew each time it opens
+ * @param {(close: () => void) => (Node | null)[]} build makes the content each time it opens
  */
 export function menu(button, label, build) {
   const panel = element("div", { class: "gl-menu", role: "group", "aria-label": label, popover: "auto" });
@@ -40,7 +40,7 @@ export function menu(button, label, build) {
     button.focus();
   }
 
-  /** Below the button where there is room, and always inside the window. */
+  /** Below the button if there is room, and always inside the window. */
   function place() {
     const [from, { width, height }] = [button.getBoundingClientRect(), panel.getBoundingClientRect()];
     const below = from.bottom + 4 + height <= innerHeight || from.top < height;
@@ -52,7 +52,7 @@ export function menu(button, label, build) {
 }
 
 /**
- * A line of a menu: what it does, and why one would want it.
+ * A line of a menu: a title and an explanation.
  *
  * @param {string} title
  * @param {string} says
@@ -75,7 +75,7 @@ export function textButton(text, onclick, properties = {}) {
 }
 
 /**
- * A button that shows what is chosen now and opens a menu.
+ * A button that shows the current choice and opens a menu.
  * @param {string} name of what is chosen
  */
 export function chooserButton(name) {

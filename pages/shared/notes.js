@@ -4,7 +4,7 @@ const PASSING = 6000; // ms that a note stays
 const MOST = 3;
 export const LOST = "The connection to Python is lost. Trying again; is grammarlab still running?";
 
-/** Passing notes, complaints that stay, and a banner for what lasts. */
+/** Temporary notes, persistent errors, and a banner for lasting states. */
 export function makeNotes() {
   const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
   const complaints = element("div", { class: "gl-notes", role: "alert" });

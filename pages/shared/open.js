@@ -5,11 +5,11 @@ import { socketTransport, socketUrl } from "./transports.js";
 const PROTOCOL = 1;
 
 /**
- * Opens a page in its window: waits for the first state, builds, and from then on follows.
+ * Opens a page in its window: waits for the first state, builds, then follows every state.
  *
  * @template {{ protocol: number }} State
  * @param {string} style class names of the page
- * @param {string} waiting what is read until the first state
+ * @param {string} waiting text until the first state
  * @param {(root: HTMLElement, channel: Channel, state: State) => { update: (state: State) => void, connection: (connected: boolean) => void }} build
  * @param {(state: State, buffers: ArrayBuffer[]) => void} [read] puts bytes into a state
  */
@@ -33,7 +33,7 @@ export function waitingRoot(style, waiting) {
   return element("div", { class: `gl-page ${style}` }, element("p", { class: "gl-wait", role: "status" }, waiting));
 }
 
-/** Whether page and Python speak one version; where not, the page says so. @param {HTMLElement} root @param {{ protocol: number }} state */
+/** Whether page and Python have one protocol version; otherwise the page reports it. @param {HTMLElement} root @param {{ protocol: number }} state */
 export function understands(root, { protocol }) {
   if (protocol !== PROTOCOL) root.textContent = "This page and Python speak different versions. Reload the page.";
   return protocol === PROTOCOL;

@@ -4,7 +4,7 @@ const SHORTEST_PAUSE = 300;
 const LONGEST_PAUSE = 4000;
 
 /**
- * The server of a page. A message is a text frame that says how many binary frames follow it.
+ * The server of a page. A message is a text frame with the number of the binary frames that follow it.
  *
  * @param {string} url of the socket
  * @returns {Transport}
@@ -53,14 +53,14 @@ export function socketTransport(url) {
   };
 }
 
-/** Where the server of this window listens. */
+/** Address of the server of this window. */
 export function socketUrl() {
   const { protocol, host, search } = location;
   return `${protocol === "https:" ? "wss" : "ws"}://${host}/socket${search}`;
 }
 
 /**
- * Puts the frames of a message together.
+ * Joins the frames of a message.
  * @param {(message: any, buffers: ArrayBuffer[]) => void} done
  */
 function assembler(done) {
@@ -96,7 +96,7 @@ export function widgetTransport(model) {
   };
 }
 
-/** What a notebook makes of bytes: mostly a view of a part of more. @param {ArrayBufferView | ArrayBuffer} view @returns {ArrayBuffer} */
+/** Bytes from a notebook: usually a view of a part of a larger buffer. @param {ArrayBufferView | ArrayBuffer} view @returns {ArrayBuffer} */
 function bytesOf(view) {
   if (view instanceof ArrayBuffer) return view;
   return /** @type {ArrayBuffer} */ (view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));

@@ -1,6 +1,6 @@
 /**
- * A request is `{id, command, …}`, its answer `{id, ok: true, result}` or `{id, ok: false, error}`; what nobody asked
- * for is `{event, …}`. Bytes travel beside a message, as buffers.
+ * A request is `{id, command, …}`, its answer `{id, ok: true, result}` or `{id, ok: false, error}`; messages without a
+ * request are `{event, …}`. Bytes are sent beside a message, as buffers.
  *
  * @typedef {object} Transport
  * @property {(message: object, buffers: ArrayBuffer[]) => void} send

@@ -2,10 +2,10 @@
 /** @typedef {{ command: "resize" | "move", values: Record<string, number>, sent: boolean }} Wish */
 
 /**
- * Sizes on the way, while a side or a part is dragged or an arrow key held.
+ * Intermediate sizes while a side or a part is dragged or an arrow key is held.
  *
- * At most one request is under way, and the latest size goes next: what the server cannot follow is left out. What was
- * reached at the end of a drag is never left out, and becomes a step of its own.
+ * At most one request is under way, and the latest size is sent next; sizes that the server is too slow for are skipped.
+ * The size at the end of a drag is never skipped, and becomes its own step.
  * @param {{ state: { revision: number, drawing: { width: number, height: number } }, channel: Channel, complain: (text: string) => void, changed: () => void }} page
  * @param {object} hooks
  * @param {() => void} hooks.began or went on

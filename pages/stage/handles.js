@@ -2,7 +2,7 @@
 /** @typedef {ReturnType<typeof import("./drag.js").makeDrag>} Drag */
 
 /**
- * Handles size the whole.
+ * Handles change the size of the whole facade.
  * @param {{ state: { drawing: { width: number, height: number } }, tied: boolean }} page
  * @param {Stage} stage
  * @param {Drag} drag

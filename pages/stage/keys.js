@@ -8,7 +8,7 @@ export const WAYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], A
  */
 
 /**
- * Undo, redo and save by keys; other keys, where nothing is typed and no dialog is open, go to `plain`.
+ * Undo, redo and save by keys; other keys go to `plain` unless text is typed or a dialog is open.
  *
  * @param {{ ask: (command: string) => Promise<any>, tied: boolean }} page
  * @param {ReturnType<typeof import("./drag.js").makeDrag>} drag

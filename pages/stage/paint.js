@@ -2,7 +2,7 @@
 /** @typedef {{ images: (CanvasImageSource & { width: number, height: number } | undefined)[], colors: string[] }} Looks */
 
 /**
- * Draws a facade, its left lower corner at a place. Sides of leaves lie on whole pixels, so that no seams show.
+ * Draws a facade with its lower left corner at a place. Sides of leaves are on whole pixels, so that no seams are visible.
  *
  * @param {CanvasRenderingContext2D} context whose unit is a pixel of the screen
  * @param {Drawing} drawing
@@ -56,7 +56,7 @@ export function paintSmall(pictures, room) {
 }
 
 /**
- * A canvas of so many CSS pixels, as sharp as the screen.
+ * A canvas of a size in CSS pixels, as sharp as the screen.
  * @param {HTMLCanvasElement} canvas
  * @param {number} width
  * @param {number} height

@@ -14,8 +14,8 @@ export function metres(value) {
  * A length that can be typed.
  * @param {string} name
  * @param {string} label for screen readers
- * @param {(metres: number) => Promise<any>} typed gives nothing where the length is refused
- * @param {HTMLElement[]} more to stand behind it
+ * @param {(metres: number) => Promise<any>} typed returns nothing if the length is refused
+ * @param {HTMLElement[]} more elements after it
  */
 export function sizeRow(name, label, typed, ...more) {
   let now = 0;

@@ -9,7 +9,7 @@ const MARGIN = { left: 40, right: 84, top: 44, bottom: 56 }; // pixels around th
 const SHARE = 0.93; // part of the rest that it takes
 
 /**
- * The facade, and what lies over it: grid, selection, lasso, measures, handles.
+ * The facade with its overlays: grid, selection, lasso, measures, handles.
  * @param {Face} page
  * @param {{ size: { width: number, height: number }, active: boolean, conflict: string }} drag
  */
@@ -191,7 +191,7 @@ function handle(name) {
     "aria-label": name,
     "aria-orientation": name === "Width" ? "horizontal" : "vertical",
     "aria-valuemin": "0",
-    title: `${name}: drag, or use the arrow keys. Shift keeps the shape while dragging`,
+    title: `${name}: drag, or use the arrow keys. Shift keeps the aspect ratio while dragging`,
   });
 }
 

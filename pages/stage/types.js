@@ -1,5 +1,5 @@
 /**
- * What is drawn of a facade.
+ * The drawing of a facade.
  *
  * @typedef {object} Drawing how to draw a facade
  * @property {number} width metres

@@ -26,18 +26,18 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
-/** Where the camera stands to begin with, seen from the model: as in the thumbnails. */
+/** First position of the camera relative to the model: as in the thumbnails. */
 const BEGIN = new Vector3(0.8, 0.55, 1);
 const SUN = new Vector3(-0.45, 1, 0.6);
-/** Pixels that a pointer may stray in a click. */
+/** Largest movement of a click, in pixels. */
 const STEADY = 6;
 
 /**
- * A view that draws onto a canvas, and only when something moved.
+ * A view that draws onto a canvas, only after a movement.
  *
  * @param {HTMLCanvasElement} canvas
  * @param {{ damping?: boolean, picked?: (triangle: number | null) => void }} [options] damping: let a movement run out
- *   softly (default: yes); picked: is told which triangle of the model was clicked, counted through its file
+ *   softly (default: yes); picked: gets the clicked triangle of the model, counted through its file
  */
 export function show(canvas, { damping = true, picked = () => {} } = {}) {
   const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });

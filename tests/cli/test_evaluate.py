@@ -237,7 +237,7 @@ def test_without_methods_each_scenario_has_its_own(evaluate, folder):
 
 def test_two_scenarios_of_one_name_are_refused(evaluate, folder):
     (folder / "other.toml").write_text(SCENARIO)
-    assert "both called 'tiny'" in evaluate(scenario="", code=2).stderr
+    assert "both have the name 'tiny'" in evaluate(scenario="", code=2).stderr
 
 
 def test_a_folder_of_scenarios_is_one_object_too(evaluate, folder):

@@ -1,4 +1,4 @@
-"""Facades as people draw boxes on photographs: nearly in line, nearly of one size, and over each other."""
+"""Facades as people draw boxes on photographs: nearly aligned, nearly of one size, and overlapping."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ class Drawing:
 
 
 def drawing(seed: int, jitter: float = 2.0) -> Drawing:
-    """Windows in rows and columns with sills, cornices across, a pillar, and a door over two rows."""
+    """Windows in rows and columns with sills, full-width cornices, a pillar, and a door over two rows."""
     randomness = np.random.default_rng(seed)
     rows, columns = int(randomness.integers(2, 7)), int(randomness.integers(2, 9))
     width, height = columns * 120 + 40, rows * 150 + 40

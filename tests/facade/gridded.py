@@ -1,4 +1,4 @@
-"""Random facades with grids, and what holds of all of them."""
+"""Random facades with grids, and properties of all of them."""
 
 from dataclasses import replace
 

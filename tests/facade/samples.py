@@ -1,4 +1,4 @@
-"""Small facades that tests write down as they look."""
+"""Small facades, written as nested parts."""
 
 from __future__ import annotations
 

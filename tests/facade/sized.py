@@ -1,6 +1,6 @@
-"""Random facades with grids to solve for, and the paper's own formulation of their sizes, slow and obvious.
+"""Random facades with grids, and the paper's own formulation of their sizes, as a slow reference.
 
-The unknowns here are the sizes of leaves, alpha and beta are vectors over them, and the hierarchy has rows of its own.
+The unknowns here are the sizes of leaves, alpha and beta are vectors over them, and the hierarchy has its own rows.
 """
 
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from tests.facade.strategies import trees
 
 @st.composite
 def sized(draw: st.DrawFn, max_nodes: int = 40, grids: int = 2) -> Facade:
-    """A random guillotine tree with grids of random leaves in bins, so that columns and rows are aligned loosely."""
+    """A random guillotine tree with grids of random leaves in bins, so that columns and rows are roughly aligned."""
     facade = draw(trees(max_nodes))
     randomness = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     found = []

@@ -1,4 +1,4 @@
-"""Files of facades: what is written is read to the last bit, and what is no facade is explained."""
+"""Files of facades: exact round trips, and messages on invalid files."""
 
 import io
 import json
@@ -32,7 +32,7 @@ FRONT = Picture("front.png", png())
 
 
 def dressed(facade: Facade, seed: int = 0) -> Facade:
-    """A facade with everything that one can have."""
+    """A facade with every optional property."""
     randomness = np.random.default_rng(seed)
     counts = np.where(facade.axis == LEAF, randomness.choice([0, 3, 5], len(facade)), 0)
     leaves = facade.leaves
@@ -109,14 +109,14 @@ def test_a_facade_and_its_picture_go_into_a_folder_and_come_back(tmp_path):
 
 def test_a_picture_of_somebody_else_is_not_written_over(tmp_path):
     (tmp_path / "front.png").write_bytes(png("blue"))
-    with pytest.raises(FacadeError, match="another picture"):
+    with pytest.raises(FacadeError, match="exists and differs"):
         save_facade(dressed(two()), tmp_path / "f.json")
     assert [path.name for path in tmp_path.iterdir()] == ["front.png"]
     assert (tmp_path / "front.png").read_bytes() == png("blue")
 
 
 def test_thousands_of_nodes_within_each_other_are_written_and_read():
-    depth = 3_000  # a program that calls itself for every level could not
+    depth = 3_000  # too deep for a recursive program
     parent = np.array([-1, *(above for level in range(depth) for above in (2 * level, 2 * level))])
     axis = np.where(np.arange(2 * depth + 1) % 2, LEAF, np.arange(2 * depth + 1) // 2 % 2).astype(np.int8)
     axis[-1] = LEAF
@@ -136,7 +136,7 @@ def two() -> Facade:
 
 
 def changed(*path_and_value):
-    """The file of a small facade with one value put in another one's place."""
+    """The file of a small facade with one value replaced."""
     document = json.loads(dumps(replace(two(), grids=(Grid("g", np.array([1]), np.array([0]), np.array([0])),))))
     *path, last, value = path_and_value
     place = document
@@ -152,14 +152,14 @@ def changed(*path_and_value):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        (b"", "not JSON"),
-        (b"\xff\xfe\x00", "not JSON"),
+        (b"", "not valid JSON"),
+        (b"\xff\xfe\x00", "not valid JSON"),
         (b"[" * 100_000, "too deep"),
         (b'{"format": NaN}', "finite numbers, found NaN"),
         (b"[]", "not a facade"),
         (b"{}", 'expected an object with "format"'),
         (changed("version", 2), "Expected version 1 of the format, found 2"),
-        (changed("labels", ["wall", "wall"]), "labels: expected different names"),
+        (changed("labels", ["wall", "wall"]), "labels: expected unique names"),
         (changed("labels", "wall"), "labels: expected a list, found 'wall'"),
         (changed("nodes", None), "nodes: expected a list, found nothing"),
         (changed("locks", 5), "locks: expected a list, found 5"),
@@ -200,7 +200,7 @@ def changed(*path_and_value):
         (changed("grids", 0, "elements", [{"node": 1, "row": 10**5, "column": 10**5}]), "at most 10,000,000 places"),
         (changed("grids", 0, "elements", [{"node": 1, "row": 0, "column": 0}] * 2), "ascending nodes"),
         (changed("grids", 0, "elements", [{"node": n, "row": 0, "column": 0} for n in (1, 2)]), "one element per row"),
-        (changed("grids", [{"name": "g", "elements": []}] * 2), "grids: expected different names"),
+        (changed("grids", [{"name": "g", "elements": []}] * 2), "grids: expected unique names"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -215,7 +215,7 @@ def test_what_is_no_facade_is_explained(content, says, tmp_path):
 def test_files_and_pictures_that_are_too_large_are_refused(tmp_path, monkeypatch):
     save_facade(dressed(two()), tmp_path / "f.json")
     monkeypatch.setattr(pictures, "MOST_PIXELS", 11)
-    with pytest.raises(FacadeError, match="4 x 3 pixels; expected 11 at most"):
+    with pytest.raises(FacadeError, match="4 x 3 pixels; expected at most 11"):
         load_facade(tmp_path / "f.json")
     with pytest.raises(FacadeError, match="at most 10 bytes"):
         values.read_bounded(tmp_path / "f.json", 10)

@@ -1,4 +1,4 @@
-"""The family of a shipped facade, and what somebody likes about it."""
+"""The family of a shipped facade, and a preference over it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +21,7 @@ SCENARIO = ROOT / "scenarios" / "facades" / "arcade_symmetric.toml"
 
 
 def truth(label: list[str], box: np.ndarray) -> float:
-    """What is liked, by looking at the boxes of a facade."""
+    """The scores, computed from the boxes of a facade."""
     portal, others = box[[name == "Portal" for name in label]], box[[name == "SquareWindow" for name in label]]
     assert len(portal) == 1
     left, right = (others[:, 0] < portal[0, 0]).sum(), (others[:, 0] > portal[0, 0]).sum()

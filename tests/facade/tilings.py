@@ -1,4 +1,4 @@
-"""Small tilings, and by brute force whether straight cuts divide them."""
+"""Small tilings, and a brute-force test whether straight cuts divide them."""
 
 from collections.abc import Iterator
 
@@ -15,13 +15,13 @@ def corners(boxes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def tiling(facade: Facade) -> tuple[np.ndarray, list[str]]:
-    """The leaves of a facade, with coordinates that are the very same where they touch."""
+    """The leaves of a facade, with exactly equal coordinates at common sides."""
     low, high = facade.position[facade.leaves], (facade.position + facade.size)[facade.leaves]
     return np.round(np.hstack([low, high]) * 2**20) / 2**20, [facade.name_of(node) for node in facade.leaves]
 
 
 def grid_tilings(side: int, most: int) -> Iterator[list[Box]]:
-    """Every way to tile a grid of cells with so many rectangles or fewer."""
+    """Every tiling of a grid of cells with at most this many rectangles."""
 
     def place(taken: frozenset[tuple[int, int]], boxes: list[Box]) -> Iterator[list[Box]]:
         free = next(((x, y) for y in range(side) for x in range(side) if (x, y) not in taken), None)
@@ -45,7 +45,7 @@ def divides(boxes: list[Box], axis: int, line: float) -> bool:
 
 
 def guillotine(boxes: list[Box]) -> bool:
-    """Whether lines part boxes until each is alone, by trying all."""
+    """Whether lines separate all boxes, by trying all."""
     if len(boxes) < 2:
         return True
     for axis in (0, 1):

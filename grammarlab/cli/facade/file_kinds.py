@@ -1,4 +1,4 @@
-"""What kind of file somebody gave: commands on facades say which kind they take instead."""
+"""Kinds of files given to commands on facades: errors name the kind found and the commands for it."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ _BY_ENDING = {
     **dict.fromkeys((".xml", ".gml", ".csv"), BOXES),
 }
 _HEAD = 64 * 1024
-"""Bytes within which a JSON file says what it is."""
+"""Number of bytes of a JSON file that determine its kind."""
 
 
 @contextmanager
 def wanted(file: Path, *kinds: str) -> Iterator[None]:
-    """Errors in here say which kinds of files are expected, where the file is of another kind.
+    """Replaces errors in its block by an error on the kind of the file, if it is of another kind.
 
     Args:
-        file: what was given.
-        kinds: of files that are expected.
+        file: the given file.
+        kinds: expected kinds.
 
     Raises:
-        UsageError: in place of another one, when the file is of another kind.
-        FacadeError: in place of any other error, when the file is of another kind.
+        UsageError: In place of a `UsageError`, if the file is of another kind.
+        FacadeError: In place of any other error, if the file is of another kind.
     """
     try:
         yield
@@ -63,7 +63,7 @@ def wanted(file: Path, *kinds: str) -> Iterator[None]:
 
 
 def kind_of(file: Path) -> str:
-    """The kind of a file by its ending, and of JSON by its first bytes; empty for what is not known."""
+    """The kind of a file by its suffix, and of JSON by its first bytes; empty for an unknown kind."""
     ending = file.suffix.lower()
     if ending != ".json":
         return _BY_ENDING.get(ending, "")

@@ -37,7 +37,7 @@ def infer(
         name = file.name.removesuffix(".json").removesuffix(".facade")
         target = output or Path(f"{name}.toml")
         if target.exists() and target.samefile(file):
-            raise UsageError(f"{target} is the file that is read: write to another one.")
+            raise UsageError(f"{target} is the input file: write to another one.")
         with wanted(file, FACADE):
             facade = load_facade(file)
         found = infer_design(facade, tolerance, name)

@@ -74,8 +74,8 @@ def layers(
         for each, made in zip(solved, files, strict=True):
             layout = each.layout
             counters = ", ".join(f"{name} = {value}" for name, value in layout.candidate.counters.items())
-            told = "proven" if layout.proven else f"at least {layout.bound:.4g}"
-            say(f"{counters or 'no counters'}: energy {layout.energy:.4g} ({told})")
+            proof = "proven" if layout.proven else f"at least {layout.bound:.4g}"
+            say(f"{counters or 'no counters'}: energy {layout.energy:.4g} ({proof})")
             typer.echo(made["facade"])
         if family is not None:
             say(f"{family.rules} rules; separate grammars of the layouts would need {family.alone}")

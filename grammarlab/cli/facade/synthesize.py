@@ -105,9 +105,9 @@ def synthesize(
     heights: Annotated[str, typer.Option("--heights", help="Heights in metres of these facades, such as 8:30.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the results.")] = False,
 ) -> None:
-    """Make buildings of other sizes after one example.
+    """Make buildings of other sizes from one example.
 
-    They have other rows and columns of its units, and are closed like the example.
+    They have other numbers of rows and columns of its units, and are closed if the example is.
     """
     with friendly_errors():
         from grammarlab.cli.facade.wishes import wishes_of

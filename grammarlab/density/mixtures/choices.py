@@ -1,7 +1,7 @@
-"""The choices of a grammar whose probabilities are to be learned, and how often each branch was taken.
+"""Choices of a grammar whose probabilities are learned, and counts of their branches.
 
 A *choice* is one list of ``N%`` branches of a rule, once for each context of its symbol, or the parts of a drawn
-attribute. Its branches are *cells*; a derivation is described by how often it took each cell.
+attribute. Its branches are *cells*; a derivation is described by its count of each cell.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ Place: TypeAlias = tuple[int, Branch]
 
 @dataclass(frozen=True)
 class Choices:
-    """Choices, with A cells altogether."""
+    """Choices with A cells in total."""
 
     contexts: Contexts
     attributes: tuple[AttributeParts, ...]
     """Drawn attributes; their parts are the last cells."""
     original: Floats
-    """[A] the probability of each cell in the original grammar."""
+    """[A] probability of each cell in the original grammar."""
     choice: Ints
-    """[A] which choice each belongs to, ascending from 0."""
+    """[A] choice of each cell, ascending from 0."""
     first: Mapping[Place, int]
     """The first cell of each choice in a rule."""
     first_of_attribute: tuple[int, ...]
@@ -56,7 +56,7 @@ class Choices:
         Args:
             contexts: the symbols.
             attributes: the attributes to learn.
-            learned: tells, for a symbol of `contexts` and a choice of its rule, whether to learn it.
+            learned: function of a symbol of `contexts` and a choice of its rule: whether to learn it.
         """
         first: dict[Place, int] = {}
         lists: list[Sequence[float]] = []
@@ -79,14 +79,14 @@ class Choices:
         )
 
     def cells(self, symbol: int, branch: Branch) -> tuple[int, ...]:
-        """The cells that a symbol of `contexts` takes when it is rewritten so."""
+        """The cells of a production of a symbol of `contexts`."""
         found = [
             (self.first[symbol, branch[:i]], at) for i, at in enumerate(branch) if (symbol, branch[:i]) in self.first
         ]
         return tuple(first + at for first, at in found)
 
     def count(self, grammar: Grammar, forest: Forest) -> sparse.csr_array:
-        """[models, A] how often each model of a forest of the grammar took each cell."""
+        """[models, A] count of each cell in each model of a forest of the grammar."""
         node, symbol = self._symbols(forest)
         pair, number = np.unique(
             symbol * len(forest.rules) + forest.nodes.rule[node].astype(np.int64), return_inverse=True
@@ -114,7 +114,7 @@ class Choices:
 
         Args:
             forest: models of the grammar.
-            weights: [models] how much each counts, >= 0 and not all 0.
+            weights: [models] weight of each model, >= 0 and not all 0.
         """
         parent, model = forest.nodes.parent.astype(np.int64), forest.nodes.model
         size = np.ones(len(parent))
@@ -130,7 +130,7 @@ class Choices:
         return found
 
     def _symbols(self, forest: Forest) -> tuple[Ints, Ints]:
-        """The nodes that a rule rewrote, and for each its number in `contexts`."""
+        """The nodes with a rule, and the index of each one's symbol in `contexts`."""
         nodes, contexts = forest.nodes, self.contexts
         rules = [((rule.symbol, rule.parameters), rule.branch) for rule in forest.rules]
         table: dict[tuple[int, int], tuple[int, ...]] = {}
@@ -158,7 +158,7 @@ class Choices:
 
 
 def levels(parent: Ints) -> Iterator[Ints]:
-    """The rows below the roots by depth, from the top, for the row of each one's parent, -1 for a root."""
+    """Rows below the roots by depth, from the top, given the row of each one's parent, -1 for a root."""
     order = np.argsort(parent, kind="stable")
     starts = np.searchsorted(parent[order], np.arange(len(parent) + 1))
     rows = np.flatnonzero(parent < 0)
@@ -179,16 +179,16 @@ def chances(body: Body) -> Iterator[Chance]:
 
 
 def relevant_choices(contexts: Contexts, patterns: OpenPatterns) -> Callable[[int, Chance], bool]:
-    """Which choices the counts of patterns depend on.
+    """The choices that affect the counts of patterns.
 
-    A choice is left out only where all its branches lead to trees that no pattern tells apart: then the branch taken
-    is independent of all counts, and its probability is the original one under any preference that reads only counts.
-    Two symbols are not told apart when, in turn, their ways to be rewritten have the same probabilities, are fitted by
-    the same parts of patterns, and have successors that are not told apart.
+    A choice is left out only if all its branches lead to trees that no pattern distinguishes: then the branch is
+    independent of all counts, and its probability is the original one under any preference that only reads counts. Two
+    symbols are equivalent if, recursively, their productions have the same probabilities, match the same parts of
+    patterns, and have equivalent successors.
 
     Args:
         contexts: the grammar, split by ``patterns``.
-        patterns: what the preference reads.
+        patterns: the patterns that the preference reads.
     """
     signature = _Signatures(contexts, patterns)
     kind = [0] * len(contexts.symbols)
@@ -207,7 +207,7 @@ def relevant_choices(contexts: Contexts, patterns: OpenPatterns) -> Callable[[in
 
 
 class _Signatures:
-    """What is known about a symbol and its choices once it is known which symbols are not told apart."""
+    """Signatures of symbols and their choices for given classes of equivalent symbols."""
 
     nothing = ("leaf", (), ())
 
@@ -241,7 +241,7 @@ class _Signatures:
         inside: list[tuple[object, ...]] = []
         for child, successor in zip(self.contexts.children[place], alternative.successors, strict=True):
             if self.ordered or kind[child]:
-                # An unknown number of copies may be like no other.
+                # A random number of copies is not equivalent to any other.
                 copies = successor.copies if successor.copies is not None else successor.location
                 inside.append((kind[child], copies))
         return "leaf", self.fitting[place], tuple(inside if self.ordered else sorted(inside, key=repr))

@@ -1,4 +1,4 @@
-"""Clusters of models to begin a mixture with."""
+"""Clusters of models, as the initial components of a mixture."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from grammarlab.density.mixtures.mixture import Cells, complete_log_likelihood, 
 Floats = NDArray[np.float64]
 
 NEAR = 1e-3
-"""Models are neighbours below this share of the greatest difference (section 4.6)."""
+"""Neighbours differ by less than this share of the largest difference (section 4.6)."""
 _BLOCK = 1_000
 
 
 def cluster(rows: Floats, weights: Floats, near: float = NEAR) -> Ints:
-    """Clusters of models that a preference hardly tells apart, by the greedy method of section 4.6.
+    """Clusters of models that a preference hardly distinguishes, by the greedy method of section 4.6.
 
-    Models are neighbours when their difference is below a share of the greatest one. The model with most neighbours
-    makes a cluster with them, they are taken out, and so on.
+    Models are neighbours if their difference is below a share of the largest one. The model with most neighbours forms
+    a cluster with them, they are removed, and so on.
 
     Args:
-        rows: [N, F] features, scaled by how relevant they are: the difference of two models is the squared distance,
-            which is what the kernel of Eq. 4.6 depends on.
-        weights: [N] how much each model counts, as a neighbour too.
-        near: the share.
+        rows: [N, F] features, scaled by their relevance: the difference of two models is the squared distance, on which
+            the kernel of Eq. 4.6 depends.
+        weights: [N] weight of each model, also as a neighbour.
+        near: share of the largest difference.
 
     Returns:
-        [N] the cluster of each model; clusters are numbered in the order in which they are found.
+        [N] cluster of each model; clusters are numbered in the order in which they are found.
     """
     found, number = np.unique(rows, axis=0, return_inverse=True)
     number = number.reshape(-1)
@@ -55,7 +55,7 @@ def cluster(rows: Floats, weights: Floats, near: float = NEAR) -> Ints:
 
 
 def _neighbours(rows: Floats, near: float) -> sparse.csr_array:
-    """[N, N] which rows are neighbours; each is its own."""
+    """[N, N] whether two rows are neighbours; each row is its own neighbour."""
     blocks = [rows[i : i + _BLOCK] for i in range(0, len(rows), _BLOCK)]
     most = max(float(cdist(block, rows, "sqeuclidean").max()) for block in blocks)
     bound = near * most
@@ -65,17 +65,17 @@ def _neighbours(rows: Floats, near: float) -> sparse.csr_array:
 
 
 def merged(cells: Cells, counts: sparse.csr_array, weights: Floats, cluster: Ints, most: int) -> Iterator[Ints]:
-    """Coarser and coarser clusters: those two are joined whose common grammar explains their models best.
+    """Coarser and coarser clusters: the two clusters whose common grammar explains their models best are merged.
 
-    That is the pair that costs least of the likelihood when each cluster has a grammar of its own: agglomeration by
+    This is the pair with the least loss of likelihood if each cluster has a grammar of its own: agglomeration by
     classification likelihood (Banfield and Raftery, Model-based Gaussian and non-Gaussian clustering, 1993).
 
     Args:
-        cells: what a grammar learns.
-        counts: [N, A] how often each derivation took each cell.
-        weights: [N] how much each derivation counts.
-        cluster: [N] the clusters to begin with, from 0.
-        most: only so many of the heaviest are kept apart; the others are joined to them first.
+        cells: learned cells.
+        counts: [N, A] count of each cell in each derivation.
+        weights: [N] weight of each derivation.
+        cluster: [N] initial clusters, from 0.
+        most: number of the heaviest clusters that stay separate at first; the others are merged into them before.
 
     Yields:
         [N] clusters, one less each time, down to one.
@@ -115,7 +115,7 @@ def _join(total: Floats, mass: Floats, label: Ints, one: int, other: int) -> Non
 
 
 def _costs(cells: Cells, total: Floats, mass: Floats, one: int, others: Ints) -> Floats:
-    """What joining a cluster with each of some others costs of the likelihood."""
+    """Loss of likelihood by merging a cluster with each of some others."""
     apart = complete_log_likelihood(cells, total[others]) + complete_log_likelihood(cells, total[one])
     together = complete_log_likelihood(cells, total[others] + total[one])
     both = mass[others] + mass[one]

@@ -1,11 +1,11 @@
-"""Learning from finished models: the grammar that is likeliest to have made them.
+"""Learning from finished models: the maximum-likelihood grammar near a given one.
 
-Nobody says what matters, so the examples must. Symbols are split by the edge above them where their choices differ
-between edges. With S tied, probabilities are shrunk towards the grammar (`levels.py`), choices that seem not to matter
-stay as they are (`shrinkage.py`), and some differ with the branch of another (`gates.py`); where there are many
-examples and held-out ones are explained better by a mixture that EM finds, it is taken. With *structure*, all choices
-are learned, by EM alone; with *parameters* too, but nothing is split, and one component has the examples' frequencies.
-Elsewhere differences must be worth their numbers by the Bayesian information criterion (Schwarz, Estimating the
+Nothing but the examples shows which choices matter. Symbols are split by the edge above them if their choices differ
+between edges. With S tied, probabilities are shrunk towards the grammar (`levels.py`), choices that probably do not
+matter are unchanged (`shrinkage.py`), and some depend on the branch of another one (`gates.py`); with many examples, a
+mixture from EM is used if it explains held-out examples better. With *structure*, all choices are learned, by EM alone;
+with *parameters* too, but nothing is split, and one component has the frequencies of the examples. Otherwise,
+differences must justify their number of parameters by the Bayesian information criterion (Schwarz, Estimating the
 dimension of a model, 1978).
 """
 
@@ -46,19 +46,19 @@ ExampleMethod: TypeAlias = Literal["tied", "structure", "parameters"]
 EXAMPLE_METHODS: tuple[ExampleMethod, ...] = get_args(ExampleMethod)
 
 _BINS = (1, 2, 4, 8, 16)
-"""Into how many equal ranges a drawn number may be cut."""
+"""Numbers of equal ranges into which a drawn number may be cut."""
 _RANGES = 16
-"""Into how many ranges a drawn number is cut where probabilities are shrunk."""
+"""Number of ranges of a drawn number if probabilities are shrunk."""
 _MANY = 50
-"""So many examples are enough to keep some back and judge a mixture on them."""
+"""Number of examples from which some are held out to judge a mixture."""
 _HELD_OUT = 5
-"""One in so many is kept back."""
+"""One example in this number is held out."""
 _SMOOTHING = 0.5
-"""Derivations by the original grammar that each component of a mixture is given."""
+"""Weight of the original grammar in each component of a mixture, as a number of derivations."""
 _MOST_GROWTH = 2
-"""The new grammar has at most so many times the rules of the original, if any of the candidates does."""
+"""Largest ratio of the number of rules to that of the original grammar, if any of the candidates satisfies it."""
 _FEW = 20.0
-"""So many more derivations are assumed when numbers are weighed: a handful of examples proves little."""
+"""Number of assumed additional derivations in the BIC, since a few examples are weak evidence."""
 
 
 def learn_from_examples(
@@ -70,18 +70,18 @@ def learn_from_examples(
     header: Sequence[str] = (),
     assets: Path | None = None,
 ) -> LearnedGrammar:
-    """The grammar that is likeliest to have made some models, among those near a grammar that can make them.
+    """The maximum-likelihood grammar of some models, among those near a grammar that can derive them.
 
     Args:
         grammar: the original grammar.
         forest: the models, as trees of that grammar.
-        method: see the head of this file.
-        weights: [models] how much each counts, finite and >= 0; 1 by default.
+        method: see the docstring of this module.
+        weights: [models] weight of each model, finite and >= 0; 1 by default.
         header: lines of a comment at the top of the new file.
         assets: folder of meshes and images.
 
     Raises:
-        UsageError: for no models, weights that are none, or models of another grammar.
+        UsageError: If there are no models, all weights are 0, or models are of another grammar.
     """
     mass = np.ones(forest.num_models) if weights is None else np.asarray(weights, dtype=np.float64)
     _check(grammar, forest, mass)
@@ -98,7 +98,7 @@ def learn_from_examples(
         fits.append(replace(found, worth=found.worth - len(split) * np.log(2.0 * max(len(tree.bodies), 1))))
     fits.sort(key=lambda fit: -fit.worth)
     if method == "tied":
-        # The smallest: no choice differs with another.
+        # The smallest candidate: no choice depends on another one.
         fits.append(_fitted(plain, grammar, forest, mass, method, together=False))
     target = Target(grammar, (), lambda values: np.ones(len(values)), assets=assets)
     for fit in fits:
@@ -115,20 +115,20 @@ def learn_from_examples(
 
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """What was learned when symbols were split in one way."""
+    """Result of learning for one way of splitting symbols."""
 
     choices: Choices
     mixture: Mixture
     number: int
-    """How many choices there are."""
+    """Number of choices."""
     likelier: float
-    """Mean log of the density by the original density, in nats."""
+    """Mean log of the density divided by the original density, in nats."""
     worth: float
-    """The same of all examples together, less what the numbers are worth by BIC."""
+    """Sum of this over all examples, minus the BIC penalty of the parameters."""
 
     @property
     def learned(self) -> int:
-        """How many choices are learned."""
+        """Number of learned choices."""
         return len(np.unique(self.choices.choice))
 
 
@@ -174,14 +174,14 @@ def _tied(
     )
     one, other = (weights[held] * mixture.log_ratio(cells, counts[held]) for mixture in rivals)
     gain = other - one
-    # The rule of one standard error: what is better by less than that may be chance.
+    # The rule of one standard error: smaller gains may be random.
     if gain.sum() <= np.sqrt(len(gain)) * gain.std() or not weights[~held].any():
         return fit.mixture, fit.evidence
     return _by_em(cells, counts, weights), fit.evidence + float(gain.sum()) * _HELD_OUT
 
 
 def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
-    """A mixture of the choices that are made otherwise or together, mixed with a little of the original grammar."""
+    """A mixture of the informative choices, mixed with a little of the original grammar."""
     chosen = _informative(cells, counts, weights)[cells.choice]
     own = Cells(cells.original[chosen], np.unique(cells.choice[chosen], return_inverse=True)[1].reshape(-1))
     taken = sparse.csr_array(counts[:, chosen])
@@ -193,7 +193,7 @@ def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
 
 
 def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, extents: Floats, together: bool) -> Gated:
-    """What few examples teach."""
+    """Shrunk probabilities for few examples."""
     cells, number = Cells(choices.original, choices.choice), int(choices.choice.max(initial=-1)) + 1
     drawn, ordered = np.zeros(number, dtype=bool), np.zeros(number, dtype=bool)
     for parts, first in zip(choices.attributes, choices.first_of_attribute, strict=True):
@@ -209,11 +209,11 @@ def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, extents
 def _check(grammar: Grammar, forest: Forest, weights: Floats) -> None:
     program = compile_grammar(grammar)
     if (program.symbols, program.rule_names) != (forest.symbols, forest.rules):
-        raise UsageError("the examples are not models of this grammar: its symbols or rules are others")
+        raise UsageError("the examples are not models of this grammar: its symbols or rules differ")
     if weights.shape != (forest.num_models,) or not np.isfinite(weights).all() or (weights < 0.0).any():
         raise UsageError(f"expected a weight for each of {forest.num_models} examples, finite and at least 0")
     if not weights.any():
-        raise UsageError("expected examples to learn from, found none that counts")
+        raise UsageError("expected examples to learn from, found none with a weight above 0")
 
 
 def _histogram(
@@ -221,7 +221,7 @@ def _histogram(
 ) -> AttributeParts | None:
     """The parts of a drawn attribute, a number cut into as many ranges as the examples justify.
 
-    None where it is not drawn, or was given another value in some examples.
+    None if it is not drawn, or has a given value in some examples.
     """
     sites = [i for i, site in enumerate(forest.sites) if site.definition == name]
     drawn = forest.nodes.model[forest.draws.node[np.isin(forest.draws.site, sites)]]
@@ -243,7 +243,7 @@ def _histogram(
 
 
 def _gain(counts: Floats, original: Floats) -> float:
-    """What own probabilities gain in likelihood over the original ones, less what they are worth by BIC."""
+    """Gain of own probabilities in likelihood over the original ones, minus their BIC penalty."""
     total = counts.sum()
     likelihood = float((xlogy(counts, counts) - xlogy(counts, np.where(counts > 0.0, original, 1.0))).sum())
     return likelihood - float(xlogy(total, total)) - 0.5 * (len(counts) - 1) * float(np.log(total + _FEW))
@@ -270,7 +270,7 @@ def _split_symbols(grammar: Grammar, tree: TreeGrammar, forest: Forest, weights:
 
 
 def _informative(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Flags:
-    """Which choices [choices] are made otherwise than in the grammar, or go together with others."""
+    """[choices] whether each differs from the grammar, or is correlated with others."""
     size = int(cells.choice.max(initial=-1)) + 1
     total = np.asarray(weights @ counts)
     chosen = np.array([_gain(total[cells.choice == i], cells.original[cells.choice == i]) > 0.0 for i in range(size)])
@@ -278,7 +278,7 @@ def _informative(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Fla
 
 
 def _only(choices: Choices, chosen: Flags) -> Choices:
-    """The choices that are chosen."""
+    """The selected choices."""
     rules = {place for place, first in choices.first.items() if chosen[choices.choice[first]]}
     pairs = zip(choices.attributes, choices.first_of_attribute, strict=True)
     attributes = [parts for parts, first in pairs if chosen[choices.choice[first]]]

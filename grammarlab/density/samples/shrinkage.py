@@ -1,9 +1,9 @@
-"""Choices learned from few examples: how likely each is to matter, and what is made of it.
+"""Choices learned from few examples: probability that each matters, and its shrunk probabilities.
 
-Most choices of a grammar have nothing to do with what is liked. So each is as it was, unless the examples are so much
-likelier with levels of its own that one would bet on it: the spike-and-slab prior. About one choice of each kind is
-expected to matter, so the bet is the longer, the more choices there are; choices that decide more of a model are
-likelier to matter than details.
+Most choices of a grammar are irrelevant to a preference. So each keeps its original probabilities, unless levels of its
+own make the examples much more likely: the spike-and-slab prior. About one choice of each kind is expected to matter,
+so the prior odds fall with the number of choices; choices that decide more of a model are more likely to matter than
+details.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _BY_EXTENT = 0.5
-"""Part of the prior probability that is spread over choices of rules by their extents; the rest is spread evenly."""
+"""Share of the prior probability that is distributed over choices of rules by their extents; the rest is uniform."""
 _DOUBTFUL = 0.2
-"""Choices that matter with a smaller probability stay as they are, so that the grammar stays readable."""
+"""Choices with a smaller probability of mattering are unchanged, so that the grammar stays readable."""
 
 
 @dataclass(frozen=True)
 class Shrinkage:
-    """Choices, the prior of each, and all examples together."""
+    """Choices, the prior of each, and the total counts of all examples."""
 
     levels: ProbabilityPrior
     odds: Floats
-    """[choices] log of the prior odds that it matters."""
+    """[choices] log of the prior odds that each matters."""
     total: Floats
-    """[A] how often the examples took each cell, by `spread`."""
+    """[A] count of each cell in the examples, divided by `spread`."""
     spread: Floats
-    """[A] how many times as much the choice varies between examples as chance has it, >= 1."""
+    """[A] overdispersion of the choice between examples, >= 1."""
 
     @classmethod
     def of(
@@ -53,12 +53,13 @@ class Shrinkage:
         """Choices of a grammar.
 
         Args:
-            cells: their branches.
+            cells: cells of the choices.
             ordered: see `ProbabilityPrior.of`.
-            drawn: [choices] which are attributes and which choices of rules; one of each kind is expected to matter.
-            counts: [N, A] how often each example took each cell.
-            weights: [N] how much each counts, >= 0.
-            extents: [choices] how much of a model each choice of a rule decides (`Choices.extents`); alike by default.
+            drawn: [choices] whether each is an attribute or a choice of a rule; one of each kind is expected to matter.
+            counts: [N, A] count of each cell in each example.
+            weights: [N] weight of each example, >= 0.
+            extents: [choices] share of a model that each choice of a rule decides (`Choices.extents`); equal if
+                default.
         """
         total = np.asarray(weights @ counts)
         spread = _spread(cells, counts, weights)
@@ -76,12 +77,12 @@ class Shrinkage:
 
     @cached_property
     def posterior(self) -> LevelPosterior:
-        """What all examples say; K is 1."""
+        """Posterior from all examples; K is 1."""
         return self.levels.posterior(self.total[None])
 
     @cached_property
     def evidence(self) -> Floats:
-        """[choices] log of the probability of the examples by that under the original grammar."""
+        """[choices] log of the ratio of the examples' probability to that under the original grammar."""
         return averaged(self.odds, self.posterior.evidence[0])
 
     @cached_property
@@ -98,10 +99,10 @@ class Shrinkage:
 
 
 def _spread(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Floats:
-    """[A] how many times as much each choice varies between examples as chance has it, >= 1.
+    """[A] overdispersion of each choice between examples, >= 1.
 
-    A choice that is made several times in an example, and alike there, tells no more than one (McCullagh and Nelder,
-    Generalized linear models, 4.5): Pearson's statistic by its degrees of freedom.
+    A choice that is made several times in an example, always alike, has the information of one (McCullagh and Nelder,
+    Generalized linear models, 4.5): Pearson's statistic divided by its degrees of freedom.
     """
     table = dense(counts)
     total = weights @ table
@@ -117,5 +118,5 @@ def _spread(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Floats:
 
 
 def averaged(odds: Floats, evidence: Floats) -> Floats:
-    """Log-evidence of choices that matter with some prior odds, from that if they do."""
+    """Log-evidence of choices that matter with some prior odds, from the evidence if they do."""
     return np.logaddexp(0.0, odds + evidence) - np.logaddexp(0.0, odds)

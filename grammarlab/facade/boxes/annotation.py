@@ -1,4 +1,4 @@
-"""Labelled boxes on one facade, as a file has them."""
+"""Labelled boxes on one facade, as in a file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from grammarlab.facade.tree import Floats, Ints
 
 MOST_BOXES = 100_000
 FARTHEST = 1e9
-"""Largest coordinate that means something, in whatever unit."""
+"""Largest valid coordinate, in any unit."""
 LONGEST_NAME = 200
 BACKGROUND = ("facade", "wall", "background")
-"""Labels of boxes that say where there is wall, and nothing else."""
+"""Labels of boxes that only mark the area of the wall."""
 
 Unit = Literal["metres", "pixels", "parts"]
 
@@ -31,23 +31,23 @@ class BoxAnnotation:
     high: Floats
     """[N, 2] upper right corners, greater than `low`."""
     names: tuple[str, ...]
-    """[N]"""
+    """[N] labels."""
     number: Ints
-    """[N] which box of its facade each is, from 1, in the order of the file."""
+    """[N] number of each box on its facade, from 1, in the order of the file."""
     outlines: tuple[Floats, ...]
-    """[N] corners [P, 2] of what is not rectangular, in the units of the boxes; empty otherwise."""
+    """[N] corners [P, 2] of outlines that are not rectangular, in the units of the boxes; empty otherwise."""
     frame: Floats
     """[2, 2] lower left and upper right corner of the facade."""
     unit: Unit
-    """Of all coordinates; `parts` are those of the width and the height of a picture."""
+    """Unit of all coordinates; `parts` are fractions of the width and the height of a picture."""
     picture: str
-    """File name of the picture that the boxes were drawn on; empty for none."""
+    """File name of the picture under the boxes; empty for none."""
     picture_area: Floats
     """[2, 2] lower left and upper right corner of the picture."""
     wall: Floats
-    """[P, 2] corners of a wall that has an outline of its own; empty for what the frame fills."""
+    """[P, 2] corners of the outline of the wall; empty if the wall fills the frame."""
     notes: tuple[str, ...]
-    """What a person should know of how the file was read."""
+    """Notes for the user on the reading of the file."""
 
 
 def annotate(
@@ -61,31 +61,33 @@ def annotate(
     wall: Floats | None = None,
     notes: Sequence[str] = (),
 ) -> BoxAnnotation:
-    """Boxes that are checked, those without size left out, those that jut out cut off.
+    """Checked boxes; boxes without size are left out, boxes that extend beyond the bounds are clipped.
 
     Args:
         boxes: [N, 4] left, bottom, right, top.
-        names: [N]
-        unit: of the numbers.
-        outlines: [N] as in `BoxAnnotation`; none for rectangles only.
-        bounds: [2, 2] where boxes may be: the picture, or the box around the wall; anywhere when left out.
-        picture: file name of the picture that fills the bounds.
-        wall: as in `BoxAnnotation`; where there is one, the facade is all of the bounds, else what the boxes span.
-        notes: what is known already.
+        names: [N] labels.
+        unit: unit of the coordinates.
+        outlines: [N] as in `BoxAnnotation`; left out if all boxes are rectangles.
+        bounds: [2, 2] area of the picture, or the box around the wall; no limits when left out.
+        picture: name of the picture file that fills the bounds.
+        wall: as in `BoxAnnotation`; with a wall, the facade fills the bounds, otherwise the box around all boxes.
+        notes: notes so far.
 
     Raises:
-        FacadeError: for numbers that are not finite or too large, negative sizes, boxes outside, too many boxes, or
-            none.
+        FacadeError: If numbers are not finite or too large, sizes are negative, boxes are outside, or there are too
+            many boxes or none.
     """
     check_count(len(boxes))
     boxes = np.asarray(boxes, dtype=np.float64).reshape(-1, 4)
     _check_numbers(boxes, names)
-    said = list(notes)
+    remarks = list(notes)
     if bounds is not None:
-        boxes = _within(boxes, names, bounds, said)
+        boxes = _within(boxes, names, bounds, remarks)
     empty = np.any(boxes[:, 2:] <= boxes[:, :2], axis=1)
     if empty.any():
-        said.append(f"{int(empty.sum())} boxes without width or height are left out: {_told(boxes, names, empty)}")
+        remarks.append(
+            f"{int(empty.sum())} boxes without width or height are left out: {_box_text(boxes, names, empty)}"
+        )
     kept = np.flatnonzero(~empty)
     low, high = boxes[kept, :2], boxes[kept, 2:]
     if wall is not None and bounds is not None:
@@ -105,27 +107,27 @@ def annotate(
         picture=picture,
         picture_area=frame if bounds is None else bounds,
         wall=np.zeros((0, 2)) if wall is None else wall,
-        notes=tuple(said),
+        notes=tuple(remarks),
     )
 
 
 def _within(boxes: Floats, names: Sequence[str], bounds: Floats, notes: list[str]) -> Floats:
-    """Boxes without what juts out of the bounds."""
+    """Boxes clipped to the bounds."""
     outside = np.any((boxes[:, :2] > bounds[1]) | (boxes[:, 2:] < bounds[0]), axis=1)
     if outside.any():
-        raise FacadeError(f"{_told(boxes, names, outside)} lies outside the picture or wall, {_told_area(bounds)}.")
+        raise FacadeError(f"{_box_text(boxes, names, outside)} is outside the picture or wall, {_area_text(bounds)}.")
     inside = np.clip(boxes, np.tile(bounds[0], 2), np.tile(bounds[1], 2))
     jutting = (inside != boxes).any(axis=1)
     if jutting.any():
-        notes.append(f"{int(jutting.sum())} boxes jut out of the picture or wall and are cut off there")
+        notes.append(f"{int(jutting.sum())} boxes extend beyond the picture or wall and are clipped")
     return inside
 
 
 def check_count(number: int) -> None:
-    """Refuses too many boxes, before more is made of them.
+    """Refuses too many boxes before they are processed.
 
     Raises:
-        FacadeError: when there are more than `MOST_BOXES`.
+        FacadeError: If there are more than `MOST_BOXES`.
     """
     if number > MOST_BOXES:
         raise FacadeError(f"There are {number:,} boxes; a facade has at most {MOST_BOXES:,}.")
@@ -133,21 +135,21 @@ def check_count(number: int) -> None:
 
 def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
     if (wrong := np.any(~np.isfinite(boxes), axis=1)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate that is not a finite number.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a coordinate that is not a finite number.")
     if (wrong := np.any(np.abs(boxes) > FARTHEST, axis=1)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
     if (wrong := np.array([len(name) > LONGEST_NAME for name in names], dtype=bool)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
     if (wrong := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
-        raise FacadeError(f"{_told(boxes, names, wrong)} has a negative width or height.")
+        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a negative width or height.")
 
 
-def _told(boxes: Floats, names: Sequence[str], which: NDArray[Any]) -> str:
+def _box_text(boxes: Floats, names: Sequence[str], which: NDArray[Any]) -> str:
     """The first of some boxes, in words."""
     first = int(np.flatnonzero(which)[0])
-    return f"Box {first + 1} ({names[first][:40] or 'without label'}: {_told_area(boxes[first].reshape(2, 2))})"
+    return f"Box {first + 1} ({names[first][:40] or 'without label'}: {_area_text(boxes[first].reshape(2, 2))})"
 
 
-def _told_area(area: Floats) -> str:
+def _area_text(area: Floats) -> str:
     (left, bottom), (right, top) = area.tolist()
     return f"from ({left:.6g}, {bottom:.6g}) to ({right:.6g}, {top:.6g})"

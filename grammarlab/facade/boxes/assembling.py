@@ -1,4 +1,4 @@
-"""Labelled boxes to a facade in metres: snapped, trimmed where they overlap, filled with wall, cut into a tree."""
+"""A facade in metres from labelled boxes: snapped, trimmed where they overlap, filled with wall, cut into a tree."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from grammarlab.facade.boxes.snapping import snap
 from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
 
 DRAWN, MEASURED = 0.01, 0.001
-"""Tolerances for what is drawn on pictures and for what is in metres, as parts of the shorter side of the facade."""
+"""Tolerances for boxes drawn on pictures and for boxes in metres, as fractions of the shorter side of the facade."""
 USUAL_WIDTH = 20.0
-"""Metres, of a facade whose annotation is in pixels and of which nobody says how large it is."""
+"""Default width of a facade whose annotation is in pixels, metres."""
 LARGEST = 10_000.0
-"""Metres."""
+"""Largest side of a facade, metres."""
 OUTSIDE = "outside"
-"""Label of what lies beyond the outline of a wall that is not rectangular."""
+"""Label of the area beyond the outline of a wall that is not rectangular."""
 _SLIVER = 1e-6
-"""Part of a leaf that does not count."""
+"""Largest negligible part of a leaf."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assembled:
-    """A facade, and how it came of its boxes."""
+    """A facade, and data on its assembly from boxes."""
 
     facade: Facade
     moved: float
-    """Metres, of the side that snapping moved furthest."""
+    """Largest move of a side by snapping, metres."""
     notes: tuple[str, ...]
-    """What a person should know, one sentence each."""
+    """Notes for the user, one sentence each."""
 
 
 def assemble(
@@ -50,25 +50,25 @@ def assemble(
     picture: Picture | None = None,
     pixels: tuple[int, int] | None = None,
 ) -> Assembled:
-    """The facade that some boxes draw.
+    """The facade that boxes describe.
 
     Args:
         annotation: the boxes.
-        width: metres; by what is known when left out, see `_scale`.
-        height: metres; likewise.
-        tolerance: sides closer to each other than this part of the shorter side of the facade come to lie on one line;
+        width: metres; if left out, it follows from other data, see `_scale`.
+        height: metres; if left out, it follows from other data, see `_scale`.
+        tolerance: sides with a smaller distance are moved to one line, as a fraction of the shorter side of the facade;
             `DRAWN` or `MEASURED` when left out.
-        split: whether boxes that form a pinwheel are cut where nothing else helps, instead of an error.
-        picture: what `annotation.picture` names, if it is there; leaves show their parts of it.
-        pixels: width and height of the picture, if it is known.
+        split: whether boxes of a pinwheel may be cut; otherwise a pinwheel is an error.
+        picture: the picture named by `annotation.picture`, if it exists; leaves show their parts of it.
+        pixels: width and height of the picture, if known.
 
     Raises:
-        FacadeError: where boxes form a pinwheel, or sizes are out of bounds.
+        FacadeError: If boxes form a pinwheel, or sizes are out of bounds.
     """
     if tolerance is None:
         tolerance = MEASURED if annotation.unit == "metres" else DRAWN
     if not 0.0 <= tolerance <= 0.1:
-        raise FacadeError(f"A tolerance is a part of the facade from 0 to 0.1, found {tolerance}.")
+        raise FacadeError(f"Tolerance: expected a fraction of the facade from 0 to 0.1, found {tolerance}.")
     scale, notes = _scale(annotation, width, height, pixels)
     origin = annotation.frame[0]
     frame = (annotation.frame - origin) * scale
@@ -83,15 +83,15 @@ def assemble(
         tiles, source = fill(pieces, (0, 0, last[X], last[Y]), split=split)
     except PinwheelError as error:
         text = pinwheel_text(error.sources, low, high, names, annotation.number[kept])
-        raise FacadeError(f"{text} Or let it be cut (--split).") from error
+        raise FacadeError(f"{text} Or allow cuts through it (--split).") from error
     facade, tile = cut(
         *_corners(tiles, snapped.lines), [names[each] if each != WALL else "wall" for each in source.tolist()]
     )
     leaf_source = np.where(tile >= 0, source[tile], WALL)
     lost = len(kept) - len(np.unique(source[source != WALL]))
     if lost:
-        notes.append(f"{lost} boxes lie behind others entirely and are not in the facade")
-    notes += _told_split(source, pieces, names, annotation.number[kept])
+        notes.append(f"{lost} boxes that are fully hidden by others are left out")
+    notes += _split_notes(source, pieces, names, annotation.number[kept])
     outlines = [(annotation.outlines[each] - origin) * scale for each in kept.tolist()]
     outlines = _followed(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
     facade = _with_outlines(facade, leaf_source, outlines, (annotation.wall - origin) * scale)
@@ -100,8 +100,8 @@ def assemble(
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
 
 
-def _told_split(source: Ints, pieces: VisiblePieces, names: list[str], number: Ints) -> list[str]:
-    """Which boxes were cut that should have stayed whole."""
+def _split_notes(source: Ints, pieces: VisiblePieces, names: list[str], number: Ints) -> list[str]:
+    """Names of boxes that were cut although they should be kept whole."""
     parts = np.bincount(source[source != WALL], minlength=len(names))
     cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
     if not cut_up:
@@ -115,51 +115,51 @@ def _scale(
 ) -> tuple[Floats, list[str]]:
     """Metres [2] per unit along x and y.
 
-    What is in metres stays as it is if no size is given. One size gives the other by the shape of the picture, and two
-    are taken as they are.
+    Annotations in metres keep their size if no size is given. One size determines the other by the aspect ratio of the
+    picture; two sizes are used as given.
     """
     for name, value in (("width", width), ("height", height)):
         if value is not None and not 0.0 < value <= LARGEST:
-            raise FacadeError(f"The {name} of a facade is above 0 and at most {LARGEST:,.0f} metres, found {value:g}.")
+            raise FacadeError(f"The {name}: expected above 0 and at most {LARGEST:,.0f} metres, found {value:g}.")
     notes: list[str] = []
     shape = np.ones(2)
     if annotation.unit == "parts" and pixels is not None:
         shape = np.array(pixels, dtype=np.float64)
     elif annotation.unit == "parts" and (width is None or height is None):
-        notes.append("the shape of the picture is not known: it is taken to be square; give a width and a height")
+        notes.append("the aspect ratio of the picture is unknown: assumed to be 1; give a width and a height")
     extent = (annotation.frame[1] - annotation.frame[0]) * shape
     if annotation.unit == "metres" and width is None and height is None:
         if extent.max() > LARGEST:
-            raise FacadeError(f"The facade is {extent.max():g} metres large; expected {LARGEST:,.0f} at most.")
+            raise FacadeError(f"The facade is {extent.max():g} metres large; expected at most {LARGEST:,.0f}.")
         return shape, notes
     if width is None and height is None:
         width = USUAL_WIDTH
-        notes.append(f"the size of the facade is not known: it is taken to be {width:g} m wide; give a width or height")
+        notes.append(f"the size of the facade is unknown: assuming a width of {width:g} m; give a width or height")
     across = width / extent[X] if width is not None else None
     up = height / extent[Y] if height is not None else None
     return shape * np.array([across or up, up or across]), notes
 
 
 def _corners(boxes: Ints, lines: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Lower left and upper right corners [N, 2] of boxes [N, 4] that are given by their lines."""
+    """Lower left and upper right corners [N, 2] of boxes [N, 4] given by line indices."""
     low = np.stack([lines[X][boxes[:, 0]], lines[Y][boxes[:, 1]]], axis=1)
     return low, np.stack([lines[X][boxes[:, 2]], lines[Y][boxes[:, 3]]], axis=1)
 
 
 def _followed(outlines: list[Floats], before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> list[Floats]:
-    """Outlines that follow their boxes, of which the corners are given before and after they were snapped."""
+    """Outlines moved with their boxes, from the corners of the boxes before and after snapping."""
     scale = (after[1] - after[0]) / (before[1] - before[0])
     return [after[0][k] + (each - before[0][k]) * scale[k] for k, each in enumerate(outlines)]
 
 
 def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: Floats) -> Facade:
-    """The facade with the outlines of what is not rectangular, each leaf with its part of them.
+    """The facade with outlines of shapes that are not rectangular, each leaf with its part of them.
 
     Args:
-        facade: of rectangles.
+        facade: a facade of rectangles.
         source: [N] the box of each node, or `WALL`.
-        outlines: of the boxes [B], in metres; empty for rectangles.
-        wall: outline [P, 2] of the wall, in metres; empty for a rectangle.
+        outlines: [B] outlines of the boxes, metres; empty for rectangles.
+        wall: [P, 2] outline of the wall, metres; empty for a rectangle.
     """
     points: dict[int, Floats] = {}
     outside: list[int] = []
@@ -198,7 +198,7 @@ def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: F
 
 
 def _shown(polygon: shapely.Polygon, low: Floats, size: Floats) -> Floats | None:
-    """Corners [P, 2] of what a leaf has of a polygon, as its parts, anticlockwise; empty for all, None for nothing."""
+    """Corners [P, 2] of a polygon inside a leaf, as fractions of it, anticlockwise; empty for all, None for nothing."""
     if not polygon.is_valid:
         return np.zeros((0, 2))
     high = low + size
@@ -213,7 +213,7 @@ def _shown(polygon: shapely.Polygon, low: Floats, size: Floats) -> Floats | None
 
 
 def _with_picture(facade: Facade, picture: Picture, area: Floats) -> Facade:
-    """The facade with what leaves show of a picture that covers an area [2, 2], in metres."""
+    """The facade with the leaves' parts of a picture that covers an area [2, 2], metres."""
     window = np.hstack([facade.position, facade.position + facade.size])
     window = np.clip((window - np.tile(area[0], 2)) / np.tile(area[1] - area[0], 2), 0.0, 1.0)
     leaf = facade.axis == LEAF

@@ -1,8 +1,9 @@
-"""Rectangles that tile a rectangle, as a decomposition tree: cut along all lines that cross none, again and again.
+"""Rectangles that tile a rectangle, as a decomposition tree: cut recursively along all lines that cross none.
 
-Along an axis the rectangles of a piece are intervals, and what overlaps hangs together: the components of the interval
-graph are what all possible cuts leave. So a part can only be cut along the other axis, axes alternate, and the tree is
-the only one of its tiling, but for the first axis: it is y, floors before columns, wherever both are possible.
+Along an axis, the rectangles of a piece are intervals, and overlapping intervals stay together: the connected
+components of the interval graph are the results of all possible cuts. So a part can only be cut along the other axis,
+axes alternate, and the tree of a tiling is unique except for the first axis, which is y, floors before columns, if both
+are possible.
 """
 
 from __future__ import annotations
@@ -18,22 +19,22 @@ from grammarlab.facade.boxes.pinwheels import pinwheel, pinwheel_text
 from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, Floats, Ints, X, Y, check, plain
 
 MOST_LEVELS = 500
-"""Cuts within each other; facades have about ten."""
+"""Largest depth of nested cuts; facades have about ten."""
 
 
 def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
-    """The tree of a tiling, and which rectangle each node is: [nodes], -1 for inner nodes.
+    """The tree of a tiling, and the rectangle of each node: [nodes], -1 for inner nodes.
 
-    Takes O(n log n) for every level of the tree.
+    Takes O(n log n) for each level of the tree.
 
     Args:
-        low: [N, 2] lower left corners in metres; sides that touch have the very same coordinate.
+        low: [N, 2] lower left corners, metres; sides that touch have exactly equal coordinates.
         high: [N, 2] upper right corners.
-        names: [N] what each rectangle is called, empty for nothing.
+        names: [N] label of each rectangle, empty for none.
 
     Raises:
-        FacadeError: when the rectangles overlap or leave gaps, when no line cuts some of them (which form the
-            pinwheel), or when there are more than `MOST_LEVELS` levels.
+        FacadeError: If the rectangles overlap or leave gaps, if some of them form a pinwheel, which no line cuts, or if
+            there are more than `MOST_LEVELS` levels.
     """
     _check_area(low, high)
     ranks_low, ranks_high = _ranks(low, high)
@@ -57,7 +58,7 @@ def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
         parents = np.flatnonzero(levels[-1].count > 1)[piece[first]]
         levels.append(_Depth(at[first], counts, parents, along))
         if len(levels) > MOST_LEVELS:
-            raise FacadeError(f"These rectangles need more than {MOST_LEVELS} cuts within each other.")
+            raise FacadeError(f"These rectangles need more than {MOST_LEVELS} levels of cuts.")
         kept = np.repeat(counts > 1, counts)
         piece = np.repeat(np.cumsum(counts > 1) - 1, counts)[kept]
         at, along = at[kept], 1 - along
@@ -69,26 +70,26 @@ class _Depth:
     """The K pieces at one depth of a tree."""
 
     start: Ints
-    """[K] place of the first of a piece's rectangles, in the order of the leaves."""
+    """[K] index of the first rectangle of each piece, in the order of the leaves."""
     count: Ints
-    """[K] rectangles of each piece."""
+    """[K] number of rectangles of each piece."""
     parent: Ints
-    """[K] piece of the level above."""
+    """[K] parent piece in the level above."""
     axis: int
-    """Along which the pieces of the level above were cut into these."""
+    """Axis along which the pieces of the level above were cut."""
 
 
 def _ranks(low: Floats, high: Floats) -> tuple[Ints, Ints]:
-    """[N, 2] twice: coordinates as places among all different ones of their axis."""
+    """Ranks [N, 2] of low and high coordinates among all different ones of their axis."""
     ranks = [np.unique(np.concatenate([low[:, a], high[:, a]]), return_inverse=True)[1] for a in (X, Y)]
     both = np.stack(ranks, axis=1)
     return both[: len(low)], both[len(low) :]
 
 
 def _parts(low: Ints, high: Ints, piece: Ints, boxes: Ints) -> tuple[NDArray[np.bool_], Ints]:
-    """Where a new part begins [N], and the boxes [N] in the order of their parts."""
+    """Whether each box begins a new part [N], and the boxes [N] in the order of their parts."""
     order = np.lexsort((low, piece))
-    shift = piece[order] * (int(high.max()) + 1)  # so that no piece reaches into the next one
+    shift = piece[order] * (int(high.max()) + 1)  # so that pieces do not overlap
     reach = np.maximum.accumulate(high[order] + shift)
     new = np.ones(len(low), dtype=bool)
     new[1:] = low[order][1:] + shift[1:] >= reach[:-1]
@@ -97,7 +98,7 @@ def _parts(low: Ints, high: Ints, piece: Ints, boxes: Ints) -> tuple[NDArray[np.
 
 def _check_area(low: Floats, high: Floats) -> None:
     if not len(low):
-        raise FacadeError("A facade has at least one rectangle, found none.")
+        raise FacadeError("A facade needs at least one rectangle, found none.")
     covered, whole = (high - low).prod(axis=1).sum(), (high.max(axis=0) - low.min(axis=0)).prod()
     if not abs(covered - whole) <= 4.0 * TOLERANCE * whole:
         what = "overlap" if covered > whole else "leave gaps"
@@ -127,7 +128,7 @@ def _tree(levels: list[_Depth], order: Ints, low: Floats, high: Floats, names: S
 
 
 def _extents(order: Ints, start: Ints, count: Ints, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Lower left corner and size [K, 2] of what the rectangles of each node fill together."""
+    """Lower left corner and size [K, 2] of the union of the rectangles of each node."""
     lows, highs = low[order[start]], high[order[start]]
     for node in np.flatnonzero(count > 1).tolist():
         boxes = order[start[node] : start[node] + count[node]]

@@ -1,9 +1,9 @@
-"""Wall between boxes: rectangles that leave gaps become a tiling that straight cuts divide.
+"""Wall between boxes: rectangles with gaps become a tiling that straight cuts divide.
 
-A piece of the facade is cut along all lines that cross no box, and the gaps between what is left are wall; along the
-other axis likewise, until a piece is one box or all wall. So wall never stands in the way of a cut. Where every line
-crosses a box, the line is taken that crosses fewest of those that may be cut: bands, and what others hide a part of.
-All other boxes stay whole, unless it is asked to cut them too where nothing else helps.
+A piece of the facade is cut along all lines that cross no box, and gaps between the parts are wall; then along the
+other axis, until each piece is one box or all wall. So wall never prevents a cut. If every line crosses a box, the cut
+is the line that crosses the fewest of the boxes that may be cut: bands, and boxes that are partly hidden. All other
+boxes stay whole, unless cuts through them are allowed as a last resort.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from grammarlab.facade.boxes.pinwheels import pinwheel
 from grammarlab.facade.tree import Ints, X, Y
 
 WALL = -1
-"""Source of what no box covers."""
+"""Source of areas without a box."""
 
 Box = tuple[int, int, int, int, int, bool]
-"""Left, bottom, right, top, source, and whether it must not be cut."""
+"""Left, bottom, right, top, source, and whether it must stay whole."""
 Rectangle = tuple[int, int, int, int]
 
 
 class PinwheelError(FacadeError):
-    """Boxes that no line divides: their sources."""
+    """Boxes that no straight line divides, with their sources."""
 
     def __init__(self, sources: Ints) -> None:
         super().__init__(f"No straight cut divides the boxes {sources.tolist()}.")
@@ -38,13 +38,13 @@ def fill(pieces: VisiblePieces, frame: Rectangle, *, split: bool = False) -> tup
     """A tiling of the frame [K, 4], and the source [K] of each rectangle: a box, or `WALL`.
 
     Args:
-        pieces: rectangles within the frame that do not overlap.
+        pieces: rectangles inside the frame that do not overlap.
         frame: left, bottom, right and top.
-        split: whether boxes that should stay whole are cut where every line crosses one.
+        split: whether boxes that should stay whole may be cut if every line crosses one.
 
     Raises:
-        PinwheelError: where every line crosses a box that must stay whole.
-        FacadeError: when cuts lie too deep within each other.
+        PinwheelError: If every line crosses a box that must stay whole.
+        FacadeError: If cuts are nested too deep.
     """
     rows = np.column_stack([pieces.boxes, pieces.source]).tolist()
     boxes: list[Box] = [(*row, bool(whole)) for row, whole in zip(rows, pieces.whole.tolist(), strict=True)]
@@ -54,7 +54,7 @@ def fill(pieces: VisiblePieces, frame: Rectangle, *, split: bool = False) -> tup
     while left:
         levels += 1
         if levels > MOST_LEVELS:
-            raise FacadeError(f"These boxes need more than {MOST_LEVELS} cuts within each other.")
+            raise FacadeError(f"These boxes need more than {MOST_LEVELS} levels of cuts.")
         pieces_before, left = left, []
         for around, inside in pieces_before:
             if not inside:
@@ -68,7 +68,7 @@ def fill(pieces: VisiblePieces, frame: Rectangle, *, split: bool = False) -> tup
 
 
 def _divided(around: Rectangle, inside: list[Box], along: int) -> list[tuple[Rectangle, list[Box]]]:
-    """Parts of a piece and the gaps between them; nothing where no line divides it."""
+    """Parts of a piece and the gaps between them; empty if no line divides it."""
     inside.sort(key=itemgetter(along))
     parts: list[tuple[int, int, list[Box]]] = []
     reach = around[along]
@@ -94,10 +94,10 @@ def _between(around: Rectangle, along: int, low: int, high: int) -> Rectangle:
 
 
 def _forced(around: Rectangle, inside: list[Box], split: bool) -> list[tuple[Rectangle, list[Box]]]:
-    """Both sides of the line that crosses fewest boxes: first of those that should stay whole, then of the others."""
+    """Both sides of the line that crosses the fewest boxes that should stay whole, then the fewest others."""
     table = np.array([box[:4] for box in inside])
     whole = np.array([box[5] for box in inside])
-    found: list[tuple[int, int, int, int, int]] = []  # whole ones crossed, all crossed, how uneven, axis, where
+    found: list[tuple[int, int, int, int, int]] = []  # whole ones crossed, all crossed, imbalance, axis, line
     for along in (Y, X):
         low, high = table[:, along], table[:, along + 2]
         lines = np.unique(np.concatenate([low, high]))
@@ -117,13 +117,13 @@ def _forced(around: Rectangle, inside: list[Box], split: bool) -> list[tuple[Rec
 
 
 def _crossed(low: Ints, high: Ints, lines: Ints) -> tuple[Ints, Ints]:
-    """How many intervals each line crosses, and how many end before it."""
+    """Number of intervals that each line crosses, and number that end before it."""
     below = np.searchsorted(np.sort(high), lines, side="right")
     return np.searchsorted(np.sort(low), lines, side="left") - below, below
 
 
 def _clipped(inside: list[Box], along: int, low: int, high: int) -> list[Box]:
-    """What lies between two lines of an axis."""
+    """Boxes between two lines of an axis, clipped."""
     found: list[Box] = []
     for box in inside:
         start, end = max(box[along], low), min(box[along + 2], high)

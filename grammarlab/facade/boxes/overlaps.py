@@ -1,8 +1,8 @@
-"""Boxes that overlap: which of two is in front, and what is left of the other.
+"""Overlapping boxes: the front box of each pair, and the visible rest of the other.
 
-A box that lies in another is in front of it, as a window is in a molding. Otherwise what stands further to the front on
-buildings is (`FRONT`), then what is smaller, then what is named first. What is behind keeps its rest, in as many
-rectangles as that takes.
+A box inside another one is in front of it, as a window in a molding. Otherwise the front box is the one whose label
+is usually in front on buildings (`FRONT`), then the smaller one, then the first in the file. The visible rest of the
+other box is divided into rectangles.
 """
 
 from __future__ import annotations
@@ -19,40 +19,40 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import Ints
 
 FRONT = ("deco", "shop", "balcony", "door", "blind", "sill", "window", "pillar", "cornice", "molding", "facade", "wall")
-"""Labels from the front to the back; all others stand beside `window`."""
+"""Labels from the front to the back; all others are level with `window`."""
 
 BANDS = ("pillar", "cornice", "molding", "sill")
-"""Labels of what runs along a wall, and stays what it is when it is cut."""
+"""Labels of elements along a wall, which may be cut."""
 
 MOST_OVERLAPS = 2_000_000
-"""Pairs of boxes that overlap."""
+"""Largest number of pairs of boxes that overlap."""
 _MOST_CELLS = 20_000_000
-"""Cells of all boxes that lose a part."""
+"""Largest number of cells of all boxes with hidden parts."""
 _AT_ONCE = 200
-"""Boxes whose overlaps are looked up together; a stranger's may all overlap all."""
+"""Number of boxes whose overlaps are found together, since all boxes of a file may overlap."""
 
 
 @dataclass(frozen=True, slots=True)
 class VisiblePieces:
-    """What boxes show: M rectangles that do not overlap."""
+    """Visible parts of boxes: M rectangles that do not overlap."""
 
     boxes: Ints
     """[M, 4] lines of left, bottom, right and top."""
     source: Ints
-    """[M] the box that each is of."""
+    """[M] source box of each piece."""
     whole: NDArray[np.bool_]
-    """[M] whether it must not be cut: all of a box that is no band."""
+    """[M] whether it must stay whole: an entire box that is not a band."""
 
 
 def uncovered(boxes: Ints, names: Sequence[str]) -> VisiblePieces:
-    """What is to be seen of boxes that overlap.
+    """Visible parts of overlapping boxes.
 
     Args:
         boxes: [N, 4] lines of left, bottom, right and top.
         names: [N] labels, in lower case.
 
     Raises:
-        FacadeError: when more than `MOST_OVERLAPS` pairs overlap.
+        FacadeError: If more than `MOST_OVERLAPS` pairs overlap.
     """
     front, behind = _overlaps(boxes, names)
     kept = np.setdiff1d(np.arange(len(boxes)), behind)
@@ -63,7 +63,7 @@ def uncovered(boxes: Ints, names: Sequence[str]) -> VisiblePieces:
         rest, taken = _rest(boxes[loser], boxes[hiding])
         cells += taken
         if cells > _MOST_CELLS:
-            raise FacadeError(f"The box {names[loser]!r} and others are hidden in too many places: leave them out.")
+            raise FacadeError(f"The box {names[loser]!r} and others have too many visible pieces: leave them out.")
         pieces.append(rest)
         sources.append(np.full(len(rest), loser))
     whole = np.zeros(sum(map(len, pieces)), dtype=bool)
@@ -72,7 +72,7 @@ def uncovered(boxes: Ints, names: Sequence[str]) -> VisiblePieces:
 
 
 def _overlaps(boxes: Ints, names: Sequence[str]) -> tuple[Ints, Ints]:
-    """Pairs of boxes that overlap: those in front, and those behind."""
+    """Pairs of overlapping boxes: those in front, and those behind."""
     inner = shapely.box(boxes[:, 0] + 0.25, boxes[:, 1] + 0.25, boxes[:, 2] - 0.25, boxes[:, 3] - 0.25)
     tree, pairs, count = shapely.STRtree(inner), [np.zeros((2, 0), dtype=np.int64)], 0
     for start in range(0, len(boxes), _AT_ONCE):
@@ -82,7 +82,7 @@ def _overlaps(boxes: Ints, names: Sequence[str]) -> tuple[Ints, Ints]:
         pairs.append(found)
         count += found.shape[1]
         if count > MOST_OVERLAPS:
-            raise FacadeError(f"More than {MOST_OVERLAPS:,} pairs of boxes overlap; facades have few that do.")
+            raise FacadeError(f"More than {MOST_OVERLAPS:,} pairs of boxes overlap; facades have few such pairs.")
     a, b = np.hstack(pairs)
     beside = FRONT.index("window")
     depth = np.array([FRONT.index(name) if name in FRONT else beside for name in names], dtype=np.int64)
@@ -98,7 +98,7 @@ def _lies_in(inner: Ints, outer: Ints) -> NDArray[Any]:
 
 
 def _rest(box: Ints, hiding: Ints) -> tuple[Ints, int]:
-    """[M, 4] rectangles of a box that others leave to be seen, and the cells that it took to find them."""
+    """[M, 4] rectangles of the visible parts of a box, and the number of cells examined."""
     clipped = np.clip(hiding, np.tile(box[:2], 2), np.tile(box[2:], 2))
     columns = np.unique(np.concatenate([box[[0, 2]], clipped[:, 0], clipped[:, 2]]))
     rows = np.unique(np.concatenate([box[[1, 3]], clipped[:, 1], clipped[:, 3]]))
@@ -116,7 +116,7 @@ def _rest(box: Ints, hiding: Ints) -> tuple[Ints, int]:
 
 
 def _runs(seen: NDArray[np.bool_]) -> Ints:
-    """[M, 4] cells as rectangles: runs along the second axis, joined while those of neighbours are equal."""
+    """[M, 4] cells as rectangles: runs along the second axis, merged with equal runs of neighbours."""
     found: list[list[int]] = []
     open_runs: dict[tuple[int, int], list[int]] = {}
     for place, line in enumerate(seen):

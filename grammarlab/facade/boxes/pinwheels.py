@@ -9,11 +9,11 @@ import numpy as np
 from grammarlab.facade.tree import Floats, Ints, X, Y
 
 _NAMED = 8
-"""Rectangles of a pinwheel that a message names."""
+"""Largest number of rectangles of a pinwheel in a message."""
 
 
 def components(boxes: Ints, along: int) -> list[Ints]:
-    """Indices of what hangs together along an axis, from low to high.
+    """Indices of each connected group along an axis, from low to high.
 
     Args:
         boxes: [N, 4] left, bottom, right, top.
@@ -27,7 +27,7 @@ def components(boxes: Ints, along: int) -> list[Ints]:
 
 
 def pinwheel(boxes: Ints) -> Ints:
-    """Indices of rectangles that no line divides: those of which none can be left out, and what lies between them.
+    """Indices of rectangles that no line divides: a minimal set, and the rectangles between them.
 
     Args:
         boxes: [N, 4] left, bottom, right, top, as integers, that do not overlap and cannot be divided by cuts.
@@ -51,14 +51,14 @@ def pinwheel(boxes: Ints) -> Ints:
 
 
 def pinwheel_text(found: Ints, low: Floats, high: Floats, names: Sequence[str], number: Ints) -> str:
-    """What to say of rectangles that no line divides.
+    """Message on rectangles that no line divides.
 
     Args:
-        found: those of the pinwheel.
-        low: [N, 2] lower left corners of all, in metres.
+        found: rectangles of the pinwheel.
+        low: [N, 2] lower left corners of all rectangles, metres.
         high: [N, 2] upper right corners.
-        names: [N] what they are called.
-        number: [N] by which a person finds them.
+        names: [N] labels.
+        number: [N] numbers for the user.
     """
     shown = [
         f"{names[each] or 'rectangle'} {number[each]} at ({low[each, X]:.6g}, {low[each, Y]:.6g}) to "
@@ -68,12 +68,12 @@ def pinwheel_text(found: Ints, low: Floats, high: Floats, names: Sequence[str], 
     more = f"; and {len(shown) - _NAMED} more" if len(shown) > _NAMED else ""
     return (
         f"No straight cut divides these {len(shown)} rectangles, which form a pinwheel: "
-        f"{'; '.join(shown[:_NAMED])}{more}. Change one of them so that a line from side to side crosses none."
+        f"{'; '.join(shown[:_NAMED])}{more}. Change one of them so that a line from side to side crosses none of them."
     )
 
 
 def _undivided(boxes: Ints) -> Ints | None:
-    """Indices of rectangles that cuts leave together, if any."""
+    """Indices of rectangles that cuts do not separate, if any."""
     pieces = [np.arange(len(boxes))]
     while pieces:
         piece = pieces.pop()

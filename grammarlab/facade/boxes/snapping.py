@@ -1,4 +1,4 @@
-"""Sides of boxes that nearly have one coordinate are given one, so that boxes touch and stand in line."""
+"""Snapping: nearly equal coordinates of sides become equal, so that boxes touch and are aligned."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from grammarlab.facade.tree import Floats, Ints
 
 @dataclass(frozen=True, slots=True)
 class Snapped:
-    """N boxes whose sides lie on few lines."""
+    """N boxes with sides on few lines."""
 
     low: Ints
     """[N, 2] line of the left and of the lower side of each box."""
     high: Ints
-    """[N, 2] line of the right and of the upper side; further than that of `low`."""
+    """[N, 2] line of the right and of the upper side; greater than that of `low`."""
     lines: tuple[Floats, Floats]
     """Coordinates of the lines across x and across y, ascending."""
     moved: float
@@ -24,16 +24,16 @@ class Snapped:
 
 
 def snap(low: Floats, high: Floats, frame: Floats, tolerance: float) -> Snapped:
-    """Boxes with sides on few lines: those of one line lay within the tolerance, and the line is at their median.
+    """Boxes with sides on few lines: all sides of a line lie within the tolerance, and the line is at their median.
 
-    Coordinates are parted at their largest gap, again and again, until those of each part lie within the tolerance and
-    no box has both its sides there; so no box loses its size, be it as thin as it may. Boxes that touch exactly and
-    lines further apart than the tolerance stay as they are, to the last bit.
+    Coordinates are divided recursively at their largest gap, until those of each part lie within the tolerance and no
+    box has both of its sides there; so even a thin box keeps a size above 0. Boxes that touch exactly and lines with
+    distances above the tolerance are unchanged, to the last bit.
 
     Args:
-        low: [N, 2] lower left corners, within the frame.
+        low: [N, 2] lower left corners, inside the frame.
         high: [N, 2] upper right corners, larger than `low`.
-        frame: [2, 2] lower left and upper right corner of the facade, which stay in their place.
+        frame: [2, 2] lower left and upper right corner of the facade, which do not move.
         tolerance: in the units of the boxes, >= 0.
     """
     low, high = np.vstack([low, frame[:1]]), np.vstack([high, frame[1:]])
@@ -49,7 +49,7 @@ def snap(low: Floats, high: Floats, frame: Floats, tolerance: float) -> Snapped:
 
 
 def _snapped_axis(low: Floats, high: Floats, tolerance: float) -> tuple[Ints, Ints, Floats]:
-    """Lines of the lower [N] and higher [N] sides along one axis, and where they are; the last box is the frame."""
+    """Lines of the lower [N] and higher [N] sides along one axis, and their coordinates; the last box is the frame."""
     sides = np.concatenate([low, high])
     order = np.argsort(sides, kind="stable")
     values, box = sides[order], order % len(low)
@@ -62,7 +62,7 @@ def _snapped_axis(low: Floats, high: Floats, tolerance: float) -> tuple[Ints, In
 
 
 def _other_side_before(box: Ints) -> Ints:
-    """[2 N] place of the other side of each place's box if that comes first, else -1."""
+    """[2 N] place of the other side of the same box if it comes first, else -1."""
     places = np.argsort(box, kind="stable").reshape(-1, 2)
     before = np.full(len(box), -1)
     before[places[:, 1]] = places[:, 0]
@@ -70,7 +70,7 @@ def _other_side_before(box: Ints) -> Ints:
 
 
 def _starts(values: Floats, before: Ints, tolerance: float) -> Ints:
-    """Where the values [K], ascending, of each line begin."""
+    """Index of the first value of each line, for ascending values [K]."""
     gaps = np.diff(values)
     wide = np.concatenate([[0], 1 + np.flatnonzero(gaps > tolerance), [len(values)]])
     starts, parts = [], list(zip(wide[:-1].tolist(), wide[1:].tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""A grid of units as a stochastic CGA grammar: other rows and columns that follow each other as they do in it."""
+"""A grid of units as a stochastic CGA grammar: its rows and columns in other numbers and the same orders."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _DIGITS = 6
 
 @dataclass(frozen=True, slots=True)
 class Units:
-    """What stands in the cells of a grid."""
+    """Units in the cells of a grid."""
 
     widths: NDArray[np.float64]
-    """[columns] metres."""
+    """[columns] widths, metres."""
     heights: NDArray[np.float64]
-    """[rows] metres, from the bottom up."""
+    """[rows] heights, metres, from the bottom up."""
     bodies: tuple[str, ...]
     """By label: CGA that makes a unit in its scope, such as ``i("unit-3.glb")``."""
 
 
 def inserted(name: str, depth: float) -> str:
-    """CGA that puts a mesh into the rectangle of its cell.
+    """CGA that inserts a mesh into the rectangle of its cell.
 
     >>> print(inserted("unit-3.glb", 0.35))
     s('1, '1, 0.35) i("unit-3.glb")
@@ -46,18 +46,18 @@ def inserted(name: str, depth: float) -> str:
 def write_label_family(grid: LabelGrid, units: Units, widths: Range, heights: Range) -> WrittenFamily:
     """The family of a grid, as rules whose every derivation is a facade of its rows and columns.
 
-    Columns are a Markov chain: one follows another as often as in the grid. The first and the last stay at the ends;
-    the lowest and the highest row stay where they are, runs of rows between them come any number of times. A unit that
-    the ground floor has once, such as its door, is in every facade once.
+    Columns are a Markov chain with the transition frequencies of the grid. The first and the last stay at the ends; the
+    lowest and the highest row stay in place, and runs of rows between them are repeated any number of times. A unit
+    that occurs once on the ground floor, such as its door, occurs once in every facade.
 
     Args:
         grid: an example, or a result of synthesis; without holes.
-        units: what stands in its cells.
-        widths: metres of facades, at least and at most.
-        heights: metres.
+        units: units in its cells.
+        widths: least and largest width of facades, metres.
+        heights: least and largest height, metres.
 
     Raises:
-        FacadeError: for holes, sizes or bodies that do not fit the grid, and ranges in which no facade is.
+        FacadeError: If there are holes, sizes or bodies do not fit the grid, or no facade is within the ranges.
     """
     _check(grid, units)
     labels = grid.labels
@@ -72,12 +72,12 @@ def write_label_family(grid: LabelGrid, units: Units, widths: Range, heights: Ra
 
 
 def _unit_name(name: str, label: int) -> str:
-    """What a unit is called: by its label, unless walls are called so, which are stretched and joined."""
+    """The name of a unit: its label, or another name for the labels of walls, which are stretched and joined."""
     return f"unit {label}" if look_of(name).gives else name
 
 
 def _lines(labels: Labels, sizes: NDArray[np.float64], door: NDArray[np.bool_]) -> tuple[Lines, list[int]]:
-    """Lines of equal labels as kinds, but those at both ends as kinds of their own; and the first line of each kind."""
+    """Classes of equal lines, with classes of their own for both end lines; and the first line of each class."""
     kinds: list[int] = []
     first: list[int] = []
     known: dict[tuple[int, bytes], int] = {}

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from grammarlab.errors import FacadeError
 
 HOLE = -1
-"""Label of a cell of which nothing is known."""
+"""Label of an unknown cell."""
 MOST_CELLS = 40_000
-"""Cells that a grid may have: 200 x 200."""
+"""Largest number of cells of a grid: 200 x 200."""
 
 Labels = NDArray[np.int64]
 
@@ -23,27 +23,27 @@ class LabelGrid:
     """A facade as an array of labels."""
 
     labels: Labels
-    """[rows, columns] label of each unit, row 0 at the bottom, column 0 at the left; `HOLE` where none is known."""
+    """[rows, columns] label of each unit, row 0 at the bottom, column 0 at the left; `HOLE` for an unknown one."""
     names: tuple[str, ...]
-    """Name of each label, each once."""
+    """Unique name of each label."""
 
     @classmethod
     def of(cls, labels: ArrayLike, names: Sequence[str] | None = None) -> LabelGrid:
-        """A checked grid, with labels named by their number where no names are given.
+        """A checked grid; labels without given names are named by their number.
 
         Args:
-            labels: [rows, columns] whole numbers from 0, or `HOLE`; row 0 at the bottom.
+            labels: [rows, columns] integers from 0, or `HOLE`; row 0 at the bottom.
             names: one for each label.
 
         Raises:
-            FacadeError: for no cell at all, labels without a name, or a grid that is too large.
+            FacadeError: If there is no cell, a label has no name, or the grid is too large.
         """
         try:
             values = np.asarray(labels)
         except ValueError as error:
             raise FacadeError("labels: expected rows of equal length.") from error
         if values.ndim != 2 or values.size == 0:
-            raise FacadeError(f"labels: expected rows and columns with one cell at least, found shape {values.shape}.")
+            raise FacadeError(f"labels: expected rows and columns with at least one cell, found shape {values.shape}.")
         if values.size > MOST_CELLS:
             raise FacadeError(
                 f"labels: {values.shape[0]} x {values.shape[1]} cells; at most {MOST_CELLS:,} are allowed."
@@ -54,12 +54,12 @@ class LabelGrid:
         if found.min() < HOLE or found.max() >= MOST_CELLS:
             raise FacadeError(f"labels: expected 0 to {MOST_CELLS - 1:,}, or {HOLE} for a hole; found {found.min()}.")
         if found.max() < 0:
-            raise FacadeError("labels: all cells are holes; label one at least.")
+            raise FacadeError("labels: all cells are holes; label at least one.")
         given = tuple(str(k) for k in range(int(found.max()) + 1)) if names is None else tuple(names)
         if found.max() >= len(given):
             raise FacadeError(f"labels: label {found.max()} has no name; {len(given)} names are given.")
         if len(set(given)) < len(given):
-            raise FacadeError("labels: a name occurs twice; each label needs a name of its own.")
+            raise FacadeError("labels: a name occurs twice; each label needs a different name.")
         found.setflags(write=False)
         return cls(found, given)
 
@@ -75,7 +75,7 @@ class LabelGrid:
         """Number of a name.
 
         Raises:
-            FacadeError: for an unknown name; lists those there are.
+            FacadeError: If the name is unknown; the message lists the known names.
         """
         if name not in self.names:
             raise FacadeError(f"unknown label {name!r}; expected one of {', '.join(self.names)}.")
@@ -83,7 +83,7 @@ class LabelGrid:
 
 
 def joined(examples: Sequence[LabelGrid]) -> list[LabelGrid]:
-    """The same grids with one numbering of names, in the order in which names first come."""
+    """The same grids with one numbering of names, in order of occurrence."""
     names = tuple(dict.fromkeys(name for example in examples for name in example.names))
     found = []
     for example in examples:

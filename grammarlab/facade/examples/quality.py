@@ -1,4 +1,4 @@
-"""How near a grid of labels is to its examples, in numbers."""
+"""Similarity of a grid of labels and its examples, in numbers."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ _WINDOW = 3
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """How near a grid is to its examples; each from 0 to 1."""
+    """Similarity of a grid and its examples; each value from 0 to 1."""
 
     patch_similarity: float
-    """Bidirectional: mean of how much of a window agrees with the nearest of the other side, from the grid to the
-    examples and from the examples to the grid; 1 when each has every window of the other."""
+    """Bidirectional: mean share of equal cells of a window and the nearest one of the other side, from the grid to the
+    examples and from the examples to the grid; 1 if each has every window of the other."""
     cooccurrence: float
-    """Total variation distance of the pairs of labels side by side and one above the other; 0 when equally frequent."""
+    """Total variation distance of pairs of adjacent labels, horizontal and vertical; 0 for equal frequencies."""
     histogram: float
-    """Total variation distance of the labels; 0 when equally frequent."""
+    """Total variation distance of the labels; 0 for equal frequencies."""
     novelty: float
-    """Part of the grid's windows that are in no example."""
+    """Share of the grid's windows that are in no example."""
 
 
 def quality_of(grid: Labels, examples: Sequence[LabelGrid]) -> Quality:
     """The quality of a grid.
 
-    Windows have 3 rows and 3 columns, or fewer where a grid has fewer. Holes agree with everything.
+    Windows have 3 rows and 3 columns, or fewer if a grid has fewer. Holes match any label.
 
     Args:
         grid: [rows, columns] labels.
-        examples: with the same numbering of labels.
+        examples: examples with the same numbering of labels.
     """
     height = min(_WINDOW, grid.shape[0], *(example.rows for example in examples))
     width = min(_WINDOW, grid.shape[1], *(example.columns for example in examples))
@@ -60,7 +60,7 @@ def _windows(labels: Labels, height: int, width: int) -> Labels:
 
 
 def _differences(one: Labels, other: Labels) -> Labels:
-    """[len(one), len(other)] labels that differ."""
+    """[len(one), len(other)] number of differing labels."""
     found = np.zeros((len(one), len(other)), dtype=np.int64)
     for here, there in zip(one.T, other.T, strict=True):
         found += (here[:, None] != there) & (here[:, None] >= 0) & (there >= 0)
@@ -68,7 +68,7 @@ def _differences(one: Labels, other: Labels) -> Labels:
 
 
 def _distance(one: Sequence[Labels], other: Sequence[Labels], pairs: bool) -> float:
-    """Total variation distance of labels, or of pairs of neighbours, side by side and above each other apart."""
+    """Total variation distance of labels, or of pairs of neighbours, with horizontal and vertical pairs apart."""
     tables = []
     for grids in (one, other):
         keys: dict[tuple[int, ...], float] = {}

@@ -1,4 +1,4 @@
-"""Other grids of labels after the manner of examples, of any size."""
+"""New grids of labels in the style of examples, of any size."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ MOST_RESULTS = 100
 
 @dataclass(frozen=True, slots=True)
 class Synthesis:
-    """A new grid of labels, and how good it is."""
+    """A new grid of labels, and its quality."""
 
     grid: LabelGrid
     method: Method
     energy: int
-    """Labels that differ, summed over a window about every cell, each against the nearest window of the examples that
-    has the same borders (Eq. 1 and 2, with borders), and 9 for every cell that breaks what is asked of the grid, which
-    is no less than what mending it may add. Grids of both methods are measured by it; without borders it is
-    `paper_energy` and those 9."""
+    """Number of differing labels, summed over a window at every cell, each compared with the nearest window of the
+    examples at the same borders (Eq. 1 and 2, with borders), plus 9 for every cell that violates a constraint, since a
+    correction increases the energy by at most 9. It applies to grids of both methods; without borders it is
+    `paper_energy` plus those 9."""
     bound: int
-    """No grid that keeps what is asked has less energy; 0 by method em, which knows none."""
+    """Lower bound of the energy of every grid that satisfies the constraints; 0 with method em, which has no bound."""
     proven: bool
-    """Energy and bound are equal."""
+    """Whether energy and bound are equal."""
     paper_energy: int
-    """E(O) of the paper's Eq. 1: windows of 3 x 3 cells within the grid only, borders forgotten."""
+    """E(O) of the paper's Eq. 1: windows of 3 x 3 cells inside the grid only, without borders."""
     history: tuple[int, ...]
-    """By method em, the paper's energy after each iteration; else empty."""
+    """With method em, the paper's energy after each iteration; else empty."""
     quality: Quality
     notes: tuple[str, ...]
-    """What had to give way, in words."""
+    """Defaults that could not be kept, in words."""
 
 
 def synthesize(
@@ -61,30 +61,30 @@ def synthesize(
     effort: float = 1.0,
     borders: bool = True,
 ) -> list[Synthesis]:
-    """Grids of the same kind as the examples, best first; by method exact no two are equal.
+    """Grids of the same kind as the examples, best first; with method exact, all are different.
 
     Args:
         examples: one or more; labels of equal name are equal.
-        rows: of the new grid, 1 or more.
-        columns: of the new grid, 1 or more.
-        method: `exact` keeps borders and wishes and bounds the energy; `em` is the paper's, for comparison: it keeps
-            neither.
-        wishes: what is asked of the grid.
-        seed: of all random choices.
-        count: grids wanted; exact gives fewer where it found fewer, em one for each seed from the given one on.
-        regions: [rows, columns] which example each cell is made after; all examples everywhere, when left out.
-        effort: how much more work than usual is done before a gap between energy and bound is accepted.
-        borders: compare windows about all cells, borders with borders; if not, energies are the paper's E(O), and
-            nothing keeps the ground floor, the corners or the door.
+        rows: rows of the new grid, 1 or more.
+        columns: columns of the new grid, 1 or more.
+        method: `exact` keeps borders and wishes and bounds the energy; `em` is the paper's method, for comparison, and
+            keeps neither.
+        wishes: wishes for the grid.
+        seed: seed of all random choices.
+        count: number of grids; exact may return fewer, em returns one for each seed from the given one on.
+        regions: [rows, columns] example of each cell; all examples everywhere if left out.
+        effort: factor on the usual amount of work before a gap between energy and bound is accepted.
+        borders: whether to compare windows at all cells, and borders with borders; if not, energies are the paper's
+            E(O), and ground floor, corners and door are not kept.
 
     Raises:
-        FacadeError: for wishes that contradict each other, or sizes out of range.
+        FacadeError: If wishes contradict each other, or sizes are out of range.
     """
     if not examples:
-        raise FacadeError("examples: expected one at least, found none.")
+        raise FacadeError("examples: expected at least one, found none.")
     if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
         raise FacadeError(
-            f"rows, columns: expected 1 or more, and {MOST_CELLS:,} cells at most; found {rows} x {columns}."
+            f"rows, columns: expected 1 or more, and at most {MOST_CELLS:,} cells; found {rows} x {columns}."
         )
     if not 1 <= count <= MOST_RESULTS:
         raise FacadeError(f"count: expected 1 to {MOST_RESULTS}, found {count}.")
@@ -95,7 +95,7 @@ def synthesize(
     if rows * columns * sum(len(patches) for patches in plain.patches) > MOST_COMPARED:
         raise FacadeError(
             f"examples: {sum(len(patches) for patches in plain.patches):,} different windows are too many for "
-            f"{rows} x {columns} cells; give smaller examples, or ask for fewer cells."
+            f"{rows} x {columns} cells; use smaller examples or fewer cells."
         )
     demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False))
     bound = 0
@@ -112,8 +112,8 @@ def synthesize(
         except FacadeError:
             if len(demands.counts) == len(wishes.counts):
                 raise
-            # What a person asks for goes before what is kept by default.
-            given_up = "the units of the ground floor could not all be kept beside the wishes"
+            # Wishes take precedence over defaults.
+            given_up = "the units of the ground floor could not all be kept with these wishes"
             demands = replace(demands_of(problem.domain, grids, replace(wishes, keep=False)), notes=(given_up,))
             found = least_energy(problem, demands, grids, seed, count, effort)
         bound = found.bound

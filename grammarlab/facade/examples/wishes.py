@@ -1,4 +1,4 @@
-"""What a person asks of the labels of a new facade."""
+"""Wishes of a person for the labels of a new facade."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Rows = Literal["ground", "top", "between"]
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """How often a label comes."""
+    """The number of occurrences of a label."""
 
     label: str
     least: int
@@ -19,7 +19,7 @@ class Count:
 
 @dataclass(frozen=True, slots=True)
 class Only:
-    """A label that comes in these rows only."""
+    """A label that occurs only in these rows."""
 
     label: str
     rows: Rows
@@ -27,25 +27,25 @@ class Only:
 
 @dataclass(frozen=True, slots=True)
 class Fixed:
-    """A cell with a label that is given."""
+    """A cell with a given label."""
 
     row: int
-    """From 0, at the bottom."""
+    """Index from 0, at the bottom."""
     column: int
-    """From 0, at the left."""
+    """Index from 0, at the left."""
     label: str
 
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """All that is asked of one facade; nothing, unless said."""
+    """All wishes for one facade; none by default."""
 
     counts: tuple[Count, ...] = ()
     only: tuple[Only, ...] = ()
     fixed: tuple[Fixed, ...] = ()
     equal_corners: bool = False
-    """The left and the right corner of the lowest row have one label; so have those of the highest row."""
+    """Whether the left and the right corner of the lowest row have the same label, and so those of the highest row."""
     symmetric: bool = False
-    """Every row reads the same from both sides."""
+    """Whether every row is a palindrome."""
     keep: bool = True
-    """A unit of the ground floor that the example has once, such as its door, comes exactly once."""
+    """Whether a unit that occurs once on the example's ground floor, such as its door, occurs exactly once."""

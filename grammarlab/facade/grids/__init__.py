@@ -1,1 +1,1 @@
-"""Grids of a facade: proposed, edited, and how they belong together."""
+"""Grids of a facade: proposals, editing, and relations between grids."""

@@ -1,4 +1,4 @@
-"""Grids from sets of nodes, by hand and from a rectangle, and how grids belong together (paper 000, section 3)."""
+"""Grids from sets of nodes, from a selection or a rectangle, and relations between grids (paper 000, section 3)."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Ints = NDArray[np.int64]
 
 
 def lines(low: Floats, high: Floats) -> Ints:
-    """[E] which line, from 0 at the lowest, each of E intervals [low, high] belongs to.
+    """[E] line, from 0 for the lowest, of each of E intervals [low, high].
 
-    The sweep of the paper: from the lowest on, an interval joins the line as long as it overlaps with all that are in
-    it. An interval that overlaps with several lines, as a door does with storeys, then moves to the one that it
-    overlaps most, among equals to the last: doors stand below. So any two of one line overlap, and nodes without
-    overlap never share a row and a column.
+    The sweep of the paper: from the lowest on, an interval joins the line as long as it overlaps with all intervals of
+    it. An interval that overlaps with several lines, as a door does with storeys, then moves to the line with the
+    largest overlap, the last of equal ones: doors belong to lower storeys. So any two intervals of one line overlap,
+    and nodes without overlap never share both a row and a column.
     """
     line = np.zeros(len(low), dtype=np.int64)
     cores: list[list[float]] = []
@@ -36,7 +36,7 @@ def lines(low: Floats, high: Floats) -> Ints:
     core = np.array(cores).reshape(-1, 2)
     overlap = np.minimum(high[:, None], core[:, 1]) - np.maximum(low[:, None], core[:, 0])
     for each in np.flatnonzero((overlap > 0.0).sum(axis=1) > 1).tolist():
-        # The cores shrink as intervals join, so what counts is what is left of them.
+        # The cores shrink as intervals join, so only the rest of a core counts.
         left = np.minimum(high[each], core[:, 1]) - np.maximum(low[each], core[:, 0])
         line[each] = best = int(np.flatnonzero(left >= left.max() * (1.0 - 1e-6))[-1])
         core[best] = max(core[best, 0], low[each]), min(core[best, 1], high[each])
@@ -47,12 +47,12 @@ def arranged(facade: Facade, name: str, nodes: ArrayLike) -> Grid:
     """The grid of a set of nodes: its rows from the top, its columns from the left.
 
     Raises:
-        FacadeError: for no node, a node that the facade does not have, and nodes within each other.
+        FacadeError: If there are no nodes, unknown nodes, or nodes inside each other.
     """
     node = np.unique(np.asarray(nodes, dtype=np.int64))
     if not node.size or node[0] < 0 or node[-1] >= len(facade):
         raise FacadeError(f"Grid {name}: expected nodes from 0 to {len(facade) - 1}, found {node.tolist()[:12]}.")
-    # In preorder what lies within a node comes right after it.
+    # In preorder, the parts of a node follow it directly.
     nested = np.flatnonzero(node[1:] < facade.end[node[:-1]])
     if nested.size:
         outer, inner = node[nested[0]], node[nested[0] + 1]
@@ -63,10 +63,10 @@ def arranged(facade: Facade, name: str, nodes: ArrayLike) -> Grid:
 
 
 def grid_of(facade: Facade, name: str) -> Grid:
-    """The grid of this name.
+    """The grid with this name.
 
     Raises:
-        FacadeError: when there is none; says which there are.
+        FacadeError: If there is none; the message lists the known names.
     """
     for grid in facade.grids:
         if grid.name == name:
@@ -76,7 +76,7 @@ def grid_of(facade: Facade, name: str) -> Grid:
 
 
 def with_grid(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
-    """A facade with a grid of these nodes, in place of the one of this name if there is one."""
+    """A facade with a grid of these nodes, which replaces any grid with this name."""
     grid = arranged(facade, name, nodes)
     if any(other.name == name for other in facade.grids):
         return replace(facade, grids=tuple(grid if other.name == name else other for other in facade.grids))
@@ -84,25 +84,25 @@ def with_grid(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
 
 
 def without_grid(facade: Facade, name: str) -> Facade:
-    """A facade less one grid."""
+    """A facade without one of its grids."""
     gone = grid_of(facade, name)
     return replace(facade, grids=tuple(grid for grid in facade.grids if grid is not gone))
 
 
 def toggled(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
-    """A facade with one grid changed: nodes that it lacks are added, those that it has removed; an empty grid goes."""
+    """A facade with one grid changed: missing nodes are added, existing ones removed; an empty grid is deleted."""
     left = np.setxor1d(grid_of(facade, name).node, np.asarray(nodes, dtype=np.int64))
     return with_grid(facade, name, left) if left.size else without_grid(facade, name)
 
 
 def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = None) -> Ints:
-    """The topmost labelled nodes that lie wholly in a rectangle.
+    """The topmost labelled nodes that are entirely inside a rectangle.
 
     Args:
-        facade: Where to look.
+        facade: the facade.
         low: [2] metres, one corner.
         high: [2] metres, the opposite corner.
-        label: What the nodes are called; any name but those of the background by default.
+        label: label of the nodes; any label except those of the background by default.
     """
     corners = np.sort([np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)], axis=0)
     slack = TOLERANCE * facade.size[0]
@@ -112,7 +112,7 @@ def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = N
 
 
 def topmost(facade: Facade, chosen: Bools) -> Ints:
-    """The chosen nodes that lie within no other chosen one, ascending."""
+    """The chosen nodes that are not inside another chosen one, ascending."""
     found, end = [], 0
     for node in np.flatnonzero(chosen).tolist():
         if node >= end:
@@ -122,16 +122,16 @@ def topmost(facade: Facade, chosen: Bools) -> Ints:
 
 
 def enclosing(facade: Facade) -> Ints:
-    """[G] for each grid the smallest one of which it is a subgrid, -1 for none.
+    """[G] for each grid, the smallest grid of which it is a subgrid, -1 for none.
 
-    A grid is a subgrid of another when one element of the other holds all of its elements.
+    A grid is a subgrid of another if one element of the other contains all of its elements.
     """
     above = np.full(len(facade.grids), -1, dtype=np.int64)
     for inner, grid in enumerate(facade.grids):
         nearest = -1
         for outer, other in enumerate(facade.grids):
             around = other.node[(other.node <= grid.node[0]) & (facade.end[other.node] >= facade.end[grid.node[-1]])]
-            # One node alone may be a grid of its own; that does not put it into itself.
+            # A grid of a single node is not a subgrid of itself.
             if outer != inner and around.size and around[0] > nearest and not np.array_equal(around, grid.node):
                 nearest, above[inner] = int(around[0]), outer
     return above
@@ -149,11 +149,11 @@ def following(facade: Facade, name: str) -> tuple[str, ...]:
 
 
 def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
-    """The other grids whose columns (or rows) stand one by one above those of a grid, as sills do with windows.
+    """The other grids whose columns (or rows) are aligned one by one with those of a grid, as sills with windows.
 
     Args:
-        facade: With the grids.
-        name: Of the grid.
+        facade: a facade with the grids.
+        name: name of the grid.
         axis: X for columns, Y for rows.
     """
     chosen = grid_of(facade, name)
@@ -172,7 +172,7 @@ def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
     for other in facade.grids:
         there = extents(other)
         if other is not chosen and there.shape == here.shape and not _nested(facade, chosen, other):
-            # Each line overlaps with that of its own number and with no other.
+            # Each line overlaps with the line of the same number and with no other.
             overlap = np.minimum(here[1][:, None], there[1]) - np.maximum(here[0][:, None], there[0])
             if np.array_equal(overlap > TOLERANCE * facade.size[0, axis], np.eye(len(overlap), dtype=np.bool_)):
                 found.append(other.name)
@@ -180,7 +180,7 @@ def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
 
 
 def _nested(facade: Facade, one: Grid, other: Grid) -> bool:
-    """Whether an element of either grid holds one of the other, or is it."""
+    """Whether an element of either grid contains or equals one of the other."""
     inside = (one.node[:, None] <= other.node) & (other.node < facade.end[one.node][:, None])
     around = (other.node <= one.node[:, None]) & (one.node[:, None] < facade.end[other.node])
     return bool((inside | around).any())

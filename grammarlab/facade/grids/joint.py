@@ -1,4 +1,4 @@
-"""One grid of several: windows of different kinds that stand in the same columns, storey above storey."""
+"""One grid from several: windows of different kinds in the same columns, storey above storey."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from grammarlab.facade.grids.proposals import WELL_FILLED
 from grammarlab.facade.tree import Facade, X
 
 _SHARED = 0.4
-"""Part of the widest element of a column that all of its elements have in common."""
+"""Least common part of all elements of a column, as a fraction of the widest."""
 
 
 def with_joint(facade: Facade) -> Facade:
-    """A facade whose largest grid has taken up all grids that continue it.
+    """A facade whose largest grid is merged with all grids that continue it.
 
     A grid continues another if both together have the columns of the one with more, a row for each row of both, fill
-    most of their places, and share the middle of each column. So storeys with other windows get and lose the same
+    most of their places, and share the middle of each column. So storeys with other windows gain and lose the same
     columns.
     """
     grids = sorted(facade.grids, key=lambda grid: -len(grid.node))
@@ -31,7 +31,7 @@ def with_joint(facade: Facade) -> Facade:
     for grid in grids:
         try:
             both = arranged(facade, f"{joint.name} and {grid.name}", np.append(joint.node, grid.node))
-        except FacadeError:  # one within the other
+        except FacadeError:  # one is inside the other
             continue
         if (
             both.num_columns == max(joint.num_columns, grid.num_columns)
@@ -46,7 +46,7 @@ def with_joint(facade: Facade) -> Facade:
 
 
 def _concentric(facade: Facade, grid: Grid) -> bool:
-    """Whether all elements of each column have a good part of the widest one's width in common."""
+    """Whether all elements of each column share a good part of the widest one's width."""
     low, size = facade.position[grid.node, X], facade.size[grid.node, X]
     left, right, widest = np.full((3, grid.num_columns), [[-np.inf], [np.inf], [0.0]])
     np.maximum.at(left, grid.column, low)

@@ -1,4 +1,4 @@
-"""Which nodes of a facade are alike: by what they are made of, and by size."""
+"""Similar nodes of a facade: equal structure, and equal size."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SAME_SIZE = 0.05
-"""Part of the larger width or height by which alike nodes may differ."""
+"""Largest difference of similar nodes, as a fraction of the larger width or height."""
 BACKGROUND = frozenset({"", "wall", "facade", "background"})
-"""Labels, in any case, of what lies between the elements of a facade."""
+"""Labels, in any case, of the area between the elements of a facade."""
 
 
 def types(facade: Facade) -> Ints:
-    """[N] a number for each node: the same for nodes of the same label with parts of the same types in the same order.
+    """[N] type of each node: equal for nodes of the same label with parts of the same types in the same order.
 
-    Sizes do not count.
+    Sizes are ignored.
     """
     numbers: dict[tuple[int, ...], int] = {}
     found = np.zeros(len(facade), dtype=np.int64)
@@ -31,9 +31,9 @@ def types(facade: Facade) -> Ints:
 
 
 def kinds(facade: Facade) -> Ints:
-    """[N] a number for each node: the same for nodes of one type whose widths and heights are nearly the same.
+    """[N] kind of each node: equal for nodes of one type with nearly equal widths and heights.
 
-    Sizes of one type in ascending order fall apart where the next one is larger by more than `SAME_SIZE`.
+    Ascending sizes of one type are divided where the next one is larger by more than `SAME_SIZE`.
     """
     found = types(facade)
     for along in (X, Y):
@@ -42,7 +42,7 @@ def kinds(facade: Facade) -> Ints:
 
 
 def is_background(facade: Facade) -> NDArray[np.bool_]:
-    """[N] whether a node is called like one of `BACKGROUND`, or not at all."""
+    """[N] whether a node's label is one of `BACKGROUND`, or empty."""
     plain = np.array([name.lower() in BACKGROUND for name in facade.labels] + [True])
     return plain[facade.label]
 

@@ -16,17 +16,17 @@ from grammarlab.facade.tree import LEAF, Facade
 Ints = NDArray[np.int64]
 
 WELL_FILLED = 0.75
-"""Part of its places at which nodes of one type make a grid together, whatever their sizes."""
+"""Least share of filled places for a grid of nodes of one type, of any sizes."""
 HALF_FILLED = 0.5
-"""Part of its places that nodes of one size need."""
+"""Least share of filled places for a grid of nodes of one size."""
 
 
 def with_proposals(facade: Facade) -> Facade:
-    """A facade with the grids that are proposed for it, in place of any others.
+    """A facade with proposed grids, which replace any others.
 
-    On each level the elements are the topmost nodes with a label that is not one of the background, or without a label
-    but repeated and without any background within. Elements of one label make a grid when they fill most of its
-    places; otherwise those of one size make one each. The same then holds within each element, down to the leaves.
+    On each level, the elements are the topmost nodes with a label that is not one of the background, or without a label
+    but repeated and without any background inside. Elements of one label form a grid if they fill most of its places;
+    otherwise those of each size form one. The same applies inside each element, down to the leaves.
     """
     grids: list[Grid] = []
     pending, candidates = [0], _Candidates.of(facade)
@@ -40,17 +40,17 @@ def with_proposals(facade: Facade) -> Facade:
 
 @dataclass(frozen=True, slots=True)
 class _Candidates:
-    """What may be an element of a grid."""
+    """Possible elements of grids."""
 
     facade: Facade
     type: Ints
-    """[N] from `kinds.types`."""
+    """[N] types from `kinds.types`."""
     kind: Ints
-    """[N] from `kinds.kinds`."""
+    """[N] kinds from `kinds.kinds`."""
     background: NDArray[np.bool_]
-    """[N]"""
+    """[N] whether each node is background."""
     pure: NDArray[np.bool_]
-    """[N] whether no leaf within is of the background."""
+    """[N] whether no leaf inside is background."""
 
     @classmethod
     def of(cls, facade: Facade) -> _Candidates:
@@ -60,7 +60,7 @@ class _Candidates:
         return cls(facade, types(facade), kinds(facade), background, pure)
 
     def within(self, scope: int) -> Ints:
-        """The topmost elements within a node, ascending."""
+        """The topmost elements inside a node, ascending."""
         inside = slice(scope, int(self.facade.end[scope]))
         chosen = ~self.background[inside]
         if not self.pure[scope]:
@@ -73,7 +73,7 @@ class _Candidates:
 
 
 def _groups(facade: Facade, nodes: Ints, candidates: _Candidates) -> Iterator[Ints]:
-    """Sets of at least two nodes that make good grids."""
+    """Sets of at least two nodes that form good grids."""
     called = np.where(facade.label[nodes] >= 0, facade.label[nodes], -1 - candidates.type[nodes])
     for label in np.unique(called).tolist():
         alike = nodes[called == label]
@@ -99,7 +99,7 @@ def _name(facade: Facade, group: Ints, grids: list[Grid]) -> str:
 
 
 def unused(name: str, names: Iterable[str]) -> str:
-    """The name itself, or the first of `name 2`, `name 3`, ... that is not among others.
+    """The name itself, or the first of `name 2`, `name 3`, ... that is not in use.
 
     >>> unused("window", ["window", "window 2"])
     'window 3'

@@ -1,7 +1,7 @@
-"""Words of all layers that go together: one value for each counter, each word about as long as its canvas.
+"""Compatible words of all layers: one value for each counter, each word about as long as its canvas.
 
-A word may be longer or shorter than the canvas by a tolerance, which grows until there are enough candidates. What lies
-below letters that hide it may leave room for them, and be shorter by as much (supplement 002, section 3.2).
+A word may be longer or shorter than the canvas by a tolerance, which grows until there are enough candidates. Words
+below letters that hide them may leave gaps for these, and be shorter by as much (supplement 002, section 3.2).
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from grammarlab.facade.layers.words import STRETCH, Instance, Range, choices_of,
 from grammarlab.facade.tree import X, Y
 
 MOST = 5_000
-"""Candidates within one tolerance; of more, some of those that fit well."""
+"""Largest number of candidates within one tolerance; if there are more, only `_FEW` of the best are kept."""
 _FEW = 400
-"""These some."""
+"""Number of candidates kept if there are more than `MOST`."""
 _LOOKED_AT = 50_000
-"""Words in combinations that are looked at, and combinations, before some have to do."""
+"""Largest number of combinations, and of words in them, before the search is cut to `_FEW`."""
 _PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
-"""Tolerances as parts of the longer side of the canvas."""
+"""Tolerances as fractions of the longer side of the canvas."""
 _USUAL = 1 / 2
-"""Words that miss more are looked for only when there are no others."""
+"""Largest tolerance in ordinary searches; larger ones are used only if there are no candidates."""
 
 
 class NothingFitsError(FacadeError):
@@ -37,15 +37,15 @@ class NothingFitsError(FacadeError):
 
 @dataclass(frozen=True, slots=True)
 class CandidateFit:
-    """One word for each pattern, and how well they fit."""
+    """One word for each pattern, and measures of their fit."""
 
     counters: Mapping[str, int]
     words: Mapping[str, Instance]
-    """By pattern."""
+    """Words by name of the pattern."""
     bound: float
-    """What each layout of them costs at least, whatever the alignment."""
+    """Lower bound of the energy of each of their layouts, for any alignment."""
     gap: float
-    """Metres by which a word is too long or too short at most."""
+    """Largest difference of the lengths of a word and the canvas, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,16 +53,16 @@ class _Row:
     """A pattern of a layer along one axis."""
 
     group: tuple[int, str]
-    """Axis and alignment group."""
+    """Axis and name of the alignment group."""
     pattern: str
     above: tuple[int, ...] = ()
-    """Rows of the same group that lie over it."""
+    """Rows of the same group above it."""
     covering: frozenset[str] = frozenset()
-    """Symbols for which rows below may leave room."""
+    """Symbols for which rows below may leave gaps."""
 
     @property
     def axis(self) -> int:
-        """Along which it lies."""
+        """Axis of the row."""
         return self.group[0]
 
 
@@ -73,7 +73,7 @@ class FittingWords:
         """Look up the words of all patterns.
 
         Raises:
-            FacadeError: for a counter that nothing bounds, and too many words.
+            FacadeError: If a counter has no bound, or there are too many words.
         """
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
@@ -83,15 +83,15 @@ class FittingWords:
         self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
 
     def __call__(self, tolerance: float) -> Iterator[Candidate]:
-        """Candidates whose words miss the canvas by so much at most, metres, in the order of their bounds."""
+        """Candidates with words within a tolerance of the canvas, metres, in the order of their bounds."""
         return map(self._candidate, self.within(tolerance))
 
     def within(self, tolerance: float) -> list[CandidateFit]:
-        """Words that miss the canvas by so much at most, by their bounds; some of them when there are too many."""
+        """Words within a tolerance of the canvas, in the order of their bounds; only a part if there are too many."""
         return self._looked_up(tolerance)[0]
 
     def least_of_others(self, tolerance: float) -> float:
-        """Energy that layouts of all other words within a tolerance have at least."""
+        """Lower bound of the energy of layouts of all other words within a tolerance."""
         return math.inf if self._looked_up(tolerance)[1] else 0.0
 
     def _looked_up(self, tolerance: float) -> tuple[list[CandidateFit], bool]:
@@ -103,10 +103,10 @@ class FittingWords:
         return self._found[tolerance]
 
     def tolerances(self, enough: int) -> tuple[float, ...]:
-        """Growing tolerances, metres; with the first there are enough candidates, if there are that many that fit well.
+        """Growing tolerances, metres; the first gives enough candidates, if enough fit well.
 
         Raises:
-            NothingFitsError: when nothing fits, and which patterns contradict each other.
+            NothingFitsError: If nothing fits; the message names the patterns that contradict each other.
         """
         longest = max(self.canvas)
         largest = max((symbol.size or 0.0 for symbol in self.design.symbols.values()), default=0.0)
@@ -126,7 +126,7 @@ class FittingWords:
         return Candidate(fit.counters, {group: tuple(rows) for group, rows in sorted(words.items())}, fit.bound)
 
     def _word(self, number: int, instance: Instance) -> Word:
-        """The word of a row; below the lowest one of a group there is nothing to hide."""
+        """The word of a row; the lowest word of a group hides nothing."""
         covering = self.covering[number]
         key = covering, instance.counters, instance.choices, self.rows[number].pattern
         if key not in self._known:
@@ -137,7 +137,7 @@ class FittingWords:
 
 
 def _rows(design: Design) -> list[_Row]:
-    """Patterns of the layers that are on, from the topmost down."""
+    """Patterns of the visible layers, from the topmost down."""
     rows: list[_Row] = []
     above: dict[tuple[int, str], tuple[int, ...]] = {}
     for layer in design.visible_layers:
@@ -149,9 +149,9 @@ def _rows(design: Design) -> list[_Row]:
 
 
 def _covering(rows: Sequence[_Row]) -> list[frozenset[str] | None]:
-    """Symbols of each row for which those below may leave room; None for all, where there is nothing below.
+    """Symbols of each row for which those below may leave gaps; None for all symbols, if no row is below.
 
-    Layers of one pattern without another one between them stand in the same places: what one shows, all show.
+    Adjacent layers of one pattern have the same positions: each hides what any of them hides.
     """
     found: list[frozenset[str] | None] = [None] * len(rows)
     for group in dict.fromkeys(row.group for row in rows):
@@ -164,7 +164,7 @@ def _covering(rows: Sequence[_Row]) -> list[frozenset[str] | None]:
 
 
 class _Problem:
-    """The words of all patterns up to a length, and how they go together."""
+    """Words of all patterns up to a length, and the rules for their combination."""
 
     def __init__(self, design: Design, canvas: tuple[float, float], rows: Sequence[_Row], stretch: float) -> None:
         self.design, self.canvas, self.rows, self.stretch = design, canvas, rows, stretch
@@ -183,7 +183,7 @@ class _Problem:
         self._looked = 0
 
     def _shared(self) -> list[list[tuple[int, str]]]:
-        """Groups that are about the same symbols."""
+        """Groups that share symbols."""
         found: list[tuple[set[str], list[tuple[int, str]]]] = []
         for group in dict.fromkeys(row.group for row in self.rows):
             symbols = {each for row in self.rows if row.group == group for each in self._sized(row)}
@@ -199,7 +199,7 @@ class _Problem:
         return (each for each in self.design.patterns[row.pattern].symbols() if symbols[each].size is not None)
 
     def within(self, tolerance: float) -> tuple[list[CandidateFit], bool]:
-        """Words that miss their canvas by a tolerance at most, and whether these are all."""
+        """Words within a tolerance of their canvas, and whether these are all."""
         found: list[CandidateFit] = []
         before = self._looked
         for number, chosen in enumerate(self._joined(tolerance)):
@@ -212,7 +212,7 @@ class _Problem:
         return found, True
 
     def _few(self, tolerance: float) -> list[dict[str, Instance]]:
-        """Some of many combinations: those whose words miss the canvas least, pattern by pattern (beam search)."""
+        """A part of many combinations: those whose words fit the canvas best, pattern by pattern (beam search)."""
         far = {
             name: {
                 id(each): max(abs(self.canvas[row.axis] - each.size) for row in self.rows if row.pattern == name)
@@ -221,7 +221,7 @@ class _Problem:
             }
             for name in self.names
         }
-        # Patterns that share counters follow each other, so that what contradicts each other is soon left out.
+        # Patterns that share counters follow each other, so that contradictions are found early.
         order = sorted(self.names, key=lambda name: (self.design.patterns[name].counters(), len(far[name])))
         beam: list[tuple[float, dict[str, int], dict[str, Instance]]] = [(0.0, {}, {})]
         for name in order:
@@ -241,13 +241,13 @@ class _Problem:
         return [chosen for _, _, chosen in beam]
 
     def _joined(self, tolerance: float) -> Iterator[dict[str, Instance]]:
-        """One word per pattern, with one value per counter, none too long and none that cannot be long enough."""
+        """One word per pattern, with one value per counter, no word too long and none too short to be extended."""
         words = {name: [each for each in self.words[name] if self.fits(name, each, tolerance)] for name in self.names}
         order = sorted(self.names, key=lambda name: len(words[name]))
         yield from _join(order, words, {}, {})
 
     def fits(self, name: str, instance: Instance, tolerance: float) -> bool:
-        """Whether a word of a pattern may be one of a candidate within a tolerance."""
+        """Whether a word of a pattern can be part of a candidate within a tolerance."""
         return all(
             instance.size <= self.canvas[row.axis] + tolerance
             and (row.above or self._short(row, instance, math.inf) <= tolerance)
@@ -256,7 +256,7 @@ class _Problem:
         )
 
     def _short(self, row: _Row, instance: Instance, hidden: float) -> float:
-        """Metres by which a word is too short, if it may leave room for so much above it."""
+        """Missing length of a word that leaves gaps for these letters above it, metres."""
         if instance.unsized or not instance.size:
             return 0.0
         canvas = self.canvas[row.axis]
@@ -264,7 +264,7 @@ class _Problem:
         return short if short <= canvas - canvas / STRETCH + 1e-9 else math.inf
 
     def _hidden(self, row: _Row, chosen: Mapping[str, Instance]) -> dict[str, int]:
-        """How often each symbol occurs for which a row may leave room."""
+        """Number of occurrences of each symbol for which a row may leave gaps."""
         counts: dict[str, int] = {}
         for above in (self.rows[number] for number in row.above):
             for name, often in chosen[above.pattern].opaque.items():
@@ -288,7 +288,7 @@ class _Problem:
         return CandidateFit(counters, chosen, sum(max(bounds[of] for of in groups) for groups in self.shared), gaps)
 
     def _missed(self, row: _Row, chosen: Mapping[str, Instance]) -> tuple[float, float]:
-        """Metres by which a word misses the canvas, and what it costs at least."""
+        """Difference of the lengths of a word and the canvas, metres, and a lower bound of its energy."""
         each, weight = chosen[row.pattern], self.design.weights.sizing
         gap = each.size - self.canvas[row.axis]
         if gap < 0.0:
@@ -300,11 +300,12 @@ class _Problem:
         return gap, 0.0 if each.transparent or self.design.overhang else bound
 
     def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
-        """What a word costs that is so much too short, with all that may be hidden above it.
+        """Lower bound of the energy of a word that is too short, including its gaps for letters above it.
 
-        A part of the gap may be space beside letters of other rows, which counts as an error of columns; the rest is
-        made up for by larger symbols. Least squares of these are the square of the rest over the sum of the squares of
-        how often each symbol occurs, in all of these rows.
+        A part of the gap may be empty elements beside letters of other rows, with their errors of columns; larger
+        symbols
+        fill the rest. By least squares, this costs the square of the rest over the sum of the squares of the counts of
+        symbols, in all of these rows.
         """
         own = chosen[row.pattern]
         others = {other.pattern for other in self.groups[row.group]} - {row.pattern}
@@ -339,22 +340,22 @@ def _join(
 
 
 def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> str:
-    """Which patterns contradict each other: of those, leaving out any one would do."""
+    """Patterns that contradict each other: a minimal set."""
     needed = list(range(len(rows)))
     for row in range(len(rows)):
         fewer = [each for each in needed if each != row]
         if fewer and not _possible(design, canvas, [rows[each] for each in fewer]):
             needed = fewer
-    told = [_told(design, canvas, rows[row]) for row in needed]
-    if len(told) == 1:
-        return f"no word fits: {told[0]}"
-    text = "these patterns contradict each other: " + "; ".join(dict.fromkeys(told)) + ". Counters are the same in all."
+    patterns = [_pattern_text(design, canvas, rows[row]) for row in needed]
+    if len(patterns) == 1:
+        return f"no word fits: {patterns[0]}"
+    text = "these patterns contradict each other: " + "; ".join(dict.fromkeys(patterns)) + ". Counters are shared."
     equations = _equations(design, [rows[each] for each in needed])
-    return f"{text} Side by side they say {' and '.join(equations)}." if equations else text
+    return f"{text} Aligned with each other, they require {' and '.join(equations)}." if equations else text
 
 
 def _equations(design: Design, rows: Sequence[_Row]) -> list[str]:
-    """What patterns of one group say about each other, see `relations`."""
+    """Equations between patterns of one group, see `relations`."""
     pairs = [(one, other) for one, other in combinations(rows, 2) if one.group == other.group]
     found = (relation(design.patterns[one.pattern], design.patterns[other.pattern]) for one, other in pairs)
     return list(dict.fromkeys(str(each) for each in found if each is not None))
@@ -366,8 +367,8 @@ def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row])
     return problem.within(STRETCH * max(canvas))[0] != []
 
 
-def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
-    """A pattern, and which values of its counters let it fit alone."""
+def _pattern_text(design: Design, canvas: tuple[float, float], row: _Row) -> str:
+    """A pattern, and the ranges of counters for which it fits alone."""
     side = canvas[row.axis]
     problem = _Problem(design, canvas, [_Row(row.group, row.pattern)], STRETCH)
     fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, STRETCH * side)]
@@ -376,7 +377,7 @@ def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
         sizes = [each.size for each in problem.words[row.pattern]]
         if not sizes:
             sizes = [_shortest(design, row.pattern, problem.ranges)]
-        return f"{text}, whose nearest word is {min(sizes, key=lambda size: abs(size - side)):g} m long"
+        return f"{text}, whose closest word is {min(sizes, key=lambda size: abs(size - side)):g} m long"
     if not fitting[0].counters:
         return text
     ranges = []
@@ -387,7 +388,7 @@ def _told(design: Design, canvas: tuple[float, float], row: _Row) -> str:
 
 
 def _shortest(design: Design, name: str, ranges: Mapping[str, Range]) -> float:
-    """Metres of the shortest word of a pattern."""
+    """Length of the shortest word of a pattern, metres."""
     found = [
         instance(design, name, {counter: low + more for counter, (low, _) in ranges.items()}, choices)
         for choices in choices_of(design.patterns[name])

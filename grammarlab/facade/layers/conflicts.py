@@ -1,7 +1,7 @@
-"""What of a design contradicts what else: a set of its statements that cannot hold together, each of them needed.
+"""Contradictions in a design: a minimal set of its statements that cannot hold together.
 
-Statements are left out, first many at once and then one by one, as long as what is left cannot be laid out (deletion
-filter). Of what remains in the end, leaving out any one would do.
+Statements are removed, first many at once and then one by one, as long as the remaining ones have no layout (deletion
+filter). In the final set, every statement is needed for the contradiction.
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ from grammarlab.facade.layers.designs.patterns import Alternatives, LayerPattern
 _FLAGS = {"attached": False, "unoccludable": False, "transparent": False, "opaque": True}
 _AXES = ("x", "y")
 _MOST_TRIALS = 120
-"""Trials to lay out a part of the statements; after that, more of them remain than are needed."""
+"""Largest number of trials to lay out a subset of the statements; after that, the set may not be minimal."""
 _MOST_COPIES = 60
-"""Of what has no size."""
+"""Largest number of copies of a part without a size."""
 _ANYTHING = "Ω"
 """A symbol that fits everywhere."""
 
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """Something that a design demands."""
+    """A requirement of a design."""
 
     kind: str
     """`pattern`, `size`, `counter`, `everywhere` (one size along both axes), or a flag."""
     name: str
-    """Of the pattern, counter or symbol."""
+    """Name of the pattern, counter or symbol."""
     axis: int = 0
-    """Along which a pattern lies."""
+    """Axis of a pattern."""
 
 
 def statements(design: Design) -> list[Statement]:
-    """All that a design demands; what is said best comes last."""
+    """All requirements of a design; the most helpful ones come last."""
     layers = design.visible_layers
     rows = list(dict.fromkeys((axis, layer.patterns[axis]) for layer in layers for axis in (0, 1)))
     along = {
@@ -59,12 +59,12 @@ def statements(design: Design) -> list[Statement]:
 def contradiction(
     design: Design, fits: Callable[[Design], bool], given: Sequence[Statement] | None = None
 ) -> tuple[Statement, ...]:
-    """Statements that cannot hold together, though all but any one of them can; none where all of them can.
+    """A minimal set of statements that cannot hold together; empty if all of them can.
 
     Args:
         design: a design.
         fits: whether a design can be laid out.
-        given: statements to look at; all others are dropped. All of the design when left out.
+        given: the statements to check; all others are dropped. All statements of the design if left out.
     """
     kept = list(statements(design) if given is None else given)
     trials = 0
@@ -85,7 +85,7 @@ def contradiction(
 
 
 def relaxed(design: Design, kept: Sequence[Statement]) -> Design:
-    """A design that demands no more than some statements."""
+    """A design with only some of its requirements."""
     held = set(kept)
     symbols = {
         name: replace(
@@ -113,7 +113,7 @@ def relaxed(design: Design, kept: Sequence[Statement]) -> Design:
             counters |= {new: replace(design.counters[old], name=new) for old, new in own.counters.items()}
             symbols |= {new: replace(symbols[old], name=new) for old, new in own.symbols.items()}
             if any(symbols[each].size is None for each in design.patterns[name].symbols()):
-                # What has no size says nothing about how often it is repeated.
+                # The count of a part without a size is free.
                 counters |= {
                     each: replace(counters[each], most=min(_MOST_COPIES, counters[each].most or _MOST_COPIES))
                     for each in patterns[names[axis]].counters()
@@ -128,13 +128,13 @@ def relaxed(design: Design, kept: Sequence[Statement]) -> Design:
 
 @dataclass
 class _Renamed:
-    """A pattern whose counters, or symbols along y, need not be those of others."""
+    """A pattern with new names for counters, or for symbols along y, so that it is independent of others."""
 
     held: set[Statement]
     where: str
     axis: int
     replaced: set[str]
-    """Symbols that contents stand for."""
+    """Symbols with contents."""
     counters: dict[str, str] = field(default_factory=dict)
     symbols: dict[str, str] = field(default_factory=dict)
 
@@ -169,22 +169,22 @@ class _Renamed:
 
 
 def in_words(design: Design, found: Sequence[Statement]) -> str:
-    """Statements as a person would say them."""
+    """Statements in words."""
     canvas = (design.width, design.height)
-    told = []
+    sentences = []
     for each in found:
         match each.kind:
             case "pattern":
                 text = design.patterns[each.name].text
-                told.append(f"the pattern {text!r} fills {canvas[each.axis]:g} m along {_AXES[each.axis]}")
+                sentences.append(f"the pattern {text!r} fills {canvas[each.axis]:g} m along {_AXES[each.axis]}")
             case "size":
-                told.append(f"{each.name} is {design.symbols[each.name].size:g} m long")
+                sentences.append(f"{each.name} is {design.symbols[each.name].size:g} m long")
             case "counter":
-                told.append(f"{each.name} has one value in all patterns")
+                sentences.append(f"{each.name} has one value in all patterns")
             case "everywhere":
-                told.append(f"{each.name} has one size along both axes")
+                sentences.append(f"{each.name} has one size along both axes")
             case "opaque":
-                told.append(f"{each.name} is not opaque")
+                sentences.append(f"{each.name} is not opaque")
             case _:
-                told.append(f"{each.name} is {each.kind}")
-    return "; ".join(reversed(told))
+                sentences.append(f"{each.name} is {each.kind}")
+    return "; ".join(reversed(sentences))

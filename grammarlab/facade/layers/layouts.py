@@ -15,11 +15,11 @@ from grammarlab.facade.layers.solving import Layout, solve
 
 MOST_COUNT = 100
 _EFFORT = 20_000
-"""Steps to find out whether a part of a design can be laid out."""
+"""Steps of a test whether a part of a design has a layout."""
 _SECONDS = 3.0
-"""To find out what contradicts each other; after that, what is told may be more than is needed."""
-_MOST_TOLD = 12
-"""Statements that a message names."""
+"""Time limit for finding a contradiction, seconds; after that, the message may name more than is needed."""
+_MOST_NAMED = 12
+"""Largest number of statements in a message."""
 
 
 def _never() -> bool:
@@ -35,19 +35,19 @@ def layouts(
         design: the design.
         width: metres.
         height: metres.
-        count: how many at most, up to `MOST_COUNT`.
+        count: largest number of layouts, up to `MOST_COUNT`.
         stop: see `solve`.
 
     Raises:
-        FacadeError: when there is none, and what contradicts each other.
+        FacadeError: If there is none; the message names statements that contradict each other.
     """
     try:
         found = _solved(design, width, height, count, stop)
     except NothingFitsError as error:
-        raise FacadeError(f"{str(error).rstrip('.')}.{_told(design, width, height)}") from error
+        raise FacadeError(f"{str(error).rstrip('.')}.{_contradiction_text(design, width, height)}") from error
     if not found and not stop():
         text = f"these layers do not fit each other on {width:g} x {height:g} m"
-        raise FacadeError(f"{text}.{_told(design, width, height)}")
+        raise FacadeError(f"{text}.{_contradiction_text(design, width, height)}")
     return found
 
 
@@ -63,7 +63,7 @@ def _solved(
 
 
 def may_fit(design: Design, stop: Callable[[], bool] = _never) -> bool:
-    """Whether a design has a layout on its canvas; true as well where that is not found out soon."""
+    """Whether a design has a layout on its canvas; true if the test runs out of steps."""
     if stop():
         return True
     try:
@@ -74,8 +74,8 @@ def may_fit(design: Design, stop: Callable[[], bool] = _never) -> bool:
         return True
 
 
-def _told(design: Design, width: float, height: float) -> str:
-    """What contradicts each other, as far as one finds it soon."""
+def _contradiction_text(design: Design, width: float, height: float) -> str:
+    """The statements that contradict each other, if found in time."""
     design = replace(design, width=width, height=height)
     end = time.monotonic() + _SECONDS
 
@@ -83,7 +83,7 @@ def _told(design: Design, width: float, height: float) -> str:
         return time.monotonic() > end
 
     found = contradiction(design, partial(may_fit, stop=late))
-    if not found or len(found) > _MOST_TOLD:
+    if not found or len(found) > _MOST_NAMED:
         return ""
-    told = "of which some may not matter" if late() else "though all but any one of it can"
-    return f" Not all of this can be, {told}: {in_words(design, found)}."
+    rest = "though some may be irrelevant" if late() else "but they can if any one is dropped"
+    return f" These statements cannot all hold, {rest}: {in_words(design, found)}."

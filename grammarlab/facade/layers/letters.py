@@ -1,4 +1,4 @@
-"""What patterns are written in: letters, one for each time that a symbol stands in a word (paper 003, section 3)."""
+"""Letters: occurrences of symbols in words (paper 003, section 3)."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Letter:
-    """One symbol where it stands in a word."""
+    """An occurrence of a symbol in a word."""
 
     symbol: str
     size: float | None
-    """Metres that are preferred, > 0; None: as much as is left for it."""
+    """Preferred size, metres, > 0; None: the letter takes the remaining length."""
     opaque: bool = True
-    """Whether it hides what lies below it."""
+    """Whether it hides the layers below it."""
     attached: bool = False
-    """Whether its neighbours in the word stay beside it."""
+    """Whether its neighbours in the word stay adjacent to it."""
     unoccludable: bool = False
-    """Whether nothing that hides only in part may lie over it."""
+    """Whether no element that covers only a part may lie over it."""
     transparent: bool = False
-    """Whether nothing of it is seen: a letter of a control pattern that nothing stands for."""
+    """Whether it is invisible: a letter of a control pattern without content."""
     mirrored: bool = False
-    """Whether a reflection put it there."""
+    """Whether a reflection made it."""
     covers: bool = True
-    """Whether it is seen all along the other axis, so that it may hide that nothing is below it."""
+    """Whether it is visible along the whole other axis, so that it can hide an empty place below it."""
 
     def __hash__(self) -> int:
-        """Of the symbol alone: words are looked up often, and letters of a symbol mostly are alike."""
+        """Hash of the symbol only: words are looked up often, and letters of a symbol are mostly equal."""
         return hash(self.symbol)
 
     @property
     def hides(self) -> bool:
-        """Whether layers below may leave room for it."""
+        """Whether layers below may leave gaps for it."""
         return self.opaque and self.covers and not self.transparent
 
 

@@ -1,7 +1,7 @@
-"""Equations of counters and sizes: what two patterns of one group do not share is equally long (supplement 3.1).
+"""Equations of counters and sizes: different remainders of two patterns of one group are equally long (supplement 3.1).
 
-All layers span the canvas. Where a word begins and ends as another one does, what is left of both is as long; that
-gives an equation of counters and of sizes. It holds where no layer leaves room for one above it.
+All layers span the canvas. If two words have equal beginnings and ends, their remainders are equally long; this gives
+an equation of counters and of sizes. It holds if no layer leaves a gap for a letter above it.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ _ONE = Linear(1, ())
 
 @dataclass(frozen=True, slots=True)
 class Relation:
-    """Sums of symbols that are equally long."""
+    """An equation between sums of symbol sizes."""
 
     terms: tuple[tuple[str, Linear], ...]
-    """Symbols, and how much more often the first pattern has them than the second; none with 0."""
+    """Symbols, and the difference of their counts in the first and the second pattern; none is 0."""
 
     def __str__(self) -> str:
         """The equation, with one side for each pattern.
@@ -42,7 +42,7 @@ class Relation:
 
 
 def relation(first: LayerPattern, second: LayerPattern) -> Relation | None:
-    """What two patterns say about each other; None when they do not differ, or have choices or copies of copies."""
+    """The equation of two patterns; None if they do not differ, or have choices or copies of copies."""
     if not (_is_plain(first) and _is_plain(second)):
         return None
     items = [_items(first), _items(second)]
@@ -60,7 +60,7 @@ def relation(first: LayerPattern, second: LayerPattern) -> Relation | None:
 
 
 def _is_plain(pattern: LayerPattern) -> bool:
-    """Whether how often each symbol occurs is linear in the counters."""
+    """Whether the count of each symbol is linear in the counters."""
     powers = [node for node in pattern.nodes() if isinstance(node, Power)]
     copied = {
         node.symbol for power in powers for node in LayerPattern("", power.base).nodes() if isinstance(node, Sign)
@@ -76,7 +76,7 @@ def _is_plain(pattern: LayerPattern) -> bool:
 
 
 def _items(pattern: LayerPattern) -> list[tuple[tuple[str, ...], Linear]]:
-    """Runs of letters and how often each is repeated."""
+    """Runs of letters and the number of copies of each."""
     found: list[tuple[tuple[str, ...], Linear]] = []
 
     def add(node: Node, count: Linear | None) -> None:
@@ -110,7 +110,7 @@ def _letters(node: Node, pattern: LayerPattern) -> Sequence[str]:
         case Row():
             return [letter for part in node.parts for letter in _letters(part, pattern)]
         case _:
-            raise AssertionError("copies do not nest")
+            raise AssertionError("copies cannot be nested")
 
 
 def _plus(total: Linear, count: Linear, sign: int) -> Linear:
@@ -123,7 +123,7 @@ def _is_less(count: Linear) -> bool:
 
 
 def _equation(count: Linear) -> str:
-    """A linear form that is 0, with positive factors on each side.
+    """A linear form that equals 0 as an equation, with positive factors on each side.
 
     >>> _equation(Linear(2, (("l", -1), ("m", 1))))
     'm + 2 = l'

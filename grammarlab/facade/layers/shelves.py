@@ -1,4 +1,4 @@
-"""Alignments of words as they are asked for: the best, the next best, and so on, each searched for once."""
+"""Alignments of words on demand: the best, the next best, and so on, each searched for once."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from grammarlab.facade.layers.weights import Weights
 
 @dataclass
 class SearchBudget:
-    """Steps that searches may still take."""
+    """Remaining steps of searches."""
 
     left: int
     stop: Callable[[], bool] = lambda: False
-    """Says that nobody waits for what is found."""
+    """Whether the caller has cancelled the search."""
 
     @property
     def is_spent(self) -> bool:
-        """Whether searches end now."""
+        """Whether searches have to end now."""
         return self.left <= 0 or self.stop()
 
 
@@ -39,22 +39,22 @@ class Shelf:
     tolerance: float
     budget: SearchBudget
     sizing: float
-    """Weight of strains."""
+    """Weight of strains in the energy."""
     gaps: bool
     known: Aligned = field(default_factory=lambda: Aligned((), 0.0, done=False))
     asked: int = 0
-    """How many alignments have been searched for."""
+    """Number of alignments that have been requested from searches."""
     cutoff: float = -math.inf
-    """Up to which energy."""
+    """Largest energy of the last search."""
     demanded: dict[tuple[tuple[Element, ...], ...], SizeEquations] = field(default_factory=dict)
 
     @property
     def varied(self) -> bool:
-        """Whether words differ: alignments of one word differ in nothing that is seen."""
+        """Whether the words differ: alignments of equal words all look the same."""
         return any(word != self.words[0] for word in self.words)
 
     def at(self, place: int, cutoff: float) -> Alignment | None:
-        """The alignment that so many others are better than; None when it costs more, or effort ran out."""
+        """The alignment of this rank in energy; None if its energy is above the cutoff or effort ran out."""
         missing = place >= len(self.known.best) and not self.sure(place, cutoff)
         if missing and not self.budget.is_spent:
             self._search(max(place + 1, 2 * place), max(cutoff, self.cutoff))
@@ -63,19 +63,19 @@ class Shelf:
         return None
 
     def demands(self, place: int) -> SizeEquations:
-        """Those of an alignment that is known."""
+        """Size equations of a known alignment."""
         cells = self.known.best[place].cells
         if cells not in self.demanded:
             self.demanded[cells] = demands(self.known.best[place], self.canvas, gaps=self.gaps)
         return self.demanded[cells]
 
     def energy(self, place: int) -> float:
-        """What a layout with this alignment costs at least."""
+        """Lower bound of the energy of a layout with this alignment."""
         found = self.known.best[place]
         return found.energy + self.sizing * found.strain
 
     def sure(self, place: int, cutoff: float) -> bool:
-        """Whether there is no such alignment that was not found."""
+        """Whether it is certain that there is no alignment at this place."""
         exhausted = self.known.done and len(self.known.best) < self.asked and cutoff <= self.cutoff
         return place < len(self.known.best) or exhausted
 

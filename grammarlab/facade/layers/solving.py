@@ -1,4 +1,4 @@
-"""Counters, alignment and sizes together: the layouts of least energy."""
+"""Joint solution of counters, alignments and sizes: the layouts of least energy."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from grammarlab.facade.layers.sizing.sizes import SymbolSizes, size_letters
 from grammarlab.facade.layers.weights import Weights
 
 _PARTS = (1 / 8, 1 / 4, 1 / 2)
-"""Of the tolerance, when effort has run out."""
+"""Fractions of the tolerance to try after effort ran out."""
 _GROWTH = 2.0
-"""Of the cap on energies."""
+"""Growth factor of the cap on energies."""
 _LAST = 20_000
-"""Steps when effort has run out before there is a layout."""
+"""Steps if effort ran out before the first layout."""
 _MOST_HURRIED = 8
-"""Candidates that are looked at then."""
+"""Number of candidates to try in that case."""
 _STEPS_OF_SIZES = 300
-"""Steps of effort that solving for sizes takes, about."""
+"""Cost of solving for sizes, in steps of effort, approximately."""
 _STEPS_OF_DEMANDS = 100
-"""Steps of effort that an alignment takes to be told by its bound."""
+"""Cost of bounding an alignment, in steps of effort."""
 _STEPS_OF_OPENING = 50
-"""Steps of effort that it takes to look at a candidate for the first time."""
+"""Cost of opening a candidate, in steps of effort."""
 _STEPS_OF_BRANCH = 3
-"""Steps of effort that each branch takes."""
+"""Cost of a branch, in steps of effort."""
 _MOST_ENERGY = 4.0
-"""Metres of errors for each metre of the canvas after which no cap is set."""
+"""Largest cap, in metres of error per metre of the canvas; above it, there is no cap."""
 
 
 @dataclass(frozen=True)
@@ -45,33 +45,33 @@ class Candidate:
 
     counters: Mapping[str, int]
     words: Mapping[Group, tuple[Word, ...]]
-    """Of each group, from its top layer down."""
+    """Words of each group, from its top layer down."""
     bound: float = 0.0
-    """Energy that each of its layouts has at least, as far as is known."""
+    """Lower bound of the energy of its layouts."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """A candidate that is aligned and sized."""
+    """A candidate with alignments and sizes."""
 
     candidate: Candidate
     alignments: Mapping[Group, Alignment]
     sizing: SymbolSizes
     energy: float
     bound: float
-    """No layout that comes after those before it in the list has less energy than this, within `tolerance`."""
+    """Lower bound of the energy of all layouts that are not before this one in the list, within `tolerance`."""
     proven: bool
     tolerance: float
-    """Metres, mu."""
+    """The tolerance mu, metres."""
 
     @property
     def groups(self) -> tuple[Group, ...]:
-        """In the order of `sizing.placed`."""
+        """Groups in the order of `sizing.placed`."""
         return tuple(self.alignments)
 
 
 Candidates = Callable[[float], Iterable[Candidate]]
-"""All candidates whose words fit the canvas within a tolerance, metres."""
+"""Function from a tolerance, metres, to all candidates whose words fit the canvas within it."""
 
 
 def solve(
@@ -86,25 +86,26 @@ def solve(
     effort: int = 500_000,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Layout]:
-    """The best different layouts, best first; none where even the last tolerance has none.
+    """The best different layouts, best first; empty if even the last tolerance has none.
 
     Args:
-        candidates: of a tolerance.
+        candidates: function of a tolerance, see `Candidates`.
         canvas: width and height, metres.
-        weights: of the energy.
-        count: how many.
-        tolerances: metres, growing; the first with a layout is searched whole.
+        weights: weights of the energy.
+        count: largest number of layouts.
+        tolerances: metres, growing; the first one with a layout is searched completely.
         gaps: see `size_letters`.
-        others: energy that layouts of words that `candidates` leaves out have at least, of a tolerance.
-        effort: steps of all searches with one tolerance, see `align`; then layouts may not be proven.
-        stop: ends all searches once it says so; then what is returned may be anything.
+        others: function of a tolerance: lower bound of the energy of layouts that `candidates` leaves out.
+        effort: steps of all searches with one tolerance, see `align`; layouts of a search that used them up may be
+            unproven.
+        stop: ends all searches as soon as it returns true; the result is then arbitrary.
 
     Raises:
-        FacadeError: when effort ran out before there was any.
+        FacadeError: If effort ran out before the first layout.
     """
     tired = False
     for tolerance in tolerances:
-        if tired and tolerance < max(tolerances):  # with more room there is a layout sooner
+        if tired and tolerance < max(tolerances):  # a larger tolerance gives a layout sooner
             continue
         given = tuple(candidates(tolerance))
         budget = SearchBudget(effort // 2, stop)
@@ -119,7 +120,7 @@ def solve(
             others=others(tolerance),
         )
         best = whole.layouts()
-        # Where effort ran out, layouts within a part of the tolerance are found sooner.
+        # Layouts within a fraction of the tolerance are found sooner.
         for part in _PARTS if whole.budget.is_spent else ():
             narrow = _Branches(
                 candidates=given,
@@ -139,22 +140,22 @@ def solve(
             return best
     if tired:
         raise FacadeError(
-            f"no layout of these layers was found in {effort:,} steps, though there may be one. Put layers that need "
-            "not be in line into alignment groups of their own, or give them fewer different patterns."
+            f"no layout of these layers was found in {effort:,} steps, but one may exist. Put layers that need "
+            "not be aligned into separate alignment groups, or give them fewer different patterns."
         )
     return []
 
 
 Places = tuple[int, ...]
-"""For each group of a candidate, how many of its alignments are better."""
+"""Rank of the alignment of each group of a candidate."""
 
 
 @dataclass
 class _Branches:
-    """Candidates and their alignments, branched over by what they cost at least.
+    """Candidates and their alignments, branch and bound over lower bounds of the energy.
 
-    All that costs more than a cap is left out; while there are too few layouts within it, it grows. So candidates
-    that do not fit well are dropped before much is spent on them.
+    Branches whose bound exceeds a cap are cut; while there are too few layouts within the cap, it grows. So candidates
+    that fit badly are dropped early.
     """
 
     candidates: tuple[Candidate, ...]
@@ -165,17 +166,17 @@ class _Branches:
     gaps: bool
     budget: SearchBudget
     others: float = math.inf
-    """Energy of other candidates at least."""
+    """Lower bound of the energy of other candidates."""
     shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
     opened: dict[int, _Opened] = field(default_factory=dict)
     sized: dict[tuple[int, Places], SymbolSizes | None] = field(default_factory=dict)
     best: list[tuple[float, int, Places]] = field(default_factory=list)
     seen: dict[tuple[int, bytes], tuple[float, Places]] = field(default_factory=dict)
-    """What `best` looks like: layouts that look the same are one."""
+    """Keys of the looks in `best`: layouts that look the same are merged."""
     heap: list[tuple[float, int, Places]] = field(default_factory=list)
     cap: float = 0.0
     unsure: float = math.inf
-    """What effort did not suffice to look at costs at least this much."""
+    """Lower bound of the energy of branches that effort did not suffice to search."""
 
     def layouts(self) -> list[Layout]:
         longest = max(self.canvas)
@@ -190,12 +191,12 @@ class _Branches:
 
     @property
     def bound(self) -> float:
-        """What is not among the best costs at least this much."""
+        """Lower bound of the energy of layouts that are not in `best`."""
         return min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap, self.others)
 
     @property
     def threshold(self) -> float:
-        """What layouts may cost to be among the best."""
+        """Largest energy of a layout among the best."""
         return min(self.best[-1][0], self.cap) if len(self.best) == self.count else self.cap
 
     def _within(self, cap: float) -> None:
@@ -241,7 +242,7 @@ class _Branches:
         return _Opened(tuple(words), tuple(shelves), floor)
 
     def _take(self, shelf: Shelf, place: int, rest: float) -> Alignment | None:
-        """An alignment of a group that is cheap enough beside what else is to pay."""
+        """An alignment of a group whose energy, with the bounds of the rest, is within the cap."""
         cutoff = self.threshold - rest
         found = shelf.at(place, cutoff)
         if found is None and not shelf.sure(place, cutoff):
@@ -260,9 +261,9 @@ class _Branches:
         self._push(number, (0,) * len(opened.shelves))
 
     def _next(self, number: int, places: Places) -> None:
-        """The next best alignment of each group in turn; groups before the last that was changed are left alone.
+        """The next best alignment of each group in turn; groups before the last changed one are fixed.
 
-        Of layers that all have one word, alignments differ in nothing that is seen.
+        All alignments of layers with one word look the same.
         """
         opened = self.opened[number]
         bound = opened.bound(places)
@@ -278,7 +279,7 @@ class _Branches:
         aligned = opened.aligned(places)
         bound = opened.bound(places)
         paid = sum(each.energy for each in aligned)
-        # What is not the same for all alignments of a candidate would say nothing about those still to come.
+        # Bounds that differ between alignments of one candidate would not hold for later ones.
         heapq.heappush(self.heap, (max(bound, paid + opened.floor), number, places))
         if max(bound, paid + opened.floor) > self.threshold:
             return
@@ -299,7 +300,7 @@ class _Branches:
             self._keep(energy, number, places, _look(aligned, sizing))
 
     def _keep(self, energy: float, number: int, places: Places, look: bytes) -> None:
-        """A layout becomes one of the best, unless one that looks the same is better."""
+        """Adds a layout to the best, unless one that looks the same is better."""
         twin = self.seen.get((number, look))
         if twin is not None:
             if twin[0] <= energy:
@@ -312,7 +313,7 @@ class _Branches:
         del self.best[self.count :]
 
     def hurried(self) -> list[Layout]:
-        """Layouts of the first candidates that have one, whatever it costs."""
+        """Layouts of the first candidates that have one, at any energy."""
         bound, order = self.bound, sorted(range(len(self.candidates)), key=self._missing)
         self.cap = math.inf
         for number in order[:_MOST_HURRIED]:
@@ -327,7 +328,7 @@ class _Branches:
         return [self._layout(*each) for each in self.best]
 
     def _missing(self, number: int) -> float:
-        """Metres by which the longest words of a candidate miss their canvases."""
+        """Differences of a candidate's longest words from their canvases, metres, summed."""
         words = self.candidates[number].words
         longest = {
             group: max(sum(letter.size or 0.0 for letter in word) for word in rows) for group, rows in words.items()
@@ -335,7 +336,7 @@ class _Branches:
         return sum(abs(self.canvas[group[0]] - size) for group, size in longest.items() if size)
 
     def judged(self, layout: Layout) -> Layout:
-        """A layout from elsewhere, with what is known here."""
+        """A layout of another search, with the bounds of this one."""
         bound = min(self.bound, layout.energy)
         return replace(layout, bound=bound, proven=bound == layout.energy, tolerance=self.tolerance)
 
@@ -356,23 +357,23 @@ class _Branches:
 
 @dataclass
 class _Opened:
-    """A candidate whose groups are being aligned."""
+    """A candidate with alignments in progress."""
 
     groups: tuple[Group, ...]
     shelves: tuple[Shelf, ...]
     floor: float = 0.0
-    """Energy of sizes at least, whatever the alignments."""
+    """Lower bound of the energy of sizes, for all alignments."""
 
     def aligned(self, places: Places) -> list[Alignment]:
         return [shelf.known.best[place] for shelf, place in zip(self.shelves, places, strict=True)]
 
     def bound(self, places: Places) -> float:
-        """Energy of alignments and of the strains that they put on sizes."""
+        """Lower bound of the energy of alignments and of their size changes."""
         return sum(shelf.energy(place) for shelf, place in zip(self.shelves, places, strict=True))
 
 
 def _look(aligned: Sequence[Alignment], sizing: SymbolSizes) -> bytes:
-    """Where all letters are that are seen, to 1e-7 of the canvas."""
+    """Key of the positions of all visible letters, rounded to 1e-7 of the canvas."""
     places = [
         np.stack([lower[seen], upper[seen]]) / placed.ends[-1]
         for alignment, placed in zip(aligned, sizing.placed, strict=True)

@@ -1,4 +1,4 @@
-"""How much each part of a layout's energy counts."""
+"""Weights of the parts of a layout's energy."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ class Weights:
     """The energy of a layout is omega * errors of columns + merge * merged letters + sizing * error of sizes."""
 
     omega: float = 1.0
-    """For each metre by which elements of one column differ (Equation 9)."""
+    """Energy per metre of error of columns (Equation 9)."""
     merge: float = 0.05
-    """For each letter of an element beyond its first: without it, one column for all would often be best."""
+    """Energy per letter of an element beyond its first: without it, one column for all would often be best."""
     sizing: float = 1.0
-    """For each square metre of the sum of squares by which sizes of symbols are not what is preferred."""
+    """Energy per square metre of the sum of squared deviations from preferred sizes."""
 
     def __post_init__(self) -> None:
         for field in fields(self):

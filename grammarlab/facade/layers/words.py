@@ -1,4 +1,4 @@
-"""The words of a pattern that are not longer than a canvas has room for (paper 003, section 5.1)."""
+"""Words of a pattern that fit into a canvas (paper 003, section 5.1)."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from grammarlab.facade.layers.designs.patterns import LayerPattern, Power, Refle
 from grammarlab.facade.layers.letters import Word
 
 MOST_LETTERS = 400
-"""Of a word."""
+"""Largest number of letters of a word."""
 MOST_WORDS = 10_000
-"""Of a pattern, on one canvas."""
+"""Largest number of words of a pattern on one canvas."""
 MOST_CHOICES = 256
-"""Ways to choose between the alternatives of a pattern."""
+"""Largest number of combinations of a pattern's alternatives."""
 STRETCH = 3.0
-"""By which all sizes of a word may grow or shrink at most: other words do not fit."""
+"""Largest factor by which all sizes of a word may grow or shrink together."""
 
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """A word of a pattern and what gives it."""
+    """A word of a pattern with its counters and choices."""
 
     counters: tuple[tuple[str, int], ...]
-    """The pattern's own, by name."""
+    """Values of the pattern's counters, by name."""
     choices: tuple[int, ...]
     word: Word
     size: float
-    """Metres, of all letters that have a size."""
+    """Total size of all letters with a size, metres."""
     counts: Mapping[str, int]
-    """How often each symbol that has a size occurs."""
+    """Number of occurrences of each symbol with a size."""
     unsized: bool
-    """Whether some letter takes what is left."""
+    """Whether a letter takes the remaining length."""
     loose: bool
-    """Whether some letter without a size is not transparent."""
+    """Whether a letter without a size is not transparent."""
     transparent: bool
-    """Whether some letter is transparent."""
+    """Whether a letter is transparent."""
     opaque: Mapping[str, int]
-    """How often each symbol that hides what is below occurs."""
+    """Number of occurrences of each symbol that hides the layers below."""
 
 
 Range = tuple[int, int]
@@ -51,16 +51,16 @@ Range = tuple[int, int]
 def counter_ranges(
     design: Design, names: Sequence[str], canvas: Mapping[str, float], stretch: float = STRETCH
 ) -> dict[str, Range]:
-    """The least and largest number of each counter that lets all of its patterns fit.
+    """The least and largest value of each counter for which all of its patterns fit.
 
     Args:
         design: the design.
-        names: patterns.
-        canvas: metres along which each pattern lies; the longer for one that lies along both axes.
-        stretch: how many times as long as its canvas a word may be.
+        names: names of patterns.
+        canvas: length of the canvas along each pattern, metres; the longer side for a pattern along both axes.
+        stretch: largest ratio of the lengths of a word and its canvas.
 
     Raises:
-        FacadeError: for a counter that nothing bounds, and words of too many letters.
+        FacadeError: If a counter has no bound, or words have too many letters.
     """
     used = {name: design.patterns[name].counters() for name in names}
     least = {name: _least(design, design.counters[name], names) for each in used.values() for name in each}
@@ -74,7 +74,7 @@ def counter_ranges(
         if not bounds:
             where = " and ".join(f"{design.patterns[name].text!r}" for name in names if counter in used[name])
             raise FacadeError(
-                f"the counter {counter} has no bound: what it repeats in {where} has no size. Give a symbol in it a "
+                f"the counter {counter} has no bound: its repeated part in {where} has no size. Give a symbol in it a "
                 f"size, or bound it: [counters] {counter} = {{ most = 9 }}."
             )
         ranges[counter] = (low, max(low, min(bounds)))
@@ -97,7 +97,7 @@ def _least(design: Design, counter: Counter, names: Sequence[str]) -> int:
 def _largest(
     design: Design, name: str, counter: str, least: Mapping[str, int], limit: float, most: int | None
 ) -> int | None:
-    """The largest number for which a pattern has words within a limit; None when it does not change their size."""
+    """The largest number for which a pattern has words within a limit; None if their size does not depend on it."""
     bounds = [
         _largest_of(design, name, counter, least, limit, most, choices) for choices in choices_of(design.patterns[name])
     ]
@@ -134,34 +134,34 @@ def _largest_of(
         return None
     if size(high) == math.inf and first < math.inf:
         raise FacadeError(
-            f"the pattern {design.patterns[name].text!r} has words of more than {MOST_LETTERS} letters that fit. "
-            f"Expected larger symbols, a smaller canvas, or a bound: [counters] {counter} = {{ most = 50 }}."
+            f"the pattern {design.patterns[name].text!r} has fitting words of more than {MOST_LETTERS} letters. "
+            f"Use larger symbols, a smaller canvas, or a bound: [counters] {counter} = {{ most = 50 }}."
         )
     return fits
 
 
 def choices_of(pattern: LayerPattern) -> list[tuple[int, ...]]:
-    """All ways to choose between its alternatives.
+    """All combinations of its alternatives.
 
     Raises:
-        FacadeError: when there are more than `MOST_CHOICES`.
+        FacadeError: If there are more than `MOST_CHOICES`.
     """
     options = pattern.options()
     if math.prod(options) > MOST_CHOICES:
         raise FacadeError(
-            f"the pattern {pattern.text!r} has {math.prod(options):,} ways to choose between its alternatives: "
+            f"the pattern {pattern.text!r} has {math.prod(options):,} combinations of its alternatives: "
             f"expected at most {MOST_CHOICES:,}."
         )
     return list(product(*(range(count) for count in options)))
 
 
 def instance(design: Design, name: str, counters: Mapping[str, int], choices: tuple[int, ...]) -> Instance | None:
-    """The word of a pattern for these numbers; None when it is too long.
+    """The word of a pattern for these numbers; None if it is too long.
 
     Args:
         design: the design.
-        name: of the pattern.
-        counters: at least the pattern's own.
+        name: name of the pattern.
+        counters: values of at least the pattern's counters.
         choices: option of each choice.
     """
     pattern = design.patterns[name]
@@ -190,12 +190,12 @@ def instances(design: Design, name: str, ranges: Mapping[str, Range], longest: f
 
     Args:
         design: the design.
-        name: of the pattern.
-        ranges: of its counters, as `counter_ranges` gives them.
-        longest: metres.
+        name: name of the pattern.
+        ranges: ranges of its counters, see `counter_ranges`.
+        longest: longest size of a word, metres.
 
     Raises:
-        FacadeError: when there are too many.
+        FacadeError: If there are too many.
     """
     pattern = design.patterns[name]
     counters, choices = pattern.counters(), choices_of(pattern)

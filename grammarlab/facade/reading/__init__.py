@@ -1,1 +1,1 @@
-"""Files in which others keep facades: each reader makes an `Annotation` of the content of a file."""
+"""Readers of facades in other formats: each makes a `BoxAnnotation` from the content of a file."""

@@ -1,4 +1,4 @@
-"""Which reader a file is for."""
+"""The choice of a reader for a file."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from grammarlab.facade.values import parse_json, read_bounded, shown
 
 SUFFIXES = (".xml", ".gml", ".json", ".csv")
 _HEAD = 64 * 1024
-"""Bytes within which an XML file says what it is."""
+"""Number of bytes of an XML file that determine its kind."""
 
 
 def read_annotation(path: Path, wall: str = "") -> BoxAnnotation:
-    """The boxes of a file, by whichever reader it is for.
+    """The boxes of a file, from the reader for its format.
 
     Args:
-        path: of the file.
-        wall: of files that hold several facades, the name of one: a wall of CityGML, an image of COCO.
+        path: path of the file.
+        wall: name of one facade in a file with several: a wall of CityGML, an image of COCO.
 
     Raises:
-        UsageError: when no reader is for such a file, or no facade in it has that name.
-        FacadeError: when the file is broken: what is wrong, and where.
+        UsageError: If no reader supports such a file, or no facade in it has that name.
+        FacadeError: If the file is broken; with the position of the mistake.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
@@ -48,9 +48,9 @@ def read_annotation(path: Path, wall: str = "") -> BoxAnnotation:
 
 
 def _only(annotation: BoxAnnotation, wall: str) -> BoxAnnotation:
-    """The facade of a file that has no more than that."""
+    """The facade of a file that has only one."""
     if wall:
-        raise UsageError("this file has one facade only: leave out --wall.")
+        raise UsageError("this file has only one facade: leave out --wall.")
     return annotation
 
 

@@ -1,8 +1,8 @@
 """Walls with openings of CityGML 2.0 and 3.0 (LoD3): each in its own plane, in metres.
 
-Seen from outside, x runs to the right and y up. Wall surfaces are called by their `gml:id`, those without one by the id
-of what they bound and their number there. A wall surface that has openings and no polygon, as some exporters write
-them, gives its openings to the wall of the same building in whose plane they lie.
+Seen from outside, x points to the right and y up. The name of a wall surface is its `gml:id`, or without one, the id of
+the object that it bounds and its number there. Some exporters write wall surfaces with openings and without polygon;
+these openings are given to the wall of the same building in whose plane they lie.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from grammarlab.facade.tree import Floats
 
 _OPENINGS = {"Window": "window", "Door": "door", "WindowSurface": "window", "DoorSurface": "door"}
 HOLE = "opening"
-"""Label of holes in a wall that nothing fills."""
+"""Label of holes in a wall without an opening."""
 _NAMED = 30
-"""Walls that a message names."""
+"""Largest number of walls in a message."""
 _FLAT = 0.9
-"""Vertical part of the normal above which a surface is no wall."""
+"""Least vertical component of the normal of a surface that is not a wall."""
 _MOST_PAIRS = 100_000_000
 _NEAR = 0.5
-"""Metres between a wall and an opening that belongs to it."""
+"""Largest distance between a wall and its openings, metres."""
 
 
 @dataclass(slots=True)
@@ -55,11 +55,11 @@ def read_citygml(content: bytes, wall: str = "") -> BoxAnnotation:
 
     Args:
         content: the file.
-        wall: name of the wall; may be left out where there is but one.
+        wall: name of the wall; may be left out if there is only one.
 
     Raises:
-        FacadeError: when it is not such a file, or the wall has no plane that stands upright.
-        UsageError: when no wall has that name, or several could be meant; it lists them.
+        FacadeError: If it is not such a file, or the wall has no vertical plane.
+        UsageError: If no wall has that name, or the choice is ambiguous; the message lists the walls.
     """
     walls = _walls(parse_xml(content))
     if not walls:
@@ -71,7 +71,7 @@ def read_citygml(content: bytes, wall: str = "") -> BoxAnnotation:
 
 
 def _walls(root: Node) -> list[_Wall]:
-    """All walls that have a polygon, with their openings."""
+    """All walls with a polygon, with their openings."""
     polygons_of = GmlPolygons(root)
     walls: list[_Wall] = []
     orphans: list[tuple[str, _Opening]] = []
@@ -105,9 +105,9 @@ def _openings(wall: Node, polygons_of: GmlPolygons) -> list[_Opening]:
 
 
 def _give(orphans: Sequence[tuple[str, _Opening]], walls: Sequence[_Wall]) -> None:
-    """Hand openings without a wall to the nearest wall of their building that they lie on, if any."""
+    """Assigns openings without a wall to the nearest wall of their building in whose plane they lie, if any."""
     if len(orphans) * len(walls) > _MOST_PAIRS:
-        raise FacadeError(f"{len(orphans):,} openings belong to none of {len(walls):,} walls: too many to look up.")
+        raise FacadeError(f"{len(orphans):,} openings belong to none of {len(walls):,} walls: too many to assign.")
     planes = [_plane(wall) for wall in walls] if orphans else []
     flat = [_flat(wall.polygons, *plane) for wall, plane in zip(walls, planes, strict=True)] if orphans else []
     low, high = (np.array([end(each, axis=0) for each in flat]).reshape(-1, 2) for end in (np.min, np.max))
@@ -123,9 +123,9 @@ def _give(orphans: Sequence[tuple[str, _Opening]], walls: Sequence[_Wall]) -> No
 
 
 def _plane(wall: _Wall) -> tuple[Floats, Floats]:
-    """A point [3] of a wall's plane, and unit vectors [3, 3] along x, y and outwards, one a row.
+    """A point [3] of a wall's plane, and unit vectors [3, 3] along x, y and outwards, one per row.
 
-    The normal is the sum over all rings of what each turns around (Newell), so that it is right for any polygon.
+    The normal is the sum over all rings of their area vectors (Newell), which is valid for any polygon.
     """
     origin = wall.polygons[0][0][0]
     normal = np.zeros(3)
@@ -134,7 +134,7 @@ def _plane(wall: _Wall) -> tuple[Floats, Floats]:
         normal += np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
     length = np.linalg.norm(normal)
     if not length > 0.0 or abs(normal[2]) > _FLAT * length:
-        # Nothing lies on such a surface.
+        # No opening lies on such a surface.
         return origin, np.zeros((3, 3))
     normal /= length
     right = np.array([-normal[1], normal[0], 0.0])
@@ -150,7 +150,7 @@ def _flat(polygons: Sequence[Polygon], origin: Floats, axes: Floats) -> Floats:
 def _annotation(wall: _Wall) -> BoxAnnotation:
     origin, axes = _plane(wall)
     if not axes.any():
-        raise FacadeError(f"The wall {wall.name} has no area, or lies flat.")
+        raise FacadeError(f"The wall {wall.name} has no area, or is horizontal.")
     corners = _flat(wall.polygons, origin, axes)
     bounds = np.stack([corners.min(axis=0), corners.max(axis=0)])
     outlines, names = [], []
@@ -171,12 +171,12 @@ def _annotation(wall: _Wall) -> BoxAnnotation:
         outlines=[outline_of(outlines[each]) for each in kept],
         bounds=bounds,
         wall=outline_of(_joined(wall.polygons, origin, axes)),
-        notes=[f"{lost} openings lie beside the wall and are left out"] if lost else [],
+        notes=[f"{lost} openings outside the wall are left out"] if lost else [],
     )
 
 
 def _joined(polygons: Sequence[Polygon], origin: Floats, axes: Floats) -> Floats:
-    """[P, 2] corners of what polygons cover together, seen from outside; of all if they do not hang together."""
+    """[P, 2] corners of the union of polygons, seen from outside; of all of them if they are not connected."""
     rings = [shapely.Polygon((polygon[0] - origin) @ axes[:2].T) for polygon in polygons]
     union = shapely.unary_union([ring for ring in rings if ring.is_valid and ring.area > 0.0])
     if isinstance(union, shapely.Polygon) and not union.is_empty:
@@ -187,7 +187,7 @@ def _joined(polygons: Sequence[Polygon], origin: Floats, axes: Floats) -> Floats
 
 
 def _holes(wall: _Wall, origin: Floats, axes: Floats, outlines: Sequence[Floats]) -> list[Floats]:
-    """Corners of holes of the wall's polygons that no opening fills."""
+    """Corners of holes of the wall's polygons without an opening."""
     filled = shapely.MultiPoint([each.mean(axis=0) for each in outlines])
     found = []
     for ring in (ring for polygon in wall.polygons for ring in polygon[1:]):
@@ -199,12 +199,12 @@ def _holes(wall: _Wall, origin: Floats, axes: Floats, outlines: Sequence[Floats]
 
 
 def _listing(walls: Sequence[_Wall], wall: str) -> str:
-    """Which walls there are, those with most openings first."""
+    """A list of the walls, those with most openings first."""
     lines = []
     for each in sorted(walls, key=lambda each: -len(each.openings))[:_NAMED]:
         across, up = np.ptp(_flat(each.polygons, *_plane(each)), axis=0)
         lines.append(f"  {each.name}  ({across:.1f} x {up:.1f} m, {len(each.openings)} openings)")
     if len(walls) > _NAMED:
         lines.append(f"  and {len(walls) - _NAMED} more")
-    head = f"no wall is called {wall!r}" if wall else f"this file has {len(walls)} walls"
+    head = f"unknown wall {wall!r}" if wall else f"this file has {len(walls)} walls"
     return f"{head}; choose one with --wall:\n" + "\n".join(lines)

@@ -1,4 +1,4 @@
-"""Annotations of the CMP facade database: XML whose `x` runs down the picture and whose `y` runs across it."""
+"""Annotations of the CMP facade database: XML whose `x` points down the picture and whose `y` points across it."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 1.0]])
 
 
 def read_cmp(content: bytes, name: str) -> BoxAnnotation:
-    """Boxes as parts of the picture; its file has the same name, and ends in `.jpg`.
+    """Boxes as fractions of the picture, whose file has the same name and the suffix `.jpg`.
 
     Args:
-        content: the file: elements `object`, with or without one around them.
-        name: of the file.
+        content: the file: elements `object`, with or without an element around them.
+        name: name of the file.
 
     Raises:
-        FacadeError: when it is not such a file.
+        FacadeError: If it is not such a file.
     """
     objects = list(parse_xml(content, fragments=True).iter("object"))
     if not objects:
-        raise FacadeError('This XML has no elements "object"; the CMP facade database keeps one box in each.')
+        raise FacadeError('This XML has no elements "object"; the CMP facade database has one box in each.')
     check_count(len(objects))
     boxes = np.array([_box(each, number) for number, each in enumerate(objects, start=1)])
     names = [(each.findtext("labelname") or "").strip() for each in objects]
@@ -33,7 +33,7 @@ def read_cmp(content: bytes, name: str) -> BoxAnnotation:
 
 
 def _box(node: Node, number: int) -> list[float]:
-    """Left, bottom, right, top; of the two values of an axis either may come first."""
+    """Left, bottom, right, top; the two values of an axis may be in either order."""
     down, across = _interval(node, "x", number), _interval(node, "y", number)
     return [across[0], 1.0 - down[1], across[1], 1.0 - down[0]]
 

@@ -13,7 +13,7 @@ from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import a_list, a_number, a_text, an_object, numbers, shown
 
 _MOST_OF_ALL = 10_000_000
-"""Entries of a list that covers many images."""
+"""Largest number of entries of a list for many images."""
 
 
 def read_coco(document: dict[str, Any], image: str = "") -> BoxAnnotation:
@@ -21,11 +21,11 @@ def read_coco(document: dict[str, Any], image: str = "") -> BoxAnnotation:
 
     Args:
         document: the file.
-        image: id or `file_name` of the image; may be left out where there is but one.
+        image: id or `file_name` of the image; may be left out if there is only one.
 
     Raises:
-        FacadeError: when the file does not have that form.
-        UsageError: when no image has that name, or several could be meant.
+        FacadeError: If the file does not have that form.
+        UsageError: If no image has that name, or the choice is ambiguous.
     """
     images = _entries(document, "images")
     chosen, where = _chosen(images, image)
@@ -61,17 +61,17 @@ def _entries(document: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def _chosen(images: list[dict[str, Any]], image: str) -> tuple[dict[str, Any], str]:
-    """The image that is meant, and how messages call it."""
+    """The selected image, and its name in messages."""
     meant = [place for place, each in enumerate(images) if image in (str(each.get("id")), each.get("file_name"), "")]
     if len(meant) != 1:
         names = [shown(each.get("file_name") or each.get("id")) for each in images[:20]]
         more = f" and {len(images) - 20} more" if len(images) > 20 else ""
-        raise UsageError(f"name one of the {len(images)} images of this file (--wall): {', '.join(names)}{more}.")
+        raise UsageError(f"choose one of the {len(images)} images of this file with --wall: {', '.join(names)}{more}.")
     return images[meant[0]], f"images, entry {meant[0]}"
 
 
 def _outline(segmentation: Any, where: str, height: float) -> Floats:
-    """Corners, y up, of a segmentation of one polygon; none of others, such as run lengths."""
+    """Corners, y up, of a segmentation of one polygon; none for other kinds, such as run lengths."""
     if not isinstance(segmentation, list) or len(segmentation) != 1:
         return np.zeros((0, 2))
     flat = [a_number(each, where) for each in a_list(segmentation[0], where, 20_000)]

@@ -1,4 +1,4 @@
-"""One side of a building that a grammar made, as labelled boxes."""
+"""One side of a derived building, as labelled boxes."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from grammarlab.scene.instances import chosen, leaf_order
 from grammarlab.scene.triangles import leaf_of_triangle
 
 FACES = {"front": 0.0, "right": 90.0, "back": 180.0, "left": 270.0}
-"""Where a side of a building looks: degrees from +z towards +x."""
+"""Direction of each side of a building: degrees from +z towards +x."""
 
 APART, BESIDE = 1.0, 0.1
-"""Metres, one behind the other and one beside the other, between walls that are not one side."""
+"""Distances between separate walls of one side: in depth, and sideways, metres."""
 _FACING = 0.99
-"""Cosine of the angle by which the axes of a shape may differ from those of the side."""
+"""Least cosine of the angle between the axes of a shape and those of the side."""
 _RECTANGULAR = 0.995
-"""What part of its box a thing fills at least that counts as a rectangle."""
+"""Least part of its box that a rectangular shape fills."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,39 +34,39 @@ class Face:
     """A side of a building."""
 
     annotation: BoxAnnotation
-    """Its boxes in metres from the left and the ground."""
+    """Its boxes, metres from the left and the ground."""
     shapes: TriangleBatch
-    """What stands on it, as one model, whose picture from the front fills the wall."""
+    """The shapes on it, as one model, whose picture from the front fills the wall."""
     azimuth: float
-    """Degrees from +z towards +x that it looks."""
+    """Direction of the side, degrees from +z towards +x."""
 
 
 def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = "") -> Face:
     """The boxes of a side of the first model of a forest.
 
-    What looks to that side, and hangs together in the plane in which most of that does, becomes boxes: one for each
-    shape of a symbol of `parts`, with everything that its rules made of it. A shape that leaves a part of its box free
-    has an outline, the one that is seen from the front, and so has the wall.
+    The boxes are the shapes that face this side and are connected in its main plane: one box for each shape of a symbol
+    of `parts`, with all of its descendants. A shape that leaves a part of its box free has an outline, which is its
+    silhouette from the front; so has the wall.
 
     Args:
-        forest: derived with one model at least.
-        face: one of `FACES`; with ``:1`` behind it, the wall with the second most on it, and so on.
-        parts: symbols, with or without the dot of a leaf; none for all leaves.
-        picture: file name of a picture of the side, as wide and high as it is.
+        forest: a forest with at least one model.
+        face: one of `FACES`; with the suffix ``:1`` the wall with the second most shapes, and so on.
+        parts: symbols, with or without the dot of a leaf; all leaves if empty.
+        picture: file name of a picture of the side, of the same width and height.
 
     Raises:
-        UsageError: for an unknown side.
-        FacadeError: when nothing stands there, or nothing of these symbols.
+        UsageError: If the side is unknown.
+        FacadeError: If there are no shapes on it, or none of these symbols.
     """
     name, _, place = face.partition(":")
     if name not in FACES or not (place or "0").isdecimal():
-        raise UsageError(f"unknown side {face!r}; expected one of {', '.join(FACES)}, with :1, :2, … for those behind.")
+        raise UsageError(f"unknown side {face!r}; expected one of {', '.join(FACES)}, with :1, :2, … for others.")
     azimuth = np.radians(FACES[name])
     outwards = np.array([np.sin(azimuth), 0.0, np.cos(azimuth)])
     right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
     on_side = _on_side(forest, outwards, right, int(place or 0))
     if not on_side.any():
-        raise FacadeError(f"nothing of this building stands on its side {face}.")
+        raise FacadeError(f"this building has no shapes on its side {face}.")
     owner = _owners(forest, parts)
     on_side |= _belongs(forest, owner, on_side, outwards)
     leaf, flat = _projected(forest, right)
@@ -81,7 +81,7 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
             outlines.append(_outline(own, box))
     if parts and not boxes:
         known = sorted({forest.symbols[symbol] for symbol in forest.nodes.symbol[forest.leaves.node[on_side]]})
-        raise FacadeError(f"nothing on this side is called {', '.join(parts)}; its leaves are {', '.join(known[:20])}.")
+        raise FacadeError(f"this side has no shape of {', '.join(parts)}; its leaves are {', '.join(known[:20])}.")
     wall = _outline(flat[on_side[leaf]], bounds)
     if not len(wall):
         wall = np.stack([bounds[[0, 1, 1, 0], 0], bounds[[0, 0, 1, 1], 1]], axis=1)
@@ -94,7 +94,7 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
 
 
 def _on_side(forest: Forest, outwards: Floats, right: Floats, place: int) -> NDArray[np.bool_]:
-    """[L] which leaves of the first model are on a side."""
+    """[L] whether each leaf of the first model is on a side."""
     leaves = forest.leaves
     facing = forest.frames[leaves.frame][:, :, 2] @ outwards > _FACING
     facing &= (forest.nodes.model[leaves.node] == 0) & (leaves.size[:, :2] > 0.0).all(axis=1)
@@ -110,7 +110,7 @@ def _on_side(forest: Forest, outwards: Floats, right: Floats, place: int) -> NDA
 
 
 def _groups(group: Ints, low: Floats, high: Floats, apart: float) -> Ints:
-    """Groups [N] cut where intervals, low [N] to high [N], of one group leave more than so many metres free."""
+    """Groups [N], divided where the intervals, low [N] to high [N], of one group have a gap above this many metres."""
     order = np.lexsort((low, group))
     found = np.empty(len(order), dtype=np.int64)
     number, reach, last = -1, -np.inf, -1
@@ -123,14 +123,14 @@ def _groups(group: Ints, low: Floats, high: Floats, apart: float) -> Ints:
 
 
 def _belongs(forest: Forest, owner: Ints, on_side: NDArray[np.bool_], outwards: Floats) -> NDArray[np.bool_]:
-    """[L] thin leaves of what is on the side that are turned themselves: the round of an arch."""
+    """[L] whether a leaf is a thin, rotated part of an object on the side, such as a piece of an arch."""
     leaves = forest.leaves
     thickness = (np.abs(forest.frames[leaves.frame].transpose(0, 2, 1) @ outwards) * leaves.size).sum(axis=1)
     return np.isin(owner, owner[on_side]) & (owner >= 0) & (thickness < APART)
 
 
 def _owners(forest: Forest, parts: Collection[str]) -> Ints:
-    """[L] the first node above each leaf, or the leaf itself, whose symbol is one of the parts; -1 for none."""
+    """[L] the first ancestor of each leaf, or the leaf itself, whose symbol is one of the parts; -1 for none."""
     if not parts:
         return forest.leaves.node.astype(np.int64)
     names = {name.rstrip(".") for name in parts}
@@ -157,7 +157,7 @@ def _bounds(corners: Floats) -> Floats:
 
 
 def _outline(corners: Floats, box: Floats) -> Floats:
-    """[P, 2] what is seen of triangles [T, 3, 2], anticlockwise; empty where it fills its box, or is in pieces."""
+    """[P, 2] silhouette of triangles [T, 3, 2], anticlockwise; empty if it fills its box, or has several pieces."""
     pieces = np.asarray(shapely.polygons(corners))
     shape = shapely.union_all(pieces[shapely.area(pieces) > 0.0]).simplify(1e-5)
     if not isinstance(shape, shapely.Polygon) or shape.area >= _RECTANGULAR * float(np.prod(box[1] - box[0])):
@@ -166,6 +166,6 @@ def _outline(corners: Floats, box: Floats) -> Floats:
 
 
 def _label(symbol: str) -> str:
-    """What a symbol is called: `ShopWindow.` is a shop window."""
+    """The label of a symbol: `ShopWindow.` is a shop window."""
     words = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", symbol)
     return " ".join(words).lower()

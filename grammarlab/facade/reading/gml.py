@@ -13,7 +13,7 @@ from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import shown
 
 Polygon: TypeAlias = list[Floats]
-"""Rings [P, 3] without their last corner, which is the first: the outer one, then holes."""
+"""Rings [P, 3] without the repeated last corner: the outer one, then holes."""
 
 MOST_POINTS = 10_000_000
 _GML_ID = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id", "id")
@@ -26,7 +26,7 @@ def identity(node: Node) -> str:
 
 
 class GmlPolygons:
-    """The polygons of a file, read where they are asked for, as often as other elements refer to them.
+    """The polygons of a file, read on demand, each time that other elements refer to them.
 
     Args:
         root: the outermost element.
@@ -41,10 +41,10 @@ class GmlPolygons:
 
         Args:
             node: the element.
-            name: what messages call it.
+            name: name of the element in messages.
 
         Raises:
-            FacadeError: when a ring is not a list of points, or there are too many points.
+            FacadeError: If a ring is not a list of points, or there are too many points.
         """
         levels = [child for child in node if local_name(child)[:3] == "lod"]
         found: list[Polygon] = []

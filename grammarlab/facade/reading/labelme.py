@@ -17,10 +17,10 @@ _MOST_POINTS = 10_000
 
 
 def read_labelme(document: dict[str, Any]) -> BoxAnnotation:
-    """The boxes of a file; polygons are outlines within their box.
+    """The boxes of a file; polygons are outlines inside their boxes.
 
     Raises:
-        FacadeError: when the file does not have that form, or has shapes that are neither rectangles nor polygons.
+        FacadeError: If the file does not have that form, or has shapes that are neither rectangles nor polygons.
     """
     height, width = (a_number(document.get(key), key) for key in ("imageHeight", "imageWidth"))
     boxes: list[Floats] = []
@@ -52,5 +52,5 @@ def _points(shape: dict[str, Any], where: str) -> Floats:
         numbers(each, f"{where}, points", 2) for each in a_list(shape.get("points"), f"{where}, points", _MOST_POINTS)
     ]
     if len(points) < 2:
-        raise FacadeError(f"{where}, points: expected two corners or more, found {len(points)}.")
+        raise FacadeError(f"{where}, points: expected at least two corners, found {len(points)}.")
     return np.array(points)

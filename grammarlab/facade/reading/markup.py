@@ -1,10 +1,10 @@
-"""XML of strangers: no entities, no document types, bounded in size and depth."""
+"""XML of strangers: without entities or document types, bounded in size and depth."""
 
 from __future__ import annotations
 
 import re
 from typing import TypeAlias
-from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # what is parsed, defusedxml parses
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder  # defusedxml does the parsing
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
@@ -20,7 +20,7 @@ Node: TypeAlias = Element
 
 
 class _Bounded(TreeBuilder):
-    """A tree that does not grow beyond its bounds."""
+    """A builder of bounded trees."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -30,7 +30,7 @@ class _Bounded(TreeBuilder):
         self.elements += 1
         self.depth += 1
         if self.depth > MOST_DEPTH:
-            raise FacadeError(f"This XML nests more than {MOST_DEPTH} elements.")
+            raise FacadeError(f"This XML has more than {MOST_DEPTH} levels of nested elements.")
         if self.elements > MOST_ELEMENTS:
             raise FacadeError(f"This XML has more than {MOST_ELEMENTS:,} elements.")
         return super().start(tag, attrs)
@@ -45,11 +45,11 @@ def parse_xml(content: bytes, *, fragments: bool = False) -> Node:
 
     Args:
         content: the file.
-        fragments: whether several elements may stand side by side, without one around them; they become the children
-            of an element `root`.
+        fragments: whether there may be several top-level elements, without one around them; they become the children of
+            an element `root`.
 
     Raises:
-        FacadeError: when it is not XML, declares entities or a document type, or is too large or too deep.
+        FacadeError: If it is not XML, declares entities or a document type, or is too large or too deep.
     """
     parser = DefusedXMLParser(target=_Bounded(), forbid_dtd=True)
     try:
@@ -62,8 +62,8 @@ def parse_xml(content: bytes, *, fragments: bool = False) -> Node:
         return parser.close()
     except (ParseError, ValueError, LookupError) as error:
         if isinstance(error, DefusedXmlException):
-            raise FacadeError("This XML declares entities or a document type, which are not read.") from error
-        raise FacadeError(f"This is not XML that can be read: {error}.") from error
+            raise FacadeError("This XML declares entities or a document type, which are not supported.") from error
+        raise FacadeError(f"This is not valid XML: {error}.") from error
 
 
 def local_name(node: Node) -> str:

@@ -1,4 +1,4 @@
-"""Outlines of things that are not rectangular."""
+"""Outlines of shapes that are not rectangular."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import shapely
 from grammarlab.facade.tree import Floats
 
 MOST_CORNERS = 10_000
-"""Of an outline; more draw no facade."""
+"""Largest number of corners of an outline."""
 _RECTANGULAR = 0.999
-"""Part of its box that the polygon of a rectangle fills."""
+"""Least part of its box that the polygon of a rectangle fills."""
 
 
 def outline_of(points: Floats) -> Floats:
-    """The points [P, 2], or none where they draw a rectangle, or nothing that has an area.
+    """The points [P, 2]; none if they form a rectangle or have no area.
 
-    A line that crosses itself is not an outline, nor is one of more than `MOST_CORNERS`.
+    A polygon that crosses itself is not an outline, nor is one of more than `MOST_CORNERS`.
     """
     if not 3 <= len(points) <= MOST_CORNERS or not np.isfinite(points).all():
         return np.zeros((0, 2))

@@ -1,4 +1,4 @@
-"""Labelled boxes as CSV, one a line: `label,x,y,width,height` or `label,left,bottom,right,top`, in metres."""
+"""Labelled boxes as CSV, one per line: `label,x,y,width,height` or `label,left,bottom,right,top`, in metres."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ CORNER, SIDES = ("x", "y", "width", "height"), ("left", "bottom", "right", "top"
 def read_table(content: bytes) -> BoxAnnotation:
     """The boxes of a file.
 
-    With `x,y,width,height` the corner is the upper left one and y runs down, as in pictures. With
-    `left,bottom,right,top` y runs up where bottom is below top, and down where it is above, in all lines alike.
+    With `x,y,width,height` the corner is the upper left one and y points down, as in pictures. With
+    `left,bottom,right,top` y points up if bottom is below top, and down if it is above, the same in all lines.
 
     Raises:
-        FacadeError: when columns are missing or a line does not have the form of the others.
+        FacadeError: If columns are missing or a line has another form than the others.
     """
     try:
         reader = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
         lines = ((reader.line_num, line) for line in reader if any(field.strip() for field in line))
         rows = list(islice(lines, MOST_BOXES + 2))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise FacadeError(f"This is not CSV that can be read: {error}.") from error
+        raise FacadeError(f"This is not valid CSV: {error}.") from error
     header = [name.strip().lower() for name in rows.pop(0)[1]] if rows else []
     kind = next((some for some in (SIDES, CORNER) if set(some) <= set(header)), None)
     if kind is None or "label" not in header:

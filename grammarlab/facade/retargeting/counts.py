@@ -1,9 +1,8 @@
-"""How often to repeat things so that rows of springs fit a size best: branch and bound over whole numbers.
+"""Numbers of repetitions for which rows of springs fit a size best: branch and bound over integers.
 
-A row of springs of length a, give q and energy e, repeated n times, beside some that stay, has the energy
-e0 + sum n e + r^2 / g with r = size - a0 - sum n a and g = q0 + sum n q. For every u it is at least
-e0 + sum n e + 2 u r - u^2 g, where the counts stand apart from each other, so that the least over any ranges of counts
-is at hand; the best u makes that bound as large as it gets.
+A row of springs of length a, give q and energy e, repeated n times, plus fixed ones, has the energy e0 + sum n e + r^2
+/ g with r = size - a0 - sum n a and g = q0 + sum n q. For every u it is at least e0 + sum n e + 2 u r - u^2 g. This
+bound is separable in the counts, so that its least value over any ranges of counts is known; the best u maximises it.
 """
 
 from __future__ import annotations
@@ -17,46 +16,46 @@ import numpy as np
 from grammarlab.facade.tree import Floats, Ints
 
 _HALVINGS = 40
-"""Of the range in which the best u is looked for; any u gives a bound."""
+"""Number of halvings of the range of u; any u gives a valid bound."""
 _IMPOSSIBLE = 10
-"""After so many counts that are all impossible no others are tried."""
+"""Number of consecutive impossible counts after which the search ends."""
 _BOXES = 20
-"""How many boxes are halved for each try."""
+"""Number of boxes that are halved per trial."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpringRows:
-    """R rows of springs that get the same size, made of S kinds of springs, each as often in every row."""
+    """R rows of springs of equal size, made of S kinds of springs, each of which is equally frequent in every row."""
 
     length: Floats
-    """[R, S] metres."""
+    """[R, S] lengths, metres."""
     give: Floats
-    """[R, S]"""
+    """[R, S] give."""
     rest: Floats
     """[S] energy of one repetition over all rows."""
     fixed_length: Floats
-    """[R] metres of what is not repeated."""
+    """[R] length of the fixed part, metres."""
     fixed_give: Floats
-    """[R] of what is not repeated; below 0 where one repetition brings less than the others do."""
+    """[R] give of the fixed part; below 0 if the first repetition has less give than the others."""
     fixed_rest: float
     size: float
-    """Metres that each row gets."""
+    """Size of each row, metres."""
     share: Floats
-    """[S] how many there would be of each kind."""
+    """[S] proportional number of each kind."""
     price: Floats
-    """[S] > 0, energy that one more or less costs, and two more four times."""
+    """[S] > 0, energy for a deviation of one from the share; quadratic."""
 
     def unevenness(self, counts: Ints) -> float:
-        """Cost of so many [S] of each kind."""
+        """Cost of the deviation of counts [S] from the shares."""
         return float(self.price @ np.square(counts - self.share))
 
     def energy(self, counts: Ints) -> float:
-        """Of so many repetitions [S] of each kind, when nothing ties the rows to each other, without unevenness."""
+        """Energy of counts [S] without ties between rows, and without unevenness."""
         missing, give = self.size - self.fixed_length - self.length @ counts, self.fixed_give + self.give @ counts
         return float(self.fixed_rest + counts @ self.rest + (missing**2 / give).sum())
 
     def bound(self, least: Ints, most: Ints) -> float:
-        """What no counts in these ranges [S] cost less than."""
+        """Lower bound of the cost of counts in these ranges [S]."""
         length, give = self.length.sum(axis=0), self.give.sum(axis=0)
         missing, fixed_give = float((self.size - self.fixed_length).sum()), float(self.fixed_give.sum())
         reach = (abs(missing) + float(most @ length)) / (fixed_give + float(least @ give))
@@ -77,28 +76,28 @@ class SpringRows:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """Ranges of counts to choose from."""
+    """Ranges of counts."""
 
     rows: SpringRows
     least: Ints
-    """[S]"""
+    """[S] least counts."""
     most: Ints
-    """[S]"""
+    """[S] largest counts."""
     owner: int = 0
-    """Number of what is repeated, where there are several things to choose from."""
+    """Index of the repeated grid, if there are several."""
 
     def bound(self) -> float:
-        """What nothing in the box costs less than."""
+        """Lower bound of the cost in the box."""
         if (self.least == self.most).all():
             return self.rows.energy(self.least) + self.rows.unevenness(self.least)
         return self.rows.bound(self.least, self.most)
 
     def uneven(self) -> float:
-        """How far from their shares counts are at least."""
+        """Least unevenness of counts in the box."""
         return float(np.abs(np.clip(self.rows.share, self.least, self.most) - self.rows.share).sum())
 
     def halves(self) -> tuple[Box, Box]:
-        """The box in two, across the range that is worth most metres."""
+        """The box divided in two, across the range that covers the most metres."""
         across = int(((self.most - self.least) * self.rows.length.mean(axis=0)).argmax())
         middle = (self.least[across] + self.most[across]) // 2
         most, least = self.most.copy(), self.least.copy()
@@ -108,32 +107,32 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class BestCounts:
-    """The best counts, as far as was looked."""
+    """The best counts found."""
 
     owner: int
-    """Of the box that they are from."""
+    """Owner of their box."""
     counts: Ints
-    """[S]"""
+    """[S] counts."""
     cost: float
-    """Their energy and unevenness."""
+    """Their energy plus unevenness."""
     bound: float
-    """No counts cost less than this; at most the cost."""
+    """Lower bound of the cost of all counts; at most the cost."""
     tries: int
-    """How many counts were solved for."""
+    """Number of counts that were solved for."""
 
 
 def fewest(
     boxes: Sequence[Box], solve: Callable[[int, Ints], float], start: Ints, gap: float, slack: float, most_tries: int
 ) -> BestCounts:
-    """Counts whose cost is within a gap of the least.
+    """Counts whose cost is within a gap of the least cost.
 
     Args:
-        boxes: what to choose from.
-        solve: the cost of an owner's counts; not below that of its rows of springs, infinite for what is impossible.
-        start: [S] counts of the first owner to begin with.
-        gap: part of the cost that does not matter.
-        slack: cost that does not matter.
-        most_tries: how many counts are solved for at most, and how many boxes are halved for each.
+        boxes: ranges of counts to search.
+        solve: the cost of an owner's counts; at least that of its rows of springs, infinite for impossible counts.
+        start: [S] initial counts of the first owner.
+        gap: relative tolerance of the cost.
+        slack: absolute tolerance of the cost.
+        most_tries: largest number of counts to solve for, and of boxes to halve for each.
     """
     best, owner, cost, tries, halved = start, boxes[0].owner, solve(boxes[0].owner, start), 1, 0
     heap = [(box.bound(), box.uneven(), number, box) for number, box in enumerate(boxes)]

@@ -1,4 +1,4 @@
-"""Least energy of sizes along one axis, of a whole facade and of what lies beside repeated bands."""
+"""Least energy of sizes along one axis, of a whole facade and of the parts beside repeated bands."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from grammarlab.facade.variations.copies import take
 from grammarlab.facade.variations.single import Variation
 
 _ROUNDING = 1e-9
-"""Part of an energy that a solution may be wrong by."""
+"""Relative error of the energy of a solution."""
 
 
 def origin_of(facade: Facade, variation: Variation) -> LineOrigin:
-    """What the nodes of a variation would like to be: as large as wanted, and where their sources in the facade are."""
+    """Target sizes and source positions of the nodes of a variation."""
     return LineOrigin(facade.position[variation.source], variation.wanted, facade.size[0])
 
 
 def least_energy(
     facade: Facade, origin: LineOrigin, wishes: Sequence[Size], weights: Weights, held: Sequence[int]
 ) -> float:
-    """Energy of the best sizes along one axis under these kinds of rows; infinite when there are none."""
+    """Energy of the best sizes along one axis under these kinds of rows; infinite if there are none."""
     leaf, scale, along = facade.leaves, max(facade.width, facade.height), wishes[0].axis
     weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, along]
     axis = build_axis(facade, along, origin, weight, scale)
@@ -45,16 +45,16 @@ def least_energy(
 
 
 def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, held: Sequence[int]) -> float:
-    """Energy that what lies beside the bands has at least, whatever columns there are.
+    """Lower bound of the energy of the parts beside the bands, for any columns.
 
-    Of the rows that tie these parts, only those are held that no column changes: sizes that are alike, and alignment in
-    columns (for heights, rows) of a grid that have no element in a band.
+    Of the rows for these parts, only those that do not depend on columns are kept: equal sizes, and alignment in
+    columns (for heights, rows) of a grid without elements in a band.
 
     Args:
-        repeats: what can be repeated.
-        facade: that sizes come from.
-        wish: for the whole facade.
-        weights: how much deviations count.
+        repeats: bands that can be repeated.
+        facade: facade of the original sizes.
+        wish: target of the whole facade.
+        weights: weights of deviations.
         held: kinds of rows.
     """
     before, bands = repeats.before, {band.node for band in repeats.bands}
@@ -78,7 +78,7 @@ def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights
 
 
 def _grid_beside(grid: Grid, place: Ints, along: int) -> Grid:
-    """The elements of a grid that lie beside bands; alone in a line of its own, where others of its line do not."""
+    """The elements of a grid beside bands; in a line of their own if other elements of the line are in a band."""
     left = place[grid.node] >= 0
     line = grid.column if along == X else grid.row
     mixed = np.isin(line, line[~left])

@@ -1,8 +1,8 @@
-"""Facades whose columns (or rows) are parts of bands: what can be repeated by repeating parts.
+"""Facades whose columns (or rows) are parts of bands, and can be repeated by repeating parts.
 
-A band is divided along the edited axis and reaches over the whole facade along it: the facade itself, or a storey of it
-when columns are repeated. Where the parts of a band hold one column each, a column comes with the gap before it, the
-first one with the gap after it; what is before the first and after the last stays where it is.
+A band is divided along the edited axis and extends over the whole facade along it: the facade itself, or a storey of it
+if columns are repeated. If the parts of a band contain one column each, a column is repeated with the gap before it,
+and the first one with the gap after it; the parts before the first and after the last column are fixed.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from grammarlab.facade.variations.single import Variation
 
 @dataclass(frozen=True, slots=True)
 class RepeatedBand:
-    """A node whose parts are, in their order: a margin, columns with gaps between them, and a margin."""
+    """A node whose parts are, in order: a margin, columns with gaps between them, and a margin."""
 
     node: int
     before: tuple[int, ...]
     """Parts of the first margin."""
     gaps: tuple[tuple[int, ...], ...]
-    """[C] parts that come with each column when it is not the first."""
+    """[C] parts of the gap before each column if it is not the first."""
     columns: tuple[tuple[int, ...], ...]
-    """[C] parts that each column has."""
+    """[C] parts of each column."""
     after: tuple[int, ...]
     """Parts of the last margin."""
 
     def sequence(self, columns: Sequence[int]) -> list[tuple[int, int]]:
-        """The parts of a band with these columns, each with its place among the columns; -1 for the first margin."""
+        """The parts of a band with these columns, each with the index of its column; -1 for the first margin."""
         parts = [(-1, part) for part in self.before]
         for place, column in enumerate(columns):
             gap = self.gaps[column] if place else ()
@@ -44,27 +44,27 @@ class RepeatedBand:
 
 @dataclass(frozen=True, eq=False)
 class Repeats:
-    """The columns of a grid along x, or its rows along y, here from the bottom; both are called columns."""
+    """The columns of a grid along x, or its rows along y from the bottom; both are called columns here."""
 
     before: Variation
-    """What is edited."""
+    """The edited variation."""
     grid: str
     along: int
     bands: tuple[RepeatedBand, ...]
-    """Those that hold all columns, at least one."""
+    """Bands with all columns, at least one."""
     kind: Ints
-    """[C] number of each column's kind; columns of one kind are equal, and kinds are numbered as they first occur."""
+    """[C] kind of each column; columns of one kind are equal, and kinds are numbered by first occurrence."""
     needed: tuple[int, ...]
-    """Columns that other parts of the facade have elements of, so that one of each has to stay."""
+    """Columns with elements in other parts of the facade, of which one each has to stay."""
 
     def variation(self, columns: Sequence[int]) -> Variation:
-        """The facade with these of its columns, in this order, any number of times.
+        """The facade with these of its columns, in this order, repeated any number of times.
 
         Raises:
-            FacadeError: when a band would be left with less than two parts, or a column is missing that is needed.
+            FacadeError: If a band would have less than two parts, or a needed column is missing.
         """
         if not set(self.needed) <= set(columns):
-            raise FacadeError(f"Columns {list(self.needed)} of grid '{self.grid}' have parts elsewhere: keep them.")
+            raise FacadeError(f"Columns {list(self.needed)} of grid '{self.grid}' have elements elsewhere: keep them.")
         before, facade = self.before, self.before.facade
         source, parent, place = _tree(self, columns)
         wanted = before.wanted[source]
@@ -79,7 +79,7 @@ class Repeats:
         )
 
     def spread(self, counts: Ints) -> tuple[int, ...]:
-        """Columns in their order of which there are so many [K] of each kind: copies stand beside what they copy."""
+        """Columns in order for counts [K] of the kinds: copies are next to their originals."""
         columns: list[int] = []
         for column, kind in enumerate(self.kind.tolist()):
             same = np.flatnonzero(self.kind == kind)
@@ -89,7 +89,7 @@ class Repeats:
 
 
 def find_repeats(before: Variation, grid: Grid, along: int) -> Repeats | None:
-    """How the columns of a grid can be repeated; None when no band holds all of them one beside the other."""
+    """The repetition of the columns of a grid; None if no band contains all of them side by side."""
     facade = before.facade
     column = _columns(grid, along)
     num, whole = int(column.max(initial=-1)) + 1, [0, *(facade.children[0].tolist() if facade.axis[0] != along else ())]
@@ -112,7 +112,7 @@ def _columns(grid: Grid, along: int) -> Ints:
 
 
 def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: int) -> RepeatedBand | None:
-    """A node as a band; None when it is not divided like one."""
+    """A node as a band; None if it is not divided like one."""
     if facade.axis[node] != along:
         return None
     parts = facade.children[node]
@@ -132,7 +132,7 @@ def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: 
 
 
 def _look(before: Variation, band: RepeatedBand, column: int) -> tuple[object, ...]:
-    """What is the same for equal columns."""
+    """A key that is equal for equal columns."""
     facade = before.facade
     nodes = np.concatenate([np.arange(part, facade.end[part]) for part in (*band.gaps[column], *band.columns[column])])
     shape = facade.axis[nodes], facade.label[nodes], np.round(before.wanted[nodes] / facade.size[0], 9)
@@ -140,7 +140,7 @@ def _look(before: Variation, band: RepeatedBand, column: int) -> tuple[object, .
 
 
 def _tree(repeats: Repeats, columns: Sequence[int]) -> tuple[Ints, Ints, Ints]:
-    """[N] sources and parents of a new tree, and among which columns each node is; -2 outside of bands."""
+    """[N] sources and parents of a new tree, and the column of each node; -2 outside of bands."""
     facade, bands = repeats.before.facade, {band.node: band for band in repeats.bands}
     whole = [0] if 0 in bands else [-1, *facade.children[0].tolist()]
     source, parent, place = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
@@ -159,7 +159,7 @@ def _tree(repeats: Repeats, columns: Sequence[int]) -> tuple[Ints, Ints, Ints]:
             continue
         parts = bands[node].sequence(columns)
         if len(parts) < 2:
-            raise FacadeError("A band needs two parts at least: keep more columns.")
+            raise FacadeError("A band needs at least two parts: keep more columns.")
         top = start
         add(np.array([node]), 0 if node else -1, -2)
         for at, part in parts:
@@ -168,14 +168,14 @@ def _tree(repeats: Repeats, columns: Sequence[int]) -> tuple[Ints, Ints, Ints]:
 
 
 def _grid(repeats: Repeats, grid: Grid, columns: Sequence[int], source: Ints, place: Ints) -> Grid | None:
-    """A grid with all copies of its elements, each repetition in columns of its own; None when none is left.
+    """A grid with all copies of its elements, each repetition in separate columns; None if it is empty.
 
     Args:
-        repeats: what is repeated.
-        grid: of the facade that is edited.
-        columns: which columns follow each other.
+        repeats: the repeated bands.
+        grid: a grid of the edited facade.
+        columns: the sequence of columns.
         source: [N] node of that facade that each new node copies.
-        place: [N] among which of the columns it is.
+        place: [N] index of its column in the sequence.
     """
     element = np.full(len(repeats.before.facade), -1, dtype=np.int64)
     element[grid.node] = np.arange(len(grid.node))
@@ -184,7 +184,7 @@ def _grid(repeats: Repeats, grid: Grid, columns: Sequence[int], source: Ints, pl
         return None
     which = element[source[node]]
     old, at = _columns(grid, repeats.along)[which], place[node]
-    # What is outside of bands belongs to the first repetition of its column.
+    # Elements outside of bands belong to the first repetition of their column.
     for each in np.unique(old[at == -2]).tolist():
         same = (
             columns.index(each)

@@ -1,4 +1,4 @@
-"""A facade for another width or height, with as many columns and rows as deform it least."""
+"""A facade for another width or height, with the numbers of columns and rows that deform it least."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ from grammarlab.facade.variations.inheriting import inherited
 from grammarlab.facade.variations.single import Variation, unedited
 
 GAP = 1e-3
-"""Part by which the deformation may be above the least one, and the part of its size by which each leaf may deviate on
-top of that: less cannot be seen."""
+"""Tolerances: relative to the least deformation, plus the energy of a deviation of each leaf by this fraction of its
+size, which is invisible."""
 EVENNESS = 0.1
-"""Part of its size by which each leaf of a column deviates when that is as bad as one column too many or too few."""
+"""Relative deviation of each leaf of a column that costs as much as one column too many or too few."""
 
 Build = Callable[[Repeats, Sequence[int]], Variation]
-"""Makes a facade with these columns, in this order, of what can be repeated."""
+"""Function that makes a facade with these columns, in this order, of the repeated bands."""
 
 
 @dataclass(frozen=True, eq=False)
 class Repetition:
-    """Which columns of a grid there are along x, or which of its rows along y, counted from the bottom."""
+    """The columns of a grid along x, or its rows along y, counted from the bottom, after repetition."""
 
     grid: str
     along: int
     columns: tuple[int, ...]
-    """What each new column is a copy of."""
+    """Source of each new column."""
     counts: tuple[int, ...]
-    """How many there are of each column that there was."""
+    """Number of copies of each original column."""
     deformation: float
-    """Energy of the sizes along this axis, and what columns cost that are more or less than their share."""
+    """Energy of the sizes along this axis, plus the cost of numbers of columns that differ from their shares."""
     bound: float
-    """No other numbers of columns deform less than this."""
+    """Lower bound of the deformation for all numbers of columns."""
     proven: bool
     """Whether the deformation is within `GAP` of the bound."""
     tries: int
-    """For how many numbers of columns sizes were solved for."""
+    """Number of combinations of columns that sizes were solved for."""
 
     def __str__(self) -> str:
         name, side = ("column", "left") if self.along == X else ("row", "bottom")
@@ -64,11 +64,11 @@ class Retargeted:
     """A facade for another width or height."""
 
     variation: Variation
-    """Where its nodes come from; laid out, not solved."""
+    """Source and layout of its nodes, before sizes are solved for."""
     resized: Resized
     """The facade itself."""
     choices: tuple[Repetition, ...]
-    """What was repeated; none for an axis that nothing can be repeated along."""
+    """Repetitions; none for an axis without repeatable columns."""
 
 
 def retarget(
@@ -82,24 +82,25 @@ def retarget(
     most_tries: int = 100,
     locks: Sequence[Wish] = (),
 ) -> Retargeted:
-    """The facade for another width or height, with columns and rows repeated or removed as deforms it least.
+    """The facade for another width or height, with columns and rows repeated or removed for the least deformation.
 
-    Deformation is the energy of sizes, and for each kind of column the square of how many there are above or below
-    their share of the new size, so that no kind crowds out the others only because it fits. Columns are chosen first,
-    rows then; of several grids one. Copies stand beside what they copy; where does not change the deformation.
+    Deformation is the energy of sizes, plus, for each kind of column, the squared difference of its number from its
+    share of the new size, so that no kind replaces the others only because it fits. Columns are chosen first, then
+    rows; one of several grids is repeated. Copies are next to their originals; their position does not affect the
+    deformation.
 
     Args:
         facade: a facade with grids.
-        width: metres; the width stays free when left out.
-        height: metres; the height stays free when left out.
-        grids: names of those whose columns and rows may be repeated, by default all.
-        weights: how much deviations count.
-        build: makes the facade of some columns; no size of what it makes may differ from that of its source.
-        most_tries: how many numbers of columns are solved for at most along each axis.
-        locks: what stays as it is, and in copies, but for places. With a lock of an aspect nothing is proven.
+        width: metres; free when left out.
+        height: metres; free when left out.
+        grids: names of grids whose columns and rows may be repeated; all by default.
+        weights: weights of deviations.
+        build: makes the facade of given columns; its sizes must be those of the sources.
+        most_tries: largest number of combinations to solve for along each axis.
+        locks: locked properties, also of copies, except positions. With a lock of an aspect ratio, nothing is proven.
 
     Raises:
-        FacadeError: for lengths that no facade can have, and grids that there are not.
+        FacadeError: If lengths are out of range, or grids are unknown.
     """
     wishes = [Size(0, axis, metres) for axis, metres in ((X, width), (Y, height)) if metres is not None]
     checked(wishes, facade)
@@ -107,7 +108,7 @@ def retarget(
     unknown = sorted(set(grids or ()) - set(names))
     if unknown:
         raise FacadeError(
-            f"Unknown grid '{unknown[0]}'; expected one of: {', '.join(names) or 'none, there is no grid'}."
+            f"Unknown grid '{unknown[0]}'; expected one of: {', '.join(names) or 'none, since there is no grid'}."
         )
     variation, choices = unedited(facade), []
     for wish in wishes:
@@ -130,11 +131,11 @@ def _chosen(
     most_tries: int,
     locks: Sequence[Wish],
 ) -> tuple[Repetition, Variation]:
-    """The best numbers of one grid's columns, and the facade that has them."""
+    """The best numbers of columns of one grid, and the facade with them."""
     rows = [_rows(each, facade, wish, weights) for each in options]
     unchanged = [np.bincount(each.kind) for each in options]
     uneven = [kinds[0].unevenness(counts) for kinds, counts in zip(rows, unchanged, strict=True)]
-    # Columns of the other grids stay as they are.
+    # Columns of the other grids do not change.
     others = [sum(uneven) - each for each in uneven]
     slack = GAP**2 * len(facade.leaves)
 
@@ -155,7 +156,7 @@ def _chosen(
         ]
         return fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
 
-    # Where no sizes keep all that is alike, none have to; where none keep what is aligned either, neither.
+    # If no sizes satisfy symmetry, it is dropped; if no sizes satisfy alignment either, it is dropped too.
     found = best((WISH, ALIGNMENT, SYMMETRY))
     for held in ((WISH, ALIGNMENT), (WISH,)):
         found = found if np.isfinite(found.cost) else best(held)
@@ -176,7 +177,7 @@ def _chosen(
 
 
 def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[SpringRows]:
-    """The bands as rows of springs, once for each kind that may come first, since the first column brings no gap."""
+    """The bands as rows of springs, once for each possible first kind, since the first column has no gap."""
     before, along, bands = repeats.before, wish.axis, repeats.bands
     leaf, wanted = before.facade.leaves, before.wanted[:, along]
     weight = leaf_weights(before.wanted[leaf], facade.size[0], weights)[:, along]
@@ -184,7 +185,7 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> lis
     occurs, columns = np.bincount(repeats.kind), np.unique(repeats.kind, return_index=True)[1].tolist()
     units = [[(*band.gaps[each], *band.columns[each]) for each in columns] for band in bands]
     margins = [(*band.before, *band.after) for band in bands]
-    # What it would cost to lose a leaf's whole size, and that of all leaves in each subtree.
+    # Cost of losing a leaf's whole size, summed over the leaves of each subtree.
     whole = np.zeros(1 + len(before.facade))
     whole[1 + leaf] = np.square(weight * wanted[leaf])
     whole = np.cumsum(whole)
@@ -212,13 +213,13 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> lis
 
 
 def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: int) -> list[Box]:
-    """All counts of columns, one box for each kind that may come first.
+    """All counts of columns, one box for each possible first kind.
 
     Args:
-        repeats: whose columns they are.
-        rows: for each kind that may come first.
-        others: what is added to each cost, of other grids and of what lies beside the bands.
-        owner: number of the grid.
+        repeats: repetition of the columns.
+        rows: rows of springs for each possible first kind.
+        others: added to each cost: energy of other grids and of the parts beside the bands.
+        owner: index of the grid.
     """
     kinds = np.arange(len(rows))
     needed = np.zeros(len(rows), dtype=np.int64)
@@ -236,5 +237,5 @@ def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: i
 
 
 def _sums(values: Floats, groups: Sequence[Sequence[Sequence[int]]]) -> Floats:
-    """The sum of some nodes' values for each group of nodes in each row of groups."""
+    """Sums of nodes' values for each group of nodes in each row of groups."""
     return np.array([[values[list(nodes)].sum() for nodes in row] for row in groups])

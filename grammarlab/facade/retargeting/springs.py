@@ -1,7 +1,7 @@
-"""Parts of a facade as springs: how large each would like to be along an axis, and how readily it gives.
+"""Parts of a facade as springs: preferred size along an axis, and give.
 
-A leaf is a spring, what follows each other is a row of springs, and what stands across are springs side by side. So a
-part is one spring again, and the energy of a facade without grids is in closed form: with grids it is no smaller.
+A leaf is a spring, parts in a row are springs in series, and parts side by side across are parallel springs. So each
+part is a spring, and the energy of a facade without grids is in closed form: grids can only increase it.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ class Springs:
     """N springs: at a size s each has the energy rest + (s - length)^2 / give."""
 
     length: Floats
-    """[N] metres, the size of least energy."""
+    """[N] size of least energy, metres."""
     give: Floats
-    """[N] > 0, of the energy's unit: square metres per energy."""
+    """[N] > 0, square metres per unit of energy."""
     rest: Floats
-    """[N] energy at that size, >= 0: what parts side by side cost each other."""
+    """[N] energy at that size, >= 0: from different preferred sizes of parallel parts."""
 
     def energy(self, node: int, size: float) -> float:
-        """Of a node that is so large, in metres."""
+        """Energy of a node at a size, metres."""
         return float(self.rest[node] + (size - self.length[node]) ** 2 / self.give[node])
 
 
@@ -33,10 +33,10 @@ def springs(facade: Facade, along: int, wanted: Floats, weight: Floats) -> Sprin
     """Each node of a facade as a spring.
 
     Args:
-        facade: whose tree it is.
+        facade: the facade.
         along: 0 for widths, 1 for heights.
-        wanted: [N] metres that leaves would like to have.
-        weight: [L] of leaves, as in `leaf_weights`.
+        wanted: [N] target sizes of leaves, metres.
+        weight: [L] weights of leaves, as in `leaf_weights`.
     """
     parent, axis = facade.parent.tolist(), facade.axis.tolist()
     length, give, rest = ([0.0] * len(facade) for _ in range(3))

@@ -1,4 +1,4 @@
-"""A facade for another width or height by one column or row after the other, wherever it stands in the tree."""
+"""A facade for another width or height by adding or removing one column or row at a time, anywhere in the tree."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from grammarlab.facade.variations.sequences import sequences
 from grammarlab.facade.variations.single import Variation, edits, unedited
 
 MOST_STEPS = 20
-"""Columns or rows that come or go along one axis."""
+"""Largest number of added or removed columns or rows along one axis."""
 _BEAM = 4
-"""Variations that are gone on from after each step."""
+"""Number of variations that are continued after each step."""
 _WORSE = 2
-"""Steps in a row that may make things worse."""
+"""Number of consecutive steps that may increase the deformation."""
 _WORK = 150_000
-"""Leaves of all variations along one axis: some seconds. Large facades are gone on from fewer, or not changed."""
+"""Largest number of leaves of all variations along one axis: some seconds; large facades get fewer or none."""
 
 
 def stepwise(facade: Facade, wishes: Sequence[Size], grid: str, locks: Sequence[Wish] = ()) -> Variation:
-    """The best variation found for a size: no proof, but columns that `retarget` cannot repeat.
+    """The best variation found for a size: without proof, but with columns that `retarget` cannot repeat.
 
-    Goes on from the few least strained variations after each step, for as long as sizes deform the facade less.
+    Continues from the few least strained variations after each step, while the deformation decreases.
 
     Args:
-        facade: a facade with this grid.
-        wishes: its width, its height, or both.
-        grid: whose columns and rows come or go, with those of the grids that go with it.
-        locks: what stays as it is, and in copies, but for places.
+        facade: a facade with the grid.
+        wishes: target width, height, or both.
+        grid: grid whose columns and rows are added or removed, with those of the grids that follow it.
+        locks: locked properties, also of copies, except positions.
     """
     best = unedited(facade)
     for wish in wishes:
@@ -68,10 +68,10 @@ def _along(facade: Facade, start: Variation, wish: Size, grid: str, locks: Seque
 
 
 def affordable(facade: Facade, grid: str, axis: int, work: int) -> int:
-    """How many facades like this one can be varied in a grid so that their variations have so many leaves in all."""
+    """Number of facades like this one whose variations in a grid have this many leaves in total."""
     return work // _effort(facade, grid, axis)
 
 
 def _effort(facade: Facade, grid: str, axis: int) -> int:
-    """Leaves of all variations of a facade, about."""
+    """Approximate number of leaves of all variations of a facade."""
     return len(facade.leaves) * sum(1 for _ in edits(facade, (grid,), axis))

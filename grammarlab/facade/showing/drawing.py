@@ -1,4 +1,4 @@
-"""Pictures of facades, seen from the front: pictures where leaves show some, elsewhere what their labels look like."""
+"""Front views of facades: pictures on the leaves that have some, elsewhere the looks of labels."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from grammarlab.rendering.renderer import LARGEST_AREA, LARGEST_SIDE, RenderOpti
 from grammarlab.scene import TriangleBatch, triangles
 
 _LOOK = Look(sun_azimuth=-38.0, sun_elevation=40.0, exposure=0.66)
-"""A wall that faces the camera is lit less than the sides that pictures of whole models show."""
+"""Light for a wall that faces the camera, which gets less light than the sides of whole models."""
 
 
 def draw(facade: Facade, pixels_per_metre: float) -> NDArray[np.uint8]:
-    """A picture [height, width, 3] of a facade, and of nothing around it.
+    """A picture [height, width, 3] of a facade, without surroundings.
 
     Args:
         facade: the facade.
         pixels_per_metre: > 0.
 
     Raises:
-        FacadeError: when the picture would be too large, or a picture of the facade is broken.
+        FacadeError: If the picture would be too large, or a picture of the facade is broken.
     """
     width, height = picture_size(facade.width, facade.height, pixels_per_metre)
     leaves = facade.leaves[facade.picture[facade.leaves] >= 0]
@@ -50,13 +50,13 @@ def draw(facade: Facade, pixels_per_metre: float) -> NDArray[np.uint8]:
 
 
 def front(batch: TriangleBatch, width: int, height: int, azimuth: float = 0.0) -> NDArray[np.uint8]:
-    """A picture [height, width, 3] of one model, as wide and high as it is, seen without perspective.
+    """A picture [height, width, 3] of one model that fills it, in orthographic projection.
 
     Args:
         batch: one model.
         width: pixels.
         height: pixels.
-        azimuth: where it is seen from, in degrees from +z towards +x.
+        azimuth: direction of the camera, degrees from +z towards +x.
     """
     view = View(azimuth, elevation=0.0, field_of_view=0.0, margin=0.0)
     options = RenderOptions(width=width, height=height, samples=2, openness_rays=8, ground=False, view=view, look=_LOOK)
@@ -67,13 +67,13 @@ def picture_size(width: float, height: float, pixels_per_metre: float) -> tuple[
     """Width and height in pixels, at least 1.
 
     Raises:
-        FacadeError: when these are too many.
+        FacadeError: If there are too many pixels.
     """
     pixels = max(1, round(width * pixels_per_metre)), max(1, round(height * pixels_per_metre))
     if max(pixels) > LARGEST_SIDE or pixels[0] * pixels[1] > LARGEST_AREA:
         raise FacadeError(
             f"A picture of {pixels[0]} x {pixels[1]} pixels is too large: expected at most {LARGEST_SIDE} along a side "
-            f"and {LARGEST_AREA:,} in all. Ask for fewer pixels per metre."
+            f"and {LARGEST_AREA:,} in all. Use fewer pixels per metre."
         )
     return pixels
 
@@ -82,12 +82,12 @@ def _opened(picture: Picture) -> Image.Image:
     try:
         with Image.open(BytesIO(picture.content), formats=("PNG", "JPEG")) as image:
             return image.convert("RGB")
-    except Exception as error:  # readers raise whatever a broken file leads them to
+    except Exception as error:  # readers raise any exception for a broken file
         raise FacadeError(f"The picture {picture.name!r} cannot be read: {error}") from error
 
 
 def _cropped(image: Image.Image, window: NDArray[np.float64], size: tuple[int, int]) -> Image.Image:
-    """The part of an image that a window of it shows, in so many pixels."""
+    """The part of an image in a window, with the given number of pixels."""
     left, bottom, right, top = np.clip(window, 0.0, 1.0).tolist()
     box = (left * image.width, (1.0 - top) * image.height, right * image.width, (1.0 - bottom) * image.height)
     if box[2] - box[0] < 1e-6 or box[3] - box[1] < 1e-6:

@@ -1,4 +1,4 @@
-"""A facade as a scene: each leaf a box as deep as its label says, in the colour of its label or with its picture."""
+"""A facade as a scene: each leaf is a box with the depth and colour of its label, or with its picture."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class _Piece(NamedTuple):
 def realize_facade(facade: Facade) -> Scene:
     """One model: x to the right, y up, the front of the wall at z = `THICKNESS` and its back at 0.
 
-    A leaf with an outline is a prism over it, and the rest of its box is wall; that of a wall is empty. Pictures lie on
-    the front, from the names that `picture_file` gives.
+    A leaf with an outline is a prism over it, and the rest of its box is wall; that of a wall is empty. Pictures are on
+    the front, with file names from `picture_file`.
     """
     pieces, meshes = _pieces(facade)
     leaf = np.array([piece.leaf for piece in pieces])
@@ -71,7 +71,7 @@ def realize_facade(facade: Facade) -> Scene:
 
 
 def _pieces(facade: Facade) -> tuple[list[_Piece], Meshes]:
-    """The pieces that leaves are made of, and their meshes; the first mesh is the unit cube."""
+    """The pieces of leaves, and their meshes; the first mesh is the unit cube."""
     pieces: list[_Piece] = []
     batches, num_meshes = [box()], 1
     for leaf in facade.leaves.tolist():
@@ -89,7 +89,7 @@ def _pieces(facade: Facade) -> tuple[list[_Piece], Meshes]:
 
 
 def _materials(facade: Facade, pieces: list[_Piece]) -> tuple[Materials, NDArray[np.int32]]:
-    """The distinct materials of pieces, and which each [I] has."""
+    """The distinct materials of pieces, and the material [I] of each."""
     number: dict[tuple[tuple[float, ...], str], int] = {}
     material = []
     for piece in pieces:
@@ -113,7 +113,7 @@ def _channels(look: LabelLook, *, pictured: bool) -> tuple[float, ...]:
 
 
 def _texture_maps(facade: Facade) -> Floats:
-    """[N, 2, 4] how the picture of each node lies on it."""
+    """[N, 2, 4] texture mapping of the picture of each node."""
     window = shown(facade).window
     maps = np.zeros((len(facade), 2, 4))
     for axis in (X, Y):

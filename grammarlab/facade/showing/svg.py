@@ -15,9 +15,9 @@ _DIGITS = 6
 
 
 def svg(facade: Facade) -> str:
-    """A drawing of a facade, as wide and high as it is, a metre to a unit.
+    """A drawing of a facade, with one unit per metre.
 
-    Each leaf is a ``rect``, a ``path`` where it has an outline, or its part of a picture, of the class of its label;
+    Each leaf is a ``rect``, a ``path`` if it has an outline, or its part of a picture, with the class of its label;
     pictures are embedded once.
     """
     box = f"0 0 {_number(facade.width)} {_number(facade.height)}"

@@ -1,4 +1,4 @@
-"""One axis of a facade as numbers: its lines, what its leaves would like to be, and what ties them together."""
+"""One axis of a facade as numbers: its lines, targets of its leaves, and constraints between them."""
 
 from __future__ import annotations
 
@@ -13,55 +13,55 @@ from grammarlab.facade.tree import Facade, Floats
 
 Weights = Literal["default", "paper"]
 SMALLEST = 1e-3
-"""Part of its wanted size that every leaf keeps."""
+"""Least size of a leaf, as a fraction of its target."""
 _LIGHTEST = 1e-3
-"""What is smaller than this part of the facade weighs no more by default."""
+"""Least size, as a fraction of the facade, for default weights; smaller leaves have the weight of this size."""
 _CAP = 10.0
 """Largest weight of the paper."""
 
 
 @dataclass(frozen=True, slots=True)
 class LineOrigin:
-    """Sizes and places that the nodes of a facade had where they come from, and would like to have again."""
+    """Original sizes and positions of the nodes of a facade, which are the targets."""
 
     position: Floats
-    """[N, 2] metres; only differences within a column or a row of a grid count."""
+    """[N, 2] metres; only differences within a column or a row of a grid matter."""
     size: Floats
     """[N, 2] metres, > 0."""
     whole: Floats
-    """[2] metres, of the facade that they come from."""
+    """[2] size of the original facade, metres."""
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One axis of a facade of M lines, in parts of the facade's larger side."""
+    """One axis of a facade of M lines, in units of the facade's larger side."""
 
     along: int
     """0 for x, 1 for y."""
     lines: Lines
     extent: Sums
-    """[P] sizes of leaves, of those between the same lines once."""
+    """[P] sizes of leaves; leaves between the same lines are merged."""
     weight: Floats
-    """[P] of a metre."""
+    """[P] weight of a unit of length."""
     target: Floats
-    """[P] sizes that leaves would like to have."""
+    """[P] target sizes of leaves."""
     least: Floats
-    """[P] sizes that they keep."""
+    """[P] least sizes of leaves."""
     alignment: Rows
     symmetry: Rows
 
 
 def leaf_weights(size: Floats, whole: Floats, weights: Weights) -> Floats:
-    """[L, 2] weight of a metre by which each leaf deviates along each axis.
+    """[L, 2] weight of a metre of deviation of each leaf along each axis.
 
-    By default a deviation counts as part of the size that deviates: of two leaves that have to give, the one twice as
-    large gives four times as much. The paper's weight is the inverse of a leaf's share of the area of the facade, at
-    most 10, so it is the same for all leaves below a tenth of the facade.
+    By default a deviation is relative to the size of the leaf: of two adjacent leaves, one twice as large takes four
+    times as much of a change. The paper's weight is the inverse of a leaf's share of the area of the facade, at most
+    10, so it is the same for all leaves below a tenth of the facade.
 
     Args:
         size: [L, 2] metres.
-        whole: [2] metres, of the facade.
-        weights: which.
+        whole: [2] size of the facade, metres.
+        weights: kind of weights.
     """
     if weights == "paper":
         return np.repeat(np.minimum(whole.prod() / size.prod(axis=1), _CAP)[:, None], 2, axis=1)
@@ -72,11 +72,11 @@ def build_axis(facade: Facade, along: int, origin: LineOrigin, weight: Floats, s
     """One axis of a facade.
 
     Args:
-        facade: whose tree and grids it is.
+        facade: facade with the tree and the grids.
         along: 0 for x, 1 for y.
-        origin: what its nodes would like to be.
-        weight: [L] of its leaves along the axis.
-        scale: metres that count as 1.
+        origin: targets of its nodes.
+        weight: [L] weights of its leaves along the axis.
+        scale: unit of length, metres.
     """
     lines = find_lines(facade.parent, facade.axis, along)
     position, size, leaf = origin.position[:, along] / scale, origin.size[:, along] / scale, facade.leaves

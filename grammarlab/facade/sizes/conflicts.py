@@ -1,6 +1,6 @@
-"""Wishes that cannot all come true: which of them contradict each other, and what comes nearest to them.
+"""Wishes that contradict each other: a minimal contradiction, and the closest sizes.
 
-Symmetry gives way first, then alignment, then wishes; the decomposition never does.
+Symmetry is relaxed first, then alignment, then wishes; the decomposition always holds.
 """
 
 from __future__ import annotations
@@ -19,34 +19,34 @@ from grammarlab.facade.sizes.wishes import Wish, in_words
 from grammarlab.facade.tree import Facade, Floats, X
 
 _CONTRADICTION = 1e-7
-"""What has to give way by more than this part of the facade's size contradicts the rest."""
+"""Least violation, as a fraction of the facade's size, that counts as a contradiction."""
 _TIGHTEST = 1e-10
 """Tolerance of the linear programmes."""
 
 Tie = tuple[int, int, int]
-"""What may give way as a whole: kind of row, axis, and grid or place among the wishes."""
+"""A group of rows that is relaxed as a whole: kind of row, axis, and index of the grid or wish."""
 
 
 @dataclass(frozen=True, slots=True)
 class Compromise:
-    """Places of lines that come nearest to what was wished for."""
+    """Positions of lines that are closest to the wishes."""
 
     place: Floats
-    """[V]"""
+    """[V] positions."""
     conflict: tuple[str, ...]
-    """Wishes, then grids, that contradict each other, and without any one of them would not."""
+    """Wishes, then grids, of a minimal contradiction: without any one of them, the others can hold."""
     relaxed: tuple[str, ...]
-    """What gave way, and by how many metres at most."""
+    """Relaxed wishes and grids, with the largest violation in metres."""
 
 
 def compromise(model: SizeModel, value: Floats, facade: Facade, wishes: Sequence[Wish]) -> Compromise:
-    """The places that miss wishes least, then alignment, then symmetry, each in the sum over its rows.
+    """The positions with the least violations of wishes, then of alignment, then of symmetry, each summed over rows.
 
     Args:
         model: the programme.
-        value: [R] of its rows.
-        facade: whose names are in the words.
-        wishes: those that the rows stand for.
+        value: [R] values of its rows.
+        facade: facade with the names for messages.
+        wishes: wishes of the rows.
     """
     ties = _ties(model)
     place, _ = _least_slack(
@@ -69,7 +69,7 @@ def compromise(model: SizeModel, value: Floats, facade: Facade, wishes: Sequence
 
 
 def _ties(model: SizeModel) -> list[Tie]:
-    """All that may give way, what gives way first first."""
+    """All groups that can be relaxed, in the order of relaxation."""
     rows = np.unique(np.stack([model.kind, model.along, model.source], axis=1), axis=0)
     aspects = np.unique(model.bound_source[model.bound_source >= 0])
     return [(int(kind), int(along), int(source)) for kind, along, source in rows] + [
@@ -78,7 +78,7 @@ def _ties(model: SizeModel) -> list[Tie]:
 
 
 def _members(model: SizeModel, ties: Sequence[Tie]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """[R] whether each row is one of these ties, and [K] whether each bound is."""
+    """[R] whether each row is in one of these groups, and [K] whether each bound is."""
     row, bound = np.zeros(len(model.kind), dtype=bool), np.zeros(len(model.bound_source), dtype=bool)
     for kind, along, source in ties:
         row |= (model.kind == kind) & (model.along == along) & (model.source == source)
@@ -87,7 +87,7 @@ def _members(model: SizeModel, ties: Sequence[Tie]) -> tuple[NDArray[np.bool_], 
 
 
 def _irreducible(model: SizeModel, value: Floats, ties: list[Tie]) -> list[Tie]:
-    """Ties that contradict each other, and without any one of them would not, by leaving out one after the other."""
+    """A minimal set of contradicting groups, found by dropping one after the other."""
     kinds = [[tie for tie in ties if tie[0] == kind] for kind in (SYMMETRY, ALIGNMENT)]
     kept = ties
     for out in [*kinds, *([tie] for tie in ties)]:
@@ -100,13 +100,13 @@ def _irreducible(model: SizeModel, value: Floats, ties: list[Tie]) -> list[Tie]:
 def _least_slack(
     model: SizeModel, value: Floats, ties: Sequence[Tie], stages: Sequence[Sequence[Tie]]
 ) -> tuple[Floats, float]:
-    """[V] the places that hold all bounds of leaves and of these ties as much as they can, and what they miss in all.
+    """[V] positions with the least violation of all bounds of leaves and of these groups, and the total violation.
 
     Args:
         model: the programme.
-        value: [R] of its rows.
-        ties: those that count; others are left out.
-        stages: which of them to satisfy first, which next, and so on.
+        value: [R] values of its rows.
+        ties: groups to include; others are left out.
+        stages: groups to satisfy first, second, and so on.
     """
     kept, soft = _members(model, ties)
     hard = soft | (model.bound_source < 0)
@@ -129,7 +129,7 @@ def _least_slack(
         cost = np.concatenate([np.zeros(num_places), row[kept], row[kept], bound[soft]])
         found = linprog(cost, below, most, equal, value[kept], limits, options=options)
         if found.x is None:
-            raise FacadeError("No sizes were found for these wishes: try others, or fewer at a time.")
+            raise FacadeError("No sizes were found for these wishes: try other or fewer wishes.")
         place, missed = found.x[:num_places], missed + float(found.fun)
         below = sparse.vstack([below, sparse.csr_array(cost[None])], format="csr")
         most = np.append(most, found.fun + _TIGHTEST)

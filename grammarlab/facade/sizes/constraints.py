@@ -1,10 +1,10 @@
-"""What ties the sizes of a facade together: equations over the lines of an axis (paper 000, section 5).
+"""Constraints on the sizes of a facade: equations over the lines of an axis (paper 000, section 5).
 
-Decomposition needs no rows, since lines keep it (`lines.py`). Alignment keeps the distance between the anchors of
-neighbours in a grid's column (along x) or row (along y); the anchors are the low edges, the centres or the high edges,
-whichever vary least. Symmetry keeps the ratio of the sizes of parts that are alike: in one grid, with one label, of
-sizes that hardly differ. For equal sizes the ratio is 1, which is the paper's row; and a facade always satisfies its
-own rows.
+Decomposition needs no rows, since lines satisfy it (`lines.py`). Alignment preserves the distance between the anchors
+of neighbours in a grid's column (along x) or row (along y); the anchors are the low edges, the centres or the high
+edges, whichever vary least. Symmetry preserves the ratio of the sizes of similar parts: in one grid, with one label,
+with nearly equal sizes. For equal sizes the ratio is 1, which is the paper's row; and a facade always satisfies its own
+rows.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from grammarlab.facade.sizes.lines import Lines, Sums
 from grammarlab.facade.tree import Floats, Ints, X
 
 ALIKE = 0.1
-"""Parts of one label are alike when each is at most by this share larger than the next smaller one."""
+"""Parts of one label are similar if each is larger than the next smaller one by at most this fraction."""
 ANCHORS = np.array([0.0, 0.5, 1.0])
-"""The eps of Equation 2; the first is taken where all three vary alike."""
+"""The eps of Equation 2; the first is taken if all three vary equally."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """R equations: sums of lines that have values."""
+    """R equations: sums of lines with given values."""
 
     sums: Sums
-    """[R]"""
+    """[R] sums."""
     value: Floats
-    """[R] in the unit of the positions and sizes that they keep."""
+    """[R] values, in the unit of the original positions and sizes."""
     grid: Ints
-    """[R] index of the grid that asks for it."""
+    """[R] index of the grid of each row."""
 
 
 def alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats, size: Floats) -> Rows:
-    """Anchors of neighbours in a column (row) keep their distance: C_a and d_a of Equation 1.
+    """Rows that preserve the distances of neighbouring anchors in a column (row): C_a and d_a of Equation 1.
 
     Args:
         grids: G grids.
-        lines: of the axis.
+        lines: lines of the axis.
         along: 0 for x, which aligns columns; 1 for y, which aligns rows.
-        position: [N] metres along the axis, of the facade whose distances are kept.
-        size: [N] metres along the axis.
+        position: [N] original positions along the axis, metres.
+        size: [N] original sizes along the axis, metres.
     """
     node, of_grid, group, other = _members(grids, along)
     order = np.lexsort((other, group))
@@ -56,7 +56,7 @@ def alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats,
     ahead, behind = node[first], node[first + 1]
     share = eps[first]
     value = position[ahead] + share * size[ahead] - position[behind] - share * size[behind]
-    # What has its anchor on the same lines keeps its distance anyway.
+    # Anchors on the same lines keep their distance without a row.
     moves = (lines.low[ahead] != lines.low[behind]) & (share < 1.0)
     moves |= (lines.high[ahead] != lines.high[behind]) & (share > 0.0)
     sums = lines.reach(ahead, share).minus(lines.reach(behind, share))
@@ -64,17 +64,17 @@ def alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats,
 
 
 def symmetry(grids: Sequence[Grid], lines: Lines, along: int, label: Ints, size: Floats) -> Rows:
-    """Parts that are alike keep the ratio of their sizes: C_s of Equation 1.
+    """Rows that preserve the ratio of the sizes of similar parts: C_s of Equation 1.
 
     Args:
         grids: G grids.
-        lines: of the axis.
+        lines: lines of the axis.
         along: 0 for widths, 1 for heights.
-        label: [N] what each node is called.
-        size: [N] metres along the axis, > 0, of the facade whose ratios are kept.
+        label: [N] label of each node.
+        size: [N] original sizes along the axis, metres, > 0.
     """
     node, of_grid, _, _ = _members(grids, along)
-    # Nodes between the same lines have one size anyway.
+    # Nodes between the same lines have equal sizes without a row.
     _, first = np.unique(np.stack([of_grid, label[node], lines.low[node], lines.high[node]]), axis=1, return_index=True)
     node, of_grid = node[first], of_grid[first]
     order = np.lexsort((size[node], label[node], of_grid))
@@ -87,7 +87,7 @@ def symmetry(grids: Sequence[Grid], lines: Lines, along: int, label: Ints, size:
 
 
 def _members(grids: Sequence[Grid], along: int) -> tuple[Ints, Ints, Ints, Ints]:
-    """[E] of all grids: node, grid, column or row counted through all grids, and place within that."""
+    """[E] of all grids: node, grid, column or row numbered over all grids, and index within it."""
     if not grids:
         nothing = np.zeros(0, dtype=np.int64)
         return nothing, nothing, nothing, nothing
@@ -100,11 +100,11 @@ def _members(grids: Sequence[Grid], along: int) -> tuple[Ints, Ints, Ints, Ints]
 
 
 def _least_variance(anchors: Floats, group: Ints) -> NDArray[np.intp]:
-    """[G] which of the anchors [E, 3] varies least within each group [E]."""
+    """[G] index of the anchor [E, 3] that varies least within each group [E]."""
     counts = np.maximum(np.bincount(group), 1)
     variance = np.empty((len(counts), len(ANCHORS)))
     for which in range(len(ANCHORS)):
         mean = np.bincount(group, anchors[:, which]) / counts
         variance[:, which] = np.bincount(group, (anchors[:, which] - mean[group]) ** 2)
-    # Round-off does not choose.
+    # Rounding errors must not determine the choice.
     return (variance > variance.min(axis=1, keepdims=True) + 1e-18 * np.square(anchors).max(initial=0.0)).argmin(axis=1)

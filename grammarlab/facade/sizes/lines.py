@@ -1,9 +1,9 @@
-"""The lines of a facade: the edges that its nodes share, as what the total decomposition property leaves free.
+"""The lines of a facade: the edges shared by its nodes, which are its free variables under total decomposition.
 
-Along one axis a node reaches from one line to another. What follows each other shares the line between; what stands
-across has the lines of its parent. So sizes that are differences of lines decompose whatever the lines are, and the
-hierarchy rows C_h of paper 000, section 5 need not be written down: the lines span their null space. A leaf has one
-size, so of L leaves with R hierarchy rows there are L - R lines besides the first.
+Along one axis, a node extends from one line to another. Adjacent parts share the line between them; parts across have
+the lines of their parent. So sizes that are differences of lines satisfy the decomposition for any lines, and the
+hierarchy rows C_h of paper 000, section 5 are not needed: the lines span their null space. A leaf has one size, so for
+L leaves with R hierarchy rows there are L - R lines besides the first.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scipy import sparse
 from grammarlab.facade.tree import Floats, Ints
 
 _ROUND_OFF = 1e-12
-"""Factors up to this are 0."""
+"""Largest factor that counts as 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +26,15 @@ class Sums:
     """K sums of T multiples of lines each, before they become a matrix."""
 
     line: Ints
-    """[K, T] which lines; one may occur several times in a sum."""
+    """[K, T] indices of lines; one may occur several times in a sum."""
     factor: Floats
-    """[K, T] by what each is multiplied; 0 where a sum has fewer terms."""
+    """[K, T] factors; 0 in sums with fewer terms."""
 
     def __len__(self) -> int:
         return len(self.line)
 
     def minus(self, other: Sums) -> Sums:
-        """[K, 2T] differences of sums and as many others."""
+        """[K, 2T] differences of two lists of sums."""
         return Sums(np.hstack([self.line, other.line]), np.hstack([self.factor, -other.factor]))
 
     def times(self, factor: Floats) -> Sums:
@@ -42,18 +42,18 @@ class Sums:
         return Sums(self.line, self.factor * factor[:, None])
 
     def shifted(self, first: int) -> Sums:
-        """[K, T] sums over lines whose numbers are larger by so much."""
+        """[K, T] sums over lines whose indices are larger by a constant."""
         return Sums(self.line + first, self.factor)
 
     def at(self, place: Floats) -> Floats:
-        """[K] when the lines lie at these places [M]."""
+        """[K] values of the sums for lines at these positions [M]."""
         return (self.factor * place[self.line]).sum(axis=1)
 
     def over(self, merged: Ints) -> Sums:
-        """[K, T] sums over lines of which some have become one, each line named once per sum.
+        """[K, T] sums over merged lines, without repeated lines in a sum.
 
         Args:
-            merged: [M] what each line has become.
+            merged: [M] merged line of each line.
         """
         order = np.argsort(merged[self.line], axis=1)
         line = np.take_along_axis(merged[self.line], order, axis=1)
@@ -65,20 +65,20 @@ class Sums:
         return Sums(line, np.where(np.abs(factor) > _ROUND_OFF, factor, 0.0))
 
     def equal_pairs(self) -> tuple[Ints, Ints]:
-        """[J] two lines each that are equal where such a sum is 0."""
+        """[J] pairs of lines that are equal if such a sum is 0."""
         used = self.factor != 0.0
         pair = (used.sum(axis=1) == 2) & (np.abs(self.factor.sum(axis=1)) <= _ROUND_OFF)
         lines = self.line[pair][used[pair]].reshape(-1, 2)
         return lines[:, 0], lines[:, 1]
 
     def matrix(self, num_lines: int) -> sparse.csr_array:
-        """[K, M] for M lines; its rows may name a line several times."""
+        """[K, M] matrix for M lines; its rows may have several entries for a line."""
         starts = np.arange(0, self.line.size + 1, self.line.shape[1])
         return sparse.csr_array((self.factor.ravel(), self.line.ravel(), starts), shape=(len(self), num_lines))
 
 
 def stacked(sums: Sequence[Sums]) -> Sums:
-    """[K, T] one list of sums after the other, with as many terms as the longest has."""
+    """[K, T] concatenated lists of sums, with the number of terms of the longest."""
     shape = sum(len(each) for each in sums), max(each.line.shape[1] for each in sums)
     line, factor = np.zeros(shape, dtype=np.int64), np.zeros(shape)
     start = 0
@@ -91,14 +91,14 @@ def stacked(sums: Sequence[Sums]) -> Sums:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """M lines of a facade of N nodes along one axis; the first is where the facade begins."""
+    """M lines of a facade of N nodes along one axis; the first is the start of the facade."""
 
     low: Ints
-    """[N] line at which each node begins: at its left or at its bottom."""
+    """[N] line of the left or bottom edge of each node."""
     high: Ints
-    """[N] line at which it ends."""
+    """[N] line of the right or top edge."""
     num: int
-    """M: how many there are, at least 2."""
+    """M: number of lines, at least 2."""
 
     def reach(self, node: Ints, share: Floats) -> Sums:
         """[K, 2] the coordinate at a share [K] of the size of each of K nodes: beta + eps alpha."""
@@ -109,11 +109,11 @@ class Lines:
         return Sums(np.stack([self.low[node], self.high[node]], axis=1), np.tile([-1.0, 1.0], (len(node), 1)))
 
     def laid(self, place: Floats) -> tuple[Floats, Floats]:
-        """[N] position and [N] size of each node when the lines lie at these places [M]."""
+        """[N] position and [N] size of each node for lines at these positions [M]."""
         return place[self.low], place[self.high] - place[self.low]
 
     def places(self, position: Floats, size: Floats) -> Floats:
-        """[M] where the lines of a facade lie whose nodes have these positions [N] and sizes [N]."""
+        """[M] positions of the lines of a facade whose nodes have these positions [N] and sizes [N]."""
         place = np.zeros(self.num)
         place[self.high] = position + size
         place[self.low] = position
@@ -125,7 +125,7 @@ def find_lines(parent: Ints, axis: NDArray[np.int8], along: int) -> Lines:
 
     Args:
         parent: [N] as in `Facade`.
-        axis: [N]
+        axis: [N] as in `Facade`.
         along: 0 for the lines from the left to the right, 1 for those from the bottom to the top.
     """
     num_nodes = len(parent)
@@ -135,7 +135,7 @@ def find_lines(parent: Ints, axis: NDArray[np.int8], along: int) -> Lines:
     before[order[1:][follows]] = order[:-1][follows]
     ends_itself = np.zeros(num_nodes, dtype=bool)
     ends_itself[before[before >= 0]] = ends_itself[0] = True
-    # Whose line a node has: its own, that of the sibling before it, or that of its parent, and so on.
+    # Source of a node's line: itself, the previous sibling, or its parent, and so on.
     number = np.cumsum(ends_itself)
     high = number[_followed(np.where(ends_itself, np.arange(num_nodes), parent))]
     starter = _followed(np.where((before >= 0) | (np.arange(num_nodes) == 0), np.arange(num_nodes), parent))
@@ -144,7 +144,7 @@ def find_lines(parent: Ints, axis: NDArray[np.int8], along: int) -> Lines:
 
 
 def _followed(pointer: Ints) -> Ints:
-    """[N] where each ends that goes from node to node until one that points to itself."""
+    """[N] end of the chain from each node: the first node that points to itself."""
     while True:
         further = pointer[pointer]
         if (further == pointer).all():

@@ -1,7 +1,7 @@
 """A facade and wishes as a quadratic programme.
 
-The axes are independent unless a wish ties them: with a wish for an aspect both are solved in one programme, and only
-then.
+The axes are independent unless a wish connects them: only with a wish for an aspect ratio, both are solved in one
+programme.
 """
 
 from __future__ import annotations
@@ -18,55 +18,55 @@ from grammarlab.facade.sizes.wishes import Aspect, Position, Size, Wish
 from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
 
 SYMMETRY, ALIGNMENT, WISH = 0, 1, 2
-"""Kinds of rows, in the order in which they give way."""
+"""Kinds of rows, in the order of relaxation."""
 _STILL = 1e-12
-"""Distances up to this part of the facade's size are none."""
+"""Largest distance, as a fraction of the facade's size, that counts as 0."""
 _NONE = Sums(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)))
 
 
 @dataclass(frozen=True, eq=False)
 class SizeModel:
-    """R equations and K bounds over the M lines of one axis, or of both, and where each comes from."""
+    """R equations and K bounds over the M lines of one axis, or of both, with their sources."""
 
     axes: tuple[Axis, ...]
     program: QuadraticProgram
     scale: float
-    """Metres that count as 1."""
+    """Unit of length, metres."""
     value: Floats
-    """[R] of the programme's rows."""
+    """[R] values of the programme's rows."""
     kind: Ints
     """[R] `SYMMETRY`, `ALIGNMENT` or `WISH`."""
     along: Ints
     """[R] axis of the grid; 0 for wishes."""
     source: Ints
-    """[R] grid, or place among the wishes."""
+    """[R] index of the grid, or of the wish."""
     bound_source: Ints
-    """[K] place among the wishes of the bounds of an aspect; -1 for sizes that leaves keep."""
+    """[K] index of the wish for the bounds of an aspect ratio; -1 for least sizes of leaves."""
 
     def lines(self, place: Floats) -> list[Floats]:
-        """[M] for each axis where its lines lie in metres, the first at 0."""
+        """[M] for each axis, positions of its lines, metres, the first at 0."""
         each = np.split(place, np.cumsum([axis.lines.num for axis in self.axes])[:-1])
         return [(lines - lines[0]) * self.scale for lines in each]
 
     def places(self, facade: Facade) -> Floats:
-        """[M] where the lines of a facade of the same tree lie."""
+        """[M] positions of the lines of a facade of the same tree."""
         sides = [(axis.lines, facade.position[:, axis.along], facade.size[:, axis.along]) for axis in self.axes]
         return np.concatenate([lines.places(position, size) for lines, position, size in sides]) / self.scale
 
     def wanted(self, wishes: Sequence[Wish]) -> Floats:
-        """[R] values of the rows for wishes that differ from those of the model in lengths only."""
+        """[R] values of the rows for wishes that differ from those of the model only in lengths."""
         value, of_wish = self.value.copy(), self.kind == WISH
         value[of_wish] = _values([wishes[at] for at in self.source[of_wish]], self.scale)
         return value
 
 
 def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> SizeModel:
-    """The programme of these axes under the wishes that concern them.
+    """The programme of these axes under the wishes for them.
 
     Args:
-        axes: one of them, or both when a wish ties them.
-        wishes: all that there are.
-        scale: metres that count as 1.
+        axes: one of them, or both if a wish connects them.
+        wishes: all wishes.
+        scale: unit of length, metres.
     """
     firsts = np.cumsum([0, *(axis.lines.num for axis in axes)]).tolist()
     ties = [(SYMMETRY, axis.symmetry, axis.along, first) for axis, first in zip(axes, firsts, strict=False)]
@@ -81,7 +81,7 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
     ranges = [_aspect(axes, firsts, wish) for _, wish in aspects]
     sizes = stacked([axis.extent.shifted(first) for axis, first in zip(axes, firsts, strict=False)])
     weight = np.concatenate([axis.weight for axis in axes]) * scale
-    # Sizes say nothing about where a facade begins; each axis would like to begin at 0, which costs nothing.
+    # Sizes do not determine the position of a facade; a target of 0 for the start of each axis does, at no cost.
     pins = Sums(np.array(firsts[:-1])[:, None], np.ones((len(axes), 1)))
     counts = [*(len(tie.value) for _, tie, _, _ in ties), len(lengths)]
     kind = np.repeat([*(kind for kind, *_ in ties), WISH], counts)
@@ -110,7 +110,7 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
 
 
 def _values(wishes: Sequence[Wish], scale: float) -> list[float]:
-    """What the rows of wishes for sizes and positions are equal to."""
+    """Values of the rows of wishes for sizes and positions."""
     return [wish.metres / scale for wish in wishes if not isinstance(wish, Aspect)]
 
 
@@ -123,7 +123,7 @@ def _length(axis: Axis, wish: Size | Position) -> Sums:
 
 
 def _aspect(axes: Sequence[Axis], firsts: Sequence[int], wish: Aspect) -> Sums:
-    """[2] width - least * height and most * height - width, which are not negative."""
+    """[2] width - least * height and most * height - width, which must be at least 0."""
     node, order = np.array([wish.node, wish.node]), [axis.along for axis in axes]
     width, height = (
         axes[order.index(along)].lines.extent(node).shifted(firsts[order.index(along)]) for along in (X, Y)

@@ -1,10 +1,9 @@
-"""The quadratic programme of Equation 1 (paper 000): sizes that deviate least, under rows that hold.
+"""The quadratic programme of Equation 1 (paper 000): sizes with the least deviation, subject to rows.
 
-Its unknowns are the places of lines, so nothing in it can break the decomposition. Lines that rows keep on each other
-are one unknown. The optimum under the equations alone is one solve of a factorised system, and mostly it is the
-optimum: only where a part would become too small does an interior-point method find out which bounds hold, and the
-same system with these bounds gives the exact numbers. What is returned was measured; the status of a solver is never
-asked for.
+Its unknowns are the positions of lines, so decomposition always holds. Lines with a constant distance by a row are one
+unknown. The optimum under the equations alone is one solve of a factorised system, and usually it is the optimum: only
+if a part would become too small, an interior-point method finds the active bounds, and the same system with these
+bounds gives accurate values. The accuracy of results is measured; the status of a solver is not used.
 """
 
 from __future__ import annotations
@@ -23,40 +22,40 @@ from grammarlab.facade.sizes.lines import Sums, stacked
 from grammarlab.facade.tree import Floats, Ints
 
 EXACT = 1e-9
-"""What rows and bounds may miss, as part of the facade's size."""
+"""Largest violation of rows and bounds, as a fraction of the facade's size."""
 _NEAR = 1e-8
-"""What they may miss where no exact answer was found."""
+"""Largest violation if no accurate solution was found."""
 _REGULAR = 1e-8
-"""Makes the system regular where rows depend on each other; refinement takes its effect out again."""
+"""Regularisation for linearly dependent rows; iterative refinement removes its effect."""
 _MOST_REFINEMENTS = 30
 
 
 @dataclass(frozen=True, eq=False)
 class QuadraticProgram:
-    """Minimise the sum of (weight (part - target))^2 over places of M lines.
+    """Minimise the sum of (weight (part - target))^2 over positions of M lines.
 
-    Subject to rows = value and bounds >= least. Lengths are parts of the facade's size.
+    Subject to rows = value and bounds >= least. Lengths are fractions of the facade's size.
     """
 
     num_lines: int
-    """M"""
+    """Number M of lines."""
     parts: Sums
-    """[P] sizes; they tie every line to a place that is fixed."""
+    """[P] sizes; they connect every line to a fixed position."""
     weight: Floats
-    """[P] > 0"""
+    """[P] weights, > 0."""
     target: Floats
-    """[P] sizes that parts would like to have."""
+    """[P] target sizes of parts."""
     rows: Sums
-    """[R] equations; they may depend on each other."""
+    """[R] equations; they may be linearly dependent."""
     still: NDArray[np.bool_]
-    """[R] those whose value is always 0."""
+    """[R] whether the value is always 0."""
     bounds: Sums
-    """[K] inequalities."""
+    """[K] left-hand sides of inequalities."""
     least: Floats
-    """[K]"""
+    """[K] right-hand sides of inequalities."""
 
     def solve(self, value: Floats) -> Floats | None:
-        """[M] the optimal places when the rows have these values [R]; None when none was found that holds them."""
+        """[M] the optimal positions for values [R] of the rows; None if no valid solution was found."""
         merged, line, row = self._merged
         place = merged._solved(value[row])
         if place is None or self.misses(place[line], value) > _NEAR:
@@ -64,22 +63,22 @@ class QuadraticProgram:
         return place[line]
 
     def energy(self, place: Floats) -> float:
-        """What is minimised, at these places [M]."""
+        """The objective at these positions [M]."""
         return float(np.square(self.weight * (self.parts.at(place) - self.target)).sum())
 
     def deviation(self, place: Floats) -> float:
-        """By how much the worst size at these places [M] is not what it would like to be."""
+        """Largest difference of a size from its target at these positions [M]."""
         return float(np.abs(self.parts.at(place) - self.target).max())
 
     def misses(self, place: Floats, value: Floats) -> float:
-        """By how much the worst row, of these values [R], or bound is missed; infinite for what is not a number."""
+        """Largest violation of the rows, with these values [R], and of bounds; infinite for NaN."""
         rows = np.abs(self.rows.at(place) - value).max(initial=0.0)
         missed = float(max(rows, (self.least - self.bounds.at(place)).max(initial=0.0)))
         return missed if np.isfinite(place).all() else np.inf
 
     @cached_property
     def _merged(self) -> tuple[QuadraticProgram, Ints, Ints]:
-        """The same over lines that rows do not keep on each other, [M] which of these each line is, and its rows."""
+        """The programme with lines of constant distance merged, [M] merged line of each line, and its rows."""
         line = np.arange(self.num_lines)
         fixed = Sums(self.rows.line[self.still], self.rows.factor[self.still])
         while True:
@@ -101,7 +100,7 @@ class QuadraticProgram:
         return merged, line, row
 
     def _solved(self, value: Floats) -> Floats | None:
-        """[M] as `solve`, without merging lines."""
+        """[M] see `solve`, without merging lines."""
         place = self._under_rows(value)
         if place is None or self.misses(place, value) <= EXACT:
             return place
@@ -117,12 +116,12 @@ class QuadraticProgram:
 
     @cached_property
     def _matrix(self) -> sparse.csr_array:
-        """[R, M] the rows."""
+        """[R, M] matrix of the rows."""
         return self.rows.matrix(self.num_lines)
 
     @cached_property
     def _scale(self) -> float:
-        """By what the objective is divided, so that its numbers are about 1."""
+        """Divisor of the objective, so that its values are about 1."""
         return float(np.square(self.weight).max())
 
     @cached_property
@@ -138,14 +137,14 @@ class QuadraticProgram:
 
     @cached_property
     def _factor(self) -> SuperLU:
-        """The conditions of the optimum, factorised; they do not depend on the values of rows."""
+        """The factorised optimality conditions; they do not depend on the values of rows."""
         below = -_REGULAR * sparse.eye_array(len(self.rows))
         system = sparse.block_array([[self._quadratic, self._matrix.T], [self._matrix, below]], format="csc")
         # Quasi-definite: any order is stable without pivoting.
         return splu(system, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def _under_rows(self, value: Floats) -> Floats | None:
-        """[M] the optimum under the equations alone; None when they contradict each other."""
+        """[M] the optimum under the equations alone; None if they contradict each other."""
         num = self.num_lines
         solution, miss = np.zeros(num + len(value)), np.inf
         for _ in range(_MOST_REFINEMENTS):
@@ -160,7 +159,7 @@ class QuadraticProgram:
         return place if np.abs(self._matrix @ place - value).max(initial=0.0) <= EXACT else None
 
     def _interior_point(self, value: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """[M] the optimum to about eight digits, and [K] which bounds press on it."""
+        """[M] the optimum to about eight digits, and [K] the active bounds."""
         solver = piqp.SparseSolver()
         solver.settings.eps_abs = solver.settings.eps_rel = 1e-10
         upper = np.full(len(self.least), np.inf)
@@ -172,7 +171,7 @@ class QuadraticProgram:
 
 
 def _sorted(matrix: sparse.csr_array | sparse.csc_array) -> sparse.csc_matrix:
-    """A matrix as the solver wants it, which gives wrong answers to columns whose rows are not in order."""
+    """A matrix with sorted row indices, without which the solver returns wrong results."""
     columns = sparse.csc_matrix(matrix)
     columns.sum_duplicates()
     return columns

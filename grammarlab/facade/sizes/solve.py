@@ -1,4 +1,4 @@
-"""Sizes of a facade under wishes: as near to what they were as its structure allows (paper 000, section 5)."""
+"""Sizes of a facade under wishes: as close to the original ones as its structure allows (paper 000, section 5)."""
 
 from __future__ import annotations
 
@@ -16,54 +16,54 @@ from grammarlab.facade.sizes.wishes import Aspect, Wish, checked
 from grammarlab.facade.tree import Facade, Floats, X, Y, decomposition_misses
 
 _UNMOVED = 1e-12
-"""Sizes that fit all wishes this well, as part of the facade's size, are not solved for."""
+"""Largest violation, as a fraction of the facade's size, of sizes that are kept without a solution."""
 
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """What the sizes of a facade miss, measured on the facade itself."""
+    """Violations of constraints, measured on the facade itself."""
 
     decomposition: float
-    """Largest gap or overlap of parts, as part of the facade's width or height."""
+    """Largest gap or overlap of parts, as a fraction of the facade's width or height."""
     alignment: float
-    """Metres by which the worst distance between anchors of neighbours in a grid is not what it was."""
+    """Largest change of the distance between anchors of neighbours in a grid, metres."""
     symmetry: float
-    """Metres by which the worst size is not in its ratio to that of a part that is alike."""
+    """Largest deviation of a size from its ratio to that of a similar part, metres."""
     target: float
-    """Metres by which the worst wish is missed."""
+    """Largest violation of a wish, metres."""
 
     def as_dict(self) -> dict[str, float]:
-        """For `--json`."""
+        """Values for `--json`."""
         return asdict(self)
 
 
 @dataclass(frozen=True, eq=False)
 class Resized:
-    """A facade whose sizes have been solved for."""
+    """A facade with solved sizes."""
 
     facade: Facade
     energy: tuple[float, float]
-    """E of Equation 1 for widths and for heights: 0 where nothing deviates."""
+    """E of Equation 1 for widths and for heights: 0 without deviations."""
     residuals: Residuals
     conflict: tuple[str, ...]
-    """Wishes and grids that contradict each other, and without any one of them would not; empty when all is met."""
+    """Wishes and grids of a minimal contradiction; empty if all constraints hold."""
     relaxed: tuple[str, ...]
-    """What gave way, and by how many metres at most; empty when all is met."""
+    """Relaxed wishes and grids, with the largest violation in metres; empty if all constraints hold."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """A facade and the kinds of wishes it gets, ready to be solved for any lengths, as while a handle is dragged."""
+    """A facade and kinds of wishes, prepared for solutions with any lengths, as during a drag."""
 
     facade: Facade
     wishes: tuple[Wish, ...]
     origin: LineOrigin
     weight: Floats
-    """[L, 2] of leaves, for metres."""
+    """[L, 2] weights of leaves, per metre."""
 
     @cached_property
     def models(self) -> tuple[SizeModel, ...]:
-        """A programme for each axis; one for both when a wish ties them."""
+        """A programme for each axis; one for both if a wish connects them."""
         scale = max(self.facade.width, self.facade.height)
         axes = [build_axis(self.facade, along, self.origin, self.weight[:, along], scale) for along in (X, Y)]
         tied = any(isinstance(wish, Aspect) for wish in self.wishes)
@@ -71,16 +71,14 @@ class Sizing:
         return tuple(build_model(group, self.wishes, scale) for group in groups)
 
     def resized(self, wishes: Sequence[Wish]) -> Resized:
-        """The facade under wishes that differ from those it was prepared for in metres only.
+        """The facade under wishes that differ from the prepared ones only in metres.
 
         Raises:
-            FacadeError: for lengths that no facade can have, and for other kinds of wishes.
+            FacadeError: If lengths are out of range, or the kinds of wishes differ.
         """
         wishes = checked(wishes, self.facade)
         if [_kind(wish) for wish in wishes] != [_kind(wish) for wish in self.wishes]:
-            raise FacadeError(
-                "Expected the wishes that the facade was prepared for with other metres, found other wishes."
-            )
+            raise FacadeError("Expected the prepared wishes with other lengths, found other wishes.")
         position, size = self.facade.position.copy(), self.facade.size.copy()
         conflict: list[str] = []
         relaxed: list[str] = []
@@ -118,16 +116,16 @@ class Sizing:
 def prepare(
     facade: Facade, wishes: Sequence[Wish], wanted: LineOrigin | None = None, weights: Weights = "default"
 ) -> Sizing:
-    """A facade that is about to be solved for several times, for wishes that differ in metres only.
+    """A facade prepared for several solutions, for wishes that differ only in metres.
 
     Args:
         facade: a facade with its grids.
-        wishes: what is fixed.
-        wanted: what its nodes would like to be, when that is not what they are: after columns were inserted.
-        weights: how much deviations count: in parts of what deviates, or as the paper says.
+        wishes: fixed properties.
+        wanted: target sizes of its nodes, if they differ from the current ones, as after insertions.
+        weights: kind of weights: relative deviations, or those of the paper.
 
     Raises:
-        FacadeError: for wishes that mean nothing for this facade.
+        FacadeError: If a wish does not apply to this facade.
     """
     origin = wanted or LineOrigin(facade.position, facade.size, facade.size[0])
     if origin.size.shape != facade.size.shape or not (np.isfinite(origin.size).all() and (origin.size > 0.0).all()):
@@ -142,17 +140,17 @@ def resize(
     """The facade under these wishes.
 
     Args:
-        facade: a facade with its grids; what is aligned and alike in these stays so.
-        wishes: what is fixed; a size that nobody fixes comes out of the others.
-        wanted: what its nodes would like to be, when that is not what they are: after columns were inserted.
-        weights: how much deviations count: in parts of what deviates, or as the paper says.
+        facade: a facade with its grids; alignments and equal sizes of these are preserved.
+        wishes: fixed properties; other sizes follow.
+        wanted: target sizes of its nodes, if they differ from the current ones, as after insertions.
+        weights: kind of weights: relative deviations, or those of the paper.
 
     Raises:
-        FacadeError: for wishes that mean nothing for this facade.
+        FacadeError: If a wish does not apply to this facade.
     """
     return prepare(facade, wishes, wanted, weights).resized(wishes)
 
 
 def _kind(wish: Wish) -> Wish:
-    """A wish without its metres; a range of aspects counts as a kind."""
+    """A wish without its metres; a range of aspect ratios is part of the kind."""
     return wish if isinstance(wish, Aspect) else replace(wish, metres=0.0)

@@ -1,4 +1,4 @@
-"""What a person fixes of a facade before its sizes are solved for."""
+"""Wishes: properties of a facade that a person fixes before its sizes are solved for."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import Facade, X, Y
 
 LARGEST = 1000.0
-"""How many times the larger side of the facade the largest length that may be wished for is."""
+"""Largest length of a wish, as a multiple of the larger side of the facade."""
 
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """A node that is so large along one axis; node 0 is the facade itself."""
+    """A node with a given size along one axis; node 0 is the facade itself."""
 
     node: int
     axis: int
@@ -26,7 +26,7 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Position:
-    """A node that begins so far from the left of the facade, or from its bottom."""
+    """A node with a given distance of its edge from the left or the bottom of the facade."""
 
     node: int
     axis: int
@@ -37,7 +37,7 @@ class Position:
 
 @dataclass(frozen=True, slots=True)
 class Aspect:
-    """A node whose width is between so many times its height: the one wish that ties both axes together."""
+    """A node with a range of the ratio of width to height: the only wish that connects both axes."""
 
     node: int
     least: float
@@ -50,20 +50,20 @@ Wish = Size | Position | Aspect
 
 
 def width(metres: float) -> Size:
-    """A facade that is so wide."""
+    """A facade with a given width."""
     return Size(0, X, metres)
 
 
 def height(metres: float) -> Size:
-    """A facade that is so high."""
+    """A facade with a given height."""
     return Size(0, Y, metres)
 
 
 def checked(wishes: Sequence[Wish], facade: Facade) -> tuple[Wish, ...]:
-    """The wishes themselves, if each means something for this facade.
+    """The wishes themselves, if all are valid for this facade.
 
     Raises:
-        FacadeError: for a node that the facade lacks, and for lengths and ranges that no node can have.
+        FacadeError: If a node does not exist, or a length or range is out of range.
     """
     largest = LARGEST * max(facade.width, facade.height)
     for wish in wishes:

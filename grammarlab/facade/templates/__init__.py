@@ -1,1 +1,1 @@
-"""Templates that are matched to the elements of a scan, together (paper 001, chapter 5)."""
+"""Templates that are matched jointly to the elements of a scan (paper 001, chapter 5)."""

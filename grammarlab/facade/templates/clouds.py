@@ -1,4 +1,4 @@
-"""Points of elements as one array: a bounded number of each, from the middle of its box."""
+"""Points of elements as one array: a bounded number per element, relative to the centre of its box."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ import numpy as np
 from grammarlab.facade.templates.elements import Elements, Floats, Ints
 
 MOST = 64
-"""Points of an element that are looked at; of more an even part is taken, which then count for more each."""
+"""Largest number of points per element; a larger cloud is sampled evenly, and each point gets more weight."""
 _STEP = 16
 _HEAVIEST = 2.0
-"""How much a point counts at most: errors of points near each other are not independent."""
+"""Largest weight of a point: errors of nearby points are not independent."""
 _TRIM = 0.04
-"""Part of the points on each side that does not count for how far an element reaches."""
+"""Fraction of the points on each side that is ignored for the extent of an element."""
 
 
 @dataclass(frozen=True, eq=False)
 class Clouds:
-    """N elements, in metres from the middle of each box."""
+    """N elements, in metres from the centre of each box."""
 
     element: Ints
-    """[N] number of each among all elements."""
+    """[N] index of each element among all."""
     points: Floats
-    """[N, P, 2]"""
+    """[N, P, 2] points."""
     weight: Floats
-    """[N, P] 0 for padding."""
+    """[N, P] weights; 0 for padding."""
     middle: Floats
-    """[N, 2] of the boxes, on the facade."""
+    """[N, 2] centres of the boxes, on the facade."""
     area: Floats
-    """[N] of the boxes, square metres."""
+    """[N] areas of the boxes, square metres."""
     reach: Floats
-    """[N, 2, 2] lowest and highest coordinates without the outermost points."""
+    """[N, 2, 2] lowest and highest coordinates, without the outermost points."""
 
     def __len__(self) -> int:
         return len(self.element)
@@ -51,7 +51,7 @@ def clouds_of(elements: Elements, which: Ints) -> Clouds:
         own = elements.of(element)[:, :2] - middle[place]
         reach[place] = np.quantile(own, (_TRIM, 1.0 - _TRIM), axis=0)
         if len(own) > most:
-            # Evenly through the file, which scanners write in the order of their sweep.
+            # Evenly over the file, since scanners write points in the order of their sweep.
             own = own[np.linspace(0, len(own) - 1, most).astype(np.int64)]
         points[place, : len(own)], weight[place, : len(own)] = own, min(counts[place] / len(own), _HEAVIEST)
     area = (elements.high - elements.low)[which].prod(axis=1)

@@ -1,4 +1,4 @@
-"""Elements of a scan: the points that lie in the box of each window, door or column."""
+"""Elements of a scan: the points in the box of each window, door or column."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ Ints = NDArray[np.int64]
 MOST_ELEMENTS = 10_000
 MOST_POINTS = 50_000_000
 FEWEST = 8
-"""Points that an element needs to say anything about a template."""
+"""Least number of points of an element that can be matched."""
 FARTHEST = 1e9
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What a synthetic scene was made of."""
+    """Ground truth of a synthetic scene."""
 
     kind: Ints
-    """[N] from 0; equal numbers are replicas of each other."""
+    """[N] kind of each element, from 0; elements of one kind are replicas of each other."""
     names: tuple[str, ...]
     """[K] template of each kind."""
     parameters: tuple[dict[str, float], ...]
@@ -34,30 +34,30 @@ class Truth:
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """N elements with the points of each; x to the right, y up, z out of the wall, in metres."""
+    """N elements and their points; x to the right, y up, z out of the wall, in metres."""
 
     offsets: Ints
-    """[N + 1] of the points of each element."""
+    """[N + 1] offsets of the points of each element."""
     points: Floats
-    """[P, 2] or [P, 3]."""
+    """[P, 2] or [P, 3] points."""
     low: Floats
     """[N, 2] lower left corner of each box on the facade."""
     high: Floats
-    """[N, 2] upper right corner."""
+    """[N, 2] upper right corner of each box."""
     row: Ints
-    """[N] of the facade, from 0 at the top; -1 for none."""
+    """[N] row of the facade, from 0 at the top; -1 for none."""
     column: Ints
-    """[N] from 0 at the left; -1 for none."""
+    """[N] column, from 0 at the left; -1 for none."""
     truth: Truth | None = None
     notes: tuple[str, ...] = ()
-    """What a person should know of how they were read."""
+    """Notes for the user on the reading of the file."""
 
     def __len__(self) -> int:
         return len(self.low)
 
     @property
     def counts(self) -> Ints:
-        """[N] points of each element."""
+        """[N] number of points of each element."""
         return np.diff(self.offsets)
 
     def of(self, element: int) -> Floats:
@@ -66,17 +66,17 @@ class Elements:
 
 
 def check(elements: Elements) -> Elements:
-    """The elements themselves, if they can be matched; how bad single ones are is said later, for each of them.
+    """The elements themselves, if they can be matched; defects of single ones are reported later.
 
     Raises:
-        FacadeError: for none, too many, numbers that are not finite, or boxes without size.
+        FacadeError: If there are none or too many, numbers are not finite, or boxes have no size.
     """
     if not len(elements):
         raise FacadeError("There are no elements: expected at least one box with points in it.")
     if len(elements) > MOST_ELEMENTS or len(elements.points) > MOST_POINTS:
         raise FacadeError(
             f"There are {len(elements):,} elements with {len(elements.points):,} points; expected at most "
-            f"{MOST_ELEMENTS:,} with {MOST_POINTS:,}. Leave out every second point, or cut the scan."
+            f"{MOST_ELEMENTS:,} with {MOST_POINTS:,}. Thin out the points, or crop the scan."
         )
     for name, values in (("point", elements.points), ("box", elements.low), ("box", elements.high)):
         wrong = ~(np.abs(values) <= FARTHEST).all(axis=1)
@@ -91,7 +91,7 @@ def check(elements: Elements) -> Elements:
         place = int(np.flatnonzero(flat)[0])
         raise FacadeError(f"Element {place}: expected a box with a width and a height above 0.")
     if not elements.counts.any():
-        raise FacadeError("All boxes are empty: no point lies in any of them. Are boxes and points in the same frame?")
+        raise FacadeError("All boxes are empty: no point lies in any of them. Give boxes and points in one frame.")
     return elements
 
 
@@ -101,14 +101,14 @@ def on_plane(elements: Elements) -> Elements:
 
 
 def too_poor(elements: Elements) -> dict[int, str]:
-    """Elements of which nothing can be said, and why."""
+    """Elements that cannot be matched, with the reasons."""
     reasons: dict[int, str] = {}
     for element in range(len(elements)):
         points = elements.of(element)[:, :2]
         if not len(points):
             reasons[element] = "its box is empty"
         elif len(points) < FEWEST:
-            reasons[element] = f"it has {len(points)} points; {FEWEST} are needed"
+            reasons[element] = f"it has {len(points)} points; at least {FEWEST} are needed"
         else:
             spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
             if spread[1] <= 1e-3 * max(spread[0], 1e-12):

@@ -1,4 +1,4 @@
-"""Templates by name: the shipped ones, or those of a file."""
+"""Templates by name: shipped ones, or those of a file."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def shipped() -> tuple[Template, ...]:
 
 
 def named(names: str) -> tuple[Template, ...]:
-    """Templates from names or files with commas between them; `basic` and `all` are shipped lists.
+    """Templates from comma-separated names or files; `basic` and `all` are shipped lists.
 
     Raises:
-        UsageError: for a name that there is not, with the nearest ones, and a file that is too long or not text.
-        LanguageError: for a file that is not of the format.
-        FacadeError: for rules that make no template.
+        UsageError: If a name is unknown; with the nearest ones. If a file is too long or not text.
+        LanguageError: If a file does not have the format.
+        FacadeError: If rules make no template.
     """
     known: dict[str, list[Template]] = {}
     for template in shipped():
@@ -50,10 +50,10 @@ def named(names: str) -> tuple[Template, ...]:
         else:
             near = get_close_matches(name, [*known, "all", "basic"], 3)
             hint = f"; did you mean {' or '.join(near)}?" if near else ""
-            raise UsageError(f"--templates: no file and no shipped template is called {name!r}{hint}")
+            raise UsageError(f"--templates: no file or shipped template has the name {name!r}{hint}")
         found |= {template.name: template for template in chosen}
     if not found:
-        raise UsageError("--templates: expected names or files with commas between them, found none.")
+        raise UsageError("--templates: expected comma-separated names or files, found none.")
     return tuple(found.values())
 
 

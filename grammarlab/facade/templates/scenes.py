@@ -1,7 +1,7 @@
-"""Synthetic scenes with truth: rectangles and arches of a few kinds that share widths and heights, seen badly.
+"""Synthetic scenes with ground truth: rectangles and arches of a few kinds with shared sizes, and defects of scans.
 
-In the manner of Figures 5.2, 5.7, 5.8 and 5.12 of paper 001: points on outlines with noise, parts hidden behind
-half-planes, outliers; rows of a facade that agree, and trees that hide neighbours together.
+The scenes follow Figures 5.2, 5.7, 5.8 and 5.12 of paper 001: points on outlines with noise, parts hidden behind
+half-planes, outliers; rows of a facade with equal kinds, and trees that hide neighbours together.
 """
 
 from __future__ import annotations
@@ -16,37 +16,37 @@ from grammarlab.errors import UsageError
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, Truth
 
 _GAP = 0.6
-"""Metres between boxes."""
+"""Distance between boxes, metres."""
 _MARGIN = 0.25
-"""Metres of a box around its element."""
+"""Margin of a box around its element, metres."""
 _OUTLIERS = 0.05
 _APART = 0.05
-"""Metres between sizes at least, twice as much at most: windows of real facades differ by 5 cm."""
+"""Least difference of sizes, metres; the largest is twice that. Windows of real facades differ by 5 cm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneOptions:
-    """What a scene is like."""
+    """Properties of a scene."""
 
     elements: int = 32
     kinds: int = 5
     noise: float = 0.02
-    """Metres, standard deviation of each coordinate."""
+    """Standard deviation of each coordinate, metres."""
     occluded: float = 0.3
-    """Part of the elements that are partly hidden; each hides .1 to .6 of its outline."""
+    """Fraction of partly hidden elements; 0.1 to 0.6 of the outline of each is hidden."""
     points: int = 64
-    """Points of an element of which nothing is hidden."""
+    """Number of points of an element without hidden parts."""
     rows: int = 0
-    """Of a facade; 0 for single elements, which have neither rows nor columns."""
+    """Number of rows of a facade; 0 for single elements without rows and columns."""
     agreement: float = 0.85
-    """Part of the elements of a row that are of the kind of their row."""
+    """Fraction of the elements of a row that are of the row's kind."""
     tree: bool = False
-    """Whether what is hidden lies behind one tree, so that neighbours are hidden together."""
+    """Whether one tree hides all hidden parts, so that neighbours are hidden together."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Shape:
-    """A kind that a scene is made of."""
+    """A kind of a scene."""
 
     template: str
     parameters: dict[str, float]
@@ -55,13 +55,13 @@ class _Shape:
 
 
 def rectangles(options: SceneOptions, seed: int) -> Elements:
-    """A scene of rectangles; of five kinds, each shares its width or height with another one (Figure 5.2).
+    """A scene of rectangles; each of its five kinds shares its width or height with another one (Figure 5.2).
 
     Raises:
-        UsageError: for numbers that no scene has.
+        UsageError: If the options are invalid.
     """
     if not (1 <= options.kinds <= options.elements <= 100_000) or options.noise < 0.0 or options.points < 1:
-        raise UsageError("a scene has at least one element, kind and point, not more kinds than elements, noise >= 0.")
+        raise UsageError("expected at least one element, kind and point, not more kinds than elements, noise >= 0.")
     random = np.random.default_rng(seed)
     sizes = _shared_sizes(options.kinds, random)
     if options.rows:
@@ -80,10 +80,10 @@ def of_sizes(sizes: Floats, kind: Ints, options: SceneOptions, seed: int) -> Ele
     """A scene of rectangles of given widths and heights.
 
     Args:
-        sizes: [K, 2] metres.
-        kind: [N] row of `sizes` of each element.
-        options: noise, points, and what is hidden; counts and rows are not used.
-        seed: of the scene.
+        sizes: [K, 2] widths and heights, metres.
+        kind: [N] index into `sizes` for each element.
+        options: noise, points, and hidden parts; counts and rows are not used.
+        seed: seed of the scene.
     """
     none = np.full(len(kind), -1, dtype=np.int64)
     return _observed(_rectangles(sizes), kind, none, none, options, np.random.default_rng(seed))
@@ -102,7 +102,7 @@ def house(counts: Sequence[int] = (38, 4, 23, 23), noise: float = 0.01, seed: in
 
 
 def _shared_sizes(kinds: int, random: np.random.Generator) -> Floats:
-    """[K, 2] widths and heights, metres, each of few values, so that kinds share them."""
+    """[K, 2] widths and heights, metres, from few values, so that kinds share them."""
     num_widths = max(1, int(np.ceil(np.sqrt(kinds))))
     num_heights = -(-kinds // num_widths) if kinds != 5 else 3
     widths = _apart(0.9, _APART, num_widths, random)
@@ -191,13 +191,13 @@ def _on_outline(outline: Floats, count: int, random: np.random.Generator) -> Flo
 
 
 def _cut(points: Floats, direction: Floats, random: np.random.Generator) -> Floats:
-    """What a half-plane leaves that hides .1 to .6 of the points in a direction."""
+    """The visible points if a half-plane in a direction hides 0.1 to 0.6 of them."""
     along = points @ direction
     return points[along <= np.quantile(along, 1.0 - random.uniform(0.1, 0.6))]
 
 
 def _behind_tree(middle: Floats, part: float) -> tuple[Floats, np.ndarray]:
-    """The middle of a tree, and which elements [N] it hides: those nearest to a place low on the facade."""
+    """The centre of a tree, and the elements [N] that it hides: those nearest to a point low on the facade."""
     trunk = np.array([middle[:, 0].mean(), middle[:, 1].min()])
     distance = np.linalg.norm(middle - trunk, axis=1)
     return trunk, distance <= np.quantile(distance, part)

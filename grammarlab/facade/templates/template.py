@@ -1,4 +1,4 @@
-"""Templates: wires whose ends are linear in named parameters, such as the width and height of a window."""
+"""Templates: wires with ends that are linear in named parameters, such as the width and height of a window."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from grammarlab.facade.templates.elements import Floats, Ints
 
 ARC_PIECES = 8
-"""Chords that an arc is drawn as."""
+"""Number of chords of an arc."""
 WIDTH, HEIGHT = 0, 1
-"""Every template has these parameters first; its lower left corner is its origin."""
+"""The first parameters of every template; its lower left corner is its origin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,27 +20,27 @@ class Template:
     """S wires with D parameters."""
 
     name: str
-    """`window_2x3`; of a template with counts also their values, such as `sash[panes=3]`."""
+    """`window_2x3`; a template with counts has their values appended, such as `sash[panes=3]`."""
     base: str
     """Name in the file."""
     counts: tuple[tuple[str, int], ...]
-    """Discrete parameters, which make a template of their own for each value."""
+    """Discrete parameters; each combination of values is a separate template."""
     parameters: tuple[str, ...]
     """[D] names: `width`, `height`, then others."""
     usual: Floats
-    """[D] metres."""
+    """[D] usual values, metres."""
     low: Floats
-    """[D] metres, > 0."""
+    """[D] least values, metres, > 0."""
     high: Floats
-    """[D] metres, > low."""
+    """[D] largest values, metres, > low."""
     wires: Floats
     """[S, 5, 1 + D] start x, y, end x, y and height of the arc over its chord, to the right; see `outline`."""
     limits: Floats
-    """[C, 1 + D] what is never below 0: a constant, and a coefficient of each parameter."""
+    """[C, 1 + D] linear forms that are at least 0: a constant, and a coefficient of each parameter."""
 
     @property
     def pieces(self) -> Floats:
-        """[R, 7, 1 + D] the wires with arcs cut into chords, as `outline` takes them."""
+        """[R, 7, 1 + D] the wires with arcs divided into chords, for `outline`."""
         rows = []
         for wire in self.wires:
             parts = ARC_PIECES if np.abs(wire[4]).max() > 0.0 else 1
@@ -53,26 +53,26 @@ class Template:
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """T templates as arrays of one shape, so that one call fits them all."""
+    """T templates as arrays of one shape, so that one call fits all of them."""
 
     pieces: Floats
-    """[T, R, 7, 1 + D] pieces of no length where a template has fewer."""
+    """[T, R, 7, 1 + D] pieces; of length 0 for templates with fewer."""
     usual: Floats
-    """[T, D] 1 where a template has fewer parameters."""
+    """[T, D] usual values; 1 for templates with fewer parameters."""
     low: Floats
-    """[T, D]"""
+    """[T, D] least values."""
     high: Floats
-    """[T, D]"""
+    """[T, D] largest values."""
     limits: Floats
-    """[T, C, 1 + D] that hold where a template has fewer."""
+    """[T, C, 1 + D] limits; padded with limits that always hold."""
     used: Floats
-    """[T, D] 1 for the parameters that a template has."""
+    """[T, D] 1 for the parameters of a template."""
     num_pieces: Ints
-    """[T] that a template has, rounded up; those beyond have no length."""
+    """[T] number of pieces of a template, rounded up; further pieces have length 0."""
 
 
 def stack(templates: Sequence[Template]) -> Stack:
-    """The templates as one array; sizes are rounded up, so that few different ones have to be compiled."""
+    """The templates as one array; sizes are rounded up, so that few different ones are compiled."""
     pieces = [template.pieces for template in templates]
     num = len(templates)
     num_pieces = np.array([4 * (-(-len(each) // 4)) for each in pieces], dtype=np.int64)

@@ -1,1 +1,1 @@
-"""Columns and rows more or less: every insertion and removal, ranked."""
+"""Variations with more or fewer columns and rows: all insertions and removals, ranked."""

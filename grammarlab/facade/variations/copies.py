@@ -1,4 +1,4 @@
-"""A facade whose nodes are copies of the nodes of another one."""
+"""A facade whose nodes are copies of nodes of another one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 NEW = -1
-"""Source of an inner node that the other facade does not have."""
+"""Source of an inner node without a counterpart in the other facade."""
 
 
 def take(
@@ -23,15 +23,15 @@ def take(
     wanted: Floats | None = None,
     shown: Floats | None = None,
 ) -> Facade:
-    """A tree that looks like its sources: labels, outlines and parts of pictures are theirs; it has no grids.
+    """A tree with the look of its sources: their labels, outlines and parts of pictures; it has no grids.
 
     Args:
-        facade: Where the sources are from.
+        facade: the facade of the sources.
         parent: [N] as in `Facade`.
-        axis: [N]
+        axis: [N] as in `Facade`.
         source: [N] node of the other facade, or `NEW`.
-        wanted: [N, 2] metres, sizes that leaves would like to have; those of the sources by default.
-        shown: [N, 4] left, bottom, right, top: the part of its source that a node is; all of it by default.
+        wanted: [N, 2] target sizes of leaves, metres; those of the sources by default.
+        shown: [N, 4] left, bottom, right, top of the visible part of its source; all of it by default.
     """
     given = np.where(source >= 0, source, 0)
     new = source < 0
@@ -41,7 +41,7 @@ def take(
     if shown is not None:
         low, extent = window[:, :2], window[:, 2:] - window[:, :2]
         window = np.hstack([low + shown[:, :2] * extent, low + shown[:, 2:] * extent])
-    # New nodes are given an outline without points.
+    # New nodes have an outline without points.
     counts = np.append(np.diff(facade.outline_offsets), 0)
     offsets = np.append(facade.outline_offsets, facade.outline_offsets[-1])
     points, outline_offsets = take_rows(offsets, np.where(new, len(counts) - 1, given))

@@ -1,4 +1,4 @@
-"""Locks of a facade in its variations: copies of what is locked are locked."""
+"""Locks of a facade in its variations: copies of locked nodes are locked."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _WHOLE = [0.0, 0.0, 1.0, 1.0]
 
 
 def inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
-    """Locks of what is still there, and of its copies.
+    """Locks of remaining nodes, and of their copies.
 
-    What was cut has none. Places have changed, so locks of places are left out.
+    Cut nodes have no locks. Positions have changed, so locks of positions are dropped.
 
     Args:
-        locks: of the facade that was edited first.
-        variation: of that facade.
+        locks: locks of the original facade.
+        variation: a variation of that facade.
     """
     whole = np.isclose(variation.shown, _WHOLE).all(axis=1)
     found: list[Wish] = []

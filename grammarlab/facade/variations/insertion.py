@@ -1,10 +1,11 @@
 """Insertion of a column between two others, in all rows at once (paper 000, section 4).
 
-A source S goes between two anchors of its row. As in the paper, what surrounds the anchors is repeated around S, rows
-whose anchors have the same common parent are widened together, and what reaches over both anchors is stretched over S
-instead of repeated. The paper adds edges one by one to a neighbourhood graph and drops those that contradict; here an
-edge is added for whole subtrees at once, by placing a copy beside a part of the common parent. That keeps a
-decomposition tree at every step, so that nothing has to be undone and nothing but S and its surroundings is repeated.
+A source S is inserted between two anchors of its row. As in the paper, the surroundings of the anchors are repeated
+around S, rows whose anchors have the same common parent are widened together, and nodes that extend over both anchors
+are stretched over S instead of repeated. The paper adds edges one by one to a neighbourhood graph and drops those that
+contradict; here an edge is added for whole subtrees at once, by placing a copy beside a part of the common parent. So
+the result is a decomposition tree at every step, nothing has to be undone, and only S and its surroundings are
+repeated.
 
 Rows are inserted like columns, along the other axis.
 """
@@ -22,15 +23,15 @@ from grammarlab.facade.variations.copies import NEW
 from grammarlab.facade.variations.parts import AxisView, FacadePart
 
 _OUTSIDE = -1
-"""Stands for a row around the whole facade, which is its only part."""
+"""Represents a row around the whole facade, which is its only part."""
 
 
 class At(Enum):
-    """Where a source goes."""
+    """Position of a source."""
 
     BETWEEN = "between"
     BEFORE = "before"
-    """Before the first of both anchors, as far from it as they are from each other."""
+    """Before the first of both anchors, at a distance equal to that of the anchors."""
     AFTER = "after"
 
 
@@ -39,17 +40,17 @@ class Insertion:
     """One element of a new column."""
 
     source: int
-    """Node that is copied."""
+    """Node to copy."""
     low: int
     """The anchor with lower coordinates."""
     high: int
-    """The other anchor; the same one when the row has only one."""
+    """The other anchor; the same one if the row has only one."""
     at: At
 
 
 @dataclass(frozen=True, slots=True)
 class _Slot:
-    """Where in a row of parts a copy of surroundings goes."""
+    """Position of a copy of surroundings in a row of parts."""
 
     low: int
     """Part with the lower anchors."""
@@ -59,7 +60,7 @@ class _Slot:
 
 
 def unreachable(wall: AxisView, insertion: Insertion) -> bool:
-    """Whether no line parts the anchors of an insertion, so that nothing can be put between them."""
+    """Whether no line separates the anchors of an insertion, so that nothing can be inserted between them."""
     parent = _common(wall, insertion)
     return parent != _OUTSIDE and wall.axis[parent] != wall.along
 
@@ -68,11 +69,11 @@ def inserted(wall: AxisView, insertions: Sequence[Insertion]) -> FacadePart:
     """The wall with copies of all sources, their surroundings and the gaps beside them.
 
     Args:
-        wall: What is edited.
-        insertions: At most one for each source; none of them `unreachable`.
+        wall: the edited facade.
+        insertions: at most one for each source; none of them `unreachable`.
 
     Raises:
-        FacadeError: when a copy does not fit where it should stand.
+        FacadeError: If a copy does not fit in its place.
     """
     slots: dict[int, dict[_Slot, list[Insertion]]] = defaultdict(lambda: defaultdict(list))
     for each in insertions:
@@ -84,7 +85,7 @@ def inserted(wall: AxisView, insertions: Sequence[Insertion]) -> FacadePart:
 
 
 def _common(wall: AxisView, insertion: Insertion) -> int:
-    """The row of parts in which the anchors of an insertion stand; for a single one the nearest row around it."""
+    """The row of parts that contains the anchors of an insertion; for a single one, the nearest row around it."""
     node = wall.parent[insertion.low]
     if insertion.low == insertion.high:
         while node != _OUTSIDE and wall.axis[node] != wall.along:
@@ -126,7 +127,7 @@ def _repeated(
 
 
 def _gap(wall: AxisView, children: Sequence[int], slot: _Slot) -> Sequence[int]:
-    """The parts between the anchors; for a single anchor a neighbour, if that holds no element."""
+    """The parts between the anchors; for a single anchor a neighbour, if that contains no element."""
     if slot.low != slot.high:
         return children[slot.low + 1 : slot.high]
     beside = [*children[slot.high + 1 : slot.high + 2], *children[max(slot.low - 1, 0) : slot.low]]
@@ -134,9 +135,9 @@ def _gap(wall: AxisView, children: Sequence[int], slot: _Slot) -> Sequence[int]:
 
 
 def _surroundings(wall: AxisView, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> FacadePart:
-    """A copy of what surrounds the sources, if one part of the same row holds them all; otherwise the anchors.
+    """A copy of the surroundings of the sources, if one part of the same row contains them all; otherwise the anchors.
 
-    The own surroundings of a source fit it, and are as high as the row.
+    The surroundings of a source fit it, and are as high as the row.
     """
     swap = {each.source: each.source for each in insertions}
     holder = next((child for child in children if all(child <= each < wall.end[child] for each in swap)), None)
@@ -147,7 +148,7 @@ def _surroundings(wall: AxisView, children: Sequence[int], slot: _Slot, insertio
     trail = wall.high[children[slot.low]] - max(wall.high[each.low] for each in insertions)
     block = _copied(wall, holder, swap, _extent(wall, holder, swap, lead, trail))
     if len(swap) == 1 and (block is None or block.axis == wall.along):
-        # Nothing but the source is left of its surroundings.
+        # Only the source is left of its surroundings.
         block = wall.whole(insertions[0].source, fresh=True)
     if block is None:
         raise FacadeError("Nothing is left of the surroundings of the sources.")
@@ -155,9 +156,9 @@ def _surroundings(wall: AxisView, children: Sequence[int], slot: _Slot, insertio
 
 
 def _extent(wall: AxisView, holder: int, swap: Mapping[int, int], lead: float, trail: float) -> tuple[float, float]:
-    """From where to where a part is copied: all of it, unless it holds other elements than those in question.
+    """Start and end of the copy of a part: all of it, unless it contains other elements than those of the edit.
 
-    Then so far around those that gaps are as wide as they are between the anchors, but not up to other elements.
+    Otherwise, gaps around these elements are as wide as between the anchors, but end at other elements.
     """
     low, high = min(wall.low[node] for node in swap), max(wall.high[node] for node in swap)
     others = [node for node in wall.element if holder <= node < wall.end[holder] and node not in swap]
@@ -173,9 +174,9 @@ def _extent(wall: AxisView, holder: int, swap: Mapping[int, int], lead: float, t
 def _copied(
     wall: AxisView, node: int, swap: Mapping[int, int], extent: tuple[float, float] | None = None
 ) -> FacadePart | None:
-    """A copy of what lies in an extent of a node; its elements are left out unless they are swapped for others.
+    """A copy of an extent of a node; its elements are left out unless they are swapped for others.
 
-    Grids that are not edited keep their elements, so none of those may come with the surroundings.
+    Grids that are not edited keep their elements, so the surroundings must not bring copies of these.
     """
     if node in swap:
         return wall.whole(swap[node], fresh=True)
@@ -200,10 +201,10 @@ def _copied(
 def stretched(
     wall: AxisView, node: int, children: Sequence[int], parts: Sequence[FacadePart | None], *, fresh: bool
 ) -> FacadePart | None:
-    """The parts of a node less those that are None; across the edited axis, leaves beside take over their place."""
+    """The parts of a node without those that are None; across the edited axis, adjacent leaves fill their place."""
     left = list(parts)
     if wall.axis[node] != wall.along and None in left:
-        # What is an element keeps its size.
+        # An element keeps its size.
         leaves = [
             place
             for place, part in enumerate(parts)

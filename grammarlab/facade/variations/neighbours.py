@@ -1,4 +1,4 @@
-"""The neighbourhood graph of a facade: which leaves touch which, and the way back to a tree (paper 000, section 4)."""
+"""The neighbourhood graph of a facade: pairs of leaves that touch, and the inverse, a tree (paper 000, section 4)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, X, Y
 
 Ints = NDArray[np.int64]
 _MOST_NAMED = 12
-"""Nodes that an error lists."""
+"""Largest number of nodes in an error message."""
 
 
 @dataclass(frozen=True, slots=True)
 class Neighbours:
-    """L leaves and which of them share a piece of boundary; a corner alone is none."""
+    """L leaves and pairs that share a piece of boundary; a common corner is not enough."""
 
     node: Ints
     """[L] node of the facade, ascending."""
@@ -35,17 +35,17 @@ class Topology:
     """A decomposition tree without sizes, in the order of `Facade`."""
 
     parent: Ints
-    """[N]"""
+    """[N] as in `Facade`."""
     axis: NDArray[np.int8]
-    """[N]"""
+    """[N] as in `Facade`."""
     leaf: Ints
-    """[N] leaf of the graph that each node is; -1 for inner nodes."""
+    """[N] leaf of the graph of each node; -1 for inner nodes."""
 
 
 def neighbours(facade: Facade) -> Neighbours:
     """The graph of a facade's leaves.
 
-    Pieces of boundary no longer than `TOLERANCE` of the facade are corners. The time grows with the number of edges,
+    Common pieces of boundary up to `TOLERANCE` of the facade are corners. The time grows with the number of edges,
     since only leaves on the two sides of one line between siblings are compared.
     """
     return Neighbours(facade.leaves, *(_touching(facade, along) for along in (X, Y)))
@@ -73,7 +73,7 @@ def _touching(facade: Facade, along: int) -> Ints:
 
 
 def _sides(facade: Facade, along: int) -> tuple[list[Ints], list[Ints]]:
-    """[N] of each node its leaves at the low and at the high side along an axis, ascending across it."""
+    """[N] for each node, its leaves at the low and at the high side along an axis, ascending across it."""
     first: list[Ints] = [np.array([node]) for node in range(len(facade))]
     last = list(first)
     for node in range(len(facade) - 1, -1, -1):
@@ -89,15 +89,15 @@ def _sides(facade: Facade, along: int) -> tuple[list[Ints], list[Ints]]:
 def tree_of(graph: Neighbours) -> Topology:
     """The decomposition tree of a graph.
 
-    A line through the whole wall parts leaves that no vertical neighbourhood connects, and only such a line does: what
-    stands on one upright line is connected from the bottom to the top. So the parts of a node along x are the
-    components of the vertical edges, along y those of the horizontal ones. This finds every tree, which collapsing
-    chains one after the other does not. Where lines through the whole facade cross, its first division is along y, as
-    in `cutting.cut`: a graph does not say which it was, and the leaves are the same either way.
+    A line through the whole wall separates leaves that no vertical neighbourhood connects, and only such a line does:
+    the leaves on one vertical line are connected from the bottom to the top. So the parts of a node along x are the
+    connected components of the vertical edges, along y those of the horizontal ones. This finds every tree; collapsing
+    chains one after the other does not. If lines through the whole facade cross, its first division is along y, as in
+    `cutting.cut`: the graph does not determine it, and the leaves are the same either way.
 
     Raises:
-        FacadeError: when neither axis has a line: the leaves form a pinwheel; or when the edges are of no facade, for
-            example because a leaf is both to the left and to the right of another.
+        FacadeError: If neither axis has a line, because the leaves form a pinwheel; or if the edges are not those of a
+            facade, for example if a leaf is both to the left and to the right of another.
     """
     parent: list[int] = []
     axis: list[int] = []
@@ -128,8 +128,8 @@ def _parts(node: Ints, leaves: Ints, edges: tuple[Ints, Ints], divided: int) -> 
             order = _chain(part[inside[along]], num_parts)
             if order is None:
                 raise FacadeError(
-                    f"The neighbours contradict each other at nodes {_named(node[leaves])}: their parts do not "
-                    f"follow each other {'from the left to the right' if along == X else 'from the bottom to the top'}."
+                    f"The neighbours contradict each other at nodes {_named(node[leaves])}: their parts are not "
+                    f"in order {'from the left to the right' if along == X else 'from the bottom to the top'}."
                 )
             return along, part, order
     raise FacadeError(
@@ -139,7 +139,7 @@ def _parts(node: Ints, leaves: Ints, edges: tuple[Ints, Ints], divided: int) -> 
 
 
 def _part_of_edges(part: Ints, leaves: Ints, edges: Ints) -> Ints:
-    """[E] the part that an edge lies in; -1 for edges between two."""
+    """[E] part that contains an edge; -1 for edges between two."""
     ends = part[np.searchsorted(leaves, edges)]
     return np.where(ends[:, 0] == ends[:, 1], ends[:, 0], -1)
 
@@ -157,7 +157,7 @@ def _components(edges: Ints, size: int) -> tuple[int, Ints]:
 
 
 def _chain(edges: Ints, size: int) -> list[int] | None:
-    """The only order in which the parts touch each other, each the next; None when their edges are no chain."""
+    """The only order in which the parts touch, each the next one; None if their edges do not form a chain."""
     links = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
     after = dict(links.tolist())
     starts = np.setdiff1d(np.arange(size), links[:, 1])

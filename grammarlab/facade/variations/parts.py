@@ -1,4 +1,4 @@
-"""Pieces of a facade that an edit puts together to a new tree."""
+"""Pieces of a facade, from which an edit assembles a new tree."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class FacadePart:
-    """A node with everything in it: a subtree of the wall as it is, or other parts in a row."""
+    """A node with its contents: an unchanged subtree of the wall, or other parts in a row."""
 
     source: int
     """Node of the wall that it is or copies; `NEW` for none."""
     axis: int
-    """Along which it is divided."""
+    """Axis along which it is divided."""
     parts: tuple[FacadePart, ...] | None = None
-    """What it is divided into; None for the subtree of the source as it is."""
+    """Its parts; None for the unchanged subtree of the source."""
     fresh: bool = False
-    """Whether it is a copy: the source itself stays where it is."""
+    """Whether it is a copy: the source itself stays in place."""
     low: float = 0.0
     high: float = 1.0
-    """Of a leaf: from where to where, along the edited axis, it shows its source; as parts of its extent."""
+    """For a leaf: start and end of the visible part of its source along the edited axis, as fractions of its extent."""
     scale: float = 1.0
-    """Of a leaf: how many times larger than its source it would like to be across the edited axis."""
+    """For a leaf: target size across the edited axis, as a multiple of the size of its source."""
     instead: tuple[int, ...] = ()
-    """Nodes of the wall that had this part as their only one left; it is now what they were."""
+    """Nodes of the wall whose only remaining part this is, and which it replaces."""
 
 
 @dataclass(frozen=True)
 class AxisView:
-    """A facade as an edit along one axis sees it."""
+    """A facade with the columns that an edit along one axis needs."""
 
     facade: Facade
     along: int
@@ -48,12 +48,12 @@ class AxisView:
 
     @cached_property
     def axis(self) -> list[int]:
-        """[N] along which each node is divided."""
+        """[N] axis along which each node is divided."""
         return self.facade.axis.tolist()
 
     @cached_property
     def parent(self) -> list[int]:
-        """[N] node that each is a part of."""
+        """[N] parent of each node."""
         return self.facade.parent.tolist()
 
     @cached_property
@@ -63,22 +63,22 @@ class AxisView:
 
     @cached_property
     def end(self) -> list[int]:
-        """[N] the node after the subtree of each."""
+        """[N] the node after the subtree of each node."""
         return self.facade.end.tolist()
 
     @cached_property
     def low(self) -> list[float]:
-        """[N] metres, where each node begins along the axis."""
+        """[N] start of each node along the axis, metres."""
         return self.facade.position[:, self.along].tolist()
 
     @cached_property
     def high(self) -> list[float]:
-        """[N] metres, where each node ends along the axis."""
+        """[N] end of each node along the axis, metres."""
         return (self.facade.position + self.facade.size)[:, self.along].tolist()
 
     @cached_property
     def height(self) -> list[float]:
-        """[N] metres, size of each node across the axis."""
+        """[N] size of each node across the axis, metres."""
         return self.facade.size[:, 1 - self.along].tolist()
 
     @cached_property
@@ -88,28 +88,28 @@ class AxisView:
 
     @cached_property
     def elements_before(self) -> list[int]:
-        """[N + 1] elements of grids among the nodes before each."""
+        """[N + 1] number of elements of grids among the nodes before each."""
         marked = np.zeros(len(self.facade), dtype=np.int64)
         marked[list(self.element)] = 1
         return np.append(0, marked.cumsum()).tolist()
 
     def has(self, node: int, others: Iterable[int]) -> bool:
-        """Whether any of the others lies within a node, or is it."""
+        """Whether any of the others is inside a node, or is the node itself."""
         return any(node <= other < self.end[node] for other in others)
 
     def has_elements(self, node: int) -> bool:
-        """Whether any element of a grid lies within a node, or is it."""
+        """Whether any element of a grid is inside a node, or is the node itself."""
         return self.elements_before[self.end[node]] > self.elements_before[node]
 
     def whole(self, node: int, *, fresh: bool = False) -> FacadePart:
-        """The subtree of a node as it is."""
+        """The unchanged subtree of a node."""
         return FacadePart(source=node, axis=self.axis[node], fresh=fresh)
 
     def joined(self, source: int, axis: int, parts: Iterable[FacadePart], *, fresh: bool = False) -> FacadePart:
-        """Parts in a row; what is divided along the same axis is opened, and one alone needs no row.
+        """Parts in a row; parts divided along the same axis are opened, and a single part needs no row.
 
         Raises:
-            FacadeError: when an element of a grid would have to be opened.
+            FacadeError: If an element of a grid would have to be opened.
         """
         row = [inner for part in parts for inner in (self._opened(part) if part.axis == axis else [part])]
         if len(row) > 1:
@@ -117,11 +117,11 @@ class AxisView:
         return row[0] if fresh or source == NEW else replace(row[0], instead=(*row[0].instead, source))
 
     def _opened(self, part: FacadePart) -> list[FacadePart]:
-        # A copy of an element is an element to be: it stands on its own like an original.
+        # A copy of an element becomes an element: it needs a node of its own, like the original.
         if part.source in self.element or self.element & set(part.instead):
             raise FacadeError(
-                f"Node {part.source} is an element of a grid and divided along the same axis as the wall that it would "
-                "stand in; a copy of it does not fit there."
+                f"Node {part.source} is an element of a grid and divided along the same axis as the wall around its "
+                "copy; so a copy of it does not fit there."
             )
         if part.parts is not None:
             return list(part.parts)
@@ -139,17 +139,17 @@ class JoinedParts:
     fresh: NDArray[np.bool_]
     """[N] whether it is a copy."""
     shown: Floats
-    """[N, 2] from where to where it shows its source along the edited axis."""
+    """[N, 2] start and end of the visible part of its source along the edited axis."""
     scale: Floats
     """[N] as in `FacadePart`."""
     changed: NDArray[np.bool_]
-    """[N] whether something within it came or went."""
+    """[N] whether something inside it was added or removed."""
     kept: Ints
-    """[M] of each node of the wall what it is now; -1 for what is gone."""
+    """[M] new node of each node of the wall; -1 for removed ones."""
 
 
 def assembled(wall: AxisView, top: FacadePart) -> JoinedParts:
-    """The columns of a part and everything in it."""
+    """The columns of a part and its contents."""
     rows: list[tuple[int, int, int, bool, float, float, float, bool]] = []
     kept = np.full(len(wall.facade), -1, dtype=np.int64)
 
@@ -190,15 +190,15 @@ def assembled(wall: AxisView, top: FacadePart) -> JoinedParts:
 
 
 def reaching(wall: AxisView, tree: JoinedParts, wanted: Floats) -> Floats:
-    """[N] sizes along the edited axis, where what reaches over a change is as large as what was changed.
+    """[N] target sizes along the edited axis; nodes that extend over a change grow with it.
 
-    A band over a row of windows would like to be as long as the row, however many windows that gets. Where a band holds
-    elements, it would like to keep its size, as they do.
+    The target length of a band over a row of windows is that of the row, for any number of windows. A band that
+    contains elements has its old size as target, as they do.
 
     Args:
-        wall: What is edited.
-        tree: The edited wall.
-        wanted: [N] metres, sizes along the edited axis of the sources of all leaves.
+        wall: the edited facade.
+        tree: the result of the edit.
+        wanted: [N] target sizes of the sources of all leaves along the edited axis, metres.
     """
     parent, axis = tree.parent.tolist(), tree.axis.tolist()
     natural = np.where(tree.axis == LEAF, wanted, 0.0).tolist()

@@ -1,4 +1,4 @@
-"""Which variations a person sees first: good ones that look different."""
+"""Order of variations: good ones that look different come first."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _SAMPLES = 48
-"""Points along each side of a facade at which two of them are compared."""
+"""Number of points along each side of a facade at which two of them are compared."""
 
 
 def ranked(
@@ -24,17 +24,17 @@ def ranked(
     energy: Callable[[Variation], float] | None = None,
     different: int = 10,
 ) -> tuple[Variation, ...]:
-    """The variations that do not look alike, those first that are good and far apart.
+    """Variations without duplicates in look, with good and different ones first.
 
-    First comes the one of least energy. Then, among the better half, always the one that is farthest from all before
-    it (`appearance`), so that each group of similar ones sends one. After `different` of them the rest follows by
-    energy.
+    The first one has the least energy. Then, among the better half, the next one is always the one farthest from all
+    previous ones (`appearance`), so that each group of similar ones is represented. After `different` of them the rest
+    follows by energy.
 
     Args:
-        variations: Of one facade.
-        kind: [N] from `kinds.kinds` of the facade that was edited first.
-        energy: How bad a variation is; `strain` by default.
-        different: How many different ones come first.
+        variations: variations of one facade.
+        kind: [N] from `kinds.kinds` of the original facade.
+        energy: energy of a variation; `strain` by default.
+        different: number of different ones at the start.
     """
     found = distinct(variations, kind)
     energies = np.array([(energy or strain)(variation) for variation in found])
@@ -47,15 +47,15 @@ def ranked(
 
 
 def strain(variation: Variation) -> float:
-    """How far the sizes of leaves are from what they would like: root mean square of the logarithm of the ratio."""
+    """Deviation of the sizes of leaves from their targets: root mean square of the logarithm of the ratio."""
     leaves = variation.facade.leaves
     return float(np.sqrt(np.square(np.log(variation.facade.size[leaves] / variation.wanted[leaves])).mean()))
 
 
 def appearance(variation: Variation, kind: Ints) -> Ints:
-    """[K] what kind of leaf is seen at each of K points that are spread over the facade; its size does not count.
+    """[K] kind of the leaf at each of K points spread over the facade; its size is ignored.
 
-    The distance of two variations is the part of these points at which they differ.
+    The distance of two variations is the fraction of these points at which they differ.
     """
     facade: Facade = variation.facade
     leaves = facade.leaves
@@ -71,7 +71,7 @@ def appearance(variation: Variation, kind: Ints) -> Ints:
 
 
 def _farthest_first(rows: Ints, count: int) -> Ints:
-    """Indices of rows: the first, then always the one that differs in most places from its nearest chosen one."""
+    """Indices of rows: the first, then always the one with most differences from its nearest chosen one."""
     chosen: list[int] = [0][: len(rows)]
     distance = np.full(len(rows), np.inf)
     while len(chosen) < min(count, len(rows)):

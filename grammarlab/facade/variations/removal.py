@@ -1,4 +1,4 @@
-"""Removal of a column: its elements, the parts of the wall that hold nothing else, and the gap beside each."""
+"""Removal of a column: its elements, the parts of the wall without other contents, and the gap beside each."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from grammarlab.facade.variations.parts import AxisView, FacadePart
 
 
 def removed(wall: AxisView, gone: Set[int], *, last: bool) -> FacadePart | None:
-    """The wall without some elements of its grids; None when nothing is left.
+    """The wall without some elements of its grids; None if nothing remains.
 
-    A part of a row that holds no other element goes as a whole, with the gap up to the next element: what insertion
-    adds, removal takes away. Where a part holds other elements, only the pieces around them that can go do, and
+    A part of a row without other elements is removed whole, with the gap up to the next element: removal is the inverse
+    of insertion. If a part contains other elements, only the removable pieces around the elements are removed;
     otherwise the wall closes over the place.
 
     Args:
-        wall: What is edited.
-        gone: The elements.
-        last: Whether they have the highest coordinates of their grids: then the gap before them goes first.
+        wall: the edited facade.
+        gone: the elements to remove.
+        last: whether they have the highest coordinates of their grids: then the gap before them is removed first.
     """
     return _reduced(wall, 0, gone, -1 if last else 1)
 
@@ -41,7 +41,7 @@ def _reduced(wall: AxisView, node: int, gone: Set[int], step: int) -> FacadePart
 
 
 def _keeps(wall: AxisView, node: int, gone: Set[int]) -> bool:
-    """Whether a node holds elements that stay."""
+    """Whether a node contains elements that stay."""
     inside = wall.elements_before[wall.end[node]] - wall.elements_before[node]
     for each in gone:
         if node <= each < wall.end[node]:
@@ -50,9 +50,9 @@ def _keeps(wall: AxisView, node: int, gone: Set[int]) -> bool:
 
 
 def _gap_beside(place: int, step: int, gaps: Sequence[bool], dropped: Sequence[bool]) -> list[int]:
-    """The gap on one side of a part that is dropped, up to the next element; on the other side, where none follows.
+    """The gap on one side of a removed part, up to the next element; on the other side, if there is no next element.
 
-    Without any other element only one of both gaps goes, so that a wall is left.
+    Without any other element, only one of both gaps is removed, so that a wall remains.
     """
     first, second = _gap(place, step, gaps, dropped), _gap(place, -step, gaps, dropped)
     for gap, ends_at_element in (first, second):
@@ -62,7 +62,7 @@ def _gap_beside(place: int, step: int, gaps: Sequence[bool], dropped: Sequence[b
 
 
 def _gap(place: int, step: int, gaps: Sequence[bool], dropped: Sequence[bool]) -> tuple[list[int], bool]:
-    """The parts without elements next to a place, and whether something follows them."""
+    """The parts without elements next to a place, and whether another part follows them."""
     gap = []
     place += step
     while 0 <= place < len(gaps) and gaps[place] and not dropped[place]:

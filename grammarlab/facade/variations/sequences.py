@@ -1,4 +1,4 @@
-"""Several edits one after the other, and which variations look the same."""
+"""Sequences of edits, and duplicates among variations."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Ints = NDArray[np.int64]
 
 
 def canonical(variation: Variation, kind: Ints) -> bytes:
-    """A form that two variations of one facade share when they look the same, pictures aside.
+    """A canonical form: equal for variations of one facade that look the same, pictures aside.
 
     Args:
-        variation: Of that facade.
-        kind: [N] from `kinds.kinds` of the facade that was edited first.
+        variation: a variation of that facade.
+        kind: [N] from `kinds.kinds` of the original facade.
     """
     facade = variation.facade
     what = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
@@ -28,7 +28,7 @@ def canonical(variation: Variation, kind: Ints) -> bytes:
 
 
 def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
-    """The variations less those that look like an earlier one; `kind` as for `canonical`."""
+    """The variations without those that look like an earlier one; `kind` as for `canonical`."""
     first: dict[bytes, Variation] = {}
     for variation in variations:
         first.setdefault(canonical(variation, kind), variation)
@@ -48,13 +48,13 @@ def sequences(
     """Different variations after a number of insertions, or of removals for a negative number.
 
     Args:
-        facade: What is edited.
-        grid: Name of the active grid.
+        facade: the facade to edit.
+        grid: name of the active grid.
         axis: X for columns, Y for rows.
-        steps: How many columns or rows come or go.
-        also: As for `vary`; a grid that a step left with fewer or more columns (rows) than the active one rests then.
-        most: How many of the variations on the way are gone on from.
-        start: Variations of the facade to go on from; by default the facade itself.
+        steps: number of columns or rows to add, or to remove if negative.
+        also: as for `vary`; a grid is left out while a previous step left it with another number of columns (rows).
+        most: largest number of intermediate variations to continue from.
+        start: variations of the facade to start from; by default the facade itself.
     """
     kind, found = kinds(facade), (*start,) or (unedited(facade),)
     for _ in range(abs(steps)):
@@ -76,6 +76,6 @@ def sequences(
 
 
 def _in_step(facade: Facade, grid: str, axis: int, others: Sequence[str]) -> tuple[str, ...]:
-    """Those of some grids that have as many columns (rows) as another one."""
+    """Those of some grids with as many columns (rows) as another one."""
     count = {each.name: each.num_columns if axis == X else each.num_rows for each in facade.grids}
     return tuple(name for name in others if count.get(name) == count[grid])

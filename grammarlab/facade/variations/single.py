@@ -1,4 +1,4 @@
-"""Variations of a facade: one column or row more or less in one of its grids (paper 000, section 4)."""
+"""Variations of a facade with one column or row added or removed in one of its grids (paper 000, section 4)."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _DEEPEST = 200
-"""Levels of a tree that edits go through; real facades have about ten."""
+"""Largest depth of a tree for edits; real facades have about ten levels."""
 
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """One column (or row) of some grids more or less."""
+    """One column (or row) of some grids, added or removed."""
 
     grids: tuple[str, ...]
     """Active grids; all have this line and place."""
     axis: int
     """X for columns, Y for rows."""
     line: int
-    """Column from 0 at the left, or row from 0 at the top: what is repeated or removed."""
+    """Column from 0 at the left, or row from 0 at the top, to repeat or remove."""
     place: int | None = None
-    """How many columns (rows) stay before the new one; None to remove."""
+    """Number of columns (rows) before the new one; None to remove."""
 
     def __str__(self) -> str:
         name = "column" if self.axis == X else "row"
@@ -52,17 +52,17 @@ class Variation:
     """A facade made from another one by edits."""
 
     facade: Facade
-    """Laid out from `wanted`; sizes are a start, not a solution."""
+    """The edited facade, laid out from `wanted`; its sizes are initial values, not a solution."""
     source: Ints
-    """[N] node of the first facade that each node is or copies; -1 for new inner nodes."""
+    """[N] node of the original facade that each node is or copies; -1 for new inner nodes."""
     wanted: Floats
-    """[N, 2] metres, sizes that leaves would like to have: those of their sources, of what is cut a part; bands over a
-    change as long as what was changed."""
+    """[N, 2] target sizes of leaves, metres: those of their sources, of the visible parts of cut leaves, and of changed
+    rows for bands over them."""
     shown: Floats
-    """[N, 4] left, bottom, right, top: what part of its source a leaf is."""
+    """[N, 4] left, bottom, right, top of the visible part of a leaf's source."""
     edits: tuple[Edit, ...] = ()
     missing: tuple[str, ...] = ()
-    """What the edits could not do, in words."""
+    """Parts of the edits that were not possible, in words."""
 
     @property
     def steps(self) -> tuple[str, ...]:
@@ -72,11 +72,11 @@ class Variation:
 
 @dataclass(frozen=True, slots=True)
 class Variations:
-    """What edits lead to, and which lead nowhere."""
+    """Results of edits, and edits without a result."""
 
     found: tuple[Variation, ...]
     discarded: tuple[str, ...]
-    """For each edit that is not possible which one it is, and why."""
+    """Each impossible edit, with the reason."""
 
 
 def unedited(facade: Facade) -> Variation:
@@ -94,16 +94,16 @@ def vary(
     insertions: bool = True,
     removals: bool = True,
 ) -> Variations:
-    """Every facade with one column (or row) more or less in a grid.
+    """Every facade with one column (or row) added or removed in a grid.
 
     Args:
-        start: A facade, or a variation to go on from.
-        grid: Name of the active grid.
+        start: a facade, or a variation to continue from.
+        grid: name of the active grid.
         axis: X for columns, Y for rows.
-        also: Grids that are edited in the same places; by default those that `following` finds. They have as many
+        also: grids that are edited in the same places; by default those that `following` finds. They must have as many
             columns (rows) as the active one.
-        insertions: Whether to repeat each different column at every place: before, between and after the others.
-        removals: Whether to remove each column.
+        insertions: whether to repeat each different column at every position: before, between and after the others.
+        removals: whether to remove each column.
     """
     before = unedited(start) if isinstance(start, Facade) else start
     names = (grid, *(following(before.facade, grid) if also is None else also))
@@ -119,15 +119,15 @@ def vary(
 
 
 def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
-    """Insertions of each different column (or row) of some grids at every place, then removals of each.
+    """Insertions of each different column (or row) of some grids at every position, then removals of each.
 
     Raises:
-        FacadeError: when the grids have unequal numbers of columns (rows).
+        FacadeError: If the grids have different numbers of columns (rows).
     """
     lines = [_lines(grid_of(facade, name), axis) for name in grids]
     if len({len(each) for each in lines}) != 1:
         raise FacadeError(
-            f"Grids {', '.join(grids)}: expected equally many {'columns' if axis == X else 'rows'} in each."
+            f"Grids {', '.join(grids)}: expected the same number of {'columns' if axis == X else 'rows'} in each."
         )
     kind = np.append(kinds(facade), -1)
     contents = [tuple(kind[places[line]].tobytes() for places in lines) for line in range(len(lines[0]))]
@@ -142,7 +142,7 @@ def applied(before: Variation, edit: Edit) -> Variation:
     """A variation after one more edit.
 
     Raises:
-        FacadeError: when the edit is not possible: why.
+        FacadeError: If the edit is not possible; with the reason.
     """
     return _applied(before, _wall(before.facade, edit.axis), edit)
 
@@ -153,7 +153,7 @@ def _wall(facade: Facade, axis: int) -> AxisView:
         depth[node] = depth[above] + 1
     if max(depth) > _DEEPEST:
         raise FacadeError(
-            f"The facade has parts within parts {max(depth)} times; expected at most {_DEEPEST} to edit it."
+            f"The facade has {max(depth)} levels of nested parts; expected at most {_DEEPEST} to edit it."
         )
     return AxisView(facade, axis)
 
@@ -174,15 +174,15 @@ def _applied(before: Variation, wall: AxisView, edit: Edit) -> Variation:
 def _without(wall: AxisView, edit: Edit) -> FacadePart:
     lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
     gone = {node for each in lines for node in each[edit.line].tolist()} - {-1}
-    # Rows count from the top, coordinates from below.
+    # Rows count from the top, coordinates from the bottom.
     top = removed(wall, gone, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
     if top is None:
-        raise FacadeError("Nothing of the facade would be left.")
+        raise FacadeError("The edit would remove the whole facade.")
     return top
 
 
 def _with(wall: AxisView, edit: Edit, place: int) -> tuple[FacadePart, dict[str, Ints], list[str]]:
-    """The wall with a new line, of each grid the source at each place of that line, and what could not be inserted."""
+    """The wall with a new line, the sources of that line in each grid, and the elements that could not be inserted."""
     added, missing, insertions = {}, [], []
     for name in edit.grids:
         lines = _lines(grid_of(wall.facade, name), edit.axis)
@@ -191,7 +191,7 @@ def _with(wall: AxisView, edit: Edit, place: int) -> tuple[FacadePart, dict[str,
             insertion = _insertion(lines[:, cross].tolist(), source, place, edit.axis)
             if source >= 0 and (insertion is None or unreachable(wall, insertion)):
                 kind = "row" if edit.axis == X else "column"
-                why = "the place beside it is empty" if insertion is None else "its neighbours stand askew"
+                why = "the place beside it is empty" if insertion is None else "its neighbours are not aligned"
                 missing.append(f"nothing in {kind} {cross + 1} of {name}, {why}")
                 sources[cross] = -1
             elif insertion is not None:
@@ -200,19 +200,19 @@ def _with(wall: AxisView, edit: Edit, place: int) -> tuple[FacadePart, dict[str,
             added[name] = sources
     if not insertions:
         raise FacadeError("; ".join(missing) or "There is nothing to repeat.")
-    # Grids that share elements wish for the same copies.
+    # Grids that share elements request the same copies.
     return inserted(wall, list(dict.fromkeys(insertions))), added, missing
 
 
 def _insertion(line: Sequence[int], source: int, place: int, axis: int) -> Insertion | None:
-    """What goes where in one row; None when the source or an anchor is a phantom."""
+    """Source and position in one row; None if the source or an anchor is a phantom."""
     first = min(max(place - 1, 0), max(len(line) - 2, 0))
     anchors = line[first : first + 2]
     if source < 0 or min(anchors) < 0:
         return None
     at = At.BEFORE if place == 0 else At.AFTER if place == len(line) else At.BETWEEN
     if axis != X:
-        # Rows count from the top, coordinates from below.
+        # Rows count from the top, coordinates from the bottom.
         anchors = anchors[::-1]
         at = {At.BEFORE: At.AFTER, At.AFTER: At.BEFORE}.get(at, at)
     return Insertion(source, anchors[0], anchors[-1], at)
@@ -240,7 +240,7 @@ def _taken(before: Variation, wall: AxisView, tree: JoinedParts) -> tuple[Facade
 
 
 def _grids(wall: AxisView, edit: Edit, tree: JoinedParts, added: dict[str, Ints]) -> tuple[Grid, ...]:
-    """The grids of the new tree: active ones with their new line, copies of subgrids, all others as they were."""
+    """The grids of the new tree: active ones with their new line, copies of subgrids, all others unchanged."""
     copies = np.flatnonzero(tree.fresh)
     copy_of = np.full(len(wall.facade), -1, dtype=np.int64)
     grids: list[Grid] = []
@@ -269,7 +269,7 @@ def _split(grid: Grid, axis: int) -> tuple[Ints, Ints]:
 
 
 def _compressed(name: str, node: Ints, lines: Ints, cross: Ints, axis: int) -> list[Grid]:
-    """The grid of what is left of some nodes, without empty rows and columns; none when nothing is left."""
+    """The grid of the remaining nodes, without empty rows and columns; none if no node remains."""
     left = np.flatnonzero(node >= 0)
     if not left.size:
         return []

@@ -1,1 +1,1 @@
-"""Facades as CGA: the rules of one, and those of a family of them."""
+"""Facades as CGA: grammars of a single facade, and of its family."""

@@ -1,4 +1,4 @@
-"""One facade as a CGA split grammar that gives back each of its leaves."""
+"""One facade as a CGA split grammar that derives each of its leaves."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
 EXACT = 1e-9
-"""Metres by which a derived leaf may miss the facade's."""
+"""Largest difference of a derived leaf and that of the facade, metres."""
 _DIGITS = (3, 6, 9, 12, 15)
 
 
@@ -27,22 +27,23 @@ class WrittenFacade:
     """A grammar of one facade."""
 
     text: str
-    """CGA."""
+    """CGA text."""
     rules: int
     outlined: tuple[OutlinedLeaf, ...]
-    """Whose meshes it refers to."""
+    """Leaves whose meshes it refers to."""
     error: float
-    """Metres by which its derivation misses a side of a leaf at most."""
+    """Largest difference of the sides of derived leaves and those of the facade, metres."""
 
 
 def write_exact(facade: Facade) -> WrittenFacade:
-    """The shortest numbers and the most repeats with which the derivation still gives back every leaf.
+    """The grammar with the shortest numbers and the most repeats whose derivation has the leaves of the facade.
 
-    Equal parts share a rule, runs of equal parts are repeats, walls have relative sizes and what stands in them keeps
-    its own. A leaf whose outline reaches all sides of its box is a mesh with wall around it, others are their boxes.
+    Equal parts share a rule, runs of equal parts are repeats, walls have relative sizes and elements in them absolute
+    ones. A leaf whose outline reaches all sides of its box is a mesh with wall around it, other outlines are their
+    boxes.
 
     Raises:
-        FacadeError: when no rules give it back to `EXACT`, as for parts thinner than that.
+        FacadeError: If no rules derive it to `EXACT`, for example with parts thinner than that.
     """
     errors, outlined = [], outlined_leaves(facade)
     for repeats in (True, False):
@@ -53,13 +54,13 @@ def write_exact(facade: Facade) -> WrittenFacade:
                 return WrittenFacade(text, len(Grammar.parse(text).rules), tuple(outlined.values()), error)
             errors.append(error)
     raise FacadeError(
-        f"no split rules give back this facade: the best miss a leaf by {min(errors):.3g} m, expected at most "
-        f"{EXACT:g}. Parts of it may be too thin, or too small beside its size."
+        f"no split rules derive this facade exactly: the best miss a leaf by {min(errors):.3g} m, expected at most "
+        f"{EXACT:g}. Parts of it may be too thin, or too small relative to its size."
     )
 
 
 def _enough_digits(facade: Facade) -> tuple[int, ...]:
-    """Decimals that might do, the fewest first: those that leave next to nothing of any size."""
+    """Numbers of decimals to try, the fewest first: those with negligible rounding of any size."""
     most_parts = max((len(parts) for parts in facade.children), default=0) + 1
     return tuple(
         digits
@@ -69,7 +70,7 @@ def _enough_digits(facade: Facade) -> tuple[int, ...]:
 
 
 def flexible(facade: Facade) -> NDArray[np.bool_]:
-    """[N, 2] whether a node can be stretched along x and along y while only walls change."""
+    """[N, 2] whether a node can be stretched along x and along y with only walls changing."""
     gives = np.ones((len(facade), 2), dtype=bool)
     for node in range(len(facade) - 1, -1, -1):
         along, parts = int(facade.axis[node]), facade.children[node]
@@ -84,7 +85,7 @@ def flexible(facade: Facade) -> NDArray[np.bool_]:
 def _text(
     facade: Facade, outlined: dict[int, OutlinedLeaf], digits: int, *, repeats: bool
 ) -> tuple[str, dict[str, str]]:
-    """The grammar, and the label that each of its leaf rules stands for."""
+    """The grammar, and the label of each of its leaf rules."""
     shows = shown(facade)
     part, kinds = _parts(facade, outlined, shows, digits)
     names, used = [""] * len(kinds), RuleNames()
@@ -101,7 +102,7 @@ def _text(
     for kind, node in first.items():
         setup, content = kinds[kind]
         if isinstance(content, str):
-            # What follows a part of its own is a leaf without a name.
+            # A leaf after an inserted part has no rule, only a name.
             terminal = used.new(f"{names[kind]}Shape") if node in outlined else names[kind]
             labels[terminal] = facade.name_of(node)
             body = f"{content} {terminal}." if node in outlined else content
@@ -115,9 +116,10 @@ def _text(
 def _parts(
     facade: Facade, outlined: dict[int, OutlinedLeaf], shows: ShownPictures, digits: int
 ) -> tuple[NDArray[np.int64], list[tuple[str, str | tuple[tuple[str, int], ...]]]]:
-    """Which distinct part each node [N] is, and of each part its operations and what it is made of.
+    """Index of the distinct part of each node [N], and for each part its operations and its components.
 
-    A leaf is made of the operations that draw it, any other part of the sizes and numbers of its parts.
+    The components of a leaf are the operations that draw it, those of any other part are sizes and indices of its
+    parts.
     """
     gives, part = flexible(facade), np.zeros(len(facade), dtype=np.int64)
     known: dict[tuple[object, ...], int] = {}
@@ -150,7 +152,7 @@ def _parts(
 
 
 def _wanted(facade: Facade, node: int) -> str:
-    """What to call the rule of a node: its label, or what stands in it and how its parts follow each other."""
+    """The preferred rule name of a node: its label, or the labels inside it and the axis of its parts."""
     label, along = facade.name_of(node), int(facade.axis[node])
     if label or along == LEAF:
         return rule_name(label)

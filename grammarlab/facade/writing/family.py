@@ -1,4 +1,4 @@
-"""The family of a facade as a stochastic CGA grammar: other columns and rows of the same kinds, in the same grid."""
+"""The family of a facade as a stochastic CGA grammar: columns and rows of its kinds in other numbers, on one grid."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
 STRETCH = 0.05
-"""Part by which the sizes of equal things may differ in the facade; in its family they do not."""
+"""Largest relative difference of equal elements in the facade; in its family they have one size."""
 _DIGITS = 6
 
 Range = tuple[float, float]
-"""Metres, both ends included."""
+"""Least and largest, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,34 +33,34 @@ class WrittenFamily:
     """A grammar of a family."""
 
     text: str
-    """CGA."""
+    """CGA text."""
     rules: int
     columns: dict[int, Range]
-    """Of each number of columns that facades may have their least and largest width."""
+    """For each number of columns, the least and largest width of facades."""
     rows: dict[str, Range]
-    """By attribute, how often a run of rows may come: at least and at most."""
+    """By attribute, the least and largest number of turns of a run of rows."""
     facades: float
-    """How many different ones there are."""
+    """Number of different facades."""
     error: float | None = None
-    """Metres by which a side of a thing of the facade itself is missed at most when its own columns and rows are drawn,
-    whether or not these are among the choices; None for a pattern, and where things are missing or too many."""
+    """Largest difference of the sides of elements, metres, in the derivation of the facade's own columns and rows, even
+    if these are not among the choices; None for a pattern, and if elements are missing or surplus."""
 
 
 def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
     """The family of a facade, as rules whose every derivation is a facade of the same grid.
 
-    First the storeys are drawn, then a column after the other; so all columns have the same rows, and all rows the
-    same columns. Things have the sizes that they have in the facade, and so has the wall between them (the mean where
-    it varies): a facade is as wide and as high as what was drawn. Pictures are left out.
+    First the storeys are drawn, then one column after the other; so all columns have the same rows, and all rows the
+    same columns. Elements have their sizes in the facade, and so have the walls between them (their mean if they vary):
+    the width and height of a facade follow from the draws. Pictures are left out.
 
     Args:
-        facade: what it is the family of.
-        widths: metres.
-        heights: metres.
-        stretch: part by which sizes of equal things may differ in the facade, 0 to 1.
+        facade: the facade.
+        widths: least and largest width, metres.
+        heights: least and largest height, metres.
+        stretch: largest relative difference of equal elements in the facade, 0 to 1.
 
     Raises:
-        FacadeError: when no such facade is in these ranges; says what sizes there are.
+        FacadeError: If no such facade is within these ranges; the message has the possible sizes.
     """
     pattern = pattern_of(facade, stretch)
     storeys, found = _ways(pattern, widths, heights)
@@ -74,20 +74,20 @@ def write_pattern(
     """The family of a pattern of columns and rows.
 
     Args:
-        pattern: what it is the family of.
-        widths: metres.
-        heights: metres.
-        leaf: what makes a thing of that name, in CGA.
+        pattern: the pattern.
+        widths: least and largest width, metres.
+        heights: least and largest height, metres.
+        leaf: function from a label to CGA that makes an element.
 
     Raises:
-        FacadeError: when no such facade is in these ranges; says what sizes there are.
+        FacadeError: If no such facade is within these ranges; the message has the possible sizes.
     """
     storeys, found = _ways(pattern, widths, heights)
     return _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf).write()
 
 
 def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
-    """Of rows and of columns of these sizes."""
+    """Storeys and walks of these sizes."""
     storeys = storeys_of(pattern.rows, *heights)
     found = walks(pattern.columns, *widths)
     if found is None:
@@ -95,7 +95,7 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
         told = "it has no window and no door"
         if some:
             told = (
-                f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with {LONGEST} columns at most"
+                f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with at most {LONGEST} columns"
             )
         raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
     return storeys, found
@@ -169,7 +169,7 @@ class _FamilyWriter:
         self.lines.append(_choice(name, probabilities, ways))
 
     def _placed(self, columns: dict[int, str], gap: int, kind: int) -> str:
-        """A pier and a column, one beside the other, and the place after them."""
+        """A pier and a column, side by side, and a move to the end of both."""
         text = ""
         for each in (gap, kind):
             if each >= 0:
@@ -192,7 +192,7 @@ class _FamilyWriter:
         return {kind: found[tuple(row[kind] for row in self.pattern.cells)] for kind in kinds}
 
     def _state_name(self, state: WalkState) -> str:
-        """After how many columns a walk goes on, and whether a door is among them."""
+        """A name from the number of columns so far, and of doors among them."""
         if not state.doors:
             return f"After{state.columns}"
         where = "At" if self.pattern.columns.doors[state.kind] else "Past"
@@ -204,7 +204,7 @@ class _FamilyWriter:
         return self.names.new(name[:1].lower() + name[1:])
 
     def _name(self, cells: Listed[Cell], what: str) -> str:
-        """What some cells are called: by the one thing in them that says most."""
+        """A name for cells: by the most important element in them."""
         things = {thing for cell in cells for thing in cell.things()}
         standing = sorted(thing for thing in things if not look_of(thing).gives)
         telling = [thing for thing in standing if look_of(thing).glazed] or standing
@@ -237,7 +237,7 @@ class _FamilyWriter:
         return split_body("y", named, repeats=False)
 
     def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
-        """One more part of a column; walls that follow each other are one."""
+        """Appends a part of a column; adjacent walls are merged."""
         if parts and parts[-1][1] == rule and self._gives(rule):
             parts[-1][0].append(size)
         else:
@@ -255,7 +255,7 @@ class _FamilyWriter:
         return self._rule_of(self.pattern.cells[row][column])
 
     def _rule_of(self, cell: Cell) -> str:
-        """The rule of a cell, written when it is first asked for."""
+        """The rule of a cell, written at its first use."""
         if cell not in self.cells:
             self.cells[cell] = name = self.names.new(
                 rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
@@ -273,7 +273,7 @@ class _FamilyWriter:
 
 
 def _choice(name: str, probabilities: Listed[float], ways: Listed[str]) -> str:
-    """A rule with ways to go on, each as likely as said."""
+    """A rule with alternatives of the given probabilities."""
     if len(ways) == 1:
         return f"{name} --> {ways[0]}"
     *first, last = zip(probabilities, ways, strict=True)

@@ -1,4 +1,4 @@
-"""How far the leaves that rules derive are from those of a facade."""
+"""Differences of derived leaves and those of a facade."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from grammarlab.language.grammar import Grammar
 def leaf_error(
     facade: Facade, grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
 ) -> float:
-    """Metres by which a side of a leaf is missed at most, when the first model of a grammar is derived.
+    """Largest difference of the sides of leaves, metres, in the first model of a grammar.
 
     Args:
-        facade: the leaves that are expected.
-        grammar: what derives them, as boxes whose front is in the x-y plane.
-        labels: what the symbols of derived leaves stand for.
-        outlined: whose meshes the grammar refers to.
+        facade: the expected leaves.
+        grammar: a grammar of boxes whose front is in the x-y plane.
+        labels: labels of the symbols of derived leaves.
+        outlined: leaves whose meshes the grammar refers to.
 
     Returns:
-        Infinity where leaves are missing, too many, or of other labels.
+        Infinity if leaves are missing, surplus, or of other labels.
     """
     found, called = _derived(grammar, labels, outlined)
     if len(found) != len(facade.leaves):
@@ -45,17 +45,17 @@ def leaf_error(
 
 
 def thing_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> float:
-    """Metres by which a side of a leaf that is no wall is missed at most, when rules may cut it.
+    """Largest difference of the sides of leaves that are not walls, metres, if rules may cut them.
 
-    A derived leaf is a piece of the leaf of its label that holds its middle.
+    A derived leaf is a piece of the leaf of its label that contains its centre.
 
     Args:
-        facade: the leaves that are expected.
-        grammar: what derives them; of its models the first counts.
-        labels: what the symbols of derived leaves stand for.
+        facade: the expected leaves.
+        grammar: the grammar, of which the first model is measured.
+        labels: labels of the symbols of derived leaves.
 
     Returns:
-        Infinity where things are missing or too many; 0 where there are none.
+        Infinity if elements are missing or surplus; 0 if there are none.
     """
     found, called = _derived(grammar, labels)
     things = np.array([not look_of(facade.name_of(leaf)).gives for leaf in facade.leaves.tolist()], dtype=bool)
@@ -85,7 +85,7 @@ def _derived(
     else:
         forest = derive(grammar, 1, seed=0)
     leaves = forest.leaves
-    # A symbol without a rule is named with its full stop.
+    # The name of a symbol without a rule ends with a full stop.
     symbols = [forest.symbols[symbol].rstrip(".") for symbol in forest.nodes.symbol[leaves.node].tolist()]
     own = np.array([symbol != AROUND for symbol in symbols], dtype=bool)
     box = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
@@ -93,7 +93,7 @@ def _derived(
 
 
 def _expected(facade: Facade) -> Floats:
-    """[L, 4] likewise, of the leaves of a facade."""
+    """[L, 4] left, bottom, width and height of the leaves of a facade."""
     return np.concatenate([facade.position - facade.position[0], facade.size], axis=1)[facade.leaves]
 
 

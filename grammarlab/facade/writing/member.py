@@ -1,4 +1,4 @@
-"""The facade itself as one of its family: its own columns and rows, whether or not they are among the choices."""
+"""The facade itself as a member of its family: its own columns and rows, whether or not they are among the choices."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grammarlab.facade.writing.structure.walks import Walks, WalkState, WalkStep
 
 
 def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks]:
-    """The choices of a family narrowed to those of the facade that it is the family of."""
+    """The choices of a family restricted to those of the original facade."""
     times = tuple(run.turns for run in storeys.runs)
     height = sum(pattern.rows.size[kind] for kind in pattern.rows.kind)
     return Storeys(storeys.runs, (times,), (height,)), _own_walk(pattern.columns, walks)

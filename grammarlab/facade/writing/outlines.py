@@ -18,36 +18,36 @@ from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.triangulate import triangulate
 
 _WHOLE = 1e-9
-"""Part of a box by which an outline may miss its sides; what misses them by more is written as its box."""
+"""Largest gap between an outline and the sides of its box, as a fraction; larger ones are written as boxes."""
 _DIGITS = 9
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A mesh, and the part of the box of a leaf that it fills."""
+    """A mesh, and the part of a leaf's box that it fills."""
 
     file: str
-    """Name in the folder of assets, by its content."""
+    """File name in the folder of assets, derived from its content."""
     text: str
-    """OBJ."""
+    """OBJ text."""
     low: Floats
-    """[2] left and bottom, as parts of the box."""
+    """[2] left and bottom, as fractions of the box."""
     size: Floats
-    """[2] width and height, as parts of the box."""
+    """[2] width and height, as fractions of the box."""
 
 
 @dataclass(frozen=True, slots=True)
 class OutlinedLeaf:
-    """What a leaf with an outline is made of."""
+    """Meshes of a leaf with an outline."""
 
     shape: Shape
     around: Shape | None
-    """What the outline leaves free of the box; None for nothing."""
+    """The rest of the box around the outline; None for no rest."""
 
     def body(self, label: str, *, pictured: bool) -> str:
-        """What makes it of a rectangle, and the wall around it."""
+        """CGA that makes the leaf from a rectangle, and the wall around it."""
         body = leaf_body(label, pictured=pictured, made=f'i("{self.shape.file}")')
-        # Beyond a wall is nothing.
+        # The area outside of a wall stays empty.
         if self.around is None or look_of(label).gives:
             return body
         low, size = self.around.low.tolist(), self.around.size.tolist()
@@ -58,7 +58,7 @@ class OutlinedLeaf:
 
 
 def outlined_leaves(facade: Facade) -> dict[int, OutlinedLeaf]:
-    """Of each leaf with an outline that reaches all sides of its box what it is made of; equal ones share it."""
+    """Meshes of each leaf with an outline that reaches all sides of its box; equal ones are shared."""
     found: dict[int, OutlinedLeaf] = {}
     made: dict[bytes, OutlinedLeaf | None] = {}
     for leaf in facade.leaves[np.diff(facade.outline_offsets)[facade.leaves] > 0].tolist():
@@ -81,7 +81,7 @@ def store_shapes(leaves: Iterable[OutlinedLeaf], folder: Path) -> None:
 
 
 def _shape(pieces: Meshes) -> Shape | None:
-    """Prisms of `prisms` as one mesh in the unit cube, with y up and z to the front; None where there are none."""
+    """Prisms of `prisms` as one mesh in the unit cube, with y up and z to the front; None if there are none."""
     if not len(pieces):
         return None
     points = np.column_stack([pieces.points[:, 0], 1.0 - pieces.points[:, 2], pieces.points[:, 1]])

@@ -1,4 +1,4 @@
-"""Where pictures lie on the nodes of a facade, and how rules say so."""
+"""Positions of pictures on the nodes of a facade, and their CGA text."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from grammarlab.facade.writing.rule_text import number
 Floats = NDArray[np.float64]
 
 SAME = 1e-7
-"""Parts of a picture by which two leaves may miss it and still show it as one."""
+"""Largest difference of the windows of two leaves that show one picture, as a fraction of the picture."""
 _DIGITS = 12
 
 
 @dataclass(frozen=True, slots=True)
 class ShownPictures:
-    """What picture each node shows as a whole, as leaves that show it side by side do."""
+    """The picture that each node shows as a whole, as adjacent leaves of one picture do."""
 
     picture: NDArray[np.int64]
-    """[N] index into the pictures of the facade; -1 for nodes without, or with several."""
+    """[N] index into the pictures of the facade; -1 for nodes with none, or with several."""
     window: Floats
-    """[N, 4] left, bottom, right, top: what the whole facade would show of the picture if it went on."""
+    """[N, 4] left, bottom, right, top of the picture's part on the whole facade, if the picture were continued."""
 
 
 def shown(facade: Facade) -> ShownPictures:
-    """What every node shows: a node shows what its children show, if they show one picture in one place."""
+    """The picture of every node: a node has the picture of its children, if they share one in one position."""
     picture, window = np.where(facade.axis == LEAF, facade.picture, -1), _extended(facade)
     for node in range(len(facade) - 1, -1, -1):
         parts = facade.children[node]
@@ -43,7 +43,7 @@ def shown(facade: Facade) -> ShownPictures:
 
 
 def _extended(facade: Facade) -> Floats:
-    """[N, 4] the window of each node, stretched from its box to that of the facade."""
+    """[N, 4] the window of each node, extended from its box to that of the facade."""
     low, size = facade.window[:, :2], facade.window[:, 2:] - facade.window[:, :2]
     scale = size / facade.size
     first = low - (facade.position - facade.position[0]) * scale
@@ -51,13 +51,13 @@ def _extended(facade: Facade) -> Floats:
 
 
 def picture_file(facade: Facade, picture: int) -> str:
-    """The name of the file that rules refer to a picture by."""
+    """The file name of a picture in rules."""
     names = [re.sub(r"[^A-Za-z0-9._-]", "_", each.name).lstrip(".-") for each in facade.pictures[: picture + 1]]
     return f"{picture}_{names[-1]}" if names[-1] in names[:-1] else names[-1]
 
 
 def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
-    """The operations that lay a picture on a node, for ``projectUV`` to use below; empty where it cannot be shown."""
+    """The operations that set up a picture on a node, for ``projectUV`` below it; empty if it cannot be shown."""
     place = (facade.position[node] - facade.position[0]) / facade.size[0]
     part = facade.size[node] / facade.size[0]
     low, whole = shows.window[node, :2], shows.window[node, 2:] - shows.window[node, :2]
@@ -71,10 +71,10 @@ def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
 
 
 def store_as_assets(facade: Facade, folder: Path) -> None:
-    """Write the pictures of a facade into a folder of assets, by the names that rules and scenes refer to them by.
+    """Write the pictures of a facade into a folder of assets, under their names in rules and scenes.
 
     Raises:
-        FacadeError: when a file of such a name is there that is another picture; nothing is written then.
+        FacadeError: If a file of such a name exists with another picture; nothing is written then.
     """
     names = [picture_file(facade, index) for index in range(len(facade.pictures))]
     store_pictures((replace(each, name=name) for each, name in zip(facade.pictures, names, strict=True)), folder)

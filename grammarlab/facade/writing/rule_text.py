@@ -1,4 +1,4 @@
-"""Pieces of CGA text that all grammars of facades are made of."""
+"""Pieces of CGA text for all grammars of facades."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.writing.structure.repeats import repeated_runs
 
 AROUND = "Around"
-"""Symbol of the wall that an outline leaves free of the box of a leaf."""
+"""Symbol of the wall around an outline in the box of a leaf."""
 RESERVED = {"Lot", "Facade", "NIL", AROUND}
 
 
 def number(value: float, digits: int) -> str:
-    """A number with at most so many decimals.
+    """A number with at most this many decimals.
 
     >>> number(1.20000001, 3), number(-0.0, 3), number(2.0, 9)
     ('1.2', '0', '2')
@@ -24,7 +24,7 @@ def number(value: float, digits: int) -> str:
 
 
 def rule_name(label: str) -> str:
-    """What a rule for something of that name is called.
+    """A rule name from a label.
 
     >>> rule_name("shop window"), rule_name(""), rule_name("1st floor"), rule_name("Tür")
     ('ShopWindow', 'Part', 'Part1stFloor', 'TR')
@@ -35,13 +35,13 @@ def rule_name(label: str) -> str:
 
 
 class RuleNames:
-    """Names of rules, each given once."""
+    """Unique names of rules."""
 
     def __init__(self) -> None:
         self._used = set(RESERVED)
 
     def new(self, wanted: str) -> str:
-        """The wanted name, or the first of it with a number behind it that is free."""
+        """The preferred name, or the first free one with a number appended."""
         name, count = wanted, 1
         while name in self._used:
             count += 1
@@ -51,13 +51,13 @@ class RuleNames:
 
 
 def leaf_body(label: str, *, pictured: bool = False, made: str = "primitiveCube()", scope: str = "") -> str:
-    """What makes a box of a rectangle: as thick as its label says, in its colour or with the picture set up for it.
+    """CGA that makes a box from a rectangle, with the thickness and colour of its label, or with its picture.
 
     Args:
-        label: what it is called.
+        label: the label.
         pictured: whether it shows a picture.
         made: the operation that makes its geometry.
-        scope: the operation that gives it its size; all of the rectangle by default.
+        scope: the operation that sets its size; all of the rectangle by default.
     """
     look = look_of(label)
     depth = THICKNESS + look.front
@@ -70,7 +70,7 @@ def leaf_body(label: str, *, pictured: bool = False, made: str = "primitiveCube(
 
 
 def split_body(axis: str, parts: Sequence[tuple[str, str]], *, repeats: bool = True) -> str:
-    """A split into parts (size, rule), runs of which are repeats.
+    """A split into parts (size, rule) with repeats for runs.
 
     >>> split_body("x", [("~1", "Pier"), ("2", "Bay"), ("~1", "Pier"), ("2", "Bay"), ("~1", "Pier")])
     'split(x) { { ~1 : Pier | 2 : Bay }* | ~1 : Pier }'

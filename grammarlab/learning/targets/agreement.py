@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 
 class Agreement(NamedTuple):
-    """Two densities compared on a finite set."""
+    """Comparison of two densities on a finite set."""
 
     js: float
     """Jensen-Shannon divergence in nats, 0 to ln 2."""
@@ -24,12 +24,12 @@ class Agreement(NamedTuple):
 def agreement(wanted: Floats, learned: Floats, weights: Floats) -> Agreement:
     """Compare two preferences on a labelled set.
 
-    The densities are ``weights * wanted`` and ``weights * learned``, each divided by its sum over the set. Where the
+    The densities are ``weights * wanted`` and ``weights * learned``, each divided by its sum over the set. If the
     learned preference is nowhere positive, the learned density is that of the weights only.
 
     Args:
         wanted: [n] true scores, >= 0, one at least positive together with its weight.
-        learned: [n] predicted scores; what is below 0 counts as 0.
+        learned: [n] predicted scores; negative ones count as 0.
         weights: [n] >= 0, importance weight of each model of the set: 1 for independent samples of the density that the
             preference multiplies (``base="grammar"``), 1 / p for ``base="uniform"``, p / (density it was drawn from)
             otherwise.

@@ -19,7 +19,7 @@ def jensen_shannon(p: ArrayLike, q: ArrayLike) -> float:
 
     Args:
         p: [n] weights, finite and >= 0, not all 0; divided by their sum here.
-        q: [n] likewise.
+        q: [n] weights, finite and >= 0, not all 0; divided by their sum here.
 
     Raises:
         UsageError: If weights are not a density.
@@ -39,7 +39,7 @@ def correlation(p: ArrayLike, q: ArrayLike) -> float:
 
     Args:
         p: [n] weights, finite and >= 0, not all 0.
-        q: [n] likewise.
+        q: [n] weights, finite and >= 0, not all 0.
 
     Raises:
         UsageError: If weights are not a density.

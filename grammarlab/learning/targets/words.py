@@ -1,7 +1,8 @@
-"""What was learned, in words: a few kinds of designs that are liked, and a few that are not.
+"""A learned preference in words: a few kinds of designs that are liked, and a few that are not.
 
 The predictions of a pool become a small regression tree, whose leaves are kinds of designs that differ in a few parts
-or choices. Where parts add up a tree would repeat itself in all its branches; then each part is told with what it adds.
+or choices. If parts add up, a tree would repeat itself in all its branches; then each part is described with its
+points.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ _ON_GRID = 0.8
 _MOST_SCORES = 24
 _FEWER_SCORES = 12
 _FAINT, _OF_FAINT = 1.5, 0.1
-"""Values below so many standard deviations of the noise are so many times as likely; 0 has what they lose."""
+"""Values below this many standard deviations of the noise are this many times as likely; 0 gets the difference."""
 _PAIRED = 120
 """Number of splits of a cell of which pairs are tried."""
 _TINY = 1e-30
@@ -79,9 +79,9 @@ class ScoreCells:
 
     splits: Splits
     scores: Floats
-    """[n]"""
+    """[n] scores."""
     grid: Floats
-    """[G]"""
+    """[G] possible values."""
     noise: float
     """Standard deviation in points."""
     blunders: float
@@ -93,7 +93,7 @@ class ScoreCells:
 
     @cached_property
     def log_likelihood(self) -> Singles:
-        """[n, G] of each label for each value."""
+        """[n, G] log-likelihood of each label for each value."""
         said = self.scores if self.said is None else self.said
         return log_likelihood(said, self.grid, self.noise, self.blunders)
 
@@ -103,10 +103,10 @@ class ScoreCells:
         return {}
 
     def log_evidence(self, members: Singles, labels: Ints) -> Floats:
-        """[k] of parts of some labels.
+        """[k] log-evidence of parts of some labels.
 
         Args:
-            members: [k, c] 1 where a label is in a part, else 0. An empty part has evidence 0.
+            members: [k, c] 1 if a label is in a part, else 0. An empty part has evidence 0.
             labels: [c] indices.
         """
         return self._evidence(members @ self._told[labels])
@@ -116,7 +116,7 @@ class ScoreCells:
         return float(self._evidence(self._told[cell].sum(axis=0, keepdims=True))[0])
 
     def posterior(self, cell: Ints) -> Floats:
-        """[G] the probability of each value of a cell of some labels."""
+        """[G] probability of each value of a cell."""
         sums = self._told[cell].sum(axis=0, keepdims=True)
         log_likelihood = sums[0, : len(self.grid)]
         odds = self._prior(sums)[0] * np.exp(log_likelihood - log_likelihood.max())
@@ -166,16 +166,16 @@ class ScoreCells:
         return Ranked(posterior, mass, np.concatenate(member), np.concatenate(index))
 
     def _ahead(self, halves: Flags, cell: Ints, log_mass: Floats) -> Floats:
-        """[k] the evidence of both halves of a cell [k, c], each divided once more by the best of the other ways.
+        """[k] evidence of both halves of a cell [k, c], each divided once more by the best of the other splits.
 
-        Minus infinity for those of little prior mass, which are not tried.
+        Minus infinity for splits of little prior mass, which are not tried.
         """
         tried = np.argsort(-log_mass, kind="stable")[:_PAIRED]
         inside, told, mass = halves[tried].astype(np.float32), self._told[cell], 2.0 * log_mass[tried]
         sums, total = inside @ told, told.sum(axis=0)
         highest = np.full(len(tried), -np.inf)
         for place, half in enumerate(inside):
-            # Two splits make the same quarters in either order; the second divides both halves, and is paid for twice.
+            # Two splits make the same quarters in either order; the second divides both halves, and counts twice.
             both, other = inside[place:] @ (told * half[:, None]), sums[place:]
             quarters = (both, other - both, sums[place] - both, total - other - sums[place] + both)
             evidence = self._evidence(np.concatenate(quarters)).reshape(4, -1).sum(axis=0)
@@ -186,20 +186,20 @@ class ScoreCells:
         return best
 
     def _of_halves(self, inside: Flags, cell: Ints) -> Floats:
-        """[k] the evidence of both halves of a cell [k, c] together."""
+        """[k] total evidence of both halves of a cell [k, c]."""
         told = self._told[cell]
         sums = inside.astype(np.float32) @ told
         return self._evidence(np.concatenate([sums, told.sum(axis=0) - sums])).reshape(2, -1).sum(axis=0)
 
     def _evidence(self, sums: Singles) -> Floats:
-        """[k] of parts of which `_told` sums up to [k, 2 G + 1]."""
+        """[k] log-evidence of parts whose sums of `_told` are [k, 2 G + 1]."""
         log_likelihood = sums[:, : len(self.grid)]
         highest = log_likelihood.max(axis=1, keepdims=True)
         odds = self._prior(sums) * np.exp(log_likelihood - highest)
         return np.log(odds.sum(axis=1) + _TINY) + highest[:, 0]
 
     def _prior(self, sums: Singles) -> Singles:
-        """[k or 1, G] of the values of parts, given what labels outside are worth."""
+        """[k or 1, G] prior of the values of parts, given the values of labels outside."""
         if self.levels is None:
             return self._base
         outside = np.maximum(self._all[len(self.grid) : -1] - sums[:, len(self.grid) : -1], 0.0)
@@ -210,7 +210,7 @@ class ScoreCells:
 
     @cached_property
     def _told(self) -> Singles:
-        """[n, G] log-likelihood of labels; with levels [n, 2 G + 1]: what each seems worth, and its share of a cell."""
+        """[n, G] log-likelihood of labels; with levels [n, 2 G + 1]: also their values, and shares of a cell."""
         if self.levels is None:
             return self.log_likelihood
         return np.column_stack([self.log_likelihood, self.levels.values, self.levels.shares])
@@ -225,7 +225,7 @@ class ScoreCells:
         """[1, G] prior of the values of a cell, independent of other cells."""
         even = np.isin(self.grid, np.arange(0.0, MAX_SCORE + _STEP / 2.0, _STEP))
         prior = (1.0 - ZERO) * (_ON_GRID * even / even.sum() + (1.0 - _ON_GRID) / len(self.grid))
-        # A person who errs gives a few points to designs of value 0; real levels are higher.
+        # A person with errors gives a few points to designs of value 0; real levels are higher.
         faint = (self.grid > 0.0) & (self.grid < _FAINT * self.noise)
         prior[0] += ZERO + (1.0 - _OF_FAINT) * prior[faint].sum()
         prior[faint] *= _OF_FAINT

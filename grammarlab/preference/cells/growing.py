@@ -88,10 +88,10 @@ def replanted(cells: ScoreCells, tree: Tree, rows: Floats, labels: Ints, depth: 
 
     Args:
         cells: the labels and the error model.
-        tree: of any labels.
-        rows: [n, F] of all labels.
+        tree: a tree of any labels.
+        rows: [n, F] rows of all labels.
         labels: [c] indices, ascending.
-        depth: of the node.
+        depth: depth of the node.
     """
     leaf, dividing = _leaf(cells, labels, depth)
     if tree.split is None or len(labels) < 2:
@@ -123,7 +123,7 @@ def grow(cells: ScoreCells, labels: Ints, growth: Growth, randomness: np.random.
         labels: [c] indices, ascending.
         growth: options of growing.
         randomness: draws splits.
-        depth: of the node.
+        depth: depth of the node.
     """
     leaf, dividing = _leaf(cells, labels, depth)
     whole = leaf.log_posterior - float(np.log1p(-dividing))
@@ -158,11 +158,11 @@ def regrown(
 
     Args:
         cells: the labels and the error model.
-        tree: to begin with.
+        tree: the initial tree.
         growth: options of growing.
         randomness: draws them.
         temperature: approximate loss of a branch in nats that is accepted; 0 for none.
-        depth: of the first node.
+        depth: depth of the first node.
     """
     if len(tree.labels) < 2:
         return tree

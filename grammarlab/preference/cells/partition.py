@@ -156,14 +156,14 @@ class PartitionPreference(AbstractPreference):
             table = widened(rows, self.shares_of)
             trees += [replanted(cells, tree, table, every) for tree in self.trees[:_NUM_SKETCHES]]
         else:
-            # Exact scores that are held out have left their mark on the splits of all labels: these would be a leak.
+            # Exact held-out scores have influenced the splits of all labels, which would be a leak.
             best = max(trees, key=lambda tree: tree.log_posterior)
             trees += [regrown(cells, best, growth, randomness) for growth in growths[1:]]
-        # A copy keeps nothing of what was ranked on the way.
+        # A copy without the cached ranks.
         return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=())
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:
-        """Mean [m] and covariance [m, m] of the values of rows [m, F], doubtful trees counting as much as others."""
+        """Mean [m] and covariance [m, m] of the values of rows [m, F], with doubtful trees weighted like the others."""
         table = widened(rows, self.shares_of)
         trees = [(share / 2.0, tree) for share, tree in self._counting()]
         trees += [(0.5 / len(self.doubtful), tree) for tree in self.doubtful]
@@ -300,7 +300,7 @@ def _enough(num: int, scores: Floats) -> int:
 
 
 def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
-    """Trees drawn one from the other, beginning with the most likely one, that explain labels about equally well."""
+    """Trees drawn from each other, beginning with the most likely one, that explain the labels about equally well."""
     for _ in range(num):
         tree = regrown(cells, tree, growth, randomness, temperature=1.0)
         yield tree
@@ -336,7 +336,7 @@ def _erring(
 
 
 def _most_likely(cells: ScoreCells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
-    """Noise and blunders that make the two most likely divisions most likely."""
+    """Noise and blunders with the highest posterior for the two most likely divisions."""
     top = sorted(found, key=lambda item: -item[0])[:2]
     every = np.arange(len(cells.scores))
     members = []

@@ -29,7 +29,7 @@ _MOST_NUMBERS = 10
 _MOST_PARTS = 12
 _ALIKE = 1e-6
 _PIECE = 31
-"""Bits of a random number that are added up at once: sums of 2^22 of them are whole numbers in float64."""
+"""Number of bits of a random number per sum: sums of 2^22 such numbers are exact in float64."""
 
 
 class Above(NamedTuple):
@@ -86,7 +86,7 @@ class Patterns(NamedTuple):
 
     columns: tuple[int, ...]
     known: Floats
-    """[parts, columns]"""
+    """[parts, columns] known patterns."""
 
     def parts(self, rows: Floats) -> Ints:
         """[m] number of the part of each row."""
@@ -103,11 +103,11 @@ class Splits:
     """All splits of n labelled rows."""
 
     splits: tuple[Split, ...]
-    """[S]"""
+    """[S] the splits."""
     parts: NDArray[np.int16]
     """[S, n] number of the part of each row."""
     log_prior: Floats
-    """[S] log of the prior mass, <= 1 together."""
+    """[S] log of the prior mass; the masses sum to at most 1."""
     halves: Flags
     """[H, n] the different splits of all labels into two; the first label is on the side of zeros."""
     half_of: Ints
@@ -117,9 +117,9 @@ class Splits:
     many: Ints
     """[M] splits into more than two parts, without duplicates."""
     members: NDArray[np.float32]
-    """[parts of all of these, n] 1 where a row is in a part."""
+    """[parts of all of these, n] 1 if a row is in a part."""
     starts: Ints
-    """[M] the first of the parts of each."""
+    """[M] index of the first part of each."""
 
     def drawn(self, ways: Ints, randomness: np.random.Generator) -> int:
         """One of the splits equal to given divisions, drawn in proportion to prior mass.
@@ -197,9 +197,9 @@ class Splits:
 
 def different(sides: Flags) -> tuple[Ints, Ints]:
     """[K] the first of each set of equal rows [J, c], and [J] the index of each row among these."""
-    # Rows are compared by random sums of their columns: different rows have almost never equal sums.
+    # Rows are compared by random sums of their columns: sums of different rows are almost never equal.
     factors = _factors(sides.shape[1])
-    # Floats are added by BLAS, which is many times as fast as for whole numbers; sums wrap at 2^64.
+    # BLAS adds floats many times faster than integers; sums wrap at 2^64.
     low, high = (sides.astype(np.float64) @ np.stack([factors % 2**_PIECE, factors >> _PIECE], axis=1)).T.astype(
         np.int64
     )
@@ -209,7 +209,7 @@ def different(sides: Flags) -> tuple[Ints, Ints]:
 
 @cache
 def _factors(number: int) -> Ints:
-    """[number] different ones from 1 to 2^62."""
+    """[number] different random numbers from 1 to 2^62."""
     return np.random.default_rng(0).integers(1, 2**62, number, dtype=np.int64)
 
 

@@ -74,7 +74,7 @@ class Label:
     grammar: str
     """SHA-256 of the grammar's text, 64 hexadecimal digits: `Grammar.hash`."""
     start_rule: str = ""
-    """Start rule; empty for the one that the grammar marks."""
+    """Start rule; empty for the marked one of the grammar."""
     attributes: str = "{}"
     """JSON object of attribute values, {} for the grammar's own."""
     footprint: str = ""
@@ -91,7 +91,7 @@ class Label:
         for name in ("factor", "grammar", "start_rule", "attributes", "footprint", "kind", "other"):
             _check_text(name, getattr(self, name))
         if not self.factor:
-            raise UsageError(f"factor: expected a name, found nothing; {OVERALL!r} where there are no factors.")
+            raise UsageError(f"factor: expected a name, found nothing; use {OVERALL!r} without factors.")
         if isinstance(self.score, bool) or not isinstance(self.score, int | float) or not 0 <= self.score <= MAX_SCORE:
             raise UsageError(
                 f"score: expected a number from 0 to {MAX_SCORE:g}, found {_shown(self.score)}. "
@@ -187,7 +187,7 @@ def _check_other(label: Label) -> None:
     if "attributes" in place:
         _check_attributes(place["attributes"])
     if label.other_address == label.address:
-        raise UsageError("other: expected another model than the one that it is compared with, found the same.")
+        raise UsageError("other: expected another model to compare with, found the same one.")
 
 
 def _check_hash(name: str, value: str) -> None:

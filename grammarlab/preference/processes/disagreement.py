@@ -20,7 +20,7 @@ from grammarlab.preference.processes.grouped import Explanation, GroupedPreferen
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
 CAUTION = 0.4
-"""Weighted squared distance between two typical models by columns that seem irrelevant."""
+"""Weighted squared distance between two typical models in columns that seem irrelevant."""
 DOUBT = 0.1
 """Least weight, per squared range, of a column that was the same in all liked models."""
 _TRUST = 3.0

@@ -30,15 +30,15 @@ class Data(NamedTuple):
     """Observations as arrays of a few fixed sizes, so that a growing label set is rarely recompiled."""
 
     rows: jax.Array | Floats
-    """[n, F] moved to a mean of 0, zeros where padded."""
+    """[n, F] centred rows, zeros for padding."""
     means: jax.Array | Floats
-    """[n] mean scores, 0 where padded."""
+    """[n] mean scores, 0 for padding."""
     counts: jax.Array | Floats
-    """[n] labels of each row; 0 marks padding."""
+    """[n] number of labels of each row; 0 for padding."""
     spread: jax.Array | float
     """See `Observations`."""
     others: jax.Array | Floats | None = None
-    """[n, F] as in `Beside`, moved like the rows; None if all observations are scores of one row."""
+    """[n, F] as in `Beside`, shifted like the rows; None if all observations are scores of one row."""
     compared: jax.Array | Floats | None = None
     """[n] as in `Beside`."""
     variances: jax.Array | Floats | None = None
@@ -94,10 +94,10 @@ def covariance(left: jax.Array, right: jax.Array, amplitude: jax.Array, weights:
     """[m, n] kernel of Equation 4.6 without noise, between rows [m, F] and [n, F].
 
     Args:
-        left: [m, F].
-        right: [n, F].
+        left: [m, F] rows.
+        right: [n, F] rows.
         amplitude: theta_0.
-        weights: [F] theta_d.
+        weights: [F] theta_d of Equation 4.6.
     """
     weighted = left * weights
     squared = jnp.sum(weighted * left, axis=1)[:, None] + jnp.sum(right * weights * right, axis=1)
@@ -139,7 +139,7 @@ def _loss_and_gradient(
     here, n, differences = jnp.arange(len(u)), len(u), data.others is not None
     if data.others is None or data.compared is None or data.variances is None:
         K = jnp.where(real[:, None] & real, covariance(X, X, amplitude, weights), 0.0)
-        # A padded row is independent, of variance 1 and with score 0: it adds nothing to determinant or residual.
+        # A padded row is independent, of variance 1 and with score 0: it does not change determinant or residual.
         C = K.at[here, here].set(jnp.where(real, amplitude + noise * share, 1.0))
     else:
         own = jnp.asarray(data.variances)

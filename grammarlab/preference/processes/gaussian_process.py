@@ -58,9 +58,9 @@ _HIGHEST = np.log(1e5)
 _IRRELEVANT = 3e-3
 """Weight times squared range below which a column may be left out: it lowers a correlation by 0.15 % at most."""
 _RETURN_WEIGHT = 3e-3
-"""Weight times squared range of a column that comes back; in log theta a smaller one would hardly move."""
+"""Weight times squared range of an added column; in log theta, a smaller one would hardly change."""
 _RETURN_SLOPE = 0.05
-"""A column comes back when E falls by more than this per unit of weight times squared range."""
+"""Decrease of E per unit of weight times squared range from which a column is added again."""
 _MAX_RETURNS = 32
 
 

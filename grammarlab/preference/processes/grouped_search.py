@@ -31,7 +31,7 @@ EPSILON = 1e-2
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
 NOISE = (1e-4, 2.0)
-"""The same for the noise: a person may be exact, or have errors of a fifth of the scale."""
+"""Median and deviation of the noise's prior: a person may be exact, or have errors of a fifth of the scale."""
 
 _AMPLITUDE_BOUNDS = (1e-2, 10.0)
 _NOISE_BOUNDS = (1e-6, 0.05)
@@ -42,7 +42,7 @@ _IRRELEVANT = (1e-3, 1e-4, 1e-5)
 """Weights below which groups are left out: the first of these that costs no more than `_FREE`. Many groups with
 small weights can explain an additive preference."""
 _FREE = 0.05
-"""Nats."""
+"""Largest loss by dropped weights, nats."""
 _NO_WEIGHT = -40.0
 """Logarithm of a weight without effect."""
 _STAGES = (20, 80)
@@ -58,7 +58,7 @@ class Kernel:
     amplitude: float
     """Amplitude, as a share of the squared highest score."""
     noise: float
-    """Likewise."""
+    """Noise, as a share of the squared highest score."""
     energy: float = np.inf
     """E; infinite before a search."""
 

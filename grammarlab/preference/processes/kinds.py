@@ -35,7 +35,7 @@ class Judgements:
     rows: Floats
     """[N, F] the different rows of the labels."""
     scores: Floats
-    """[p + k]"""
+    """[p + k] scores."""
     kinds: tuple[Kind, ...]
     """[p + k] kinds: p of ``score`` and then k others."""
     first: Ints
@@ -106,7 +106,7 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
     Args:
         rows: [n, F] of the models.
         scores: [n] 0-100.
-        kinds: [n]
+        kinds: [n] kinds of the labels.
         others: [n, F] rows of the other models of comparisons; arbitrary for other kinds.
 
     Raises:

@@ -19,7 +19,7 @@ class Minimum:
     """Result of a search."""
 
     point: Floats
-    """[d]"""
+    """[d] the best point."""
     value: float
     iterations: int
     evaluations: int
@@ -40,9 +40,9 @@ def minimise(
 
     Args:
         evaluate: the function; a point with a value that is not finite counts as very bad.
-        start: [d]
-        low: [d]
-        high: [d]
+        start: [d] initial point.
+        low: [d] lower bounds.
+        high: [d] upper bounds.
         max_iterations: largest number of iterations.
         relative_gain: stop when an iteration gains less than this share of the value's size.
     """

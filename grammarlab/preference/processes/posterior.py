@@ -40,8 +40,8 @@ class Posterior:
     columns: Ints
     """[A] the columns with a weight above 0."""
     scaled: Floats
-    """[n, A] observed rows in these columns, moved to a mean of 0 and multiplied by the square roots of the weights:
-    the kernel is isotropic in them."""
+    """[n, A] observed rows in these columns, centred and multiplied by the square roots of the weights: the kernel is
+    isotropic in them."""
     center: Floats
     """[A] the subtracted mean."""
     factor: Floats

@@ -32,16 +32,16 @@ class Sites(NamedTuple):
     mean: Floats
     """[k] posterior means of the values."""
     covariance: Floats
-    """[k, k]"""
+    """[k, k] posterior covariance."""
 
     @property
     def variances(self) -> Floats:
-        """[k] of the normal observations."""
+        """[k] variances of the normal observations."""
         return 1.0 / self.precisions
 
     @property
     def means(self) -> Floats:
-        """[k] of the normal observations."""
+        """[k] means of the normal observations."""
         return self.shifts / self.precisions
 
     def without(self) -> tuple[Floats, Floats]:

@@ -54,7 +54,7 @@ NOVELTY = 0.1
 _ALIKE_DISTANCE = 2.6
 """Weighted squared distance between two typical models if all columns have equal weight."""
 _ALIKE_NOISE = 1e-3
-"""As a share of the amplitude."""
+"""Noise, as a share of the amplitude."""
 _CANDIDATES = (800, 200)
 """Largest number of candidates of `default`, from the grammar and from elsewhere."""
 
@@ -139,9 +139,9 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     the grammar. If liked models have been rare, all questions are of this kind; the next ones are about models similar
     to the first liked ones, since so few scores allow no reliable explanation.
 
-    Doubtful scores are not asked for again. Repeating them whenever cells expected more gain than from the last new
-    model did not help: the divergence after 64 scores was .080 instead of .076, the mean of three persons with noise of
-    10 points on S1 and three with 5 % blunders on B1.
+    Doubtful scores are not requested again. Repeating them whenever cells expected more gain from it than from the last
+    new model did not help: the divergence after 64 scores was 0.080 instead of 0.076, the mean of three persons with
+    noise of 10 points on S1 and three with 5 % blunders on B1.
     """
     preference = situation.preference
     if preference is None:

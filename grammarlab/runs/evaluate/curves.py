@@ -1,4 +1,4 @@
-"""Curves of many tasks: made on several cores, each stored when it is finished."""
+"""Curves of many tasks: computed on several cores, each stored when it is finished."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from grammarlab.runs.evaluate.task import CurveTask
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 Store: TypeAlias = dict[str, dict[int, CurveRecord]]
-"""Curves by key, and then by the number of labels they were made for."""
+"""Curves by key, and then by their largest number of labels."""
 
 
 def run_tasks(
@@ -26,13 +26,13 @@ def run_tasks(
     fresh: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> tuple[CurveRecord, ...]:
-    """Curves of all tasks, in their order; makes curves that the folder lacks.
+    """Curves of all tasks, in their order; curves missing in the folder are computed.
 
     Args:
         work: makes one curve (`make_curve`); other processes must be able to import it.
-        tasks: the tasks; equal ones are made once.
-        folder: folder of finished curves (`store`); made if missing.
-        executor: makes the curves, which do not depend on it.
+        tasks: the tasks; equal ones are computed once.
+        folder: folder of finished curves (`store`); created if missing.
+        executor: computes the curves, which do not depend on it.
         fresh: remove the curves in the folder first.
         on_progress: called after every finished curve.
 
@@ -62,7 +62,7 @@ def run_tasks(
 
 
 def _missing(tasks: Sequence[CurveTask], store: Store) -> list[CurveTask]:
-    """The curves to make: each once, longer ones first, since they may serve for shorter ones; scenario by scenario."""
+    """The curves to compute: each once, longer ones first, since they include shorter ones; scenario by scenario."""
     planned = {key: dict(curves) for key, curves in store.items()}
     missing = []
     for task in sorted(tasks, key=lambda task: -task.max_labels):

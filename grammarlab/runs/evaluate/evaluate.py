@@ -1,6 +1,6 @@
 """Learning curves of scenarios, methods and seeds, and a folder with tables and pictures of them.
 
-A folder of results holds ``curves/`` (every curve as soon as it is finished), ``results.parquet`` (one row a round),
+A folder of results has ``curves/`` (every curve as soon as it is finished), ``results.parquet`` (one row per round),
 ``results.md``, ``plots/`` and, on request, ``grids/`` with ``samples/``, ``density/`` and ``grammars/``; and
 ``cache/``, which may be deleted at any time.
 """
@@ -37,21 +37,21 @@ from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 PLOTS, GRIDS, CACHE = "plots", "grids", "cache"
-"""Folders below the folder of results."""
+"""Folders in the folder of results."""
 
 
 @dataclass(frozen=True, slots=True)
 class EvaluationResult:
-    """What was measured."""
+    """Measurements of an evaluation."""
 
     scenarios: tuple[ScenarioResults, ...]
-    """In the order of the request, for each scenario all persons."""
+    """In the order of the request; for each scenario, all persons."""
     table: Path
     page: Path
     densities: tuple[DensityRow, ...] = ()
-    """How near the ways to make a density come."""
+    """Measurements of methods that make a density."""
     grammars: tuple[PersonRow, ...] = ()
-    """Grammars made of the scores of persons."""
+    """Grammars made from the scores of persons."""
 
 
 def evaluate_run(
@@ -65,24 +65,24 @@ def evaluate_run(
     command: str = "grammarlab evaluate",
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> EvaluationResult:
-    """Make all curves of a request, then tables and pictures of them.
+    """Compute all curves of a request, then tables and pictures of them.
 
-    An interrupted run keeps every finished curve, and the next one goes on from there.
+    An interrupted run keeps every finished curve, and the next run continues from there.
 
     Args:
-        request: what to measure.
-        folder: for the results, made when missing.
-        report: another place to write the page to; its pictures go into a folder of the same name beside it.
+        request: the request.
+        folder: folder for the results; created if missing.
+        report: another path for the page; its pictures go into a folder of the same name next to it.
         cache: folder for counted features; ``cache`` in the folder of results when left out.
-        executor: who makes everything; no number depends on it.
-        fresh: forget the curves that the folder holds.
-        command: what the page says it was written by.
-        on_progress: told about finished steps.
+        executor: computes everything; no number depends on it.
+        fresh: remove the curves in the folder first.
+        command: command line for the page.
+        on_progress: called after finished steps.
 
     Raises:
-        GrammarlabError: as a scenario, its grammar or the folder give reason to.
+        GrammarlabError: If a scenario, its grammar or the folder cannot be used.
     """
-    require("matplotlib")  # hours later it would be too late to say so
+    require("matplotlib")  # before hours of work, not after
     cache = cache or folder / CACHE
     executor = executor.with_environment(_compiler_cache(cache))
     plain = {
@@ -131,7 +131,7 @@ def evaluate_run(
 
 
 def _compiler_cache(cache: Path) -> dict[str, str]:
-    """Where JAX looks when it is loaded, so that nobody need compile again what somebody has compiled."""
+    """Environment of JAX's compilation cache, so that compiled code is reused."""
     values = {
         "JAX_COMPILATION_CACHE_DIR": str(cache.absolute() / "jax"),
         "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
@@ -140,7 +140,7 @@ def _compiler_cache(cache: Path) -> dict[str, str]:
 
 
 def _persons(request: EvaluationRequest, cache: Path) -> list[Person]:
-    """The persons whose scores grammars are to be made of."""
+    """The persons whose scores become grammars."""
     return [
         Person(path, seed, labels, cache, respondent)
         for path in request.scenarios

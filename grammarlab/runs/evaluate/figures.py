@@ -3,14 +3,14 @@
 A file of experiments is TOML::
 
     [[figures]]
-    name = "4.9a"                  # of the files; what --figures asks for
+    name = "4.9a"                  # of the files, and for --figures
     title = "Noise of the kernel, F1"
     paper = "Too much and too little noise both learn slowly."
-    scenario = "F1"                # a scenario file beside the folder of this file, without its suffix
+    scenario = "F1"                # a scenario file in the parent folder, without its suffix
     max_labels = 448
     [[figures.curves]]
     label = "noise 0.01"
-    method = "paper"               # where the next keys begin from: a name that --methods knows
+    method = "paper"               # a name of --methods; the next keys change it
     options = { noise = 0.01 }     # parameters of the fit
 
 A curve may have a scenario of its own, and any of fit, query, batch, path_length, grows, factored and options of
@@ -86,7 +86,7 @@ def _read(path: Path) -> list[PlannedFigure]:
         raise UsageError(f"{path}: not a TOML file: {error}.") from error
     tables = table.get("figures")
     if not isinstance(tables, list) or set(table) != {"figures"}:
-        raise UsageError(f"{path}: expected tables [[figures]] and nothing else.")
+        raise UsageError(f"{path}: expected only tables [[figures]].")
     return [_figure(values, path, f"{path}: figure {number}") for number, values in enumerate(tables, 1)]
 
 
@@ -104,14 +104,14 @@ def _figure(values: Any, path: Path, where: str) -> PlannedFigure:
     if not name or not all(char.isalnum() or char in ".-_" for char in name) or name.startswith("."):
         raise UsageError(f"{where}: expected a name of letters, digits, dots, - and _, found {name[:40]!r}.")
     if not 1 <= values["max_labels"] <= MAX_LABELS:
-        raise UsageError(f"{where}: max_labels is 1 to {MAX_LABELS}, not {values['max_labels']}.")
+        raise UsageError(f"{where}: expected max_labels from 1 to {MAX_LABELS}, found {values['max_labels']}.")
     scenario = values.get("scenario")
     curves = tuple(
         _curve(curve, scenario, path, f"{where} ({name}): curve {number}")
         for number, curve in enumerate(values["curves"], 1)
     )
     if not curves or len({curve.label for curve in curves}) < len(curves):
-        raise UsageError(f"{where} ({name}): expected at least one curve, each with a label of its own.")
+        raise UsageError(f"{where} ({name}): expected at least one curve, each with a unique label.")
     return PlannedFigure(name, values["title"], values.get("paper", ""), values["max_labels"], curves)
 
 
@@ -137,7 +137,7 @@ def _curve(values: Any, scenario: str | None, path: Path, where: str) -> Planned
     )
     name = values.get("scenario", scenario)
     if name is None:
-        raise UsageError(f"{where}: which scenario? Give one to the curve or to the figure.")
+        raise UsageError(f"{where}: expected a scenario for the curve or for the figure.")
     return PlannedCurve(values["label"], path.parent.parent / f"{name}{SUFFIX}", checked(method, where))
 
 

@@ -10,15 +10,15 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import SUFFIX
 
 FIGURES = "figures"
-"""The folder of named experiments beside the scenarios (`evaluate_figures`)."""
+"""The folder of named experiments in the folder of scenarios (`evaluate_figures`)."""
 
 
 TASTES = "tastes"
-"""The folder beside the scenarios with further scenarios of many kinds, for tuning and testing a learner."""
+"""The folder in that of scenarios with further scenarios of many kinds, for tuning and testing a learner."""
 
 
 def scenarios_folder() -> Path:
-    """Folder of the shipped scenarios: inside an installed package, or beside it in a checkout."""
+    """Folder of the shipped scenarios: inside an installed package, or next to it in a checkout."""
     inside = PACKAGE / "scenarios"
     return inside if inside.is_dir() else PACKAGE.parent / "scenarios"
 
@@ -38,7 +38,7 @@ def find_scenario(argument: str) -> Path:
     """Scenario file of a SCENARIO argument: a file, or a shipped name.
 
     Raises:
-        UsageError: If there is none of that name, or there are several.
+        UsageError: If there is no scenario with that name, or there are several.
     """
     found = find_scenarios(argument)
     if len(found) != 1:
@@ -53,7 +53,7 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
         argument: text of the argument; several are separated by commas.
 
     Raises:
-        UsageError: If there is nothing of that name; it names the nearest.
+        UsageError: If there is nothing with that name; the message has the nearest names.
     """
     path = Path(argument)
     if path.is_file():
@@ -61,7 +61,7 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
     if path.is_dir():
         found = tuple(sorted(path.glob(f"*{SUFFIX}")))
         if not found:
-            raise UsageError(f"the folder {argument!r} holds no scenario: no file that ends in {SUFFIX}.")
+            raise UsageError(f"the folder {argument!r} has no scenario: expected files with the suffix {SUFFIX}.")
         return found
     shipped = named_scenarios()
     if argument in shipped:
@@ -75,6 +75,6 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
     near += get_close_matches(path.name, neighbours, n=1, cutoff=0.6)
     hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
     raise UsageError(
-        f"no scenario file or folder {argument!r}, and no shipped scenario of that name.{hint} "
+        f"no scenario file or folder {argument!r}, and no shipped scenario with that name.{hint} "
         f"Shipped: {', '.join(shipped)}."
     )

@@ -19,7 +19,7 @@ ENOUGH_LABELS = 128
 
 
 MOST_LABELS = 100_000
-"""That a person gives."""
+"""Largest number of scores of a person."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,17 +37,17 @@ class EvaluationRequest:
     max_labels: int
     """Number of scores of each person; 0 for that of the scenario's target."""
     figures: tuple[PlannedFigure, ...] = ()
-    """Experiments to draw besides."""
+    """Additional experiments to draw."""
     grids: bool = False
     """Whether to draw samples before and after."""
     density: bool = False
-    """Whether to measure the ways to make a density of a known preference: for the scenarios that the paper measures
-    it for, or for all where there is none of these."""
+    """Whether to measure methods that make a density of a known preference: for the scenarios for which the paper has
+    results, or for all if there is none of these."""
     persons: tuple[Respondent, ...] = (EXACT,)
     """Error models of persons, at least one; each has all seeds."""
     grammar_labels: Mapping[str, int] = field(default_factory=dict)
-    """By name of a scenario, after how many labels of each person to measure the grammar that comes out; under the
-    empty name for all others. Where there is none, it is not measured."""
+    """Number of labels of each person after which to measure the resulting grammar, by scenario name; the empty name is
+    for all others. Scenarios without an entry are not measured."""
 
     @classmethod
     def of(
@@ -68,25 +68,25 @@ class EvaluationRequest:
 
         Args:
             scenarios: scenario files.
-            methods: names with commas between; empty for those that each scenario names.
-            batch: models a round, for all methods; None for what each prefers.
-            seeds: >= 1.
-            max_labels: scores that each person gives; 0 for as many as each scenario's target asks for, and where it
-                does not say, for its labels and `ENOUGH_LABELS` at least.
-            figures: ``all``, or names with commas between, of the experiments beside the scenarios; empty for none.
+            methods: names separated by commas; empty for those of each scenario.
+            batch: models per round, for all methods; None for the default of each.
+            seeds: number of seeds, >= 1.
+            max_labels: number of scores of each person; 0 for that of each scenario's target, or, if it has none, for
+                its labels and at least `ENOUGH_LABELS`.
+            figures: ``all``, or comma-separated names of experiments in the folder of scenarios; empty for none.
             grids: whether to draw samples before and after.
-            density: whether to measure the ways to make a density of a known preference.
-            persons: names of `RESPONDENTS` with commas between. Experiments are drawn for exact persons.
-            grammar_labels: after how many labels to make a grammar too: ``128``, ``F1=288``, or several of these with
-                commas between.
+            density: whether to measure methods that make a density of a known preference.
+            persons: comma-separated names of `RESPONDENTS`. Experiments are drawn for exact persons.
+            grammar_labels: numbers of labels after which to make a grammar too: ``128``, ``F1=288``, or several of
+                these separated by commas.
 
         Raises:
-            UsageError: a number out of range, an unknown method, figure or person, a file that is no scenario, two
-                scenarios of one name.
+            UsageError: If a number is out of range, a method, figure or person is unknown, a file is not a scenario, or
+                two scenarios have the same name.
         """
         for what, number, least in (("seeds", seeds, 1), ("max_labels", max_labels, 0)):
             if number < least:
-                raise UsageError(f"{what} is a number from {least}, not {number}.")
+                raise UsageError(f"{what}: expected a number of at least {least}, found {number}.")
         planned = load_figures(scenarios[0].parent / FIGURES, figures) if figures else ()
         request = cls(
             scenarios=scenarios,
@@ -106,7 +106,7 @@ class EvaluationRequest:
         return request
 
     def grammar_labels_of(self, scenario: str) -> int | None:
-        """After how many labels the grammar of a scenario is measured; None for not at all."""
+        """Number of labels after which the grammar of a scenario is measured; None for no measurement."""
         return self.grammar_labels.get(scenario, self.grammar_labels.get(""))
 
     def methods_of(self, scenario: Path) -> tuple[Method, ...]:
@@ -114,13 +114,13 @@ class EvaluationRequest:
         return methods_of(self.methods or ",".join(load_source(scenario).scenario.methods), self.batch)
 
     def labels_of(self, scenario: Path) -> int:
-        """How many scores each person gives on a scenario."""
+        """Number of scores of each person on a scenario."""
         target = load_source(scenario).scenario.target
         return self.max_labels or target.ask or max(target.labels or 0, ENOUGH_LABELS)
 
 
 def _label_numbers(text: str) -> dict[str, int]:
-    """Numbers by the name of what they are for: ``128,F1=288``."""
+    """Numbers by name of the scenario: ``128,F1=288``."""
     found: dict[str, int] = {}
     for word in filter(None, (word.strip() for word in text.split(","))):
         name, _, number = word.rpartition("=")
@@ -138,5 +138,5 @@ def _check_names(scenarios: Sequence[Path]) -> None:
     for path in scenarios:
         name = load_source(path).scenario.name
         if name in seen:
-            raise UsageError(f"{seen[name]} and {path} are both called {name!r}; give each scenario its own name.")
+            raise UsageError(f"{seen[name]} and {path} both have the name {name!r}; give each scenario a unique name.")
         seen[name] = path

@@ -22,7 +22,7 @@ STORE = "samples"
 NUM_MODELS = 100
 """Number of models of a sample; a smaller sample is its beginning."""
 LANE = 3
-"""Place below a curve's seed for the seed of the choice of models."""
+"""Lane of the seed for the choice of models, below a curve's seed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +42,9 @@ class BeforeAfter:
     """Samples of a person's densities."""
 
     seed: int
-    """Of the person."""
+    """Seed of the person."""
     labels: int
-    """That the person gave."""
+    """Number of labels of the person."""
     before: CurveSample
     """Sample of the original grammar."""
     after: CurveSample

@@ -145,21 +145,21 @@ def _from_examples(source: Source, num_samples: int) -> tuple[LearnedSampler, fl
 
 
 def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) -> str:
-    """The rows as a section of a Markdown page, beside the paper's.
+    """The rows as a section of a Markdown page, with the paper's results.
 
     Args:
-        rows: of some scenarios.
-        scenarios: the same, in the order of the page.
+        rows: rows of some scenarios.
+        scenarios: these scenarios, in the order of the page.
     """
     by_place = {(row.scenario, row.method): row for row in rows}
     shown = [scenario for scenario in scenarios if any(row.scenario == scenario.name for row in rows)]
     original = {row.scenario: row for row in rows}
     head = (
         "## From a preference to a density (Table 4.3)\n\n"
-        "Divergence in nats from the wanted density on the labelled set. The preference is known; all but *compile* "
-        f"learn from {NUM_SAMPLES:,} samples of the density. *tied* is structure learning in which only choices that "
-        "the relevant features name are learned; *examples* is the same where the samples must tell which those are. "
-        "In brackets: the paper.\n\n"
+        "Divergence in nats from the target density on the labelled set. The preference is known. *compile* computes "
+        f"the grammar from it; the other methods learn from {NUM_SAMPLES:,} samples of the density. *tied* is "
+        "structure learning of only those choices that the relevant features name; *examples* is the same, but finds "
+        "these choices from the samples. In brackets: the paper.\n\n"
     )
     divergences = [
         (
@@ -195,13 +195,13 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
             head + table(names, divergences),
             "Correlation of the weights.\n\n" + table(names, correlations),
             "Rules: alternatives of all symbols.\n\n" + table(names, rules),
-            *(["Where a preference has no exact grammar:\n\n" + "\n".join(notes) + "\n"] if notes else []),
+            *(["Preferences without an exact grammar:\n\n" + "\n".join(notes) + "\n"] if notes else []),
         ]
     )
 
 
 _PAPER = {"parameters": "p_learning", "structure": "s_learning"}
-"""Where a scenario says what the paper reports."""
+"""Keys of the paper's results in a scenario."""
 
 
 def _is_inexact(row: DensityRow) -> bool:
@@ -221,7 +221,7 @@ def _cell(
 
 
 def _correlation(value: float) -> str:
-    """Three digits; no sign before a zero that rounding left."""
+    """Three digits; no sign before a zero from rounding."""
     return f"{round(value, 3) + 0.0:.3f}"
 
 

@@ -25,13 +25,13 @@ from grammarlab.facade.variations.sequences import canonical, sequences
 from grammarlab.facade.variations.single import Variation, unedited, vary
 
 _KEPT, _WORK = 40, 60_000
-"""Variations that are gone on from after each step at most, and leaves of all that come of them."""
+"""Largest number of variations to continue from after each step, and of leaves of all their results."""
 _SOLVED = 200
-"""Variations whose sizes are solved for."""
+"""Number of variations whose sizes are solved for."""
 _VISIBLE = 0.1
-"""Part by which sizes deviate on average when other ways to repeat columns are looked for."""
+"""Least mean relative deviation of sizes from which other repetitions are searched."""
 _LEAVES = 10_000
-"""Leaves of a facade whose columns and rows are chosen by its size; that takes up to 100 solutions."""
+"""Largest number of leaves of a facade whose columns and rows follow from its size; that takes up to 100 solutions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,25 +40,25 @@ class Edited:
 
     facade: Facade
     energy: float
-    """Sum of both axes; 0 where no leaf deviates from what it comes from."""
+    """Sum of both axes; 0 if no leaf deviates from its source."""
     residuals: Residuals
     steps: tuple[str, ...]
-    """In words; none where only sizes differ."""
+    """Steps in words; empty if only sizes differ."""
     proven: bool
-    """Whether no other columns and rows deform less, of those that do what was asked for."""
+    """Whether no other columns and rows deform less, among those that satisfy the request."""
     conflict: tuple[str, ...]
     """Wishes and grids that contradict each other."""
     relaxed: tuple[str, ...]
-    """What gave way, and by how much."""
+    """Relaxed wishes and grids, with the largest violation in metres."""
     missing: tuple[str, ...]
-    """What the steps could not do."""
+    """Parts of the steps that were not possible."""
     locks: tuple[Wish, ...]
-    """What stays as it is when the result is edited again."""
+    """Locks for further edits of the result."""
     seconds: float
-    """That it took to choose columns and rows, or to solve for sizes where these were given."""
+    """Duration of the choice of columns and rows, or of solving for sizes if these were given."""
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Values for `--json`."""
         return {
             "width": self.facade.width,
             "height": self.facade.height,
@@ -88,28 +88,27 @@ def edit(
     most: int = 12,
     locks: Sequence[Wish] = (),
 ) -> tuple[Edited, ...]:
-    """What a facade may become, the best first.
+    """Results of an edit, the best first.
 
-    For another size alone, columns and rows are repeated or left out as deforms the facade least (`retarget`), or
-    one by one where that deforms it visibly (`stepwise`); another result keeps all of them. Where columns or rows are
-    given, these are the different variations that have them: the one of least energy, then always one that looks
-    different from all before it (`ranked`). Results without a conflict come first.
+    For another size alone, columns and rows are repeated or removed for the least deformation (`retarget`), or one by
+    one if the deformation is visible (`stepwise`); another result keeps all of them. If columns or rows are given, the
+    results are the different variations with them: the one of least energy, then always one that looks different from
+    all previous ones (`ranked`). Results without a conflict come first.
 
     Args:
-        facade: the facade; grids are proposed where it has none.
-        width: metres; as wide as its columns make it when left out.
-        height: metres; likewise.
-        columns: how many more, at most `MOST_STEPS`; fewer if below 0.
-        rows: likewise.
-        grid: name of the grid whose columns and rows; by default all for another size, else that of most elements.
-        most: how many results.
-        locks: what stays as it is, and in copies; places do where no columns and rows change. A width or height that is
-            asked for goes before a lock of the whole facade.
+        facade: the facade; if it has no grids, they are proposed.
+        width: metres; it follows from the columns when left out.
+        height: metres; it follows from the rows when left out.
+        columns: number of columns to add, or to remove if negative; at most `MOST_STEPS`.
+        rows: number of rows to add, or to remove if negative; at most `MOST_STEPS`.
+        grid: name of the edited grid; by default all grids for another size, otherwise the one with most elements.
+        most: largest number of results.
+        locks: locked properties, also of copies; locked positions only apply if columns and rows do not change. A
+            requested width or height takes precedence over a lock of the whole facade.
 
     Raises:
-        UsageError: when nothing is wished for, lengths are not above 0, or for too many columns or rows.
-        FacadeError: for lengths that no facade can have, a grid that there is not, and columns and rows that cannot be
-            added or removed.
+        UsageError: If nothing is requested, lengths are not above 0, or there are too many columns or rows.
+        FacadeError: If lengths are out of range, the grid is unknown, or columns and rows cannot be added or removed.
 
     >>> import grammarlab as gl
     >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
@@ -138,7 +137,7 @@ def edit(
 
 
 def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], grid: str) -> tuple[Edited, ...]:
-    """The facade with other columns and rows, and with the same."""
+    """The facade with other columns and rows, and with the same ones."""
     start = time.perf_counter()
     plain = _edited(unedited(facade), resize(facade, (*wishes, *locks)), locks, time.perf_counter() - start)
     start = time.perf_counter()
@@ -150,11 +149,11 @@ def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], gr
         seconds = time.perf_counter() - start
         held = inherited(locks, made.variation)
         found.insert(0, (made.variation, _edited(made.variation, made.resized, held, seconds, steps, proven)))
-    except FacadeError as error:  # sizes alone always have an answer
+    except FacadeError as error:  # sizes alone always have a solution
         found = [(unedited(facade), replace(plain, missing=(f"no columns or rows were repeated: {error}",)))]
     best = found[0][1]
     start = time.perf_counter()
-    # What contradicts each other mostly does so with any columns, and each of them would have to be explained.
+    # Most contradictions do not depend on the columns, and each would need an explanation.
     if facade.grids and not best.conflict and best.energy > _VISIBLE**2 * len(best.facade.leaves):
         joined, name = _active(facade, grid)
         each = stepwise(joined, wishes, name, locks)
@@ -187,7 +186,7 @@ def _varied(
     grid: str,
     most: int,
 ) -> tuple[Edited, ...]:
-    """Variations with so many more columns and rows of a grid and of those that go with it."""
+    """Variations with additional columns and rows of a grid and of those that follow it."""
     kind = kinds(facade)
     found, whole = (unedited(facade),), True
     for axis in (X, Y):
@@ -217,7 +216,7 @@ def _varied(
 
 
 def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:
-    """Why no column or row of a grid can be added or removed."""
+    """Reason why no column or row of a grid can be added or removed."""
     name = "column" if axis == X else "row"
     tried = vary(before, grid, axis, also=(), insertions=step > 0, removals=step < 0).discarded
     reason = tried[0] if tried else f"it has one {name}"
@@ -225,12 +224,12 @@ def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:
 
 
 def _active(facade: Facade, grid: str) -> tuple[Facade, str]:
-    """The facade and the name of the grid that is edited: the largest with all that continue it if none is named."""
+    """The facade and the name of the edited grid: by default the largest, merged with all that continue it."""
     if grid:
         return facade, grid
     if not facade.grids:
         raise FacadeError(
-            "The facade has no grid, and none can be proposed: nothing in it comes twice. Give --width or --height."
+            "The facade has no grid, and none can be proposed: no element is repeated. Use --width or --height."
         )
     facade = with_joint(facade)
     return facade, max(facade.grids, key=lambda grid: len(grid.node)).name

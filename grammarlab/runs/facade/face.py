@@ -1,4 +1,4 @@
-"""From one side of a building that rules make to the file of a facade, with its picture."""
+"""From one side of a derived building to the file of a facade, with its picture."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ def read_face(
     tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
-    """Make a facade of a side of the first model of a grammar, with grids, and a picture of that side to show.
+    """Make a facade of a side of the first model of a grammar, with grids and a picture of that side.
 
     Args:
         rules: a rule file, or the name of a shipped grammar.
-        output: where to write; the picture goes beside it, with the same name.
-        face: ``front``, ``right``, ``back`` or ``left``, as `face_of` has it.
-        parts: symbols whose shapes become boxes; none for all leaves.
-        seed: of the model.
-        start_rule: symbol to start with, in place of the one that the grammar marks.
-        tolerance: as for `assemble`.
-        split: whether boxes that form a pinwheel are cut.
+        output: where to write; the picture has the same name, in the same folder.
+        face: ``front``, ``right``, ``back`` or ``left``, see `face_of`.
+        parts: symbols whose shapes become boxes; all leaves if empty.
+        seed: seed of the model.
+        start_rule: start symbol, in place of the one that the grammar marks.
+        tolerance: see `assemble`.
+        split: whether boxes of a pinwheel may be cut.
 
     Raises:
-        GrammarlabError: as the rules, the side or the boxes give reason to.
+        GrammarlabError: If the rules, the side or the boxes have an error.
     """
     start = time.perf_counter()
     source = find_rules(rules)
@@ -67,7 +67,7 @@ def read_face(
         pixels=pixels,
     )
     output.parent.mkdir(parents=True, exist_ok=True)
-    if output.exists():  # made again, with its picture
+    if output.exists():  # replaced, with its picture
         (output.parent / name).unlink(missing_ok=True)
     facade = with_proposals(made.facade)
     save_facade(facade, output)

@@ -1,4 +1,4 @@
-"""Several facades as files in one folder, and all of them on one picture."""
+"""Several facades as files in one folder, with a picture of all of them."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from grammarlab.files import write_bytes, write_text
 
 CONTACT = "contact.png"
 _PIXELS_PER_METRE, _LONGEST = 50.0, 640
-"""Of pictures, and pixels of the longest side of all."""
+"""Largest resolution of pictures, pixels per metre, and largest side of a picture, pixels."""
 _SHEET, _MARGIN = 2400, 24
-"""Pixels of the contact picture's width, and between facades."""
+"""Width of the contact sheet, and distance between facades, pixels."""
 
 
 def save_gallery(
@@ -31,28 +31,28 @@ def save_gallery(
 ) -> list[Path]:
     """Write each facade as ``001.facade.json``, ``001.svg`` and ``001.png``, and all as ``contact.png``.
 
-    Everything is drawn before the first file is written. Pictures have one scale. Facades of higher numbers, which an
-    earlier run has left there, are removed: a folder shows one run.
+    Everything is drawn before the first file is written. All pictures have one scale. Facades of higher numbers from an
+    earlier run are removed: a folder shows one run.
 
     Args:
-        facades: at least one.
-        folder: where to write; made if it is not there.
-        source: a file that is neither written over nor removed.
-        locks: of each facade, what is locked; nothing when left out.
+        facades: the facades, at least one.
+        folder: where to write; created if missing.
+        source: a file that is neither overwritten nor removed.
+        locks: locks of each facade; none when left out.
 
     Returns:
         The files of the facades.
 
     Raises:
-        UsageError: when one would be written over the source.
-        FacadeError: when a facade cannot be drawn, or another picture of the name of one of theirs is there.
+        UsageError: If the source would be overwritten.
+        FacadeError: If a facade cannot be drawn, or a file with the name of one of its pictures has other content.
     """
     names = [f"{number:03}" for number in range(1, len(facades) + 1)]
     files = [folder / f"{name}.facade.json" for name in names]
     earlier = _earlier(folder, len(names))
     gone = [folder / f"{name}.facade.json" for name in earlier]
     if source and any(file.exists() and file.samefile(source) for file in (*files, *gone)):
-        raise UsageError(f"{source} would be written over: write to another folder.")
+        raise UsageError(f"{source} would be overwritten: write to another folder.")
     longest = max(max(facade.width, facade.height) for facade in facades)
     scale = min(_PIXELS_PER_METRE, _LONGEST / longest)
     facades = [_renamed(facade, {CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
@@ -75,13 +75,13 @@ def save_gallery(
 
 
 def _earlier(folder: Path, num: int) -> list[str]:
-    """Numbers of facades after the given one, as long as there are files of them."""
+    """Numbers of facades after the given one, as long as files of them exist."""
     following = (f"{number:03}" for number in count(num + 1))
     return list(takewhile(lambda name: (folder / f"{name}.facade.json").is_file(), following))
 
 
 def sheet(pictures: Sequence[Image.Image]) -> Image.Image:
-    """Pictures side by side on white, in as many rows as they need, standing on one line in each."""
+    """Pictures side by side on white, in as many rows as needed, aligned at the bottom of each row."""
     rows: list[list[Image.Image]] = [[]]
     for picture in pictures:
         if rows[-1] and _MARGIN + sum(each.width + _MARGIN for each in (*rows[-1], picture)) > _SHEET:
@@ -99,7 +99,7 @@ def sheet(pictures: Sequence[Image.Image]) -> Image.Image:
 
 
 def _renamed(facade: Facade, taken: set[str]) -> Facade:
-    """The facade, its own pictures under names that no drawing has."""
+    """The facade, with other names for pictures whose names the drawings need."""
     pictures = [
         replace(each, name=f"shown-{each.name}") if each.name.lower() in taken else each for each in facade.pictures
     ]

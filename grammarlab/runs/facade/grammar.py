@@ -14,7 +14,7 @@ from grammarlab.facade.writing.pictures import store_as_assets
 from grammarlab.files import write_text
 
 LEAST, MOST = 0.7, 1.6
-"""Parts of the facade's own size between which a range lies that nobody gives."""
+"""Default range of a size, as multiples of the facade's own size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,14 +22,14 @@ class GrammarResult:
     """A grammar of a facade or of its family."""
 
     text: str
-    """CGA."""
+    """CGA text."""
     rules: int
     exact: float | None
-    """Metres by which the derivation misses a side of a leaf at most; of a family, `WrittenFamily.error`."""
+    """Largest difference of the sides of leaves in the derivation, metres; for a family, `WrittenFamily.error`."""
     choices: dict[str, Any] = field(default_factory=dict)
-    """What a family varies; empty for one facade."""
+    """Ranges of a family; empty for one facade."""
     outlined: tuple[OutlinedLeaf, ...] = ()
-    """Whose meshes it refers to."""
+    """Leaves whose meshes it refers to."""
 
 
 def grammar_of(
@@ -39,12 +39,12 @@ def grammar_of(
 
     Args:
         facade: the facade.
-        widths: metres; a range around its own when only heights are given.
-        heights: metres; likewise.
-        stretch: part by which sizes of equal things may differ.
+        widths: metres; a range around its own width if only heights are given.
+        heights: metres; a range around its own height if only widths are given.
+        stretch: largest relative difference of equal elements.
 
     Raises:
-        FacadeError: when there is none.
+        FacadeError: If there is no such grammar.
 
     >>> import grammarlab as gl
     >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
@@ -74,7 +74,7 @@ def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
     """Write a grammar, and the pictures and meshes that it refers to into the folder of its assets.
 
     Raises:
-        FacadeError: when another picture of such a name is there.
+        FacadeError: If a file with the name of a picture has other content.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     if not result.choices and (facade.pictures or result.outlined):

@@ -1,4 +1,4 @@
-"""From a facade to a design of layers, and how much of the facade its layout is."""
+"""From a facade to a design of layers, with the similarity of its layout and the facade."""
 
 from __future__ import annotations
 
@@ -16,45 +16,46 @@ from grammarlab.files import write_text
 from grammarlab.runs.facade.layers import SolvedLayout, solve_design
 
 TOLERANCES = (1e-6, 1 / 1000, 1 / 300, 1 / 100, 1 / 50, 1 / 30)
-"""Parts of the longer side of a facade."""
-_TOLD_ALONE = 40
-"""Letters that a misplaced element is worth: four numbers of ten digits."""
+"""Tolerances to try, as fractions of the longer side of a facade."""
+_MISPLACED = 40
+"""Cost of a misplaced element, in letters: four numbers of ten digits."""
 
 
 @dataclass(frozen=True)
 class Inferred:
-    """A design and what its layout on the canvas of the facade shares with the facade."""
+    """A design, and the similarity of its layout on the canvas of the facade and the facade."""
 
     design: Design
     tolerance: float
-    """Metres within which sides were taken to be in line and sizes to be one."""
+    """Largest difference of sides in line and of equal sizes, metres."""
     solved: SolvedLayout
     score: Reconstruction
     seconds: float
 
     @property
     def length(self) -> int:
-        """Letters of all patterns, symbols and layers."""
+        """Number of letters of all patterns, symbols and layers."""
         letters = sum(map(_letters, (pattern.text for pattern in self.design.patterns.values())))
         return letters + len(self.design.symbols) + 2 * len(self.design.layers)
 
     @property
     def cost(self) -> float:
-        """Letters that tell the facade: those of the design and of the elements that it misplaces."""
+        """Description length of the facade, in letters: that of the design plus that of misplaced elements."""
         missed = max(self.score.elements, self.score.found) * (1.0 - self.score.quality)
-        return self.length + _TOLD_ALONE * missed
+        return self.length + _MISPLACED * missed
 
 
 def infer_design(facade: Facade, tolerance: float | None = None, title: str = "") -> Inferred:
-    """The design that tells a facade in fewest letters, those of elements that it misplaces included.
+    """The design with the shortest description of a facade, including elements that it misplaces.
 
     Args:
         facade: the facade.
-        tolerance: metres within which sides are in line and sizes are one; the best of `TOLERANCES` when left out.
-        title: of the design.
+        tolerance: largest difference of sides in line and of equal sizes, metres; the best of `TOLERANCES` when left
+            out.
+        title: title of the design.
 
     Raises:
-        FacadeError: when it is too large, or no design of it can be solved.
+        FacadeError: If it is too large, or no design of it can be solved.
     """
     longest = max(facade.width, facade.height)
     tried = [part * longest for part in TOLERANCES] if tolerance is None else [max(tolerance, 1e-9 * longest)]
@@ -88,5 +89,5 @@ def save_inferred(found: Inferred, path: Path) -> Path:
 
 
 def _letters(text: str) -> int:
-    """Symbols and loops of a pattern."""
+    """Number of symbols and loops of a pattern."""
     return sum(each.isalpha() for each in text)

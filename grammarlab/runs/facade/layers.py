@@ -24,22 +24,22 @@ from grammarlab.runs.facade.gallery import save_gallery
 
 _AXES = "xy"
 _LEAST = 0.01
-"""Of the probability of the best layout that each other one of its canvas has at least."""
+"""Least probability of a layout, relative to that of the best one of its canvas."""
 
 
 @dataclass(frozen=True, eq=False)
 class SolvedLayout:
-    """A layout of a design, and what it shows."""
+    """A layout of a design, and its panels."""
 
     design: Design
     layout: Layout
     panels: Panels
     facade: Facade
     seconds: float
-    """That it took to solve for all layouts of one call."""
+    """Duration of solving for all layouts of one call."""
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`."""
+        """Values for `--json`."""
         layout, design = self.layout, self.design
         keys = {group: _AXES[group[0]] + (f":{group[1]}" if group[1] else "") for group in layout.groups}
         return {
@@ -71,7 +71,7 @@ class SolvedLayout:
         }
 
     def _words(self) -> list[dict[str, Any]]:
-        """Of each layer its words as patterns without operations."""
+        """For each layer, its words as patterns without operations."""
         rows: dict[tuple[int, str], int] = {}
         found = []
         for layer in self.design.visible_layers:
@@ -87,16 +87,16 @@ class SolvedLayout:
 def solve_design(
     design: Design, width: float | None = None, height: float | None = None, count: int = 1
 ) -> list[SolvedLayout]:
-    """The best different layouts of a design, best first, and what they show.
+    """The best different layouts of a design, best first, with their panels.
 
     Args:
         design: the design.
-        width: metres; of the design's canvas when left out.
-        height: metres; likewise.
-        count: how many at most.
+        width: metres; that of the design's canvas when left out.
+        height: metres; that of the design's canvas when left out.
+        count: largest number of layouts.
 
     Raises:
-        FacadeError: when there are none.
+        FacadeError: If there are none.
     """
     width, height = width or design.width, height or design.height
     start = time.perf_counter()
@@ -110,7 +110,7 @@ def solve_design(
 
 
 def save_layouts(solved: Sequence[SolvedLayout], folder: Path, source: Path | None = None) -> list[dict[str, str]]:
-    """Write each layout as a facade, a drawing, a picture, models and rules, and all as one picture.
+    """Write each layout as a facade, a drawing, a picture, models and rules, and all of them as one picture.
 
     Returns:
         The files of each: `facade`, `drawing`, `picture`, `glb`, `obj`, `rules`.
@@ -137,16 +137,16 @@ def save_layouts(solved: Sequence[SolvedLayout], folder: Path, source: Path | No
 
 
 def family_of(design: Design, widths: Sequence[float], heights: Sequence[float], count: int = 1) -> WrittenVariants:
-    """A stochastic grammar of the best layouts on some canvases; of one canvas, those of less energy are more likely.
+    """A stochastic grammar of the best layouts on some canvases; for one canvas, less energy has more probability.
 
     Args:
         design: the design.
-        widths: metres.
-        heights: metres; each with each width.
-        count: layouts of each canvas at most.
+        widths: widths of canvases, metres.
+        heights: heights of canvases, metres; each is combined with each width.
+        count: largest number of layouts per canvas.
 
     Raises:
-        FacadeError: when nothing fits a canvas.
+        FacadeError: If no layout fits a canvas.
     """
     variants = []
     for width in widths:

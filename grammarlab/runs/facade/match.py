@@ -34,14 +34,14 @@ def match_elements(
     """The kinds of elements.
 
     Raises:
-        UsageError: for a method that there is not, and corrections for another one than the default.
+        UsageError: If the method is unknown, or another method than the default gets corrections.
     """
     if method not in METHODS:
         raise UsageError(f"--method: expected one of {', '.join(METHODS)}, found {method!r}.")
     if corrections and method != "default":
-        raise UsageError(f"--corrections: only the default method takes them, not {method}.")
+        raise UsageError(f"--corrections: only the default method supports them, not {method}.")
     require("jax")
-    # These load jax, which takes seconds.
+    # These imports load jax, which takes seconds.
     from grammarlab.facade.templates.kinds.coupled import couple  # noqa: PLC0415
     from grammarlab.facade.templates.kinds.plain import match_alone  # noqa: PLC0415
     from grammarlab.facade.templates.paper.loop import match_as_paper  # noqa: PLC0415
@@ -51,12 +51,12 @@ def match_elements(
     if method == "default":
         return couple(elements, templates, seed, corrections)
     truth = elements.truth
-    told = 0 if truth is None else len(np.unique(truth.kind))
-    return match_alone(elements, templates, None if method == "independent" else told)
+    num_kinds = 0 if truth is None else len(np.unique(truth.kind))
+    return match_alone(elements, templates, None if method == "independent" else num_kinds)
 
 
 def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:
-    """For `--json`."""
+    """Values for `--json`."""
     from grammarlab.facade.templates.kinds.scoring import compare  # noqa: PLC0415 loads libraries of statistics
 
     used = [match.templates[each].name for each in np.unique(match.kind_template).tolist()]
@@ -97,10 +97,10 @@ def _element(match: Match, element: int) -> dict[str, Any]:
 
 
 def save_match(match: Match, values: dict[str, Any], folder: Path) -> list[Path]:
-    """Write all files of a match into a folder; those of an earlier one are replaced or, where none is made, removed.
+    """Write all files of a match into a folder; earlier ones are replaced, or removed if the match has none.
 
     Returns:
-        What was written: what was found, a picture, the completed facade with its mesh, and the grammar of its kinds.
+        The written files: the match, a picture, the completed facade with its mesh, and the grammar of its kinds.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for name in FILES:

@@ -17,17 +17,17 @@ from grammarlab.facade.tree import Facade
 
 @dataclass(frozen=True, slots=True)
 class ReadResult:
-    """A facade that was read."""
+    """A facade from another format."""
 
     facade: Facade
     file: Path | None
     """Written file; None if there is none."""
     snapped: float
-    """Metres, of the side that was moved furthest so that boxes stand in line."""
+    """Largest move of a side by snapping, metres."""
     notes: tuple[str, ...]
-    """What a person should know of how it was read."""
+    """Notes for the user on the reading."""
     seconds: float
-    """From the start of reading to the end of writing."""
+    """Duration of reading and writing."""
 
 
 def read_facade(
@@ -40,21 +40,21 @@ def read_facade(
     tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
-    """The facade of a file of labelled boxes, with proposed grids; written as a facade file if there is an `output`.
+    """Read the facade of a file, propose grids for it, and write it as a facade file if there is an `output`.
 
     Args:
         path: CMP XML, CityGML, COCO or LabelMe JSON, or CSV; see docs/facades.md.
         output: file to write; its picture is written into the same folder. By default nothing is written.
-        wall: which wall or image, where the file has several.
-        width: metres; by the file when left out.
-        height: metres; by the width and the shape of the picture when left out.
-        tolerance: part of the shorter side of the facade by which sides may differ and still be in line; by the unit
-            of the file when left out.
-        split: whether boxes that form a pinwheel are cut.
+        wall: name of the wall or image in a file with several.
+        width: metres; from the file when left out.
+        height: metres; from the width and the aspect ratio of the picture when left out.
+        tolerance: largest difference of sides in line, as a fraction of the shorter side of the facade; by the unit of
+            the file when left out.
+        split: whether boxes of a pinwheel may be cut.
 
     Raises:
-        UsageError: when the file is of no known kind, or has no such wall.
-        FacadeError: when it is broken, or its boxes form a pinwheel.
+        UsageError: If the file is of an unknown kind, or has no such wall.
+        FacadeError: If it is broken, or its boxes form a pinwheel.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -70,7 +70,7 @@ def read_facade(
     path = Path(path)
     file = None if output is None else Path(output)
     if file is not None and file.exists() and file.samefile(path):
-        raise UsageError(f"{file} is the file that is read: write to another one.")
+        raise UsageError(f"{file} is the input file: write to another one.")
     annotation = read_annotation(path, wall)
     picture = pixels = None
     if is_plain(annotation.picture) and (path.parent / annotation.picture).is_file():

@@ -1,4 +1,4 @@
-"""Facades as files that other programs show."""
+"""Facades as files for other programs."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ ENDINGS = ("svg", "png", *FORMATS)
 
 
 def show_facade(facade: Facade, path: Path | str, pixels_per_metre: float = PIXELS_PER_METRE) -> Path:
-    """Write a facade as a drawing, a picture or a model, by the ending of the file.
+    """Write a facade as a drawing, a picture or a model, by the suffix of the file.
 
     Raises:
-        UsageError: for any other ending.
-        FacadeError: when the picture would be too large.
+        UsageError: If the suffix is unknown.
+        FacadeError: If the picture would be too large.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path

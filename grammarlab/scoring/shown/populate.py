@@ -11,20 +11,20 @@ from grammarlab.scoring.shown.knowledge import ModelPool
 NUM_PAIRS = 8
 """Number of models that are chosen at once."""
 WAYS = {
-    "default": "half may be liked by mistake, half tell most",
-    "uniform": "as unlike each other, and all that was scored, as possible",
-    "grammar": "as the grammar makes them",
-    "density": "as they would be made now, and beside them what would not be",
-    "uncertainty": "of which least is known",
-    "already ranked": "scored before, the most surprising first, to check for mistakes",
-    PAIRS: "two at a time, of which to say which one you would rather have",
+    "default": "half are predicted to be liked, to find mistakes; half are the most informative",
+    "uniform": "as different as possible from each other and from all scored models",
+    "grammar": "samples of the grammar",
+    "density": "samples of the learned density, and beside them models that it avoids",
+    "uncertainty": "models with the most uncertain predictions",
+    "already ranked": "scored before, the most surprising scores first, to check for mistakes",
+    PAIRS: "two at a time, to choose the one that you prefer",
 }
 """Query strategies of `grammarlab.preference.questions.queries`, and pairs, in words."""
 
 _TITLES = {
-    "default": ("may be liked", "tell most"),
+    "default": ("may be liked", "most informative"),
     "density": ("liked", "not liked"),
-    "uniform": ("unlike each other", ""),
+    "uniform": ("different", ""),
     "grammar": ("samples", ""),
     "uncertainty": ("uncertain", ""),
     "already ranked": ("scored before", ""),

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source e4a1edcdb52fdffe */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source 2e1c53349d272788 */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -8,7 +8,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -24,7 +24,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -41,7 +41,7 @@ var Channel = class {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${this.#count += 1}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -279,7 +279,7 @@ function makeCompare(page) {
   const back = iconButton("previous", "Pair before", () => go(index - 1), "↑");
   const skip = iconButton("next", "Next pair", () => go(index + 1), "N");
   const clear = textButton("No answer", () => say(null), {
-    title: "Take the answer away (Delete)",
+    title: "Remove the answer (Delete)",
     class: "gl-button gl-quiet"
   });
   const more = textButton("More pairs", () => void page.ask("populate", { way: "pairs" }), {
@@ -836,7 +836,7 @@ function understands(root, { protocol }) {
 
 // scoring/factors.js
 function makeFactors(page) {
-  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor that scores belong to" });
+  const list = element("div", { class: "gl-factors", role: "group", "aria-label": "Factor of new scores" });
   const edit = menu(
     iconButton("more", "Rename or delete this factor", () => {
     }),
@@ -851,7 +851,7 @@ function makeFactors(page) {
   );
   const tabs = [];
   const product = makeTab(() => void page.ask("view", { kind: "product" }));
-  product.element.title = "The score of all factors together; new scores belong to a factor";
+  product.element.title = "The product of all factors; new scores belong to one factor";
   function update({ factors, active, view }) {
     while (tabs.length < factors.length) {
       const index = tabs.length;
@@ -945,21 +945,21 @@ var KEYS = [
   ["0 … 9", "score 0 … 90 for all selected models"],
   ["H", "score 100"],
   ["S", "type any score, then Enter"],
-  ["1 … 5", "on the scale of stars: one to five"],
-  ["0, 1", "on the scale of thumbs: down, up"],
+  ["1 … 5", "on the scale of stars: one to five stars"],
+  ["0, 1", "on the scale of thumbs: thumb down, thumb up"],
   ["T", "next scale: 0–100, stars, thumbs"],
-  ["Delete", "take the score away"],
-  ["Arrows, Home, End", "move; with Shift, select a range; with Ctrl, move only"],
+  ["Delete", "remove the score"],
+  ["Arrows, Home, End", "move and select; with Shift, select a range; with Ctrl, move only"],
   ["Space", "select or deselect"],
   ["Ctrl A, Escape", "select all, select none"],
   [
     "Enter",
-    "look at the model in 3D; there ← and → show its neighbours, ↑ and ↓ the rules of its parts, Shift with arrows turns it"
+    "show the model in 3D; in this view, ← and → show its neighbours, ↑ and ↓ the rules of its parts, and Shift with arrows turns it"
   ],
   ["C", "compare models two at a time, or go back to the grids"],
   [
     "← → ↓",
-    "while comparing: rather the left one, rather the right one, both alike; ↑ the pair before, N the next one, Delete takes the answer away, Enter looks at both in 3D"
+    "while comparing: prefer the left model, prefer the right model, both alike; ↑ shows the previous pair, N the next pair, Delete removes the answer, Enter shows both in 3D"
   ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
   ["Ctrl Enter", "update"],
@@ -1104,11 +1104,11 @@ function makeLearning(page) {
 }
 function hintOf(state) {
   const [{ fresh, chart, gain }, all] = [state, said(state)];
-  if (!all) return "Score some models, then update: the density follows what you like.";
+  if (!all) return "Score some models, then update: the density follows your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
-  const more = gain === null ? "" : ` 16 more may gain about ${gain.toPrecision(1)} nats.`;
+  const more = gain === null ? "" : ` 16 more scores may gain about ${gain.toPrecision(1)} nats.`;
   const known = settled ? "the density has settled." : "the predictions know them all.";
   return `${all}; ${known}${more}`;
 }
@@ -1158,7 +1158,7 @@ function drawChart(movements) {
     element(
       "figcaption",
       {
-        title: "Jensen-Shannon divergence between the densities before and after; below the dashed line little changes"
+        title: "Jensen-Shannon divergence between the densities before and after; below the dashed line, updates change little"
       },
       caption
     )
@@ -1382,11 +1382,11 @@ var Outbox = class {
   resend() {
     for (const entry of this.#unsaved) void this.#send(entry);
   }
-  /** Python's state knows all events up to a revision, so those need no place here. @param {number} revision */
+  /** Python's state includes all events up to a revision, so they are removed here. @param {number} revision */
   settle(revision) {
     this.#entries = this.#entries.filter((entry) => entry.revision === void 0 || entry.revision > revision);
   }
-  /** How many scores and comparisons are not on disk. */
+  /** Number of scores and comparisons that are not on disk. */
   get unsaved() {
     return this.#unsaved.reduce((sum, { said: said2, models }) => sum + (said2 ? models.length : 1), 0);
   }
@@ -1396,7 +1396,7 @@ var Outbox = class {
     return oldest ? performance.now() - oldest.since : 0;
   }
   /**
-   * The score that a model has here, newer than the one Python told.
+   * The unacknowledged score of a model, newer than the one of Python.
    * @param {string} model
    * @param {number} factor
    * @returns {Said & { saved: boolean } | undefined}
@@ -1615,13 +1615,13 @@ function stored() {
 // scoring/results.js
 var FORMATS = {
   csv: "opens in any spreadsheet",
-  jsonl: "one JSON object a line",
+  jsonl: "one JSON object per line",
   parquet: "for Arrow, pandas and Polars"
 };
 var SHEET = 16;
 function makeResults(page) {
   const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), {
-    title: "Write a grammar that samples what you like"
+    title: "Write a grammar whose samples follow your scores"
   });
   const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), {
     title: `Pictures of ${SHEET} samples of the learned grammar`
@@ -1639,7 +1639,7 @@ function makeResults(page) {
     buildFormats
   );
   const take = textButton("Import scores", () => picker.click(), {
-    title: "A file that was exported, or made by grammarlab label"
+    title: "A file that was exported here, or written by grammarlab label"
   });
   const stage = element("p", { class: "gl-hint" });
   const outcome = element("div", { class: "gl-outcome", role: "status" });
@@ -1757,7 +1757,7 @@ function makeScoring(page, backToGrid) {
     ), { class: "gl-scale", title: "T: next scale" })
   );
   const clear = textButton("No score", () => give(null), {
-    title: "Take the score away (Delete)",
+    title: "Remove the score (Delete)",
     class: "gl-button gl-quiet"
   });
   const look = element(
@@ -1856,7 +1856,7 @@ var Selection = class {
   chosen = /* @__PURE__ */ new Set();
   /** Position of the keyboard. */
   cursor = 0;
-  /** Position that a range begins at. */
+  /** Position where a range begins. */
   #anchor = 0;
   #changed;
   /** @param {() => void} changed */
@@ -1871,7 +1871,7 @@ var Selection = class {
   get current() {
     return this.order[this.cursor];
   }
-  /** Other models are shown, or the same in another order. @param {string[]} order */
+  /** Shows other models, or the same in another order. @param {string[]} order */
   show(order) {
     const follow = (position) => {
       const found = order.indexOf(this.order[position]);
@@ -1881,7 +1881,7 @@ var Selection = class {
     this.order = order;
     this.#set(order.filter((model) => this.chosen.has(model)));
   }
-  /** A pair to compare is shown instead; nothing of it is selected. @param {string[]} models */
+  /** Shows a pair to compare, without a selection. @param {string[]} models */
   follow(models) {
     if (models.join() === this.order.join()) return;
     this.order = models;
@@ -1900,14 +1900,14 @@ var Selection = class {
     const without = [...this.chosen].filter((other) => other !== model);
     this.#set(this.chosen.has(model) ? without : [...without, model]);
   }
-  /** From where the last choice was made to a position. @param {number} position @param {boolean} keep what is chosen */
+  /** Selects from the last choice to a position. @param {number} position @param {boolean} keep what is chosen */
   rangeTo(position, keep) {
     this.cursor = position;
     const [first, last] = [this.#anchor, position].sort((a, b) => a - b);
     const range = this.order.slice(first, last + 1);
     this.#set(keep ? [...this.chosen, ...range] : range);
   }
-  /** The keyboard moves, and nothing else. @param {number} position */
+  /** Moves the keyboard, without a change of the selection. @param {number} position */
   moveTo(position) {
     this.cursor = position;
     this.#changed();
@@ -2027,9 +2027,9 @@ function makeToolbar(page, display, pointer) {
   const way = chooserButton("by");
   const size = chooserButton("Grid");
   const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
-    title: "Show other models, chosen as said beside"
+    title: "Show other models, chosen by the method in the menu beside"
   });
-  const compare = toggleButton("Compare", "Two models at a time: which one would you rather have? (C)", page.pairwise);
+  const compare = toggleButton("Compare", "Compare two models at a time (C)", page.pairwise);
   const sort = element("button", { type: "button", class: "gl-button gl-chooser" }, "Sort");
   const pan = toggle("hand", "Drag to pan", false, (on) => pointer.pan(on));
   const bars = toggle("bars", "Bars of predicted score and uncertainty", page.preferences.bars, (on) => {
@@ -2121,7 +2121,7 @@ function buildSort(page, close) {
     const lines = features.map(
       (feature) => choice(feature, "", () => sort({ by: "feature", feature }))
     );
-    found.replaceChildren(...lines.length ? lines : [element("p", {}, "No feature is called so.")]);
+    found.replaceChildren(...lines.length ? lines : [element("p", {}, "No feature has this name.")]);
   };
   query.addEventListener("input", search);
   void search();
@@ -2137,7 +2137,7 @@ function buildSort(page, close) {
       }
     ),
     choice("Random", "", () => sort({ by: "random" })),
-    choice("As chosen", "the order they came in", () => sort({ by: "shown" })),
+    choice("As chosen", "the order in which they were chosen", () => sort({ by: "shown" })),
     element("hr"),
     query,
     found
@@ -2188,7 +2188,7 @@ var main_default = {
   }
 };
 function mount(host, transport) {
-  const root = waitingRoot("", "Growing the first models…");
+  const root = waitingRoot("", "Making the first models…");
   root.dataset.lmSuppressShortcuts = "true";
   root.addEventListener("keydown", (event) => event.stopPropagation());
   host.append(root);
@@ -2306,7 +2306,7 @@ function build(root, channel, first) {
   );
   function scorable() {
     if (page.state.view !== "product") return true;
-    status.say("The product is only looked at: choose the factor that the score belongs to.");
+    status.say("The product of all factors cannot be scored. Choose the factor of the score first.");
     return false;
   }
   function changed() {

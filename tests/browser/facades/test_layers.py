@@ -145,7 +145,7 @@ def test_the_text_is_edited_with_its_mistakes_beside_it_and_outlives_the_server(
         expect(mistake).to_contain_text("unknown symbol 'X'")
         expect(mistake).to_contain_text("line 19, column 10")
         house.page.keyboard.press("Control+s")
-        expect(house.complaint).to_contain_text("Mend the text")
+        expect(house.complaint).to_contain_text("Correct the text")
         assert not (tmp_path / "mine.toml").exists()
         mistake.click()
         assert house.text.evaluate("it => it.value.slice(it.selectionStart, it.selectionEnd)") == "X"

@@ -46,7 +46,7 @@ def test_an_annotation_becomes_a_facade_with_its_picture(run, folder):
 def test_without_an_option_the_file_is_named_and_what_is_not_known_is_told(run, folder):
     result = run("facade", "read", "house.xml")
     assert result.stdout == "house.facade.json\n"
-    assert "taken to be 20 m wide" in result.stderr
+    assert "assuming a width of 20 m" in result.stderr
     assert load_facade(folder / "house.facade.json").width == pytest.approx(20.0)
 
 
@@ -81,13 +81,13 @@ def test_a_pinwheel_is_named_and_split_when_asked(run, folder):
     [
         (["missing.xml"], 2, "does not exist"),
         (["house.jpg"], 2, "expected a file that ends in"),
-        (["broken.json"], 1, "broken.json: This is not JSON"),
+        (["broken.json"], 1, "broken.json: This is not valid JSON"),
         (["house.xml", "--width", "0"], 1, "above 0"),
         (["house.xml", "--width", "1e9"], 1, "at most 10,000 metres"),
         (["house.xml", "--width", "nan"], 1, "above 0"),
         (["house.xml", "--tolerance", "2"], 2, "--tolerance"),
-        (["house.xml", "-o", "house.xml"], 2, "is the file that is read"),
-        (["house.xml", "-o", "other/f.json"], 1, "another picture"),
+        (["house.xml", "-o", "house.xml"], 2, "is the input file"),
+        (["house.xml", "-o", "other/f.json"], 1, "exists and differs"),
     ],
 )
 def test_what_cannot_be_read_is_explained_and_nothing_is_lost(run, folder, arguments, code, says):

@@ -148,7 +148,7 @@ def test_nothing_is_written_over(run, facade: Path, tmp_path: Path) -> None:
     run("facade", "edit", facade, "--width", 9, "-o", tmp_path / "out")
     first = tmp_path / "out" / "001.facade.json"
     content = first.read_bytes()
-    assert "written over" in run("facade", "edit", first, "--width", 5, "-o", tmp_path / "out", code=2).stderr
+    assert "overwritten" in run("facade", "edit", first, "--width", 5, "-o", tmp_path / "out", code=2).stderr
     assert first.read_bytes() == content
 
 

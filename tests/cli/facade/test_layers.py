@@ -123,7 +123,7 @@ def test_mistakes_of_use(run, tmp_path: Path, options: list[str], message: str) 
     ("old", "new", "message"),
     [
         ('"A(BA)^k"', '"A(BX)^k"', "house.toml:19:10: error: unknown symbol 'X'"),
-        ('"A(BA)^k"', '"((A)^kB)^m"', "do not nest"),
+        ('"A(BA)^k"', '"((A)^kB)^m"', "cannot be nested"),
         ("size = 1.6", "size = 0", "above 0"),
         ('"fdf; d := D"', '"f^mdf; d := D"', "counter m has no bound"),
         ('"PQ"', '"P^40"', "no word fits"),

@@ -104,7 +104,7 @@ def test_wrong_examples_are_refused():
     forest = derive(STYLES, 5, 8)
     with pytest.raises(UsageError, match="not models of this grammar"):
         learn_from_examples(Grammar.parse("Lot --> 50% : A else : B"), forest)
-    with pytest.raises(UsageError, match="none that counts"):
+    with pytest.raises(UsageError, match="none with a weight"):
         learn_from_examples(STYLES, forest, weights=np.zeros(5))
     with pytest.raises(UsageError, match="a weight for each"):
         learn_from_examples(STYLES, forest, weights=np.ones(4))

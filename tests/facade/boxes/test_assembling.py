@@ -81,11 +81,11 @@ def test_the_size_is_what_is_said_or_follows_from_the_picture(unit, given_size, 
 
 @pytest.mark.parametrize("size", [{"width": 0.0}, {"width": -1.0}, {"height": 1e9}, {"width": float("nan")}])
 def test_a_size_that_no_facade_has_is_refused(size):
-    with pytest.raises(FacadeError, match="of a facade is above 0 and at most 10,000 metres"):
+    with pytest.raises(FacadeError, match="expected above 0 and at most 10,000 metres"):
         assemble(annotation((0, 0, 4, 2)), **size)
     with pytest.raises(FacadeError, match="metres large"):
         assemble(annotation((0, 0, 4e6, 2)))
-    with pytest.raises(FacadeError, match="tolerance"):
+    with pytest.raises(FacadeError, match="Tolerance: expected"):
         assemble(annotation((0, 0, 4, 2)), tolerance=float("nan"))
 
 
@@ -140,7 +140,7 @@ def test_pinwheels_are_named_and_cut_when_asked():
 
 def test_what_lies_behind_everything_is_told():
     made = assemble(annotation((0, 0, 4, 2), (1, 0, 2, 2), (1, 0, 2, 2), names="molding window window"))
-    assert made.notes == ("1 boxes lie behind others entirely and are not in the facade",)
+    assert made.notes == ("1 boxes that are fully hidden by others are left out",)
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_what_lies_behind_everything_is_told():
         ([(0, 0, 1, 1), (0, 0, np.inf, 1)], "Box 2 .*not a finite number"),
         ([(0, 0, -1, 1)], "negative width"),
         ([(0, 0, 1e12, 1)], "beyond 1e"),
-        ([(500, 0, 600, 1)], "lies outside the picture or wall, from \\(0, 0\\) to \\(400, 200\\)"),
+        ([(500, 0, 600, 1)], "is outside the picture or wall, from \\(0, 0\\) to \\(400, 200\\)"),
         ([(3, 3, 3, 5)], "no box with a width"),
         ([], "no box with a width"),
     ],
@@ -164,7 +164,7 @@ def test_boxes_without_size_are_left_out_and_those_that_jut_out_are_cut_off():
     made = annotation((0, 0, 4, 2), (1, 1, 1, 2), (399, 0, 444, 100), bounds=AREA)
     assert len(made.low) == 2
     assert made.high.max() == 400.0
-    assert "1 boxes jut out" in made.notes[0]
+    assert "1 boxes extend beyond" in made.notes[0]
     assert "1 boxes without width or height are left out: Box 2 (window: from (1, 1) to (1, 2))" in made.notes[1]
 
 

@@ -91,12 +91,12 @@ def test_ten_thousand_rectangles_are_cut_and_a_bottomless_tree_is_not():
     boxes = np.array([(lines[i], lines[j], lines[i + 1], lines[j + 1]) for i in range(100) for j in range(100)])
     facade, _ = cut(*corners(boxes), ["window"] * len(boxes))
     assert len(facade) == 10_101
-    with pytest.raises(FacadeError, match="cuts within each other"):
+    with pytest.raises(FacadeError, match="levels of cuts"):
         cut(*corners(np.array(_peeled(MOST_LEVELS + 2), dtype=np.float64)), [""] * (MOST_LEVELS + 3))
 
 
 def _peeled(count: int) -> list[tuple[int, int, int, int]]:
-    """A strip off the left, one off the bottom of the rest, and so on."""
+    """A strip at the left, one at the bottom of the rest, and so on."""
     left = bottom = 0
     boxes = []
     for place in range(count):

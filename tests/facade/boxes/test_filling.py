@@ -1,4 +1,4 @@
-"""Boxes with gaps become tilings that straight cuts divide, and wall never stands in the way."""
+"""Boxes with gaps become tilings that straight cuts divide, and wall never prevents a cut."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def apart(draw: st.DrawFn) -> list[Box]:
 
 
 def check_tiles(tiles: np.ndarray, source: np.ndarray, boxes: list[Box]) -> None:
-    """Every cell once, and each by the box that is there."""
+    """Each cell is covered once, and has the box at its place as its source."""
     shown = np.full((SIDE, SIDE), -2)
     for (left, bottom, right, top), each in zip(tiles.tolist(), source.tolist(), strict=True):
         assert (shown[left:right, bottom:top] == -2).all()
@@ -90,5 +90,5 @@ def test_a_wall_without_boxes_is_one_rectangle():
 def test_cuts_within_cuts_end():
     count = MOST_LEVELS + 4
     boxes = [(k, k, k + 1, count) if k % 2 else (k, k, count, k + 1) for k in range(count)]
-    with pytest.raises(FacadeError, match="cuts within each other"):
+    with pytest.raises(FacadeError, match="levels of cuts"):
         fill(pieces_of(boxes), (0, 0, count, count))

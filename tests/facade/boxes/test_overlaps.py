@@ -1,4 +1,4 @@
-"""Of boxes that overlap, each cell shows what lies in front."""
+"""Each cell of overlapping boxes shows the one in front."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def labelled(draw: st.DrawFn) -> tuple[np.ndarray, list[str]]:
 
 
 def in_front(first: int, second: int, boxes: np.ndarray, names: list[str]) -> bool:
-    """Whether one of two boxes hides the other: written down once more, for two."""
+    """Whether one of two boxes hides the other: an independent version for two."""
 
     def within(a: int, b: int) -> bool:
         return bool((boxes[a, :2] >= boxes[b, :2]).all() and (boxes[a, 2:] <= boxes[b, 2:]).all())
@@ -74,7 +74,7 @@ def test_too_many_overlaps_are_refused_before_they_are_all_found(monkeypatch):
     with pytest.raises(FacadeError, match="More than"):
         uncovered(boxes, ["window"] * 100)
     monkeypatch.setattr(overlaps, "_MOST_CELLS", 50)
-    with pytest.raises(FacadeError, match="too many places"):
+    with pytest.raises(FacadeError, match="too many visible pieces"):
         uncovered(boxes[:20], ["window"] * 20)
 
 

@@ -1,4 +1,4 @@
-"""Sides that nearly have one coordinate get one; nothing else changes."""
+"""Nearly equal coordinates of sides become equal; nothing else changes."""
 
 import numpy as np
 from hypothesis import given
@@ -15,7 +15,7 @@ COORDINATES = st.floats(0.0, 1.0)
 
 @st.composite
 def boxes(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray]:
-    """Boxes within the frame, some of them as good as flat."""
+    """Boxes within the frame, some of them almost flat."""
     some = draw(st.lists(st.tuples(COORDINATES, COORDINATES, COORDINATES, COORDINATES), max_size=30))
     table = np.array(some).reshape(-1, 4)
     low = np.minimum(table[:, :2], table[:, 2:]) * FRAME[1] * 0.99

@@ -1,4 +1,4 @@
-"""Examples of label grids, and their energy computed the slow way."""
+"""Examples of label grids, and a slow computation of their energy."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ NAMES = ("window", "corner", "shop", "door", "quoin", "window-2", "roof")
 
 
 def shop_house() -> LabelGrid:
-    """Corners, a ground floor with one door, windows that alternate, a roof line: 7 labels."""
+    """Corners, a ground floor with one door, alternating windows, a roof line: 7 labels."""
     return LabelGrid.of(
         [
             [1, 2, 3, 2, 2, 1],
@@ -36,7 +36,7 @@ def checker(rows: int = 6, columns: int = 6) -> LabelGrid:
 
 
 def drawn(rows: int, columns: int, labels: int, seed: int) -> LabelGrid:
-    """Labels at random."""
+    """A grid of random labels."""
     found = np.random.default_rng(seed).integers(0, labels, (rows, columns))
     return LabelGrid.of(np.unique(found, return_inverse=True)[1].reshape(rows, columns))
 
@@ -44,8 +44,8 @@ def drawn(rows: int, columns: int, labels: int, seed: int) -> LabelGrid:
 def slow_energies(example: np.ndarray, grids: np.ndarray) -> np.ndarray:
     """[N] the energy with borders of grids [N, rows, columns] by its definition, from padded arrays.
 
-    Both arrays get a ring of a border label; a window is compared with those of the example whose border cells are the
-    same; 9 for each cell whose label the example does not have at the same border. At least 3 rows and columns each.
+    Both arrays get a ring of a border label; a window is compared with those of the example with the same border cells;
+    plus 9 for each cell whose label the example does not have at the same border. At least 3 rows and columns each.
     """
     padded = np.pad(example, 1, constant_values=BEYOND)
     new = np.pad(grids, ((0, 0), (1, 1), (1, 1)), constant_values=BEYOND)

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 WINDOW, DOOR = (1.2, 1.5), 0.3
-"""Width and height of windows, and how far above the ground doors begin, in metres."""
+"""Width and height of windows, and the height of the bottom of doors above the ground, metres."""
 SILL, RECESS, MARGIN, BASE, TOP = 0.8, 0.2, 1.0, 0.6, 0.8
 
 
 @dataclass(frozen=True, eq=False)
 class House:
-    """A mesh, and what is on it."""
+    """A mesh and its known contents."""
 
     points: NDArray[np.float64]
     triangles: NDArray[np.int64]
@@ -53,9 +53,9 @@ def house(
         pitch: metres between columns.
         storey: metres between rows.
         door: column of the front whose lowest window is a door; None for no door.
-        broad: rows and columns of the front with windows half as wide again.
-        noise: metres by which each coordinate is off at most.
-        seed: of the noise.
+        broad: rows and columns of the front with windows 1.5 times as wide.
+        noise: largest error of each coordinate, metres.
+        seed: seed of the noise.
     """
     ends = {0.0, BASE + rows * storey + TOP}
     ends |= {BASE + r * storey + SILL + at for r in range(rows) for at in (0.0, WINDOW[1])}
@@ -104,7 +104,7 @@ def house(
 
 
 class _Mesh:
-    """Triangles over corners that are there once."""
+    """Triangles over corners without duplicates."""
 
     def __init__(self) -> None:
         self.corners: dict[tuple[float, float, float], int] = {}

@@ -63,7 +63,7 @@ def test_every_sample_keeps_ground_floor_corners_and_door(house: LabelGrid) -> N
 
 
 def test_columns_follow_each_other_as_in_the_example() -> None:
-    """Of columns that never stand side by side in the example, none do in a sample, unless a column repeats."""
+    """Columns that are never adjacent in the example are never adjacent in a sample, unless a column repeats."""
     house = LabelGrid.of([[0, 1, 2, 3, 1, 2, 3, 1, 4], [5, 6, 7, 8, 6, 7, 8, 6, 9], [5, 6, 7, 8, 6, 7, 8, 6, 9]])
     written = write_label_family(house, units(house), (8.0, 60.0), (6.0, 6.0))
     pairs = set(zip(house.labels[0, :-1].tolist(), house.labels[0, 1:].tolist(), strict=True))

@@ -8,8 +8,8 @@ from grammarlab.facade.examples.label_grid import HOLE, LabelGrid, joined
 @pytest.mark.parametrize(
     ("labels", "told"),
     [
-        ([], "one cell at least"),
-        ([[]], "one cell at least"),
+        ([], "at least one cell"),
+        ([[]], "at least one cell"),
         ([1, 2], "rows and columns"),
         ([[1], [1, 2]], "equal length"),
         ([[0.5]], "whole numbers"),

@@ -81,11 +81,11 @@ def test_regions_are_made_after_their_examples() -> None:
     ("wishes", "told"),
     [
         (Wishes(counts=(Count("gate", 1, 1),)), "unknown label 'gate'"),
-        (Wishes(counts=(Count("door", 2, 1),)), "no more at least"),
-        (Wishes(counts=(Count("door", -1, 1),)), "0 or more"),
+        (Wishes(counts=(Count("door", 2, 1),)), "the first at most the second"),
+        (Wishes(counts=(Count("door", -1, 1),)), "counts of at least 0"),
         (Wishes(counts=(Count("door", 50, 90),)), "only .* cells may be door"),
-        (Wishes(counts=(Count("door", 0, 0),), fixed=(Fixed(0, 2, "door"),)), "cells can be nothing else"),
-        (Wishes(counts=(Count("window", 7, 9), Count("window-2", 7, 9))), "no room for all of these together"),
+        (Wishes(counts=(Count("door", 0, 0),), fixed=(Fixed(0, 2, "door"),)), "cells can only be door"),
+        (Wishes(counts=(Count("window", 7, 9), Count("window-2", 7, 9))), "not enough room for all of these together"),
         (Wishes(counts=(Count("door", 1, 1),), symmetric=True), "symmetric .* contradict"),
         (Wishes(fixed=(Fixed(9, 0, "door"),)), "rows 0 to 4"),
         (Wishes(fixed=(Fixed(0, 1, "door"), Fixed(0, 1, "shop"))), "both door and shop"),
@@ -105,12 +105,12 @@ def test_labels_stay_in_the_rows_that_are_wished_for() -> None:
     assert (labels[:-1] != 3).all()
     assert (labels[-1] == 3).sum() == 2
     assert (labels[[0, -1]] != 0).all()
-    with pytest.raises(FacadeError, match="none there"):
+    with pytest.raises(FacadeError, match="no such row"):
         synthesize([shop_house()], 2, 8, wishes=wishes)
 
 
 def test_a_wish_goes_before_the_border() -> None:
-    """Corners have one label only in the example: another takes its place where none is wished for."""
+    """Only one label of the example occurs at corners: another replaces it if the wishes exclude it."""
     labels = synthesize([shop_house()], 5, 6, wishes=Wishes(counts=(Count("corner", 0, 0),)))[0].grid.labels
     assert (labels != 1).all()
 

@@ -1,4 +1,4 @@
-"""Alignments by CP-SAT: the model of the specification, written down without regard to how the package solves it."""
+"""Alignments by CP-SAT: the model of the specification, independent of the package's method."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ class Row:
     partial: list  # [column]
     fixed: list  # [column]
     size: list  # [column]
-    loose: list  # [column] how many letters have no width of their own
+    loose: list  # [column] number of letters without a fixed width
 
 
 def optimum(words, canvas, tolerance, error_price, merge_price):
-    """The least cost of an alignment of letters with whole sizes; None when there is none."""
+    """The least cost of an alignment of letters with integer sizes; None if there is none."""
     least, most = canvas - tolerance, canvas + tolerance
     columns = sum(letter.opaque and not letter.transparent for word in words for letter in word)
     if columns == 0:
@@ -86,7 +86,7 @@ def optimum(words, canvas, tolerance, error_price, merge_price):
 
 
 def _spread(model, words, rows, total, elastic, tolerance, top):
-    """Letters without a width of their own may be given shares of their columns that differ little by symbol."""
+    """Constraints on letters without a fixed width: their shares of columns differ little within a symbol."""
     distinct = dict(zip(words, rows, strict=True))
     often = Counter(letter.symbol for word in distinct for letter in word if letter.size is None)
     spreads = {}

@@ -24,7 +24,7 @@ def word(text, sizes, *, partial="", attached="", unoccludable="", transparent="
 
 
 def random_case(seed, most=8, rows=(1, 2, 2, 3, 3)):
-    """Words, canvas, tolerance in whole metres, and weight of merged letters; seeds go through all sets of flags."""
+    """Words, canvas, tolerance in whole metres, and weight of merged letters; seeds cover all sets of flags."""
     rng = random.Random(seed)
     has = {flag: bool(seed >> bit & 1) for bit, flag in enumerate(FLAGS)}
     letters = []
@@ -53,18 +53,18 @@ def random_case(seed, most=8, rows=(1, 2, 2, 3, 3)):
 
 
 def all_matrices(words):
-    """Every way to cut words into columns none of which is all empty; equal words are cut alike."""
+    """Every division of words into columns none of which is all empty; equal words have equal divisions."""
     distinct = list(dict.fromkeys(words))
     for cells in _continued(distinct, [(0, -1)] * len(distinct)):
         yield tuple(tuple(column[distinct.index(each)] for column in cells) for each in words)
 
 
 def _continued(words, places):
-    """Columns from places on: letters read, and the part of the last of them that another may follow, or -1."""
+    """Columns from given positions: number of letters read, and the last part of a letter that can continue, or -1."""
     if all(read == len(each) for each, (read, _) in zip(words, places, strict=True)):
         yield []
     for column in product(*(_elements(each, *place) for each, place in zip(words, places, strict=True))):
-        # Parts of letters alone could go on for ever: an opaque letter has to be begun.
+        # Only parts of letters would never end: an opaque letter has to begin.
         begun = [element for element, (read, _) in zip(column, places, strict=True) if element and element[-1][1] == 0]
         if not begun or all(element[-1][1] for element in begun):
             continue

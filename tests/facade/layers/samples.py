@@ -1,4 +1,4 @@
-"""Designs that tests change a little."""
+"""Designs for tests, with small changes."""
 
 from pathlib import Path
 
@@ -22,10 +22,10 @@ def design(patterns: dict[str, str], symbols: str, width: float, height: float =
     """One layer per pattern along x, from the top down, over one storey `Y`; named as the patterns are.
 
     Args:
-        patterns: by the name of the layer; texts.
+        patterns: texts of patterns by name of the layer.
         symbols: lines of the table of symbols.
-        width: of the canvas.
-        height: of the canvas, and of the storey.
+        width: width of the canvas.
+        height: height of the canvas, and of the storey.
         counters: lines of the table of counters.
     """
     layers = "".join(f'[[layers]]\nname = "{name}"\nx = "{text}"\ny = "Y"\n' for name, text in patterns.items())

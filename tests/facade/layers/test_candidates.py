@@ -89,7 +89,7 @@ def test_alternatives_are_candidates() -> None:
     canvas=st.integers(20, 120),
 )
 def test_bounds_are_least_sums_of_squares(sizes: list[int], counts: tuple[int, int], canvas: int) -> None:
-    """A layer alone has to fill the canvas: its bound is what an optimizer finds."""
+    """A single layer has to fill the canvas: its bound is the optimum of an independent optimizer."""
     made = design(
         {"wall": "A^kC(AB)^lC"},
         "\n".join(f"{name} = {size / 10}" for name, size in zip("ABC", sizes, strict=True)),
@@ -119,7 +119,7 @@ def test_bounds_are_least_sums_of_squares(sizes: list[int], counts: tuple[int, i
     sizes=st.lists(st.floats(0.5, 2.5), min_size=3, max_size=3),
 )
 def test_no_words_are_missing(canvas: float, tolerance: float, sizes: list[float]) -> None:
-    """Against all pairs of counters: a top layer of A and B, and below it C with room left for what hides it."""
+    """Against all pairs of counters: a top layer of A and B, and below it C with gaps for the letters above."""
     symbols = "\n".join(f"{name} = {size!r}" for name, size in zip("ABC", sizes, strict=True))
     made = design({"front": "A(BA)^k", "back": "C^l"}, symbols, canvas)
     a, b, c = sizes
@@ -145,7 +145,7 @@ def failure(made) -> str:
 def test_what_cannot_fit_is_explained() -> None:
     assert "counter k has no bound" in failure(design({"wall": "Ae^k"}, "A = 1\ne = {}", 5.0))
     assert "more than 400 letters" in failure(design({"wall": "A^k"}, "A = 0.001", 5.0))
-    assert "nearest word is 40 m" in failure(design({"wall": "AA"}, "A = 20", 5.0))
+    assert "closest word is 40 m" in failure(design({"wall": "AA"}, "A = 20", 5.0))
     assert "alternatives" in failure(design({"wall": "(A|B)" * 9}, "A = 1\nB = 1", 9.0))
 
 
@@ -171,7 +171,7 @@ def test_negative_counters_reflect() -> None:
 
 
 def test_of_too_many_combinations_those_that_fit_best_are_looked_at() -> None:
-    """Five layers with counters of their own: 21^5 combinations."""
+    """Five layers with separate counters: 21^5 combinations."""
     names = "abcdf"
     made = design(
         {f"layer {name}": f"(A)^{name}" for name in names}, "A = 1.0", 12.0,

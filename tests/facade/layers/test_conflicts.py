@@ -1,4 +1,4 @@
-"""What contradicts what else, against all parts of it."""
+"""Contradictions of designs, compared with all subsets of statements."""
 
 from itertools import combinations
 
@@ -13,7 +13,7 @@ from tests.facade.layers.samples import residential
 
 
 def made(symbols: str, *layers: tuple[str, str], width: float = 6.0, height: float = 3.0, more: str = "") -> Design:
-    """Layers of x and y patterns, each in a group of its own along x but the first two."""
+    """Layers of x and y patterns, each in a separate group along x except the first two."""
     rows = "".join(
         f'[[layers]]\nx = "{x}"\ny = "{y}"\ngroup = {{ x = "{max(at - 1, 0)}" }}\n' for at, (x, y) in enumerate(layers)
     )
@@ -58,7 +58,7 @@ def test_what_fits_has_no_contradiction() -> None:
 
 
 def test_all_statements_are_the_design() -> None:
-    """With all of its statements a design has the layouts that it has; without any, one."""
+    """With all statements, a design has its own layouts; without any, it has one."""
     house = residential()
     whole, none = relaxed(house, statements(house)), relaxed(house, ())
     energies = [layouts(each, 6.0, 4.5)[0].energy for each in (house, whole, none)]
@@ -67,7 +67,7 @@ def test_all_statements_are_the_design() -> None:
 
 @pytest.mark.parametrize("num", [0, 1, 2, 5])
 def test_the_filter_finds_what_is_needed(num: int) -> None:
-    """Of thirty statements, those that a rule of our own forbids together."""
+    """Of thirty statements, those that an artificial rule forbids together."""
     house = residential()
     given = [Statement("size", f"S{each}") for each in range(30)]
     needed = set(given[3 : 3 + 5 * num : 5])

@@ -1,4 +1,4 @@
-"""Equations that pairs of patterns say."""
+"""Equations between pairs of patterns."""
 
 from itertools import product
 
@@ -35,7 +35,7 @@ PARTS = st.sampled_from(["A", "B^k", "(AB)^k", "C", "A^{m + 1}", "(CA)^m"])
 
 @given(first=st.lists(PARTS, min_size=1, max_size=5), second=st.lists(PARTS, min_size=1, max_size=5))
 def test_equations_hold_where_words_are_equally_long(first: list[str], second: list[str]) -> None:
-    """The difference of two words, symbol by symbol, is what the relation says, for any counters."""
+    """The difference of two words, symbol by symbol, satisfies the relation for any counters."""
     patterns = [parse_pattern("".join(parts)) for parts in (first, second)]
     found = relation(*patterns)
     for k, m in product(range(3), repeat=2):

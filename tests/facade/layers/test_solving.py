@@ -115,7 +115,7 @@ def test_the_best_are_the_best_of_everything(seed):
         for (axis, _), words in candidate.words.items():
             aligned = alignments(words, canvas[axis], weights, 500, tolerance=tolerance)
             assert all(not violations(each, canvas[axis], tolerance) for each in aligned)
-            # Alignments of a single word do not differ in what is seen.
+            # All alignments of a single word look the same.
             every.append(aligned if len(set(words)) > 1 else aligned[:1])
         for together in product(*every):
             sizing = size_letters(list(zip(together, canvas, strict=True)))

@@ -1,4 +1,4 @@
-"""Models of a city with walls."""
+"""City models with walls."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ NAMESPACES = {
 
 
 class City:
-    """Text of a file whose walls stand somewhere in space."""
+    """Text of a file with walls in given planes."""
 
     def __init__(self, version: int = 2, angle: float = 0.3, origin: tuple[float, ...] = (678e3, 5403e3, 416.0)):
         self.core, self.gml, self.opening, self.window, self.door = NAMESPACES[version]

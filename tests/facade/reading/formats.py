@@ -1,4 +1,4 @@
-"""A drawing in each format that is read."""
+"""A drawing in each supported format."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Boxes of CMP XML, COCO JSON, LabelMe JSON and CSV: one drawing reads alike from all of them."""
+"""Boxes of CMP XML, COCO JSON, LabelMe JSON and CSV: one drawing has equal results in all of them."""
 
 import json
 
@@ -29,7 +29,7 @@ def test_one_drawing_reads_alike_from_every_format(tmp_path, writer, suffix, see
     found = read(tmp_path, writer(drawn), suffix)
     scale = np.array(drawn.size) if found.unit == "parts" else np.ones(2)
     low, high = found.low * scale, found.high * scale
-    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # CSV has no picture, and no place for its origin
+    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # CSV has no picture, and so no origin
     np.testing.assert_allclose(np.hstack([low + shift, high + shift]), drawn.boxes, atol=1e-9)
     assert list(found.names) == drawn.names
     assert found.notes == ()
@@ -75,12 +75,12 @@ def test_a_coco_file_of_several_images_lists_them(tmp_path):
     document = json.loads(as_coco(drawing(3)))
     document["images"].append({"id": 2, "file_name": "other.png", "width": 50, "height": 60})
     document["annotations"].append({"image_id": 2, "category_id": 0, "bbox": [0, 0, 10, 20]})
-    with pytest.raises(UsageError, match=r"name one of the 2 images.*'front.png', 'other.png'"):
+    with pytest.raises(UsageError, match=r"choose one of the 2 images.*'front.png', 'other.png'"):
         read(tmp_path, json.dumps(document), ".json")
     for name in ("other.png", "2"):
         found = read(tmp_path, json.dumps(document), ".json", name)
         assert (found.low.tolist(), found.high.tolist(), found.picture) == ([[0, 40]], [[10, 60]], "other.png")
-    with pytest.raises(UsageError, match="name one of"):
+    with pytest.raises(UsageError, match="choose one of"):
         read(tmp_path, json.dumps(document), ".json", "third.png")
 
 
@@ -94,7 +94,7 @@ def test_the_sides_of_a_table_may_run_down_as_in_pictures(tmp_path):
 
 def test_a_wall_is_not_chosen_where_there_is_but_one(tmp_path):
     for writer, suffix in ((as_cmp, ".xml"), (as_labelme, ".json"), (as_sides, ".csv")):
-        with pytest.raises(UsageError, match="one facade only"):
+        with pytest.raises(UsageError, match="only one facade"):
             read(tmp_path, writer(drawing(1)), suffix, "front")
 
 
@@ -109,27 +109,27 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
     [
         (".xml", b"", 'no elements "object"'),
         (".xml", b"no xml", 'no elements "object"'),
-        (".xml", b"<object>", "not XML"),
-        (".xml", NESTED, "nests more than 100"),
-        (".xml", LAUGHS, "entities or a document type|not XML"),
+        (".xml", b"<object>", "not valid XML"),
+        (".xml", NESTED, "more than 100 levels"),
+        (".xml", LAUGHS, "entities or a document type|not valid XML"),
         (".gml", LAUGHS, "declares entities or a document type"),
         (".gml", OUTSIDE, "declares entities or a document type"),
         (".xml", b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>", "not a finite number"),
         (".xml", b"<object><points><x>1</x><y>0</y><y>1</y></points></object>", "Object 1: expected two numbers <x>"),
         (".xml", b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>", "expected two numbers <x>"),
-        (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "lies outside the picture"),
+        (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "is outside the picture"),
         (".json", b"[]", "expected COCO JSON"),
-        (".json", b"{", "not JSON"),
+        (".json", b"{", "not valid JSON"),
         (".json", b"[" * 100_000, "too deep"),
         (".json", b'{"shapes": 3, "imageHeight": 1, "imageWidth": 1}', "shapes: expected a list"),
         (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
         (".json", b'{"shapes": [], "imageWidth": 1}', "imageHeight: expected a finite number, found nothing"),
         (".json", b'{"shapes": [{"shape_type": "circle"}], "imageHeight": 1, "imageWidth": 1}', "found 'circle'"),
-        (".json", b'{"images": [], "annotations": [], "categories": []}', "name one of the 0 images"),
+        (".json", b'{"images": [], "annotations": [], "categories": []}', "choose one of the 0 images"),
         (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
         (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),
         (".csv", b"label,x,y\n", "found 'label,x,y'"),
-        (".csv", b"\xff\xff", "not CSV"),
+        (".csv", b"\xff\xff", "not valid CSV"),
         (".csv", b"label,x,y,width,height\nw,1,2,3\n", "Line 2: expected 5 fields, found 4"),
         (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a number, found 'high'"),
         (".csv", b"label,x,y,width,height\nw,1,2,-3,1\n", "Box 1 .*negative width"),

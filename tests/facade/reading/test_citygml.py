@@ -74,7 +74,7 @@ def test_walls_without_a_name_are_called_by_what_they_bound_and_all_are_listed()
     plain_wall = read_citygml(city.content(), "B/2")
     assert plain_wall.names == ()
     assert len(assemble(plain_wall).facade) == 1
-    with pytest.raises(UsageError, match="no wall is called 'back'"):
+    with pytest.raises(UsageError, match="unknown wall 'back'"):
         read_citygml(city.content(), "back")
 
 
@@ -83,7 +83,7 @@ def test_an_opening_beside_its_wall_is_left_out_and_told():
     city.wall(city.surface(city.polygon(WALL)), city.hole("Window", ARCH), city.hole("Window", ARCH + 50.0))
     found = read_citygml(city.content())
     assert found.names == ("window",)
-    assert found.notes == ("1 openings lie beside the wall and are left out",)
+    assert found.notes == ("1 openings outside the wall are left out",)
 
 
 def flat() -> bytes:
@@ -100,7 +100,7 @@ def flat() -> bytes:
     ("content", "says"),
     [
         (City().content(), "no WallSurface"),
-        (flat(), "The wall B/1 has no area, or lies flat"),
+        (flat(), "The wall B/1 has no area, or is horizontal"),
         (usual().content().replace(b"<g:posList>", b"<g:posList>1 "), "points of three coordinates"),
         (usual().content().replace(b"<g:posList>", b"<g:posList>1 2 nan "), "finite points"),
         (usual().content().replace(b"<g:posList>", b"<g:posList>1 2 x "), "expected numbers in a ring"),

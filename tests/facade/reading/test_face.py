@@ -10,7 +10,7 @@ from grammarlab.facade.writing.exact import write_exact
 from grammarlab.language.grammar import Grammar
 from tests.facade.writing.houses import house
 
-# A house whose four sides have different widths and windows, turned by nothing; a round window on the front.
+# A house whose four sides have different widths and windows, not rotated; a round window on the front.
 HOUSE = """
 @StartRule
 Lot --> s(12, 0, 8) extrude(6) comp(f) {
@@ -77,7 +77,7 @@ def test_of_several_planes_the_one_with_most_on_it_comes_first() -> None:
     """
     assert face_of(forest_of(text), "front", ()).annotation.names == ("far",)
     assert face_of(forest_of(text), "front:1", ()).annotation.names == ("near",)
-    with pytest.raises(FacadeError, match="nothing of this building stands on its side front:2"):
+    with pytest.raises(FacadeError, match="this building has no shapes on its side front:2"):
         face_of(forest_of(text), "front:2", ())
 
 
@@ -102,7 +102,7 @@ def test_unknown_sides_and_symbols_are_explained() -> None:
     for face in ("north", "front:x", "front:-1", ""):
         with pytest.raises(UsageError, match="unknown side"):
             face_of(forest, face, ())
-    with pytest.raises(FacadeError, match=r"is called Gate; its leaves are Door\., Glass\., Wall\."):
+    with pytest.raises(FacadeError, match=r"no shape of Gate; its leaves are Door\., Glass\., Wall\."):
         face_of(forest, "front", ["Gate"])
-    with pytest.raises(FacadeError, match="nothing of this building stands"):
+    with pytest.raises(FacadeError, match="this building has no shapes"):
         face_of(derive(Grammar.parse("Lot --> NIL"), 1, seed=0), "front", ())

@@ -51,7 +51,7 @@ def test_no_counts_in_a_box_cost_less_than_its_bound(rows: SpringRows, data: st.
 def test_the_cheapest_counts_are_found_whatever_is_added_to_the_springs(
     rows: SpringRows, more: float, seed: int
 ) -> None:
-    """What ties rows together makes counts dearer, by amounts that the bound does not know."""
+    """Ties between rows increase the cost of counts by amounts that the bound does not include."""
     kinds = len(rows.rest)
     least, most = np.ones(kinds, dtype=np.int64), np.full(kinds, 5)
     extra = more * np.random.default_rng(seed).random((6,) * kinds)

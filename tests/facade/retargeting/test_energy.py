@@ -1,4 +1,4 @@
-"""What lies beside repeated bands costs no more than it does in any facade that repeats them."""
+"""The bound of the parts beside repeated bands is at most their cost in any facade with repetitions."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ HELD = (WISH, ALIGNMENT, SYMMETRY)
 
 
 def mixed(widths: list[float], below: list[float]) -> Facade:
-    """A storey of windows that can be repeated, and one of shops and a sign whose sizes are tied to each other."""
+    """A storey of repeatable windows, and one of shops and a sign with tied sizes."""
 
     def storey(label: str, sizes: list[float]) -> Node:
         gap = leaf("wall", 0.4, 2.0)

@@ -66,13 +66,13 @@ def test_rows_are_copies_too() -> None:
 
 def test_equal_columns_are_one_kind_and_are_spread_over_their_places() -> None:
     found = repeats_of(storeys(6, 2, widths=(0.8, 1.2)), X)
-    # The first one comes with the gap after it, which is as wide as that before the third.
+    # The first one has the gap after it, which is as wide as that before the third.
     assert found.kind.tolist() == [0, 1, 2, 1, 2, 1]
     assert found.spread(np.array([1, 4, 2])) == (0, 1, 1, 2, 3, 4, 5)
 
 
 def test_an_element_beside_the_bands_keeps_its_column() -> None:
-    """A storey with a shop window below the second column alone."""
+    """A storey with a shop window below the second column only."""
     facade = storeys(3, 3)
     grid = facade.grids[0]
     gone = (grid.row == 2) & (grid.column != 1)
@@ -90,7 +90,7 @@ def test_an_element_beside_the_bands_keeps_its_column() -> None:
 @pytest.mark.parametrize("factor", [0.4, 0.7, 1.0, 1.35, 1.8])
 @pytest.mark.parametrize("along", [X, Y])
 def test_no_other_counts_deform_less(factor: float, along: int) -> None:
-    """Brute force over all numbers of each kind, built and solved by themselves."""
+    """Brute force over all numbers of each kind, each built and solved separately."""
     facade = with_door(storeys(3, 3, widths=(0.8, 1.1)), 1)
     metres = factor * facade.size[0, along]
     found = retarget(facade, **{("width", "height")[along]: metres}).choices[0]
@@ -103,7 +103,7 @@ def test_no_other_counts_deform_less(factor: float, along: int) -> None:
         columns = repeats.spread(np.array(counts))
         try:
             made = repeats.variation(columns)
-        except FacadeError:  # Of one storey alone there is no band.
+        except FacadeError:  # one storey is not a band
             assert len(columns) < 2
             continue
         origin = LineOrigin(facade.position[made.source], made.wanted, facade.size[0])
@@ -158,7 +158,7 @@ def test_any_facade_is_retargeted(facade: Facade, wider: float, higher: float) -
 
 
 def test_columns_are_chosen_where_no_sizes_keep_everything_aligned_and_alike() -> None:
-    """Windows that stand askew are as far apart whatever the width, and walls between them are alike."""
+    """Windows that are not aligned keep their distances at any width, and walls between them are equal."""
     facade = storeys(4, 2, widths=(1.0,))
     upper, lower = facade.grids[0].places()
     node = np.concatenate([upper[:3], lower[1:]])

@@ -24,7 +24,7 @@ def noise(facade: Facade, pixels: int) -> tuple[Facade, np.ndarray]:
 
 
 def test_leaves_that_show_one_picture_side_by_side_show_it_without_seams() -> None:
-    # At ten pixels a metre all sides of leaves are between whole pixels.
+    # At ten pixels per metre, all sides of leaves are between whole pixels.
     shown, picture = noise(house(columns=3, rows=2), 10)
     assert np.array_equal(draw(shown, 10), picture)
 

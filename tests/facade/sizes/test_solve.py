@@ -17,7 +17,7 @@ from grammarlab.facade.tree import LEAF, Facade, Floats, X, Y, check, plain
 from grammarlab.facade.variations.single import vary
 from tests.facade.sized import Paper, paper, sized, storeys
 
-clarabel = import_module("clarabel")  # It comes without types.
+clarabel = import_module("clarabel")  # has no types
 FACTORS = st.floats(0.3, 3.0)
 
 
@@ -76,7 +76,7 @@ def test_the_optimum_is_that_of_independent_solvers_of_the_papers_formulation(
     one = of_paper(facade, along, target)
     x = found.facade.size[facade.leaves, along]
     if found.conflict:
-        # No solver finds sizes either.
+        # The reference solver finds no sizes either.
         for theirs in (by_clarabel(one), by_piqp(one)):
             missed = max(np.abs(one.rows @ theirs - one.value).max(), (one.least - theirs).max())
             assert not missed <= 1e-7 * facade.size[0].max()
@@ -212,7 +212,7 @@ def test_symmetry_gives_way_before_alignment_and_alignment_before_wishes() -> No
 
 
 def test_an_over_constrained_facade_has_an_answer() -> None:
-    """Hundreds of windows that would all be alike, and stand apart by more than there is room for."""
+    """Hundreds of windows that should be equal, at distances larger than the room for them."""
     facade = storeys(30, 10, widths=(1.0,))
     wishes = [width(20.0), *(Size(int(node), X, 1.0) for node in facade.grids[0].places()[0])]
     found = resize(facade, wishes)
@@ -236,7 +236,7 @@ def test_an_aspect_is_solved_for_along_both_axes_at_once() -> None:
 
 
 def test_what_was_inserted_gets_the_sizes_it_came_with() -> None:
-    """A tree that was laid out anew: its windows have stretched, but would like to be as before."""
+    """A new layout of a tree: its windows are stretched, and their targets are the old sizes."""
     facade = storeys(4, 3)
     stretched = resize(facade, [width(2.0 * facade.width)]).facade
     back = resize(stretched, [], LineOrigin(facade.position, facade.size, facade.size[0]))

@@ -1,4 +1,4 @@
-"""The density of points around what is visible of an outline."""
+"""The density of points around the visible part of an outline."""
 
 import jax.numpy as jnp
 import numpy as np

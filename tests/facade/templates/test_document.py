@@ -1,4 +1,4 @@
-"""Files of elements: what is written is read again, and what is wrong is said."""
+"""Files of elements: round trips and error messages."""
 
 import json
 

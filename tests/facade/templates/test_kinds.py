@@ -12,7 +12,7 @@ NONE = np.full(8, -1)
 
 
 def _maps(kind: np.ndarray, sigma: float = 0.01, at_least: np.ndarray | None = None) -> Maps:
-    """Evidence that is normal around the size of each kind; wide where only a least width is known."""
+    """Evidence that is normal around the size of each kind; wide if only a lower bound of the width is known."""
     widths, heights = np.linspace(0.8, 1.6, 81), np.linspace(1.3, 2.1, 81)
     across = -0.5 * ((widths[None] - SIZES[kind, :1]) / sigma) ** 2
     if at_least is not None:
@@ -31,7 +31,7 @@ def test_eight_rectangles_of_figure_5_2_share_exactly_what_they_share():
     assert all((label == label[each]).tolist() == (kind == kind[each]).tolist() for each in range(8))
     sizes = np.stack([maps.widths[found.kinds.width], maps.heights[found.kinds.height]], axis=1)[label]
     assert sizes == pytest.approx(SIZES[kind], abs=0.0051)
-    # c: equal to the last bit where a width or height is shared, and different elsewhere.
+    # c: equal to the last bit for a shared width or height, and different elsewhere.
     for axis in (0, 1):
         same = sizes[:, None, axis] == sizes[None, :, axis]
         assert (same == (SIZES[kind][:, None, axis] == SIZES[kind][None, :, axis])).all()

@@ -21,7 +21,7 @@ def _field(elements: int, labels: int, seed: int, cost: float) -> Field:
 
 
 def _optimum(field: Field) -> float:
-    """The least energy, by CP-SAT in whole millionths."""
+    """The least energy, by CP-SAT in millionths."""
     model, scale = cp_model.CpModel(), 10**6
     elements, labels = field.data.shape
     takes = [[model.new_bool_var("") for _ in range(labels)] for _ in range(elements)]

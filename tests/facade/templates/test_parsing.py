@@ -1,4 +1,4 @@
-"""Template text: what it means, and what is said about mistakes."""
+"""Template text: its meaning, and messages on mistakes."""
 
 import numpy as np
 import pytest

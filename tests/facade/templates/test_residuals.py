@@ -1,4 +1,4 @@
-"""Fits: derivatives against finite differences, and parameters that are found again."""
+"""Fits: derivatives against finite differences, and recovery of known parameters."""
 
 import jax
 import jax.numpy as jnp

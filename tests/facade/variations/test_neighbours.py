@@ -12,7 +12,7 @@ from tests.facade.strategies import trees
 
 
 def graph_of_boxes(boxes: Sequence[Sequence[float]]) -> Neighbours:
-    """Every pair of boxes (left, bottom, right, top) compared, slowly and obviously."""
+    """Comparison of every pair of boxes (left, bottom, right, top), as a slow reference."""
 
     def pairs(along: int) -> np.ndarray:
         across = 1 - along
@@ -76,7 +76,7 @@ def test_a_pinwheel_with_one_box_cut_has_a_tree() -> None:
 
 
 def test_linking_a_source_to_all_neighbours_of_both_anchors_is_no_facade() -> None:
-    """Figure 5: S between anchors 1 and 4, linked to all that they touch, is on both sides of 3."""
+    """Figure 5: S between anchors 1 and 4, linked to all of their neighbours, is on both sides of 3."""
     anchor_left, below, between, anchor_right, source = range(5)
     beside = [(anchor_left, between), (between, anchor_right), (anchor_left, source), (source, anchor_right)]
     loop = [(source, between), (between, source), (source, below), (below, between)]
@@ -115,7 +115,7 @@ def test_one_leaf_and_ten_thousand() -> None:
 
 
 def test_where_lines_cross_the_leaves_are_those_of_the_other_tree() -> None:
-    """A window of four panes is two rows as much as two columns."""
+    """A window of four panes can be divided along both axes."""
     parent, axis = np.array([-1, 0, 1, 1, 0, 4, 4]), np.array([X, Y, LEAF, LEAF, Y, LEAF, LEAF], dtype=np.int8)
     sizes = np.array([[0, 0], [0, 0], [1, 3], [1, 4], [0, 0], [2, 3], [2, 4]], dtype=np.float64)
     facade = plain(parent, axis, *laid_out(parent, axis, sizes), [""] * 7)

@@ -1,4 +1,4 @@
-"""Facades that are easily counted."""
+"""Facades with obvious counts."""
 
 from collections.abc import Sequence
 

@@ -94,7 +94,7 @@ def pictured(facade: Facade) -> Facade:
 
 
 def coordinates(text: str) -> dict[tuple[float, ...], tuple[float, ...]]:
-    """Of each leaf's box its window."""
+    """For the box of each leaf, its window."""
     forest = derive(Grammar.parse(text), 1, seed=0)
     leaves, found = forest.leaves, {}
     for row in range(len(leaves)):

@@ -73,7 +73,7 @@ def test_every_sample_is_a_facade_of_the_same_grid(widths: tuple[float, float], 
 
 
 def walked(sample: Sample) -> str:
-    """The columns of a sample, by their lowest thing."""
+    """The columns of a sample, by their lowest element."""
     things = [(x, label, w) for label, (x, y, w, _) in zip(sample.label, sample.box, strict=True) if y == 0.8]
     letters = {("door", 1.1): "D", ("window", 1.1): "W", ("window", 1.6): "B", ("window2", 1.6): "B"}
     return "".join(letters[label, round(w, 6)] for _, label, w in sorted(things) if label != "wall")
@@ -188,7 +188,7 @@ def test_any_facade_has_a_family_or_an_explanation(facade: Facade, low: float, h
     ("widths", "heights", "says"),
     [
         ((1.0, 2.0), (6.0, 20.0), "is 1 to 2 m wide: its columns make widths from"),
-        ((6.0, 20.0), (1.0, 2.0), "is 1 to 2 m high: its fixed rows have 3.9 m, and rows of 2.7 m may be added"),
+        ((6.0, 20.0), (1.0, 2.0), "is 1 to 2 m high: its fixed rows take 3.9 m, and rows of 2.7 m may be added"),
         ((6.0, 20.0), (6.0, 9e9), None),
         ((6.0, 9e9), (6.0, 20.0), None),
     ],

@@ -1,4 +1,4 @@
-"""How far a facade is missed by its own family."""
+"""Error of a facade as a member of its own family."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tests.facade.writing.test_family import samples
 
 
 def things(label: list[str], box: np.ndarray) -> tuple[list[str], np.ndarray]:
-    """All but walls and the cornice, which columns cut, in the order of their places."""
+    """All elements except walls and the cornice, which columns cut, in the order of their positions."""
     kept = [(tuple(row[1::-1].round(3)), name, row) for name, row in zip(label, box, strict=True)]
     kept = sorted((each for each in kept if not look_of(each[1]).gives and each[1] != "cornice"), key=lambda e: e[:2])
     return [name for _, name, _ in kept], np.array([row for _, _, row in kept])
 
 
 def uneven(facade: Facade, by: float) -> Facade:
-    """With one pier broader in all rows."""
+    """A facade with one pier wider in all rows."""
     wanted = facade.size.copy()
     starts = facade.position[facade.leaves, X]
     second = np.unique(starts.round(6))[2]

@@ -36,7 +36,7 @@ def outlined(labels: list[str], outlines: list[np.ndarray]) -> Facade:
 
 
 def volume(shape: Shape) -> float:
-    """Of a mesh in its part of the unit cube."""
+    """Volume of a mesh in its part of the unit cube."""
     mesh: Any = trimesh.load(io.StringIO(shape.text), file_type="obj", force="mesh")
     assert mesh.bounds == pytest.approx(np.array([[0, 0, 0], [1, 1, 1]]))
     return float(mesh.volume * shape.size.prod())
@@ -44,7 +44,7 @@ def volume(shape: Shape) -> float:
 
 @st.composite
 def stars(draw: st.DrawFn) -> np.ndarray:
-    """Outlines that go around the middle of the box and reach all of its sides."""
+    """Outlines around the centre of the box that reach all of its sides."""
     reach = np.array(draw(st.lists(st.floats(0.2, 1.0), min_size=4, max_size=10)))
     angle = np.linspace(0.0, 2.0 * np.pi, len(reach), endpoint=False) + 0.1
     points = reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -66,7 +66,7 @@ def test_a_facade_with_outlines_is_derived_with_them(tmp_path: Path) -> None:
     written = write_exact(facade)
     assert written.error <= EXACT
     store_shapes(written.outlined, tmp_path)
-    # A triangle of a wall has nothing around it, and an outline within its box is the box.
+    # A triangle of a wall has no wall around it, and an outline inside its box is the box.
     assert len(list(tmp_path.iterdir())) == 3 + 1
     assert written.text.count("i(") == 2 + 1
     forest = derive(Grammar.parse(written.text), 1, seed=0, assets=tmp_path)

@@ -240,7 +240,7 @@ def test_contradictions_of_comparisons_are_noise():
 
 
 def test_other_methods_refuse_comparisons():
-    with pytest.raises(UsageError, match="'kde' learns from scores alone; use 'blended'"):
+    with pytest.raises(UsageError, match="'kde' learns only from scores; use 'blended'"):
         fit([[0.0]], [100.0], kinds=["rather"], others=[[1.0]], method="kde")
 
 

@@ -28,7 +28,7 @@ def test_the_folder_of_all_scenarios_is_without_the_tastes():
         ("scenarios/F1.tml", "Did you mean 'F1'"),
         ("xor_furnitur", "Did you mean 'xor_furniture'"),
         ("nothing", "Shipped: A1, B1"),
-        ("", "holds no scenario"),
+        ("", "has no scenario"),
     ],
 )
 def test_what_does_not_exist_is_answered_with_the_nearest(argument, message, monkeypatch, tmp_path):
@@ -38,5 +38,5 @@ def test_what_does_not_exist_is_answered_with_the_nearest(argument, message, mon
 
 
 def test_a_folder_without_scenarios_says_so(tmp_path):
-    with pytest.raises(UsageError, match="holds no scenario"):
+    with pytest.raises(UsageError, match="has no scenario"):
         find_scenarios(str(tmp_path))

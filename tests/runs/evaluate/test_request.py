@@ -22,5 +22,5 @@ def test_a_number_of_labels_holds_for_every_scenario():
 @pytest.mark.parametrize("wrong", [{"seeds": 0}, {"max_labels": -1}])
 def test_numbers_out_of_range_are_named(wrong):
     (name,) = wrong
-    with pytest.raises(UsageError, match=f"{name} is a number from"):
+    with pytest.raises(UsageError, match=f"{name}: expected a number"):
         EvaluationRequest.of((B3,), **wrong)

@@ -1,6 +1,6 @@
-"""What was found in an example as a JSON file that a person may correct: lines between units, and their labels.
+"""The analysis of an example as a JSON file for correction: lines between units, and their labels.
 
-Walls that the file leaves out are stretched with the rest; docs/facade-synthesis.md describes the format.
+Walls that are missing in the file are stretched with the rest; docs/facade-synthesis.md describes the format.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from grammarlab.facade.values import a_list, a_text, an_object, numbers, parse_j
 
 FORMAT, VERSION = "grammarlab example", 1
 _LEAST = 0.05
-"""Metres between lines."""
+"""Least distance of lines, metres."""
 
 
 def dumps(example: Example) -> str:
@@ -34,7 +34,7 @@ def corrected(example: Example, path: Path) -> Example:
     """The example with the lines and labels of a file.
 
     Raises:
-        FacadeError: when the file is none of an example, or does not fit it: what is wrong, and where.
+        FacadeError: If the file is not an example file, or does not fit the example; with the position of the mistake.
     """
     try:
         return with_corrections(example, an_object(parse_json(read_bounded(path)), "file"))
@@ -43,10 +43,10 @@ def corrected(example: Example, path: Path) -> Example:
 
 
 def with_corrections(example: Example, document: dict[str, Any]) -> Example:
-    """The same of a file's content.
+    """The example with the content of such a file.
 
     Raises:
-        FacadeError: as `corrected`.
+        FacadeError: See `corrected`.
     """
     return replace(example, regions=_regions(example, document))
 
@@ -60,7 +60,7 @@ def _regions(example: Example, document: dict[str, Any]) -> tuple[Region, ...]:
     known = [region.name for region in example.regions]
     for name in names:
         if name not in known:
-            raise FacadeError(f"there is no wall {name!r}; expected {', '.join(known)}.")
+            raise FacadeError(f"unknown wall {name!r}; expected one of {', '.join(known)}.")
     if len(set(names)) < len(names) or example.main.name not in names:
         raise FacadeError(f"expected each wall once, and the main wall {example.main.name!r} among them.")
     return tuple(_region(each, walls[names.index(each.name)]) for each in example.regions if each.name in names)
@@ -104,13 +104,13 @@ def _region(region: Region, wall: dict[str, Any]) -> Region:
 
 
 def _lattice(value: Any, where: str, middle: Floats, found: Lattice) -> Lattice:
-    """Lines of a file; elements beyond them belong to none."""
+    """Lines of a file; elements outside of them belong to no cell."""
     count = len(a_list(value, where, MOST_LINES + 1))
     line = np.array(numbers(value, where, count), dtype=np.float64)
     if count < 2 or not np.isfinite(line).all() or (np.diff(line) < _LEAST).any():
-        raise FacadeError(f"{where}: expected 2 or more places in metres, each {_LEAST:g} m or more after the last.")
+        raise FacadeError(f"{where}: expected 2 or more positions in metres, at least {_LEAST:g} m apart, ascending.")
     same = count == len(found.line) and np.abs(line - found.line).max() < 1e-3
-    # What is written to the tenth of a millimetre, and was not changed, stays exact.
+    # Unchanged positions keep their exact values, since the file has them rounded to a tenth of a millimetre.
     line = found.line if same else line
     member = np.searchsorted(line, middle) - 1
     member[(middle < line[0]) | (middle > line[-1])] = -1

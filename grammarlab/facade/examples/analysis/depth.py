@@ -1,4 +1,4 @@
-"""What is seen of a building from one side: depth and triangle at each pixel."""
+"""Depth map of a building seen from one side: depth and triangle at each pixel."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ import numpy as np
 from grammarlab.facade.examples.mesh.surface import Floats, Ints
 
 _CHUNK = 2_000_000
-"""Pixels that are looked at together."""
+"""Pixels that are processed together."""
 NOTHING = -np.inf
 _EDGE = 1e-9
-"""Pixels beside a triangle that count as inside."""
+"""Distance from a triangle at which pixels count as inside, pixels."""
 _FLAT = 1e-6
-"""Twice the area, in pixels, from which a triangle is seen at all."""
+"""Twice the least area of a visible triangle, square pixels."""
 
 
 @dataclass(frozen=True, eq=False)
 class DepthMap:
-    """H x W pixels, the lowest row first, seen without perspective."""
+    """H x W pixels, the lowest row first, in orthographic projection."""
 
     depth: Floats
-    """[H, W] metres towards the viewer; `NOTHING` where there is nothing."""
+    """[H, W] metres towards the viewer; `NOTHING` for empty pixels."""
     triangle: Ints
-    """[H, W] triangle that is seen, -1 for none."""
+    """[H, W] visible triangle, -1 for none."""
     low: Floats
-    """[2] metres of the lower left corner."""
+    """[2] lower left corner, metres."""
     step: float
     """Metres per pixel."""
 
     def rows(self, low: float, high: float) -> slice:
-        """Pixel rows whose middles lie between two heights."""
+        """Pixel rows with centres between two heights."""
         return self._between(1, low, high)
 
     def columns(self, low: float, high: float) -> slice:
-        """Pixel columns whose middles lie between two places."""
+        """Pixel columns with centres between two positions."""
         return self._between(0, low, high)
 
     def _between(self, axis: int, low: float, high: float) -> slice:
@@ -49,8 +49,8 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
     """The nearest triangle at each pixel.
 
     Args:
-        corners: [T, 3, 3] of triangles in the coordinates of a view.
-        num_pixels: of the map, about.
+        corners: [T, 3, 3] corners of triangles in the coordinates of a view.
+        num_pixels: approximate number of pixels of the map.
     """
     low, high = corners.reshape(-1, 3).min(axis=0)[:2], corners.reshape(-1, 3).max(axis=0)[:2]
     size = np.maximum(high - low, 1e-9)
@@ -67,7 +67,7 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
 
 
 def _covered(corners: Floats, low: Floats, step: float, width: int, height: int) -> Iterator[tuple[Ints, Ints, Floats]]:
-    """Triangles, pixels whose middles they cover and depths there, in chunks: each triangle row of pixels by row."""
+    """Triangles, the pixels with centres inside them and depths there, in chunks of triangles, by row of pixels."""
     flat = (corners[:, :, :2] - low) / step - 0.5
     (ax, ay), (bx, by), (cx, cy) = flat.transpose(1, 2, 0)
     double = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -99,7 +99,7 @@ def _covered(corners: Floats, low: Floats, step: float, width: int, height: int)
 
 
 def _span(flat: Floats, row: Ints, y: Ints) -> tuple[Floats, Floats]:
-    """From where to where a line of constant y runs inside of a triangle."""
+    """Start and end of a line of constant y inside a triangle."""
     start, end = np.full(len(row), np.inf), np.full(len(row), -np.inf)
     for one, other in ((0, 1), (1, 2), (2, 0)):
         (x, low), (to, high) = flat[row, one].T, flat[row, other].T
@@ -113,5 +113,5 @@ def _span(flat: Floats, row: Ints, y: Ints) -> tuple[Floats, Floats]:
 
 
 def _within(count: Ints) -> Ints:
-    """0, 1, ... for each of several counts, one after the other."""
+    """0, 1, ... for each of several counts, concatenated."""
     return np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)

@@ -1,4 +1,4 @@
-"""Elements of a wall: whatever is not in its plane, such as windows, doors and balconies, each with its box."""
+"""Elements of a wall: parts outside of its plane, such as windows, doors and balconies, each with its box."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from grammarlab.facade.examples.analysis.walls import BEHIND, Wall
 from grammarlab.facade.examples.mesh.surface import Bools, Floats
 
 _OFF, _NOISES = 0.02, 4.0
-"""Metres, and multiples of the noise, from which something is not in the plane of a wall."""
+"""Least distance from the plane of a wall, in metres, and as a multiple of the noise."""
 NEAR = 0.06
-"""Metres between parts of one element."""
+"""Largest distance between parts of one element, metres."""
 _LEAST_SIDE, _LEAST_AREA = 0.15, 0.05
-"""Metres and square metres of an element."""
+"""Least side, metres, and least area, square metres, of an element."""
 _TORN = 0.65
-"""Part of its box that a hole through a wall fills at least; others are triangles that are missing."""
+"""Least part of its box that a hole through a wall fills; other holes are missing triangles."""
 _CORNER = 0.3
-"""Metres up to which something at the end of a wall is what other walls show of themselves, such as their plinth."""
+"""Largest width of a return at the end of a wall that belongs to other walls, such as their plinth, metres."""
 LONGEST = 0.6
-"""Part of a wall's side; what is longer is a band, a cornice or a pilaster, which all units share."""
+"""Largest part of a wall's side that an element takes; longer parts are bands, cornices or pilasters."""
 _BESIDE, _ONE_PLACE = 1.0, 0.002
-"""Pixels between the side of an element on the map and the points that make it, and metres within which these lie."""
+"""Distance of an element's side from the points that determine it, pixels, and spread of these points, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,37 +32,37 @@ class WallElements:
     """E elements."""
 
     low: Floats
-    """[E, 2] metres, lower left corners, in the coordinates of the wall's view."""
+    """[E, 2] lower left corners, metres, in the coordinates of the wall's view."""
     high: Floats
-    """[E, 2] metres, upper right corners."""
+    """[E, 2] upper right corners, metres."""
 
     def around(self, others: WallElements) -> Bools:
-        """[E] which of these have the middle of one of others inside."""
+        """[E] whether an element contains the centre of one of the others."""
         return np.any(self.of(others), axis=1)
 
     def of(self, others: WallElements) -> Bools:
-        """[E, O] whether the middle of each of the others lies in each of these."""
+        """[E, O] whether each element contains the centre of each of the others."""
         middle = (others.low + others.high) / 2.0
         return np.all((self.low[:, None] < middle) & (middle < self.high[:, None]), axis=2)
 
     def with_panes(self, panes: WallElements) -> WallElements:
-        """These and panes; a pane takes the place of what it lies in, and of what lies in it."""
+        """These elements and panes; a pane replaces the element around it, and the elements inside it."""
         left = ~self.around(panes) & ~np.any(panes.of(self), axis=0)
         return WallElements(np.concatenate([self.low[left], panes.low]), np.concatenate([self.high[left], panes.high]))
 
 
 def slack_of(wall: Wall) -> float:
-    """Metres by which something differs from a plane at most and is still seen as part of it."""
+    """Largest distance from a plane of points that still belong to it, metres."""
     return _OFF + _NOISES * wall.noise
 
 
 def off_plane(wall: Wall) -> Bools:
-    """[H, W] pixels of the wall that show something before or behind its plane, or nothing."""
+    """[H, W] pixels of the wall in front of or behind its plane, or empty."""
     return wall.seen & ~(np.abs(wall.map.depth - wall.depth) <= slack_of(wall))
 
 
 def band_of(wall: Wall) -> float:
-    """Metres towards the viewer of a ground floor, or another band from end to end, that stands back; else the wall."""
+    """Depth of a recessed ground floor or other full-width band, metres towards the viewer; else the wall's."""
     depth = wall.map.depth
     behind = wall.seen & (depth < wall.depth - slack_of(wall)) & (depth >= wall.depth - BEHIND)
     found: Any = ndimage.label(behind)
@@ -74,7 +74,7 @@ def band_of(wall: Wall) -> float:
 
 
 def bare_of(wall: Wall) -> Floats:
-    """[2, 2] low and high corner of the wall without bands along its sides, such as a plinth, that lie before it."""
+    """[2, 2] low and high corner of the wall without projecting bands along its sides, such as a plinth."""
     map_ = wall.map
     before = wall.seen & (map_.depth > wall.depth + slack_of(wall))
     place = map_.columns(wall.low[0], wall.high[0]), map_.rows(wall.low[1], wall.high[1])
@@ -92,8 +92,8 @@ def bare_of(wall: Wall) -> Floats:
 def elements_of(wall: Wall, corners: Floats) -> WallElements:
     """The elements of a wall.
 
-    Their sides are those of the points that are seen near them, averaged, so that they are exact where the mesh is and
-    noise of points cancels out; where no points are near, they are as exact as the map.
+    Their sides are means of the nearby visible points, so that they are exact if the mesh is, and noise of points
+    averages out; sides without nearby points are as exact as the map.
 
     Args:
         wall: the wall.
@@ -101,8 +101,8 @@ def elements_of(wall: Wall, corners: Floats) -> WallElements:
     """
     mask = off_plane(wall)
     boxes, long = _boxes(mask, wall, corners)
-    # A plinth or a cornice before the wall takes what adjoins it along: what lies behind the wall is looked at alone,
-    # and in a ground floor that stands back what is not in its own plane.
+    # A plinth or a cornice in front of the wall would join the elements along it, so recesses are searched separately;
+    # so are elements of a recessed ground floor, relative to its own plane.
     behind = long & ~(wall.map.depth > wall.depth)
     beneath, _ = _boxes(behind & ~(np.abs(wall.map.depth - band_of(wall)) <= slack_of(wall)), wall, corners)
     boxes = np.array([*boxes, *beneath]).reshape(-1, 2, 2)
@@ -135,7 +135,7 @@ def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bool
         at_corner = low[0] <= wall.low[0] + map_.step or high[0] >= wall.high[0] - map_.step
         if at_corner and (high - low)[0] < _CORNER:
             continue
-        if through.mean() > 0.5:  # what is around a hole makes its sides, not what is seen through it
+        if through.mean() > 0.5:  # the sides of a hole are those of its surroundings
             grown = tuple(slice(max(each.start - 1, 0), each.stop + 1) for each in place)
             seen = np.unique(map_.triangle[grown][map_.depth[grown] >= wall.depth - BEHIND])
         else:
@@ -146,7 +146,7 @@ def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bool
 
 
 def _exact(side: Floats, points: Floats, step: float, noise: float) -> Floats:
-    """[2] the mean of the coordinates that make each side, or itself where there are none near."""
+    """[2] the mean of the coordinates near each side, or the side itself if there are none."""
     exact = side.copy()
     for axis in range(2):
         place = np.unique(points[:, axis])

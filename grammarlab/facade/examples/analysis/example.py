@@ -1,4 +1,4 @@
-"""An example: a building upright, its walls with rows, columns and labels of their units, the main one in front."""
+"""An example: an upright building, its walls with rows, columns and labels of their units, the main one in front."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from grammarlab.facade.examples.mesh.surface import Floats, Surface
 from grammarlab.facade.examples.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rotation, seen_from, turn_to_walls
 
 _SLACK = 0.05
-"""Metres behind and before what is seen of a region."""
+"""Margin behind and in front of the visible part of a region, metres."""
 _COARSE = 40_000
-"""Pixels of the maps that tell which axis is up."""
+"""Pixels of the maps that determine the vertical axis."""
 _ENTERED = 1.5
-"""How many units without an entrance count as much as one of a wall that has one."""
+"""Factor on the number of units of a wall with an entrance, for the choice of the main wall."""
 _ROUNDS = 3
-"""Times that a building is turned anew to walls that are not quite square to the others."""
+"""Number of rotations of a building to walls that are not quite square to the others."""
 _PANES = 2
-"""Times as many panes as elements in relief from which panes are taken to be units."""
+"""Ratio of panes to elements in relief from which panes are units."""
 MOST_LINES = 200
-"""Rows or columns."""
+"""Largest number of rows or columns."""
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """The part of a wall that is made of units, in the coordinates of the view from its side."""
+    """The part of a wall that consists of units, in the coordinates of the view from its side."""
 
     name: str
     side: int
@@ -42,25 +42,25 @@ class Region:
     rows: Lattice
     grid: LabelGrid
     plane: float
-    """Metres towards the viewer, of the wall."""
+    """Depth of the wall, metres towards the viewer."""
     back: float
-    """Metres: what lies behind is not part of the units."""
+    """Least depth of the units, metres; geometry behind it is not part of them."""
     front: float
     elements: Floats
-    """[E, 4] metres, boxes of what was found, low and high corners."""
+    """[E, 4] boxes of the elements, low and high corners, metres."""
     wall: Floats
-    """[2, 2] metres, low and high corner of the wall."""
+    """[2, 2] low and high corner of the wall, metres."""
     noise: float
-    """Metres by which what lies in the plane of the wall deviates from it."""
+    """Deviation of points in the plane of the wall from it, metres."""
 
     @property
     def low(self) -> Floats:
-        """[2] metres."""
+        """[2] lower left corner, metres."""
         return np.array([self.columns.line[0], self.rows.line[0]])
 
     @property
     def high(self) -> Floats:
-        """[2] metres."""
+        """[2] upper right corner, metres."""
         return np.array([self.columns.line[-1], self.rows.line[-1]])
 
     def cell(self, row: int, column: int) -> tuple[Floats, Floats]:
@@ -71,17 +71,17 @@ class Region:
         )
 
     def elements_in(self, row: int, column: int) -> Floats:
-        """[K, 4] boxes of what stands in a cell."""
+        """[K, 4] boxes of the elements in a cell."""
         return self.elements[(self.rows.member == row) & (self.columns.member == column)]
 
     def source(
         self, label: int, borders: tuple[bool, bool, bool, bool] = (False, False, False, False)
     ) -> tuple[int, int]:
-        """Row and column of the unit that stands for a label: one at the same borders, near the middle of such units.
+        """Row and column of the unit that represents a label: one with the same borders, near the middle of such units.
 
         Args:
             label: the label.
-            borders: whether the unit will stand at the bottom, the top, the left and the right.
+            borders: whether the unit will be at the bottom, the top, the left and the right border.
         """
         places = np.argwhere(self.grid.labels == label)
         rows, columns = self.grid.labels.shape
@@ -98,16 +98,16 @@ class Example:
     mesh: ExampleMesh
     surface: Surface
     turn: Floats
-    """[3, 3] what took the coordinates of the file, less `mesh.origin`, to those of the building; if it is bent, those
-    of the building laid out straight."""
+    """[3, 3] rotation from the coordinates of the file, less `mesh.origin`, to those of the building; of a bent
+    building, to its straightened coordinates."""
     regions: tuple[Region, ...]
-    """The main one first."""
+    """Regions, the main one first."""
     notes: tuple[str, ...]
     bend: Bend | None = None
-    """The arc that the building stands along; its surface and its regions are laid out straight."""
+    """Arc of a bent building; its surface and its regions are straightened."""
 
     def bent(self, points: Floats) -> Floats:
-        """[P, 3] points of a building like this one as they stand."""
+        """[P, 3] points of a straightened building, bent back."""
         return points if self.bend is None else self.bend.bent(points @ self.turn)
 
     @property
@@ -120,34 +120,34 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
 
     Args:
         mesh: the building.
-        up: `y` or `z`; where empty, the one with which more units are found on walls, and y if none has more.
+        up: `y` or `z`; if empty, the axis for which walls have more units, and y if both have equally many.
 
     Raises:
-        FacadeError: where no wall has anything on it.
+        FacadeError: If no wall has elements.
     """
     ways = {"y": _stood(mesh, np.eye(3))} if up != "z" else {}
     if up != "y":
         ways["z"] = _stood(mesh, Z_UP)
     notes: tuple[str, ...] = ()
     if len(ways) == 2 and ways["z"].num_elements > ways["y"].num_elements:
-        up, notes = "z", ("z is taken to be up, since more units stand on walls then",)
+        up, notes = "z", ("z is taken as the up axis, since walls have more units then",)
     example = _upright(mesh, ways[up or "y"])
     if not example.regions:
         large = float(np.ptp(example.surface.points, axis=0).max())
         raise FacadeError(
-            f"No wall of this building, {large:.3g} m large, has units on it, such as windows, that differ from its "
-            "plane by 2 cm or more; give --up if it lies on its side, --unit if its coordinates are no metres."
+            f"No wall of this building, {large:.3g} m large, has units, such as windows, at least 2 cm off its "
+            "plane; give --up if it lies on its side, --unit if its coordinates are not in metres."
         )
     if example.bend is not None:
-        notes += (f"walls stand along an arc of {example.bend.radius:.1f} m; rules and facades are laid out straight",)
+        notes += (f"walls follow an arc of radius {example.bend.radius:.1f} m; rules and facades are straightened",)
     return replace(example, notes=notes)
 
 
 def _walls(surface: Surface, num_pixels: int = PIXELS) -> list[tuple[Wall, WallElements]]:
-    """The walls of all sides, as maps of so many pixels show them, and their elements.
+    """The walls of all sides, from maps of this many pixels, and their elements.
 
-    Where hardly anything stands out of the walls, or most of what does holds a pane that nearly lies in its wall, panes
-    are elements.
+    Panes are elements if walls have hardly any relief, or if most elements in relief contain a pane near the plane of
+    their wall.
     """
     found: list[tuple[Wall, WallElements]] = []
     panes: list[WallElements] = []
@@ -165,18 +165,18 @@ def _walls(surface: Surface, num_pixels: int = PIXELS) -> list[tuple[Wall, WallE
 
 @dataclass(frozen=True, eq=False)
 class _Stood:
-    """A building stood up, laid out straight and turned to its walls."""
+    """A building made upright, straightened and rotated to its walls."""
 
     surface: Surface
     turn: Floats
-    """[3, 3]"""
+    """[3, 3] rotation."""
     bend: Bend | None
     num_elements: int
-    """On the walls of all sides, as a coarse look counts them."""
+    """Number of elements on the walls of all sides, on coarse maps."""
 
 
 def _stood(mesh: ExampleMesh, stand: Floats) -> _Stood:
-    """The building stood up by a rotation; of houses that are not quite rectangular, square to the wall with units."""
+    """The upright building; if it is not quite rectangular, rotated square to the wall with units."""
     surface = mesh.surface.moved(mesh.surface.points @ stand.T)
     bend = bend_of(surface)
     if bend is not None:
@@ -195,7 +195,7 @@ def _stood(mesh: ExampleMesh, stand: Floats) -> _Stood:
 
 
 def _looked_at(straight: Surface, turn: Floats, bend: Bend | None) -> tuple[_Stood, list[float]]:
-    """The building turned, and by how many radians more some of its walls would be square."""
+    """The rotated building, and further rotations, radians, that would make some of its walls square to a view."""
     surface = straight.moved(straight.points @ turn.T)
     walls = _walls(surface, _COARSE)
     tilts = [tilt for wall, _ in walls if (tilt := wall.tilt())]
@@ -210,7 +210,7 @@ def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
         return Example(mesh, surface, turn, (), (), bend)
     main = max(regions, key=lambda each: (_weight(each), -each.side))
     if main.side != FRONT:
-        # From the file in one step, to lose no digits, unless it was laid out straight in between.
+        # One transform from the file, to lose no digits, unless the building was straightened in between.
         points = mesh.surface.points if bend is None else surface.points @ turn
         turn = VIEWS[main.side] @ turn
         surface = surface.moved(points @ turn.T)
@@ -226,7 +226,7 @@ def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
 
 
 def _weight(region: Region) -> float:
-    """How much speaks for a wall to be the main one: units, and entrances."""
+    """Score of a wall for the choice of the main one: units, and entrances."""
     entered = any(name.startswith(("door", "shop")) for name in region.grid.names)
     return len(region.elements) * (_ENTERED if entered else 1.0)
 
@@ -263,7 +263,7 @@ def _regions(surface: Surface) -> list[Region]:
 
 
 def _depths(wall: Wall, columns: Lattice, rows: Lattice) -> tuple[float, float]:
-    """Between which depths the units lie."""
+    """Least and largest depth of the units."""
     part = wall.map.rows(rows.line[0], rows.line[-1]), wall.map.columns(columns.line[0], columns.line[-1])
     depth = wall.map.depth[part][wall.seen[part]]
     depth = depth[(depth >= wall.depth - BEHIND) & (depth <= wall.depth + BEFORE)]

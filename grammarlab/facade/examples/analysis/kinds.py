@@ -1,4 +1,4 @@
-"""Which units of a wall are equal: labels of cells by what stands in them and how deep it lies."""
+"""Equal units of a wall: labels of cells by the boxes and depths of their elements."""
 
 from __future__ import annotations
 
@@ -14,43 +14,43 @@ from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
 
 _SAME_SIZE, _NOISES = 0.02, 4.0
-"""Metres, and multiples of the noise, by which elements of equal units differ at most."""
+"""Largest difference of elements of equal units, in metres, and as a multiple of the noise."""
 _SAME_CELL = 0.2
-"""Part by which cells of equal units differ at most; units are scaled to the size of their row and column anyway."""
+"""Largest relative difference of cells of equal units; units are scaled to the size of their row and column."""
 _SAME_DEPTH, _DEPTH_NOISES = 0.03, 5.0
 _EDGE_NOISES = 4.0
-"""Multiples of the noise by which sides are off at most, besides a pixel."""
+"""Largest error of sides beyond one pixel, as a multiple of the noise."""
 _DIFFERENT = 0.06
-"""Part of what is off the plane from which depths that differ make another unit."""
+"""Share of the area off the plane from which differing depths make another unit."""
 _LEAST_AREA = 0.3
-"""Square metres of which that part is taken at least."""
+"""Least area of which that share is taken, square metres."""
 _GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.85, 1.8, 2.2
-"""Metres: above the lowest point of the wall, least height, and width up to which something is a door."""
+"""Doors: largest height above the lowest point of the wall, least height, and largest width, metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Cell:
     size: Floats
-    """[2] metres; not a number along an axis at whose end it stands, where cells end as the wall does, or along which
-    something in it is larger."""
+    """[2] metres; NaN along an axis at whose end it is, since such cells end with the wall, or along which an element
+    is larger than the cell."""
     boxes: Floats
-    """[K, 4] low and high corners of its elements, in metres."""
+    """[K, 4] low and high corners of its elements, metres."""
     depth: Floats
-    """[3, h, w] metres before the plane: at each pixel, and the least and the largest at it and those around it."""
+    """[3, h, w] metres in front of the plane: at each pixel, and the least and the largest in its neighbourhood."""
     off: Bools
     """[h, w] whether it is off the plane."""
     anchor: Ints
-    """[2] row and column of the pixel in the middle of what stands in it."""
+    """[2] row and column of the pixel in the centre of its elements."""
     step: float
     """Metres per pixel."""
 
 
 def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> LabelGrid:
-    """The label of each cell, with names by what it looks like: window, door, shop, wall, unit."""
+    """The label of each cell, with names by appearance: window, door, shop, wall, unit."""
     cells = _cells(wall, elements, columns, rows)
     labels = np.zeros((len(rows), len(columns)), dtype=np.int64)
     leaders: list[tuple[_Cell, bool]] = []
-    # Cells within come first: what stands at an end is compared with them, and its own size is none of its own.
+    # Inner cells come first: cells at an end are compared with them, since their own size is cut off by the wall.
     ends = [(row in (0, len(rows) - 1)) + (column in (0, len(columns) - 1)) for row, column in np.ndindex(labels.shape)]
     for place in np.argsort(ends, kind="stable").tolist():
         row, column = divmod(place, len(columns))
@@ -67,7 +67,7 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
     around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISES * wall.noise / map_.step))
     depths = np.stack([depth, ndimage.minimum_filter(depth, around), ndimage.maximum_filter(depth, around)])
-    # What ends at a line reaches beyond it where points are off.
+    # Noise can move an element beyond the line where it ends.
     inside = _EDGE_NOISES * wall.noise
     found = []
     for row in range(len(rows)):
@@ -103,7 +103,7 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
     one, other = ((slice(*ends) for ends in np.stack([each.anchor - before, each.anchor + after]).T) for each in (a, b))
     one, other = tuple(one), tuple(other)
     slack = _SAME_DEPTH + _DEPTH_NOISES * noise
-    # What lies at a pixel of one lies at it or beside it in the other, else they differ: cells begin within pixels.
+    # A depth may be in the same pixel of the other cell or in one beside it, since cells begin within pixels.
     differs = _beyond(a.depth[:, *one], b.depth[:, *other], slack) | _beyond(
         b.depth[:, *other], a.depth[:, *one], slack
     )
@@ -112,7 +112,7 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
 
 
 def _beyond(one: Floats, other: Floats, slack: float) -> Bools:
-    """[h, w] where a depth is not among those around the same pixel of the other."""
+    """[h, w] whether a depth is outside the range around the same pixel of the other cell."""
     return (one[0] < other[1] - slack) | (one[0] > other[2] + slack)
 
 
@@ -128,7 +128,7 @@ def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
 
 
 def _names(names: list[str]) -> list[str]:
-    """Names with numbers where one comes more than once."""
+    """Names, numbered if they occur several times."""
     return [
         name if (before := names[:place].count(name)) == 0 else f"{name}-{before + 1}"
         for place, name in enumerate(names)

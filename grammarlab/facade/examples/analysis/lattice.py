@@ -10,24 +10,24 @@ from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
 from grammarlab.facade.grids.editing import lines
 
 _REGULAR = 0.06
-"""Part of a pitch by which places may miss a multiple of it."""
+"""Largest difference of positions and a multiple of the pitch, as a fraction of the pitch."""
 _LARGER = 1.25
-"""Times as large as most that a cell is beside a wide gap, which gets a row or column of its own."""
+"""Size relative to most cells from which a cell beside a wide gap is too large: the gap gets its own row or column."""
 _THIN = 0.02
-"""Metres beside a grid that are not worth a margin."""
+"""Least width of a margin beside a grid, metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
-    """K rows, or columns, one after the other."""
+    """K rows or columns in order."""
 
     line: Floats
-    """[K + 1] metres, of the lines around and between them, ascending."""
+    """[K + 1] lines around and between them, metres, ascending."""
     pitch: float
-    """Metres from one to the next, fitted to all; the mean where they are not regular, 0 for a single one."""
+    """Distance of neighbours, metres, fitted to all; the mean if they are not regular, 0 for a single one."""
     is_regular: bool
     member: Ints
-    """[E] which of them each element belongs to."""
+    """[E] row or column of each element."""
 
     def __len__(self) -> int:
         return len(self.line) - 1
@@ -36,14 +36,14 @@ class Lattice:
 def lattice(low: Floats, high: Floats, first: float, last: float) -> Lattice:
     """The rows or columns of E intervals.
 
-    Where the places between two neighbours are a multiple of the pitch of most, units are missing there: an empty row
-    or column takes each of their places.
+    If the distance of two neighbours is a multiple of the common pitch, units are missing between them: each missing
+    one gets an empty row or column.
 
     Args:
-        low: [E] metres, at least one.
-        high: [E] metres.
-        first: metres, where the wall begins.
-        last: metres, where it ends.
+        low: [E] starts, metres, at least one.
+        high: [E] ends, metres.
+        first: start of the wall, metres.
+        last: end of the wall, metres.
     """
     member = lines(low, high)
     num = int(member.max()) + 1
@@ -66,20 +66,20 @@ def lattice(low: Floats, high: Floats, first: float, last: float) -> Lattice:
 
 
 def _steps(middle: Floats, size: Floats) -> Ints:
-    """[K - 1] how many pitches lie between neighbours: 1, or more where units are missing."""
+    """[K - 1] number of pitches between neighbours: 1, or more if units are missing."""
     gap = np.diff(middle)
     if len(gap) < 3:
         return np.ones(len(gap), dtype=np.int64)
     pitch = float(np.median(gap))
     times = np.rint(gap / pitch)
     fits = (times >= 2) & (np.abs(gap - times * pitch) <= _REGULAR * pitch)
-    # Large elements, such as shops, stand apart from others without anything missing.
+    # Large elements, such as shops, are far from others although no unit is missing.
     fits &= np.maximum(size[:-1], size[1:]) <= 1.25 * np.median(size)
     return np.where(fits, times, 1).astype(np.int64)
 
 
 def _apart(low: Floats, high: Floats) -> Bools:
-    """[K - 1] where neighbours stand so far apart that the cells of both would be larger than others."""
+    """[K - 1] whether neighbours are so far apart that both of their cells would be larger than others."""
     room = low[1:] - high[:-1]
     if len(room) < 3:
         return np.zeros(len(room), dtype=bool)
@@ -98,7 +98,7 @@ def _pitch(place: Ints, middle: Floats) -> tuple[float, bool]:
 
 
 def _lines(place: Ints, low: Floats, high: Floats, apart: Bools, first: float, last: float) -> Floats:
-    """[K + 1] lines halfway between neighbours, as far outside the first and the last as inside, within the wall."""
+    """[K + 1] lines halfway between neighbours; outer ones as far away as inner ones, but within the wall."""
     line = np.zeros(place[-1] + 2)
     for k in range(len(place) - 1):
         here, there = (high[k] + low[k + 1]) / 2.0, place[k + 1] - place[k]
@@ -121,7 +121,7 @@ def _lines(place: Ints, low: Floats, high: Floats, apart: Bools, first: float, l
 
 
 def _edge(side: float, room: float, end: float, sign: float) -> float:
-    """Where the grid ends: as much room as inside, if the wall has it and a margin; else half of what there is."""
+    """End of the grid: as much room as inside, if the wall has it plus a margin; otherwise half of the room."""
     there = max((end - side) * sign, 0.0)
     if there <= _THIN:
         return end

@@ -1,7 +1,8 @@
-"""Panes: windows that lie in their wall, or nearly so, and are seen only by how the mesh is divided.
+"""Panes: windows in or near the plane of their wall, recognised by the division of the mesh.
 
-City models draw windows as rectangles that fill holes of a wall without standing back by more than a few centimetres.
-Pieces of wall between them are rectangles too, but windows come most often, and do not touch each other.
+City models have windows as rectangles that fill holes of a wall and are recessed by only a few centimetres. Pieces of
+wall
+between them are rectangles too, but windows are the most frequent ones, and do not touch each other.
 """
 
 from __future__ import annotations
@@ -15,34 +16,34 @@ from grammarlab.facade.examples.analysis.walls import FACING, Wall
 from grammarlab.facade.examples.mesh.surface import Bools, Floats, Ints
 
 _MOST = 2_000
-"""Rectangles of one wall; more are a mesh that is divided evenly."""
+"""Largest number of rectangles of one wall; with more, the mesh is evenly divided."""
 _LEAST_OFTEN = 4
-"""Times that the most frequent size comes."""
+"""Least number of rectangles of the most frequent size."""
 _OFF, _NOISES = 0.01, 4.0
-"""Metres, and multiples of the noise, by which corners of a rectangle and sizes of equal ones are off."""
+"""Largest error of corners of a rectangle and of equal sizes, in metres, and as a multiple of the noise."""
 _LEAST_SIDE = 0.15
-"""Metres."""
+"""Least side of a pane, metres."""
 _EVEN = 0.9
-"""Part of a wall from which rectangles are how it is divided, and no windows."""
+"""Part of a wall that rectangles cover from which they are a division of it, not windows."""
 _SHALLOW = 0.06
-"""Metres between a pane and its wall."""
+"""Largest distance between a pane and its wall, metres."""
 
 
 def panes_of(wall: Wall, corners: Floats, triangles: Ints, relief: WallElements) -> WallElements:
-    """The panes of a wall: rectangles of two triangles, of the sizes that come most often, that do not touch.
+    """The panes of a wall: rectangles of two triangles, of the most frequent sizes, that do not touch.
 
     Parts of one window, such as a pane and the transom light above it, become one element.
 
     Args:
         wall: the wall.
         corners: [T, 3, 3] of all triangles of the building, in the coordinates of the view.
-        triangles: [T, 3] their points.
-        relief: what stands out of the wall: rectangles beside it are pieces of wall.
+        triangles: [T, 3] indices of their points.
+        relief: elements in relief: rectangles beside them are pieces of wall.
     """
     slack = _OFF + _NOISES * wall.noise
     boxes = _rectangles(wall, corners, triangles, slack)
     if len(boxes) <= _MOST:
-        # Both faces of a pane are one.
+        # Both faces of a pane are merged.
         same = (np.abs(boxes[:, None] - boxes[None]) <= slack).all(axis=(2, 3))
         boxes = boxes[~np.tril(same, -1).any(axis=1)]
         middle = boxes.mean(axis=1)[:, None]
@@ -102,32 +103,32 @@ def _rectangles(wall: Wall, corners: Floats, triangles: Ints, slack: float) -> F
     low, high = ordered[:, :2].mean(axis=1), ordered[:, 2:].mean(axis=1)
     upper = np.abs(around - high[:, None]) <= slack
     square = (upper | (np.abs(around - low[:, None]) <= slack)).all(axis=(1, 2))
-    # Its corners are all different: neighbours share one coordinate, opposites none.
+    # All its corners differ: neighbours share one coordinate, opposite corners none.
     square &= (upper[:, 0] != upper[:, 2]).all(axis=1) & (upper[:, 1] != upper[:, 3]).all(axis=1)
     square &= (upper[:, 0] == upper[:, 1]).sum(axis=1) == 1
     size = high - low
     if size[square].prod(axis=1).sum() >= _EVEN * np.abs(normal[own, 2]).sum() / 2.0:
-        square[:] = False  # lines from end to end: no rectangle is more than others
+        square[:] = False  # regular grid: no rectangle is distinct
     square &= (size >= _LEAST_SIDE).all(axis=1) & (size <= LONGEST * (wall.high - wall.low)).all(axis=1)
     square &= (low >= wall.low - slack).all(axis=1) & (high <= wall.high + slack).all(axis=1)
     return np.stack([low, high], axis=1)[square]
 
 
 def _within(boxes: Floats, reach: float) -> Bools:
-    """[R, R] whether two different boxes are nearer to each other than a reach."""
+    """[R, R] whether the distance of two different boxes is below a limit."""
     low, high = boxes[:, 0], boxes[:, 1]
     near = (low[:, None] <= high[None] + reach).all(axis=2)
     return near & near.T & ~np.eye(len(boxes), dtype=bool)
 
 
 def _parts(boxes: Floats, slack: float) -> Bools:
-    """[R, R] whether two boxes do not touch, but end at the same places along an axis: parts of one window."""
+    """[R, R] whether two boxes are parts of one window: they do not touch, but have equal ends along an axis."""
     ends = np.all(np.abs(boxes[:, None] - boxes[None]) <= slack, axis=2)
     return np.any(ends, axis=2) & ~_within(boxes, slack)
 
 
 def _parts_joined(boxes: Floats) -> WallElements:
-    """Boxes of elements whose parts are near each other."""
+    """Boxes of elements, with nearby parts merged."""
     group = _groups(np.argwhere(_within(boxes, 2.0 * NEAR)), len(boxes))
     num = int(group.max(initial=-1)) + 1
     low, high = np.full((num, 2), np.inf), np.full((num, 2), -np.inf)
@@ -137,6 +138,6 @@ def _parts_joined(boxes: Floats) -> WallElements:
 
 
 def _groups(pairs: Ints, num: int) -> Ints:
-    """[N] the group of each item: pairs belong together."""
+    """[N] the group of each item: the connected components of the pairs."""
     graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(num, num))
     return connected_components(graph, directed=False)[1].astype(np.int64)

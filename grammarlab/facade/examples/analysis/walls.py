@@ -1,4 +1,4 @@
-"""Walls of a building: where much of what is seen from one side lies in one upright plane."""
+"""Walls of a building: upright planes that contain much of the visible surface of one side."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from grammarlab.facade.examples.mesh.surface import Bools, Floats, Surface
 from grammarlab.facade.examples.mesh.views import seen_from
 
 PIXELS = 250_000
-"""Of the depth map of each side."""
+"""Number of pixels of the depth map of each side."""
 FACING = 0.9
-"""Part of a normal towards the viewer from which a triangle may lie in a wall."""
+"""Least component towards the viewer of the normal of a triangle in a wall."""
 _BIN = 0.05
-"""Metres of depth that are counted together."""
+"""Bin width of depths, metres."""
 BEHIND, BEFORE = 1.0, 2.0
-"""Metres behind and before the plane of a wall that belong to it: recesses, and balconies."""
+"""Largest depth of recesses, and of balconies, that belong to a wall, metres."""
 _LEAST_PART, _LEAST_SIDE = 0.04, 1.5
-"""Of a wall: part of what is seen from its side, and metres of width and height."""
+"""Least wall: share of the visible area of its side, and width and height, metres."""
 _NARROW = 3
-"""Pixels of a gap that is surely seen."""
+"""Least width of a visible gap, pixels."""
 _NOISY, _CRACK = 0.001, 8.0
-"""Metres of noise from which there may be cracks, and how many times as wide these may be."""
+"""Noise from which cracks are possible, metres, and largest ratio of the width of a crack to the noise."""
 _DEVIATION = 1.4826
-"""Standard deviation of normal noise, for a median deviation of 1: windows that lie nearly in the wall are no noise."""
+"""Ratio of the standard deviation to the median deviation of normal noise; robust against windows near the plane."""
 _UNDER = 0.5
-"""Part of the width of a wall that what lies under its plane has, at least, to be its ground floor."""
+"""Least share of the width of a wall that its ground floor covers."""
 _TILTED = 0.1
-"""Metres of depth that a wall may lose from end to end."""
+"""Largest change of depth of a wall from end to end, metres."""
 _MOST = 6
-"""Walls of one side."""
+"""Largest number of walls of one side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +42,19 @@ class Wall:
 
     side: int
     depth: float
-    """Metres, of its plane."""
+    """Depth of its plane, metres."""
     low: Floats
-    """[2] metres, lower left corner."""
+    """[2] lower left corner, metres."""
     high: Floats
-    """[2] metres, upper right corner."""
+    """[2] upper right corner, metres."""
     map: DepthMap
     seen: Bools
-    """[H, W] pixels of the map that belong to it."""
+    """[H, W] whether each pixel of the map belongs to it."""
     noise: float
-    """Metres by which what lies in its plane deviates from it."""
+    """Deviation of points in its plane from it, metres."""
 
     def tilt(self) -> float:
-        """Radians about the upright axis that make it square to the view; 0 where that makes no difference."""
+        """Rotation about the vertical axis that makes it square to the view, radians; 0 if it has no effect."""
         flat = self.seen & (np.abs(self.map.depth - self.depth) <= _TILTED)
         x = np.nonzero(flat)[1] * self.map.step
         depth = self.map.depth[flat]
@@ -64,7 +64,7 @@ class Wall:
 
 
 def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
-    """The walls of one side, the largest first, as a map of so many pixels shows them."""
+    """The walls of one side, the largest first, from a map of this many pixels."""
     corners = seen_from(side, surface.points)[surface.triangles]
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(facing, axis=1)
@@ -80,7 +80,7 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
             break
         plane = float(np.median(map_.depth[flat]))
         near = (map_.depth >= plane - BEHIND) & (map_.depth <= plane + BEFORE)
-        # Pieces of wall between windows belong together, and so do windows: they may be holes.
+        # Pieces of wall between windows belong together, and so do windows, which may be holes.
         found: Any = ndimage.label(near, structure=np.ones((3, 3)))
         pieces, num = found
         if not num:
@@ -91,7 +91,7 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
         own_flat = own & flat
         rows, columns = np.flatnonzero(own_flat.any(axis=1)), np.flatnonzero(own_flat.any(axis=0))
         if len(rows):
-            # A ground floor that stands before or behind the plane belongs to the wall.
+            # A ground floor in front of or behind the plane belongs to the wall.
             under = own[: rows[0], columns[0] : columns[-1] + 1].mean(axis=1) >= _UNDER
             rows[0] = np.flatnonzero(~np.append(False, under))[-1]
         left &= ~own
@@ -112,7 +112,7 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
 
 
 def _filled(own: Bools, lowest: int) -> Bools:
-    """[H, W] the wall with its holes, whatever is seen through them; doors are closed by the ground below."""
+    """[H, W] the wall with its holes; doors are closed by the ground below."""
     ground = np.ones((1, own.shape[1]), dtype=bool)
     filled = own.copy()
     above: Any = ndimage.binary_fill_holes(np.concatenate([ground, own[lowest:]]))
@@ -123,14 +123,14 @@ def _filled(own: Bools, lowest: int) -> Bools:
 def _without_cracks(map_: DepthMap, noise: float) -> DepthMap:
     """The map with narrow gaps closed.
 
-    It does not show them everywhere, and pieces of a wall that only touch each other come apart where points are off.
+    Cracks are visible only in places, and would divide a wall with noise into pieces that only touch.
     """
     pixels = _NARROW + int(np.ceil(_CRACK * noise / map_.step)) * (noise > _NOISY)
     return replace(map_, depth=ndimage.grey_closing(map_.depth, (pixels, pixels)))
 
 
 def _plane(depth: Floats) -> float:
-    """The depth that most pixels have, to `_BIN`."""
+    """The most frequent depth, to `_BIN`."""
     low = float(depth.min())
     count = np.bincount(((depth - low) / _BIN).astype(np.int64), minlength=3)
     return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN

@@ -1,4 +1,4 @@
-"""A new building: units on other grids of labels, the rest stretched around them."""
+"""A new building: units on other grids of labels, with the rest stretched around them."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, joine
 from grammarlab.facade.examples.mesh.views import placed_from, plane_of
 
 _LEAST = 0.05
-"""Metres that a cell is wide and high at least."""
+"""Least width and height of a cell, metres."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tiling:
-    """A region with other rows and columns."""
+    """A region with new rows and columns."""
 
     region: Region
     walls: tuple[Region, ...]
-    """Where units may come from."""
+    """Walls that the units come from."""
     grid: LabelGrid
     columns: Floats
-    """[C + 1] metres, lines between columns in the coordinates of the view."""
+    """[C + 1] lines between columns in the coordinates of the view, metres."""
     rows: Floats
-    """[R + 1] metres."""
+    """[R + 1] lines between rows, metres."""
     plane: float
-    """Metres towards the viewer, of the wall."""
+    """Depth of the wall, metres towards the viewer."""
     sources: Ints
-    """[R, C, 3] of the unit that stands in each cell: wall among `walls`, row and column there."""
+    """[R, C, 3] source of the unit in each cell: index in `walls`, row and column."""
 
     @property
     def depths(self) -> tuple[float, float]:
-        """Metres before the plane between which all units lie."""
+        """Least and largest depth of all units, relative to the plane, metres."""
         used = [self.walls[each] for each in np.unique(self.sources[..., 0])]
         return min(each.back - each.plane for each in used), max(each.front - each.plane for each in used)
 
@@ -54,10 +54,10 @@ def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, 
     """[R, C, 3] wall, row and column of the unit for each cell of a grid.
 
     Args:
-        walls: where units come from, with the labels of the grid.
-        choice: which of the walls may give them; of those that have a label, the first does.
-        grid: labels.
-        regions: [R, C] place in `choice` of the wall that each cell is made after, which is asked first.
+        walls: walls with units, labelled like the grid.
+        choice: indices of walls whose units may be used; the first with a label is used for it.
+        grid: labels of the new grid.
+        regions: [R, C] index in `choice` of the preferred wall of each cell.
     """
     rows, columns = grid.labels.shape
     known: dict[tuple[int, int, tuple[bool, bool, bool, bool]], tuple[int, int, int]] = {}
@@ -73,14 +73,14 @@ def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, 
 
 
 def natural(walls: Sequence[Region], sources: Ints) -> tuple[Floats, Floats]:
-    """[C] widths and [R] heights: those of the unit that most cells of a column or row have, of equals the first."""
+    """[C] widths and [R] heights: those of a line's most frequent unit, the first of equally frequent ones."""
     widths = [np.diff(walls[wall].columns.line)[column] for wall, _, column in _most(sources.swapaxes(0, 1))]
     heights = [np.diff(walls[wall].rows.line)[row] for wall, row, _ in _most(sources)]
     return np.array(widths), np.array(heights)
 
 
 def _most(lines: Ints) -> list[tuple[int, int, int]]:
-    """Of each line [L, N, 3] the unit that comes most often, of equals the first in its wall."""
+    """The most frequent unit of each line [L, N, 3], the first in its wall of equally frequent ones."""
     found = []
     for line in lines:
         units, often = np.unique(line, axis=0, return_counts=True)
@@ -92,15 +92,15 @@ def _most(lines: Ints) -> list[tuple[int, int, int]]:
 def stretch_for(
     example: Example, sizes: tuple[Floats, Floats], box: tuple[float | None, float | None, float | None]
 ) -> Stretch:
-    """How the building is stretched for a grid of its main region.
+    """The stretch of the building for a grid of its main region.
 
     Args:
         example: the building.
         sizes: widths of columns and heights of rows of the grid.
-        box: width, height and depth of the new building in metres; as the units make it where None.
+        box: width, height and depth of the new building, metres; None for those that follow from the units.
 
     Raises:
-        FacadeError: where the box leaves no room for units.
+        FacadeError: If the box leaves no room for units.
     """
     main = example.main
     beside = [each for each in example.regions if each.side % 2]
@@ -121,8 +121,8 @@ def stretch_for(
         if size[axis] < least[axis]:
             kept = extent[axis] - (high - low)[axis]
             raise FacadeError(
-                f"--box: a {name} of {box[axis]:g} m has no room for the units; the rest keeps {kept:.2f} m of it, "
-                f"and units need {least[axis]:.2f} m. Give more."
+                f"--box: a {name} of {box[axis]:g} m has no room for the units; the rest takes {kept:.2f} m of it, "
+                f"and units need {least[axis]:.2f} m. Use a larger box."
             )
     middle = (low + high) / 2.0
     new_low = np.array([middle[0] - size[0] / 2.0, low[1], middle[2] - size[2] / 2.0])
@@ -145,27 +145,27 @@ def place_of(region: Region, stretch: Stretch) -> tuple[Floats, Floats, float]:
 
 
 def plane_of_view(side: int, axis: int, at: float) -> float:
-    """The coordinate in a view of a plane of the building across the axis of the building that the view's axis has."""
+    """Coordinate in a view of a plane of the building; the axis of the plane is that of the view's axis."""
     sign = plane_of(side, axis, 1.0).at
     return at * sign
 
 
 def counts_for(region: Region, stretch: Stretch) -> tuple[int, int]:
-    """Rows and columns that fit where a region comes to lie."""
+    """Number of rows and columns that fit into the new place of a region."""
     low, high, _ = place_of(region, stretch)
     columns, rows = (high - low) / (region.high - region.low) * [len(region.columns), len(region.rows)]
     return max(1, round(float(rows))), max(1, round(float(columns)))
 
 
 def tile(walls: Sequence[Region], own: int, grid: LabelGrid, sources: Ints, stretch: Stretch) -> Tiling:
-    """The rows and columns of a grid where a region comes to lie: in proportion to their natural sizes.
+    """The rows and columns of a grid in the new place of a region: in proportion to their natural sizes.
 
     Args:
-        walls: where units come from.
-        own: which of the walls is the region.
-        grid: its new labels.
+        walls: walls that the units come from.
+        own: index of the region in `walls`.
+        grid: new labels.
         sources: [R, C, 3] the unit in each cell.
-        stretch: of the building.
+        stretch: stretch of the building.
     """
     region = walls[own]
     low, high, plane = place_of(region, stretch)
@@ -182,7 +182,7 @@ def tile(walls: Sequence[Region], own: int, grid: LabelGrid, sources: Ints, stre
 
 @dataclass(frozen=True, eq=False)
 class UnstitchedPieces:
-    """All pieces of a new building where they stand, not yet stitched."""
+    """All pieces of a new building in place, not yet stitched."""
 
     surface: Surface
     first: Ints
@@ -193,9 +193,9 @@ def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> U
     """The pieces of the new building.
 
     Args:
-        cut: the example in pieces, with the cells of all walls where units come from.
-        tilings: for each of the example's regions, in their order.
-        stretch: of the rest.
+        cut: the example in pieces, with the cells of all walls that units come from.
+        tilings: one for each of the example's regions, in their order.
+        stretch: stretch of the rest.
     """
     pieces = [cut.rest.moved(stretch.points(cut.rest.points))]
     for tiling in tilings:
@@ -206,7 +206,7 @@ def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> U
             unit = cut.cells[wall][source[0]][source[1]]
             points = np.empty_like(unit.points)
             part = (unit.points[:, :2] - low) / (high - low)
-            # Both ends are exact, so that what meets at a line meets there.
+            # Both ends are exact, so that pieces that meet at a line have equal coordinates there.
             points[:, :2] = np.where(part == 1.0, new_high, new_low + part * (new_high - new_low))
             points[:, 2] = unit.points[:, 2] - tiling.walls[wall].plane + tiling.plane
             pieces.append(unit.moved(placed_from(tiling.region.side, points)))

@@ -1,4 +1,4 @@
-"""A wall with its units as a facade: boxes of what stands in its cells, and the grid that they form."""
+"""A wall with its units as a facade: boxes of the elements in its cells, and the grid of the cells."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from grammarlab.facade.tree import Facade
 
 
 def facade_of(region: Region) -> Facade:
-    """The wall of an example as it is."""
+    """The wall of an example."""
     boxes, names = [], []
     for row, column in np.ndindex(region.grid.labels.shape):
         found = region.elements_in(row, column)
@@ -49,7 +49,7 @@ def facade_of_tiling(tiling: Tiling, stretch: Stretch) -> Facade:
 
 
 def _plain(name: str) -> str:
-    """The name of a label without the number that tells it from others."""
+    """The name of a label without its distinguishing number."""
     head, _, number = name.rpartition("-")
     return head if head and number.isdigit() else name
 
@@ -63,5 +63,5 @@ def _facade(boxes: Floats, names: list[str], wall: Floats) -> Facade:
     try:
         return assemble(annotation, split=True).facade
     except FacadeError:
-        # Elements that interlock beyond cutting: each is shown without the rest of its tree.
+        # Elements that no straight cut divides: each is shown without the rest of its tree.
         return assemble(annotate(everything[:1], ["wall"], "metres", bounds=bounds)).facade

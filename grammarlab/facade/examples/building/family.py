@@ -1,4 +1,4 @@
-"""A solved grid of units as a stochastic grammar: facades of other sizes, of its rows and columns."""
+"""A solved grid of units as a stochastic grammar: facades of other sizes with its rows and columns."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ def unit_family(stock: UnitStock, tiling: Tiling, widths: Range, heights: Range)
     """The family of a new wall, and the same rules with the meshes that they insert.
 
     Args:
-        stock: its units.
+        stock: units of the wall.
         tiling: the wall.
-        widths: metres of facades, at least and at most.
-        heights: metres.
+        widths: least and largest width of facades, metres.
+        heights: least and largest height, metres.
 
     Raises:
-        FacadeError: where no facade of the family has such a size.
+        FacadeError: If no facade of the family has such a size.
     """
     terminals: list[Terminal] = []
     bodies = []
@@ -34,7 +34,7 @@ def unit_family(stock: UnitStock, tiling: Tiling, widths: Range, heights: Range)
 
 
 def _source(stock: UnitStock, tiling: Tiling, label: int) -> list[int] | None:
-    """The unit that most cells with a label have; where none has it, that of a wall; None for a name alone."""
+    """The unit of most cells with a label; if there is none, that of a wall; None for a name without a unit."""
     used = tiling.sources[tiling.grid.labels == label]
     if len(used):
         units, often = np.unique(used, axis=0, return_counts=True)

@@ -1,6 +1,6 @@
 """A new building as rules: rows and columns of units, which are meshes, and the rest as one mesh.
 
-What the rules make is the building before it is stitched, to the millimetre.
+The rules make the building without stitching, accurate to the millimetre.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def building_rules(
         low = np.array([tiling.columns[0], tiling.rows[0], tiling.plane]) @ VIEWS[tiling.region.side] - origin
         size = np.array([tiling.columns[-1] - tiling.columns[0], tiling.rows[-1] - tiling.rows[0], 1.0])
         turn = f" r(0, {90 * tiling.region.side}, 0)" if tiling.region.side else ""
-        # Splits need something to split: the front of a box behind the wall.
+        # Splits need a shape: the front of a box behind the wall.
         start.append(
             f"[ t({_list(low)}){turn} t(0, 0, -1) s({_list(size)}) primitiveCube() comp(f) {{ front : {rule} }} ]"
         )
@@ -108,11 +108,11 @@ def unit_body(
     """CGA that makes a unit in the scope of its cell; its meshes are added to the terminals.
 
     Args:
-        cut: pieces.
-        walls: whose units they are.
+        cut: pieces of the example.
+        walls: walls of the units.
         source: wall, row and column of the unit.
-        colors: of materials.
-        terminals: that there are.
+        colors: colors of materials.
+        terminals: meshes so far.
     """
     wall, row, column = source
     region = walls[wall]
@@ -132,7 +132,7 @@ def _inserted(
     colors: Sequence[tuple[float, float, float, float]],
     terminals: list[Terminal],
 ) -> str:
-    """What inserts a surface, material by material, relative to a corner and, in x and y, to the size of a cell."""
+    """CGA that inserts a surface, one mesh per material, relative to a corner and to the width and height of a cell."""
     lines = []
     used = np.unique(surface.material).tolist()
     for place, material in enumerate(used):

@@ -1,4 +1,4 @@
-"""Units of one example or several, under common labels, materials and names of files."""
+"""Units of one or several examples, with common labels, materials and file names."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from grammarlab.facade.examples.building.units import BuildingCut, cut_up
 from grammarlab.facade.examples.label_grid import LabelGrid, joined
 
 _SAME_SIZE, _SAME_DEPTH = 0.02, 0.03
-"""Metres by which what stands in equal units of two examples differs at most; both wider with noise."""
+"""Largest differences of the elements of equal units of two examples, metres; wider with noise."""
 _NOISES = 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class UnitStock:
-    """Walls with their units."""
+    """Walls and their units."""
 
     walls: tuple[Region, ...]
     """All walls of the first example, the main one first; then the main wall of each other example."""
     cut: BuildingCut
-    """The cells of all walls, and the rest of the first example."""
+    """Cells of all walls, and the rest of the first example."""
     choice: tuple[int, ...]
-    """Which walls give the units of the main wall: by example."""
+    """For each example, the index of the wall that gives the units of the main wall."""
     colors: tuple[tuple[float, float, float, float], ...]
-    """Of materials."""
+    """Colors of materials."""
 
     @property
     def grids(self) -> list[LabelGrid]:
@@ -38,8 +38,8 @@ class UnitStock:
 def stock_of(examples: Sequence[Example]) -> UnitStock:
     """The units of examples.
 
-    Units of two examples have one label where their names are equal, and so is what stands in them: as large to 2 cm
-    and as deep to 3 cm. Other units of equal names get names of their own.
+    Units of two examples share a label if their names are equal and their elements agree: in size to 2 cm and in depth
+    to 3 cm. Other units of equal names get different names.
     """
     first, *others = examples
     cut = cut_up(first.surface, first.regions)
@@ -65,7 +65,7 @@ def _named(stock: UnitStock) -> UnitStock:
         taken = {*seen, *grid.names}
         for label, name in enumerate(grid.names):
             unit = (wall, *walls[wall].source(label)) if (grid.labels == label).any() else None
-            # What another example calls so is compared; so are what it calls window-2, window-3, ...
+            # The name of another example is compared with window, window-2, window-3, ...
             head = _head(name)
             alike = [each for each in seen if each not in names and _head(each) == head]
             same = next((each for each in alike if unit and _same(stock, seen[each], unit)), None)
@@ -82,13 +82,13 @@ def _named(stock: UnitStock) -> UnitStock:
 
 
 def _head(name: str) -> str:
-    """The name of a label without the number that tells it from others."""
+    """The name of a label without its distinguishing number."""
     head, _, number = name.rpartition("-")
     return head if head and number.isdigit() else name
 
 
 def _same(stock: UnitStock, one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
-    """Whether equal things stand in two cells, given by wall, row and column."""
+    """Whether two cells, given by wall, row and column, have equal elements."""
     noise = _NOISES * max(stock.walls[each[0]].noise for each in (one, other))
     sizes, depths = [], []
     for wall, row, column in (one, other):

@@ -1,4 +1,4 @@
-"""What is no unit follows: each axis is stretched where the units of the main walls are, and moved elsewhere."""
+"""Stretching of the rest of a building: each axis is stretched at the units of the main walls, and moved elsewhere."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from grammarlab.facade.examples.mesh.surface import Floats
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """For each axis a piece [low, high] that becomes [new_low, new_high]; beyond it all keeps its size."""
+    """For each axis, a piece [low, high] that becomes [new_low, new_high]; parts beyond it keep their size."""
 
     low: Floats
-    """[3] metres."""
+    """[3] start of the piece, metres."""
     high: Floats
-    """[3] metres, above `low`."""
+    """[3] end of the piece, metres, above `low`."""
     new_low: Floats
-    """[3] metres."""
+    """[3] new start, metres."""
     new_high: Floats
-    """[3] metres."""
+    """[3] new end, metres."""
 
     def along(self, axis: int, places: Floats) -> Floats:
-        """[N] where places on an axis come to lie."""
+        """[N] new positions on an axis."""
         low, high = self.low[axis], self.high[axis]
         scale = (self.new_high[axis] - self.new_low[axis]) / (high - low)
         inside = self.new_low[axis] + (places - low) * scale
@@ -31,5 +31,5 @@ class Stretch:
         return np.where((places < low) | (places > high), outside, inside)
 
     def points(self, points: Floats) -> Floats:
-        """[P, 3] where points come to lie."""
+        """[P, 3] new positions of points."""
         return np.stack([self.along(axis, points[:, axis]) for axis in range(3)], axis=1)

@@ -11,21 +11,21 @@ from grammarlab.facade.examples.mesh.surface import Bools, Floats, Surface
 from grammarlab.facade.examples.mesh.views import plane_of, seen_from
 
 SNAP = 1e-6
-"""Metres from a cutting plane within which points are put onto it."""
+"""Distance from a cutting plane within which points are moved onto it, metres."""
 
 
 @dataclass(frozen=True, eq=False)
 class BuildingCut:
-    """A building in pieces that fill it."""
+    """A building in pieces that together make it up."""
 
     cells: tuple[tuple[tuple[Surface, ...], ...], ...]
-    """[regions][rows][columns] what lies in each cell, in the coordinates of its view."""
+    """[regions][rows][columns] the surface in each cell, in the coordinates of its view."""
     rest: Surface
-    """In the coordinates of the building."""
+    """The surface outside of all cells, in the coordinates of the building."""
 
 
 def cut_up(surface: Surface, regions: Sequence[Region]) -> BuildingCut:
-    """The units of all regions, and the rest; where two regions overlap, the earlier one has it."""
+    """The units of all regions, and the rest; overlaps of regions belong to the earlier one."""
     for region in regions:
         surface = _framed(surface, region)
     cells = []
@@ -61,7 +61,7 @@ def _cells(part: Surface, region: Region) -> tuple[tuple[Surface, ...], ...]:
 
 
 def _strips(part: Surface, axis: int, line: Floats) -> list[Surface]:
-    """The part cut along lines: in the middle first, so that no half is cut along lines of the other."""
+    """The part cut along lines: the middle one first, so that each half is cut only along its own lines."""
     if len(line) < 3:
         return [part]
     middle = len(line) // 2

@@ -1,1 +1,1 @@
-"""Labels chosen so that every window of a grid looks like one of its examples."""
+"""Choice of labels such that every window of a grid looks like a window of the examples."""

@@ -1,4 +1,4 @@
-"""Grids put together of whole columns: the best choice among candidates, exactly."""
+"""Grids of whole columns: the best choice among candidates, exactly."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from grammarlab.facade.examples.labels.bounds.folding import cheapest_palindrome
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _LARGEST = 2e8
-"""Sums for all windows about one column at most."""
+"""Largest number of additions for all windows at one column."""
 _STRAY = 10.0
-"""Cost of a cell with a label that it may not have: more than all 9 windows over it can gain by it."""
+"""Cost of a cell with a forbidden label: more than its 9 windows can gain by it."""
 
 
 def best_columns(
@@ -25,17 +25,17 @@ def best_columns(
     limits: Sequence[tuple[int, int, int]] = (),
     symmetric: bool = False,
 ) -> NDArray[np.int64]:
-    """The grid of least energy among those whose columns are all candidates.
+    """The grid of least energy whose columns are all candidates.
 
     Args:
-        problem: what windows are compared with.
+        problem: the windows and their patches.
         candidates: [states, rows] columns.
-        noise: [rows, columns, labels] added to the energy, to choose among equals.
-        limits: label, least and most: how often it may come; given up where there is no such grid.
-        symmetric: the columns read the same from both sides.
+        noise: [rows, columns, labels] added to the energy, to choose among equal grids.
+        limits: label, least and largest count; ignored if there is no such grid.
+        symmetric: whether the columns form a palindrome.
 
     Returns:
-        the state [columns] of each column.
+        [columns] index of the candidate of each column.
     """
     rows = np.arange(problem.rows)
     extra = noise + _STRAY * ~problem.domain
@@ -60,13 +60,13 @@ def best_columns(
 
 
 def suits(problem: Problem, candidates: Labels) -> bool:
-    """Whether candidates are few enough to choose from."""
+    """Whether there are few enough candidates."""
     most = max(len(patches) for patches in problem.patches)
     return float(len(candidates)) ** 3 * most * problem.rows <= _LARGEST
 
 
 def _triplets(problem: Problem, candidates: Labels, kinds: tuple[int, ...]) -> Costs:
-    """[states, states, states] energy of the windows about a column, of its states and those of its neighbours."""
+    """[states, states, states] energy of the windows at a column, by the states of the column and its neighbours."""
     size = len(candidates)
     ring = np.full((size, problem.rows + 2), AWAY, dtype=np.int64)
     ring[:, 1:-1] = candidates

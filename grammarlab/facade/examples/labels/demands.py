@@ -1,4 +1,4 @@
-"""Wishes as labels that cells may have, counts and symmetry; what contradicts itself is said in words."""
+"""Wishes as sets of allowed labels, counts and symmetry; contradictions are reported in words."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from grammarlab.facade.examples.wishes import Count, Rows, Wishes
 
 Domain = NDArray[np.bool_]
 _MOST_PLACED = 400
-"""Units whose places are looked for before the search; more are left to it."""
+"""Largest number of units that are placed before the search; more are left to it."""
 
 
 @dataclass(frozen=True, slots=True)
 class LabelDemands:
-    """What a grid must keep."""
+    """Constraints of a grid."""
 
     domain: Domain
-    """[rows, columns, labels] which labels each cell may have."""
+    """[rows, columns, labels] whether each cell may have each label."""
     counts: tuple[tuple[int, int, int], ...]
-    """Label, least, most."""
+    """Label, least and largest count."""
     symmetric: bool
     equal_ends: tuple[int, ...] = ()
-    """Rows whose first and last cell have one label."""
+    """Rows whose first and last cell have the same label."""
     notes: tuple[str, ...] = ()
     """Defaults that could not be kept, in words."""
 
     def domain_kept(self, labels: Labels) -> bool:
-        """Whether each cell has a label that it may have."""
+        """Whether each cell has an allowed label."""
         rows, columns = np.indices(labels.shape)
         return bool(self.domain[rows, columns, labels].all())
 
     def broken(self, labels: Labels) -> int:
-        """Cells that must change before a grid keeps all this, at least."""
+        """Lower bound of the number of cells that have to change before a grid satisfies all constraints."""
         rows, columns = np.indices(labels.shape)
         cells = int((~self.domain[rows, columns, labels]).sum())
         for label, least, most in self.counts:
@@ -51,17 +51,17 @@ class LabelDemands:
 
 
 def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) -> LabelDemands:
-    """What a person's wishes, and the defaults, ask of a grid.
+    """Constraints from wishes and defaults.
 
-    A wish goes before what the example has at a border: a label that is wished for in a row may come there.
+    A wish takes precedence over the examples' borders: a label with a wish for a row is allowed there.
 
     Args:
         domain: [rows, columns, labels] labels that the examples have at the same borders.
-        examples: with one numbering of labels.
-        wishes: what is asked.
+        examples: examples with one numbering of labels.
+        wishes: wishes for the grid.
 
     Raises:
-        FacadeError: for unknown labels, cells outside of the grid, and wishes that contradict each other.
+        FacadeError: If labels are unknown, cells are outside of the grid, or wishes contradict each other.
     """
     found = _only(domain.copy(), examples[0], wishes)
     found = _fixed(found, examples[0], wishes)
@@ -86,7 +86,7 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
             if label in wished:
                 continue
             able = int(found[:, :, label].sum())
-            tried = (1, 2) if once else (max(1, able),)  # symmetric grids may have a pair only
+            tried = (1, 2) if once else (max(1, able),)  # symmetric grids may only have room for a pair
             for most in tried if least < max(1, columns - 2) else ():
                 try:
                     counts.append(_counted(found, examples[0], Count(name, 1, most), wishes.symmetric))
@@ -95,14 +95,14 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
                 least += 1
                 break
             else:
-                notes.append(f"{name} is on the ground floor of the example; there is no place for it here")
+                notes.append(f"{name} is on the ground floor of the example; there is no room for it here")
     counts.sort(key=lambda each: each[2])
     ends = tuple(sorted({0, rows - 1})) if wishes.equal_corners else ()
     return LabelDemands(found, tuple(counts), wishes.symmetric, ends, tuple(notes))
 
 
 def _make_way(domain: Domain, wide: Domain, label: int, most: int, fixed: Mapping[tuple[int, int], str]) -> None:
-    """Cells that may only have a label that is wished for less often get the labels that any cell may have."""
+    """Cells whose only label has a largest count below their number get the labels that any cell may have."""
     forced = domain[:, :, label] & (domain.sum(axis=2) == 1)
     if int(forced.sum()) > max(0, most):
         for cell in map(tuple, np.argwhere(forced).tolist()):
@@ -111,18 +111,18 @@ def _make_way(domain: Domain, wide: Domain, label: int, most: int, fixed: Mappin
 
 
 def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[int, int, int]]) -> None:
-    """Counts for which there is room one by one, but not together."""
+    """Checks that all counts fit together, not only one by one."""
     wanted = np.array([label for label, least, _ in counts for _ in range(least)], dtype=np.int64)
     if not 0 < len(wanted) <= _MOST_PLACED:
         return
     refused = ~domain.reshape(-1, domain.shape[2]).T[wanted]  # [wanted, cells]
     if len(wanted) > refused.shape[1] or refused[linear_sum_assignment(refused)].any():
-        told = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
-        raise FacadeError(f"wishes: {told}: there is no room for all of these together.")
+        text = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
+        raise FacadeError(f"wishes: {text}: there is not enough room for all of these together.")
 
 
 def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
-    """Labels that only the ground floor has, between its corners, and whether each example has them once at most."""
+    """Labels that only the ground floor has, between its corners, and whether each occurs at most once per example."""
     size = len(examples[0].names)
     tall = [example.labels for example in examples if example.rows > 1]
     inner = np.zeros(size, dtype=np.int64)
@@ -131,7 +131,7 @@ def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
         most = np.maximum(most, np.bincount(labels[labels >= 0], minlength=size))
         inner += np.bincount(labels[0, 1:-1][labels[0, 1:-1] >= 0], minlength=size)
         often += np.bincount(labels[labels >= 0], minlength=size)
-    if not (often[inner > 0] > 1).any():  # nothing repeats there: no label stands out
+    if not (often[inner > 0] > 1).any():  # nothing repeats there, so no label is special
         return []
     return [(int(label), bool(most[label] == 1)) for label in np.flatnonzero((inner > 0) & (inner == often))]
 
@@ -142,7 +142,7 @@ def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
         rows = _rows(wish.rows, len(domain))
         if not rows.any():
             raise FacadeError(
-                f"wishes: {wish.label} only {wish.rows}, but a grid of {len(domain)} rows has none there."
+                f"wishes: {wish.label} only {wish.rows}, but a grid of {len(domain)} rows has no such row."
             )
         if not domain[rows, :, label].any():
             domain[rows, :, label] = True
@@ -153,8 +153,8 @@ def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
     empty = np.argwhere(~domain.any(axis=2))
     if len(empty):
         row, column = empty[0].tolist()
-        told = ", ".join(f"{wish.label} only {wish.rows}" for wish in wishes.only)
-        raise FacadeError(f"wishes: {told}: no label is left for row {row}, column {column}.")
+        text = ", ".join(f"{wish.label} only {wish.rows}" for wish in wishes.only)
+        raise FacadeError(f"wishes: {text}: no label is left for row {row}, column {column}.")
     return domain
 
 
@@ -182,20 +182,20 @@ def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
         label = example.label(wish.label)
         for only in wishes.only:
             if only.label == wish.label and not _rows(only.rows, rows)[wish.row]:
-                raise FacadeError(f"wishes: {wish.label} only {only.rows}, but row {wish.row} is fixed to be one.")
+                raise FacadeError(f"wishes: {wish.label} only {only.rows}, but row {wish.row} has one.")
         domain[cell] = False
         domain[wish.row, wish.column, label] = True
     return domain
 
 
 def _agree(domain: Domain, one: tuple[int, int], other: tuple[int, int], fixed: dict[tuple[int, int], str]) -> None:
-    """Two cells get the labels common to both, or those of either where none is; a fixed one gives its own."""
+    """Two cells get their common labels, or the labels of either if there are none; a fixed cell determines both."""
     both = domain[one] & domain[other]
     if not both.any():
         if one in fixed and other in fixed:
             raise FacadeError(
-                f"wishes: row {one[0]}: column {one[1]} is fixed to be {fixed[one]} and column {other[1]} to be "
-                f"{fixed[other]}, but they are to be equal."
+                f"wishes: row {one[0]}: column {one[1]} is fixed to {fixed[one]} and column {other[1]} to "
+                f"{fixed[other]}, but they have to be equal."
             )
         both = domain[one] if one in fixed else domain[other] if other in fixed else domain[one] | domain[other]
     domain[one] = domain[other] = both
@@ -203,19 +203,17 @@ def _agree(domain: Domain, one: tuple[int, int], other: tuple[int, int], fixed: 
 
 def _counted(domain: Domain, example: LabelGrid, count: Count, symmetric: bool) -> tuple[int, int, int]:
     label = example.label(count.label)
-    told = f"{count.label} {count.least} to {count.most} times"
+    text = f"{count.label} {count.least} to {count.most} times"
     if count.least < 0 or count.most < count.least:
-        raise FacadeError(f"wishes: {told}; expected 0 or more, and no more at least than at most.")
+        raise FacadeError(f"wishes: {text}; expected counts of at least 0, the first at most the second.")
     able = int(domain[:, :, label].sum())
     if able < count.least:
-        raise FacadeError(f"wishes: {told}, but only {able} cells may be {count.label}.")
+        raise FacadeError(f"wishes: {text}, but only {able} cells may be {count.label}.")
     forced = int((domain[:, :, label] & (domain.sum(axis=2) == 1)).sum())
     if forced > count.most:
-        raise FacadeError(f"wishes: {told}, but {forced} cells can be nothing else.")
+        raise FacadeError(f"wishes: {text}, but {forced} cells can only be {count.label}.")
     columns = domain.shape[1]
     odd = columns % 2 == 1 and domain[:, columns // 2, label].any()
     if symmetric and count.least == count.most and count.least % 2 == 1 and not odd:
-        raise FacadeError(
-            f"wishes: symmetric and {told} contradict each other: an odd number needs a middle column for one."
-        )
+        raise FacadeError(f"wishes: symmetric and {text} contradict each other: an odd number needs a middle column.")
     return label, count.least, count.most

@@ -1,4 +1,4 @@
-"""Energy of a grid, and which patch each of its windows is nearest to."""
+"""Energy of a grid, and the nearest patch of each of its windows."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from grammarlab.facade.examples.label_grid import Labels
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _AT_ONCE = 10_000_000
-"""Windows times patches that are compared at once."""
+"""Largest number of windows times patches that are compared at once."""
 
 
 def distances(problem: Problem, labels: Labels) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Of the window about each cell the nearest patch, the first of equals, and how many labels differ (Eq. 2).
+    """The nearest patch of the window at each cell, the first of equals, and the number of differing labels (Eq. 2).
 
     Args:
-        problem: what windows are compared with.
-        labels: [rows, columns].
+        problem: the windows and their patches.
+        labels: [rows, columns] labels of the grid.
 
     Returns:
-        nearest patch [rows, columns] and labels that differ [rows, columns]; -1 and 0 where there is no window.
+        [rows, columns] nearest patch, and number of differing labels; -1 and 0 for cells without a window.
     """
     nearest = np.full(labels.shape, -1, dtype=np.int64)
     differ = np.zeros(labels.shape, dtype=np.int64)
@@ -42,19 +42,19 @@ def distances(problem: Problem, labels: Labels) -> tuple[NDArray[np.int64], NDAr
 
 
 def energy(problem: Problem, labels: Labels) -> int:
-    """E(O): labels that differ, over all windows (Eq. 1)."""
+    """E(O): number of differing labels, summed over all windows (Eq. 1)."""
     return int(distances(problem, labels)[1].sum())
 
 
 def votes(problem: Problem, nearest: NDArray[np.int64]) -> NDArray[np.int64]:
-    """How many windows over a cell have each label there, when each is the patch it is nearest to.
+    """Number of windows over a cell that have each label there, if each is replaced by its nearest patch.
 
     Args:
-        problem: what windows are compared with.
-        nearest: [rows, columns] patch of the window about each cell.
+        problem: the windows and their patches.
+        nearest: [rows, columns] patch of the window at each cell.
 
     Returns:
-        [rows, columns, labels]
+        [rows, columns, labels] counts.
     """
     found = np.zeros((problem.rows + 2, problem.columns + 2, problem.num_labels), dtype=np.int64)
     for kind, patches in enumerate(problem.patches):

@@ -1,4 +1,4 @@
-"""Grids of least energy, or near it, with a bound that says how near."""
+"""Grids of least energy, or near it, with a lower bound."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from grammarlab.facade.examples.labels.search import GridSearch
 from grammarlab.facade.examples.labels.solver import solve, suits
 
 _DUAL_WORK = 4e7
-"""Sums that all steps of the dual may take together: some tenths of a second."""
+"""Largest number of additions for all steps of the dual together: some tenths of a second."""
 _MOST_STEPS = 40
 _SWEEPS = 4
 _FIRST_STEPS = 12
-"""Steps of the dual before it is worth to sweep."""
+"""Steps of the dual before sweeps are worthwhile."""
 _STEPS_A_GRID = 4
-"""Steps of the dual between two grids that are made of what the strips want."""
+"""Steps of the dual between two grids made of the strips' labels."""
 _TRIES = 4
-"""Grids that may be made for each one that is wanted, to find different ones."""
+"""Largest number of grids to try for each requested grid, to find different ones."""
 _RUN = 3
-"""Lines that are taken from an example together."""
+"""Number of consecutive lines taken from an example."""
 _POOL = 40
-"""Columns to recombine."""
+"""Number of columns to recombine."""
 
 
 @dataclass(frozen=True, slots=True)
 class Bounded:
-    """Grids, best first, and what no grid is below."""
+    """Grids, best first, and a lower bound of the energy of all grids."""
 
     grids: tuple[tuple[int, Labels], ...]
     """Energy and labels."""
@@ -44,22 +44,22 @@ class Bounded:
 def least_energy(
     problem: Problem, demands: LabelDemands, examples: Sequence[LabelGrid], seed: int, count: int, effort: float
 ) -> Bounded:
-    """Grids of little energy that keep the demands.
+    """Grids of small energy that satisfy the constraints.
 
-    First grids of whole rows and columns of an example, each made as good as changes of one line can; then what the
-    strips of the dual want, whose bound rises meanwhile; last, where the grid is small, CP-SAT. It ends as soon as a
-    grid is as good as the bound.
+    The first grids consist of whole rows and columns of an example, each improved by changes of single lines. The next
+    ones come from the labels of the strips of the dual, whose bound rises meanwhile. Small grids are finally solved
+    with CP-SAT. The search ends as soon as a grid's energy equals the bound.
 
     Args:
-        problem: what windows are compared with.
-        demands: what the grids keep.
-        examples: to begin with.
-        seed: of all random choices.
-        count: grids wanted.
-        effort: how much more work than usual is done before a gap is accepted.
+        problem: the windows and their patches.
+        demands: constraints of the grids.
+        examples: examples for the first grids.
+        seed: seed of all random choices.
+        count: number of requested grids.
+        effort: factor on the usual amount of work before a gap is accepted.
 
     Raises:
-        FacadeError: when no grid keeps the demands, or none was found.
+        FacadeError: If no grid satisfies the constraints, or none was found.
     """
     problem = problem.within(demands.domain)
     search = GridSearch(problem, demands, np.random.default_rng(seed), effort)
@@ -73,7 +73,7 @@ def least_energy(
     if not _done(search, bound) and suits(problem):
         bound = _solved(search, bound, seed, effort)
     if search.best is None:
-        raise FacadeError("wishes: no grid that keeps all of them was found; ask for less, or for a larger grid.")
+        raise FacadeError("wishes: no grid that keeps all of them was found; remove some, or use a larger grid.")
     for turn in range(_TRIES * count):
         if len(search.found) >= count:
             break
@@ -86,13 +86,13 @@ def _done(search: GridSearch, bound: int) -> bool:
 
 
 def _alone(problem: Problem, demands: LabelDemands) -> tuple[int, bool]:
-    """The bound of strips by themselves, of rows or of columns, whichever is better, and whether it is of columns."""
+    """The better bound of independent strips, of rows or of columns, and whether it is that of columns."""
     rows, columns = strips_alone(problem), strips_alone(problem.transposed())
     return max(rows, columns), columns > rows and not demands.symmetric
 
 
 def _dual(search: GridSearch, bound: int, turned: bool, effort: float) -> int:
-    """A better bound, while grids are made of what its strips want: a few steps first, then sweeps and more steps."""
+    """A better bound; grids are made of the strips' labels meanwhile: a few steps first, then sweeps and more steps."""
     steps = int(min(_MOST_STEPS * effort, _DUAL_WORK * effort / least_work(search.problem)))
     problem, demands = search.problem, search.demands
     if turned:
@@ -116,7 +116,7 @@ def _dual(search: GridSearch, bound: int, turned: bool, effort: float) -> int:
 
 
 def _try(search: GridSearch, starts: Iterator[Labels], bound: int) -> None:
-    """Settle one start after the other, until one is good enough or the budget is spent."""
+    """Settle the starts one by one, until a grid is good enough or the budget is spent."""
     for start in starts:
         search.settle(start)
         if _done(search, bound) or search.spent > search.budget:
@@ -124,7 +124,7 @@ def _try(search: GridSearch, starts: Iterator[Labels], bound: int) -> None:
 
 
 def _in_order(search: GridSearch, examples: Sequence[LabelGrid]) -> Iterator[Labels]:
-    """Grids of lines of an example, stretched over the new grid or again and again."""
+    """Grids of lines of an example, stretched over the new grid or repeated."""
     for example in examples:
         across = np.round(np.linspace(0, example.columns - 1, search.problem.columns)).astype(np.int64)
         yield search.factored(_whole(example), across)
@@ -133,7 +133,7 @@ def _in_order(search: GridSearch, examples: Sequence[LabelGrid]) -> Iterator[Lab
 
 
 def _others(search: GridSearch, examples: Sequence[LabelGrid], seed: int) -> Iterator[Labels]:
-    """Grids of the paper's method, with borders, and of lines from other places."""
+    """Grids of the paper's method, with borders, and of lines from random places."""
     for turn in range(2):
         yield expectation_maximization(search.problem, seed + turn).labels
     for example in examples:
@@ -141,18 +141,18 @@ def _others(search: GridSearch, examples: Sequence[LabelGrid], seed: int) -> Ite
 
 
 def _solved(search: GridSearch, bound: int, seed: int, effort: float) -> int:
-    """The bound that CP-SAT proves, and the grid that it finds."""
+    """The bound that CP-SAT proves, and its grid."""
     best = search.ranked()
     solved = solve(search.problem, search.demands, bound, best[0][1] if best else None, seed, effort)
     if solved.impossible:
-        raise FacadeError("wishes: no grid of this size keeps all of them.")
+        raise FacadeError("wishes: no grid of this size satisfies all of them.")
     if solved.labels is not None:
         search.keep(solved.labels)
     return solved.bound
 
 
 def _drawn(search: GridSearch, example: LabelGrid) -> Labels:
-    """Lines of an example in its order, from a place that is drawn, again and again."""
+    """Lines of an example in its order from a random start, repeated."""
     size, columns = example.columns, search.problem.columns
     inner = np.arange(1, size - 1) if size > 2 else np.arange(size)
     across = np.resize(np.roll(inner, -int(search.generator.integers(len(inner)))), columns)
@@ -162,7 +162,7 @@ def _drawn(search: GridSearch, example: LabelGrid) -> Labels:
 
 
 def _scattered(search: GridSearch, example: LabelGrid) -> Labels:
-    """Runs of a few lines of an example, from places that are drawn: its grids differ most from those found before."""
+    """Short runs of lines of an example from random places: these grids differ most from the previous ones."""
     lines = []
     for wanted, size in ((search.problem.rows, example.rows), (search.problem.columns, example.columns)):
         starts = search.generator.integers(size, size=wanted)
@@ -171,6 +171,6 @@ def _scattered(search: GridSearch, example: LabelGrid) -> Labels:
 
 
 def _whole(example: LabelGrid) -> Labels:
-    """The labels of an example, with its most frequent label in the place of holes."""
+    """The labels of an example, with its most frequent label in place of holes."""
     labels = example.labels
     return np.where(labels < 0, np.bincount(labels[labels >= 0]).argmax(), labels)

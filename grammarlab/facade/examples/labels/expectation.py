@@ -1,4 +1,4 @@
-"""The paper's synthesis: labels by majority and nearest neighbourhoods in turn."""
+"""The paper's synthesis: alternation of majority labels and nearest neighbourhoods."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ MOST_ITERATIONS = 100
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """Where one run of expectation maximization ended."""
+    """Result of one run of expectation maximization."""
 
     labels: Labels
-    """[rows, columns]"""
+    """[rows, columns] labels."""
     history: tuple[int, ...]
     """Energy after each iteration; it never rises."""
 
 
 def expectation_maximization(problem: Problem, seed: int, iterations: int = MOST_ITERATIONS) -> Trace:
-    """Local optimum of the energy from neighbourhoods drawn at random.
+    """Local optimum of the energy from random initial neighbourhoods.
 
-    E step: each cell gets the label that most of the neighbourhoods over it have there, the lowest label of equally
-    frequent ones. M step: each window gets the nearest neighbourhood (Eq. 2), the first of equally near ones. It ends
-    when no neighbourhood changes.
+    E step: each cell gets the majority label of the neighbourhoods over it, the lowest label of equally frequent ones.
+    M step: each window gets the nearest neighbourhood (Eq. 2), the first of equally near ones. It ends when no
+    neighbourhood changes.
 
     Args:
         problem: the windows, without borders for the paper's energy.
-        seed: of the neighbourhoods drawn first.
-        iterations: at most.
+        seed: seed of the initial neighbourhoods.
+        iterations: largest number of iterations.
     """
     generator = np.random.default_rng(seed)
     sizes = np.array([len(patches) for patches in problem.patches])

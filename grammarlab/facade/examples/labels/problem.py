@@ -1,4 +1,4 @@
-"""Windows of a new grid, and the windows of the examples that each may look like."""
+"""Windows of a new grid, and the windows of the examples that each is compared with."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from numpy.typing import NDArray
 from grammarlab.facade.examples.label_grid import HOLE, LabelGrid, Labels
 
 MOST_COMPARED = 400_000_000
-"""Windows times patches of a problem at most."""
+"""Largest number of windows times patches of a problem."""
 WINDOW = 3
-"""Rows and columns of a window: the paper's w, whose centres are |w / 4| = 1 cell apart."""
+"""Rows and columns of a window: the paper's w; centres of windows are |w / 4| = 1 cell apart."""
 AWAY = -2
-"""In a window, a place that is not compared: beyond a border, or a hole."""
+"""Label of a cell of a window that is not compared: beyond a border, or a hole."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Sum over windows of the labels that differ from the nearest patch; labels are chosen from domains."""
+    """Labels that differ from the nearest patch, summed over windows; each cell has a set of allowed labels."""
 
     kind: NDArray[np.int64]
-    """[rows, columns] which list of patches the window about a cell is compared with; -1 where there is no window."""
+    """[rows, columns] index of the list of patches for the window at each cell; -1 for no window."""
     patches: tuple[Labels, ...]
-    """By kind: [patches, 3, 3] labels, no two equal; `AWAY` where nothing is compared."""
+    """By kind: [patches, 3, 3] different patches; `AWAY` in cells that are not compared."""
     domain: NDArray[np.bool_]
-    """[rows, columns, labels] which labels each cell may have."""
+    """[rows, columns, labels] whether each cell may have each label."""
 
     @property
     def rows(self) -> int:
@@ -42,25 +42,26 @@ class Problem:
         return self.domain.shape[2]
 
     def transposed(self) -> Problem:
-        """Rows for columns and columns for rows."""
+        """The problem with rows and columns exchanged."""
         turned = tuple(np.ascontiguousarray(each.transpose(0, 2, 1)) for each in self.patches)
         return Problem(np.ascontiguousarray(self.kind.T), turned, np.ascontiguousarray(self.domain.transpose(1, 0, 2)))
 
     def within(self, domain: NDArray[np.bool_]) -> Problem:
-        """The same with other domains."""
+        """The problem with other domains."""
         return replace(self, domain=domain)
 
 
 def bordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
-    """A window about every cell, like a window of the example that has the same borders.
+    """A window at every cell, compared with the windows of the examples at the same borders.
 
-    A corner looks like the same corner, the ground floor like the ground floor, and a cell has the labels that the
-    example has at that border. Where the example has no cell with the same borders (it is one row high, say, or the new
-    grid is), the borders beyond are left open: a single row is like the ground floor, a single column like any.
+    A corner is compared with the same corner, the ground floor with the ground floor, and a cell has the labels that
+    the examples have at that border. If the examples have no cell with the same borders (because they or the new grid
+    are one row high, for instance), outer borders are ignored: a single row is compared with the ground floor, a single
+    column with any.
 
     Args:
-        examples: with one numbering of labels.
-        regions: [rows, columns] example that each cell is like, or -1 for any of them.
+        examples: examples with one numbering of labels.
+        regions: [rows, columns] example of each cell, or -1 for any of them.
     """
     rows, columns = regions.shape
     vertical, horizontal = _sides(rows), _sides(columns)
@@ -81,13 +82,13 @@ def bordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
 
 
 def unbordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
-    """The paper's windows: those that lie in the grid, each like any window of the examples.
+    """The paper's windows: those inside the grid, each compared with all windows of the examples.
 
-    A window has fewer rows or columns than 3 where the grid, or the smallest example, has fewer.
+    A window has fewer than 3 rows or columns if the grid, or the smallest example, has fewer.
 
     Args:
-        examples: with one numbering of labels.
-        regions: [rows, columns] example that each cell is like, or -1 for any of them.
+        examples: examples with one numbering of labels.
+        regions: [rows, columns] example of each cell, or -1 for any of them.
     """
     rows, columns = regions.shape
     height = min(WINDOW, rows, *(example.rows for example in examples))
@@ -109,12 +110,12 @@ def _all_labels(examples: Sequence[LabelGrid]) -> Labels:
 
 
 def _before(size: int) -> int:
-    """Cells of a window below, or left of, its centre."""
+    """Number of cells of a window below, or left of, its centre."""
     return (size - 1) // 2
 
 
 def _sides(size: int) -> NDArray[np.int64]:
-    """[size] borders of each row: 1 the first, 2 the last, 3 both, 0 none."""
+    """[size] borders of each row: 1 for the first, 2 for the last, 3 for both, 0 for none."""
     sides = np.zeros(size, dtype=np.int64)
     sides[0] |= 1
     sides[-1] |= 2
@@ -122,18 +123,18 @@ def _sides(size: int) -> NDArray[np.int64]:
 
 
 def _padded(labels: Labels) -> Labels:
-    """The windows [rows, columns, 3, 3] about the cells; `AWAY` beyond the borders and at holes."""
+    """Windows [rows, columns, 3, 3] at the cells; `AWAY` beyond the borders and at holes."""
     ring = np.full((labels.shape[0] + 2, labels.shape[1] + 2), AWAY, dtype=np.int64)
     ring[1:-1, 1:-1] = np.where(labels == HOLE, AWAY, labels)
     return np.lib.stride_tricks.sliding_window_view(ring, (WINDOW, WINDOW))
 
 
 def _like(example: LabelGrid, vertical: int, horizontal: int) -> tuple[Labels, Labels]:
-    """Windows [n, 3, 3] of an example about cells with these borders, and the labels of those cells."""
+    """Windows [n, 3, 3] of an example at cells with these borders, and the labels of those cells."""
     rows = _matching(_sides(example.rows), vertical, alone=1)
     columns = _matching(_sides(example.columns), horizontal, alone=0)
     found = _padded(example.labels)[np.ix_(rows, columns)].copy()
-    for side, place in ((1, 0), (2, 2)):  # nothing lies beyond a border of the new grid
+    for side, place in ((1, 0), (2, 2)):  # cells beyond a border are not compared
         if vertical & side:
             found[:, :, place, :] = AWAY
         if horizontal & side:
@@ -147,7 +148,7 @@ def _matching(sides: NDArray[np.int64], wanted: int, alone: int) -> NDArray[np.i
     Args:
         sides: borders of the example's rows.
         wanted: borders of the new grid's row.
-        alone: borders that the only row of a new grid keeps, where the example has several.
+        alone: borders that the only row of a new grid keeps if the example has several rows.
     """
     equal = np.flatnonzero(sides == wanted)
     if len(equal):
@@ -157,7 +158,7 @@ def _matching(sides: NDArray[np.int64], wanted: int, alone: int) -> NDArray[np.i
 
 
 def _inner(examples: Sequence[LabelGrid], height: int, width: int) -> Labels:
-    """Windows of height x width cells, in the middle of places that are not compared."""
+    """Windows of height x width cells, padded with cells that are not compared."""
     parts = []
     for example in examples:
         views = np.lib.stride_tricks.sliding_window_view(example.labels, (height, width)).reshape(-1, height, width)
@@ -175,5 +176,5 @@ def _distinct(windows: Labels) -> Labels:
 
 
 def _present(labels: Labels, num_labels: int) -> NDArray[np.bool_]:
-    """[num_labels] which labels occur."""
+    """[num_labels] whether each label occurs."""
     return np.bincount(labels[labels >= 0].ravel(), minlength=num_labels)[:num_labels] > 0

@@ -1,4 +1,4 @@
-"""One row of a grid chosen anew, exactly, while the others stay."""
+"""One row of a grid optimised exactly, with the other rows fixed."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from grammarlab.facade.examples.labels.energy import distances, votes
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _LARGEST = 3e6
-"""Sums of a row at most: where labels and patches make more, a cell has only the labels that most windows want."""
+"""Largest number of additions for a row: beyond it, a cell only has the labels that most windows have there."""
 _MANY = 100
-"""More labels than a window has."""
+"""A number of labels above that of any window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +25,10 @@ class RowWindows:
 
     problem: Problem
     patches: NDArray[np.int64]
-    """[kinds + 1, patches, 3, 3]; the first patch again where a kind has fewer than others; the last kind wants
-    nothing."""
+    """[kinds + 1, patches, 3, 3]; the first patch is repeated in kinds with fewer patches; the last kind has no
+    labels."""
     known: dict[tuple[int, int, bytes], tuple[Labels, ...]] = field(default_factory=dict)
-    """What the patches of a row want, where all cells choose from the same labels."""
+    """Cached states of the patches of a row whose cells all have the same labels."""
 
     @classmethod
     def of(cls, problem: Problem) -> RowWindows:
@@ -39,7 +39,7 @@ class RowWindows:
 
     @property
     def work(self) -> float:
-        """Sums that one row takes, about."""
+        """Approximate number of additions for one row."""
         return self._sums * float(self._most**3)
 
     @property
@@ -48,18 +48,18 @@ class RowWindows:
 
     @property
     def _most(self) -> int:
-        """Labels that a cell may choose from."""
+        """Largest number of labels of a cell."""
         return max(2, min(self.problem.num_labels, int((_LARGEST / self._sums) ** (1 / 3))))
 
     def best_row(self, labels: Labels, row: int, domain: NDArray[np.bool_], noise: Costs, symmetric: bool) -> Labels:
-        """The labels [columns] of a row that make the energy least when all other rows stay.
+        """The labels [columns] of a row with the least energy for fixed other rows.
 
         Args:
-            labels: [rows, columns] the grid.
-            row: which row.
-            domain: [columns, labels] labels that its cells may have.
-            noise: [columns, labels] added to the energy, to choose among equals.
-            symmetric: it reads the same from both sides.
+            labels: [rows, columns] labels of the grid.
+            row: index of the row.
+            domain: [columns, labels] whether its cells may have each label.
+            noise: [columns, labels] added to the energy, to choose among equal rows.
+            symmetric: whether the row must be a palindrome.
         """
         states = self._states(labels, row, domain, symmetric)
         columns = self.problem.columns
@@ -78,7 +78,7 @@ class RowWindows:
         return states[place[:, 0], chain.states]
 
     def _states(self, labels: Labels, row: int, domain: NDArray[np.bool_], symmetric: bool) -> Labels:
-        """[columns, states] labels that each cell chooses from: all that it may have, if they are not too many."""
+        """[columns, states] labels of each cell: all allowed ones, if they are not too many."""
         able = np.flatnonzero(domain.any(axis=0))
         if len(able) <= self._most:
             return np.broadcast_to(able, (self.problem.columns, len(able)))
@@ -89,7 +89,7 @@ class RowWindows:
         return np.argsort(np.where(domain, -wanted, 1), axis=1, kind="stable")[:, : self._most]
 
     def _centred(self, ring: Labels, centre: int, free: int, states: Labels) -> Costs:
-        """[columns, states, states, states] energy of the windows about one row, of labels in row `free` of theirs."""
+        """[columns, states, states, states] energy of the windows centred in one row, by labels in their row `free`."""
         patches = self.patches[self.problem.kind[centre]]  # [columns, patches, 3, 3]
         columns, most = patches.shape[:2]
         known = np.zeros((columns, most), dtype=np.uint8)
@@ -101,7 +101,7 @@ class RowWindows:
         size = states.shape[1]
         least = np.full((columns, *(size + 2,) * WINDOW), _MANY, dtype=np.uint8)
         np.minimum.at(least, (place[:, None], *self._meant(patches[:, :, free], centre, free, states)), known)
-        # A label that is not wanted costs 1, whichever it is: one axis after the other.
+        # A label that differs from the patch costs 1, whichever it is: one axis after the other.
         for axis in range(1, 1 + WINDOW):
             before = (slice(None),) * axis
             other = np.minimum(least.min(axis=axis) + np.uint8(1), least[*before, size])
@@ -109,12 +109,12 @@ class RowWindows:
         return least.astype(np.float64)
 
     def _meant(self, wanted: Labels, centre: int, free: int, states: Labels) -> tuple[Labels, ...]:
-        """Three of [columns, patches] which state a patch wants; `size` for any, `size` + 1 for one that is not there.
+        """Three of [columns, patches] state of a patch's label; `size` for any label, `size` + 1 for an unlisted one.
 
         Args:
             wanted: [columns, patches, 3] labels, or `AWAY`.
             centre: row of the windows' centres.
-            free: row of the windows that is chosen.
+            free: index in the windows of the row to choose.
             states: [columns, size] labels that each cell may have.
         """
         key = (centre, free, states[0].tobytes())
@@ -123,7 +123,7 @@ class RowWindows:
             return self.known[key]
         columns, size = states.shape
         beside = np.clip(np.arange(columns)[:, None] + np.arange(-1, 2), 0, columns - 1)
-        equal = wanted[..., None] == states[beside][:, None]  # beyond a border nothing is wanted
+        equal = wanted[..., None] == states[beside][:, None]  # no labels beyond a border
         meant = np.where(equal.any(axis=3), equal.argmax(axis=3), size + 1)
         meant[wanted == AWAY] = size
         found = tuple(np.ascontiguousarray(meant[..., at]) for at in range(WINDOW))

@@ -1,4 +1,4 @@
-"""Grids of little energy: grids of whole rows and columns first, then rows and columns anew in turn."""
+"""Grids of small energy: grids of whole rows and columns first, then improved row by row and column by column."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from grammarlab.facade.examples.labels.problem import Problem
 from grammarlab.facade.examples.labels.rows import RowWindows
 
 _WORK = 1e8
-"""Sums that settling may take before what was found is kept: some tenths of a second."""
+"""Largest number of additions for settling before the result is kept: some tenths of a second."""
 _PASSES = 2
-"""Times that all lines of a grid may be settled, however large it is."""
+"""Least number of passes over all lines of a grid, for any size."""
 PENALTY = 9
-"""Energy of a cell that must change: no less than what changing it can add, as 9 windows lie over it."""
+"""Energy of a cell that has to change: at least the increase by a change, since 9 windows lie over it."""
 _FEW = 4
-"""Labels that may come this often or more are not counted while lines are chosen."""
+"""Largest counts below this number are tracked during the choice of lines; others are not."""
 _NOISE = 0.25
-"""Sum of what is added to the energy, over a grid, to choose among grids of equal energy."""
+"""Sum of the noise added to the energy, over a grid, to choose among grids of equal energy."""
 
 
 @dataclass
 class GridSearch:
-    """A search for grids, and what it found."""
+    """A search for grids, with its results."""
 
     problem: Problem
     demands: LabelDemands
     generator: np.random.Generator
     effort: float = 1.0
-    """How much more work than usual it may do."""
+    """Factor on the usual amount of work."""
     spent: float = 0.0
-    """Sums so far."""
+    """Additions so far."""
     found: dict[bytes, tuple[int, Labels]] = field(default_factory=dict)
-    """By content: energy and labels of grids that keep all demands."""
+    """By content: energy and labels of grids that satisfy all constraints."""
 
     def __post_init__(self) -> None:
         self.rows = RowWindows.of(self.problem)
@@ -53,11 +53,11 @@ class GridSearch:
         return min((value for value, _ in self.found.values()), default=None)
 
     def ranked(self) -> list[tuple[int, Labels]]:
-        """What was found, best first."""
+        """Energies and labels, best first."""
         return sorted(self.found.values(), key=lambda each: each[0])
 
     def settle(self, labels: Labels) -> Labels:
-        """A grid that keeps the demands, and that no change of one row or one column makes better."""
+        """A grid that satisfies the constraints, and that no change of one row or one column improves."""
         domain = self._pinned(labels)
         if domain is None:
             return labels
@@ -85,12 +85,12 @@ class GridSearch:
         return labels
 
     def keep(self, labels: Labels) -> None:
-        """Remembers a grid, if it keeps the demands."""
+        """Records a grid, if it satisfies the constraints."""
         if self.demands.broken(labels) == 0:
             self.found.setdefault(labels.tobytes(), (energy(self.problem, labels), labels))
 
     def _pinned(self, labels: Labels) -> Domain | None:
-        """Domains in which every label that is counted stays as often as it may come; None when there is no room."""
+        """Domains that keep every counted label within its limits; None if there is no room."""
         domain = self.demands.domain.copy()
         for label, least, most in self.demands.counts:
             able = domain[:, :, label]
@@ -115,7 +115,7 @@ class GridSearch:
         return domain
 
     def _chosen(self, forced: Domain, here: Domain, others: Domain, least: int, most: int) -> NDArray[np.bool_] | None:
-        """[rows, columns] cells that get a label: those that must, then those that have it, then any."""
+        """[rows, columns] cells that get a label: forced ones first, then those that have it, then any."""
         chosen = forced.copy()
         columns = chosen.shape[1]
         for cells, wanted in ((here, most), (others, least)):
@@ -129,11 +129,11 @@ class GridSearch:
         return chosen if least <= int(chosen.sum()) else None
 
     def factored(self, example: Labels, across: Labels) -> Labels:
-        """The best grid of rows of an example for these columns of it, the best columns for those rows, and so on.
+        """The best grid of rows of an example for these columns of it, then the best columns for those rows, and so on.
 
         Args:
             example: [rows, columns] without holes.
-            across: [columns] column of the example that each column is made after at first.
+            across: [columns] initial column of the example for each column.
         """
         cost = np.inf
         labels = example[np.ix_(np.arange(self.problem.rows) % len(example), across)]
@@ -148,10 +148,10 @@ class GridSearch:
         return labels
 
     def recombined(self, most: int) -> None:
-        """The best grid of the columns of those found, and that of their rows.
+        """The best grid of the columns of the found grids, and that of their rows.
 
         Args:
-            most: columns to choose from; what is found last is left out.
+            most: largest number of columns to choose from; those found last are left out.
         """
         for turned in (False,) if self.demands.symmetric else (False, True):
             grids = [labels if turned else labels.T for _, labels in self.ranked()[:8]]
@@ -165,7 +165,7 @@ class GridSearch:
                 self.settle(grid if turned else np.ascontiguousarray(grid.T))
 
     def _lines(self, candidates: Labels, turned: bool) -> NDArray[np.int64]:
-        """Which candidates, columns or rows when turned, make the best grid."""
+        """Indices of the candidates, columns or rows if turned, of the best grid."""
         problem, noise = self.problem.within(self.demands.domain), self.noise
         limits = [at for at in self.demands.counts if at[2] < _FEW]
         if turned:

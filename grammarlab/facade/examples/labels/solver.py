@@ -1,4 +1,4 @@
-"""The same problem for CP-SAT, which closes the gap of small grids; without it the gap stays and is reported."""
+"""The synthesis problem for CP-SAT, which closes the gap of small grids; without it the gap is reported."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
     from ortools.sat.python.cp_model import CpModel, IntVar
 
 LARGEST = 400
-"""Windows times patches of the largest problem that is given to it: more take longer than they gain."""
+"""Largest number of windows times patches for the solver: larger problems take longer than they gain."""
 
 _TIME = 0.5
-"""Deterministic time of the solver: a second or two."""
+"""Deterministic time limit of the solver: about a second or two."""
 
 
 @dataclass(frozen=True, slots=True)
 class SolvedLabels:
-    """What the solver found."""
+    """Result of the solver."""
 
     labels: Labels | None
-    """[rows, columns]; None where it found no grid."""
+    """[rows, columns] labels; None if it found no grid."""
     bound: int
-    """No grid has less energy."""
+    """Lower bound of the energy of all grids."""
     impossible: bool
-    """It is proven that no grid keeps the demands."""
+    """Whether it is proven that no grid satisfies the constraints."""
 
 
 def suits(problem: Problem) -> bool:
@@ -43,15 +43,15 @@ def suits(problem: Problem) -> bool:
 def solve(
     problem: Problem, demands: LabelDemands, bound: int, hint: Labels | None, seed: int, effort: float
 ) -> SolvedLabels:
-    """The grid of least energy, or what is known of it when the effort is spent.
+    """The grid of least energy, or a grid and a bound if the time limit is reached.
 
     Args:
-        problem: what windows are compared with.
-        demands: what the grid keeps.
-        bound: what no energy is below.
-        hint: a grid that keeps the demands.
-        seed: of the solver.
-        effort: how much more time than usual it gets.
+        problem: the windows and their patches.
+        demands: constraints of the grid.
+        bound: known lower bound of the energy.
+        hint: a grid that satisfies the constraints.
+        seed: seed of the solver.
+        effort: factor on the time limit.
     """
     from ortools.sat.python import cp_model  # noqa: PLC0415  an extra
 
@@ -109,7 +109,7 @@ def _add_window(
     centre: tuple[int, int],
     differ: list[IntVar],
 ) -> None:
-    """One window: it is like one patch, and each label that differs from it counts."""
+    """One window: it is compared with one patch, and each differing label costs 1."""
     chosen = [model.new_bool_var("") for _ in patches]
     model.add_exactly_one(chosen)
     for up, right in np.ndindex(WINDOW, WINDOW):

@@ -1,1 +1,1 @@
-"""Triangles of a building: as a value, from files and to files, cut along planes, seen from its sides."""
+"""Triangles of a building: values, files, cuts along planes, and views from the sides."""

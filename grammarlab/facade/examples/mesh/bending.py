@@ -1,4 +1,4 @@
-"""Buildings along an arc, laid out straight: a street's curve is found, taken away, and given back."""
+"""Buildings along an arc: the arc is found, the building is straightened, and results are bent back."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ import numpy as np
 from grammarlab.facade.examples.mesh.surface import Floats, Surface
 
 _STEEP = 0.1
-"""Vertical part of a normal up to which a triangle belongs to a wall."""
+"""Largest vertical component of the normal of a triangle in a wall."""
 _DIRECTION = np.radians(2.0)
-"""Normals this near to each other count as one direction."""
+"""Largest angle between normals of one direction."""
 _LEAST_DIRECTIONS = 6
-"""Directions of walls along an arc, less than `_FARTHEST` from each other; a bay window has fewer."""
+"""Least number of directions of walls along an arc, with differences below `_FARTHEST`; a bay window has fewer."""
 _FARTHEST = np.radians(31.0)
 _LEAST_SPREAD = np.radians(15.0)
-"""Around the centre that most walls along the arc cover, at least: a straight wall agrees with any far centre."""
+"""Least angle around the centre that most walls along the arc cover: a straight wall fits any far centre."""
 _MISS = 0.06
-"""Part of a radius by which the line through a wall, along its normal, misses the centre of its arc."""
+"""Largest distance of the normal line of a wall from the centre of its arc, as a fraction of the radius."""
 _LEAST_PART = 0.3
-"""Of the area of all walls that those along the arc have."""
+"""Least share of the area of all walls that lies along the arc."""
 _RADII = (3.0, 1_000.0)
-"""Metres."""
+"""Least and largest radius, metres."""
 _BIN = 0.05
-"""Metres of distances from the centre that are counted together."""
+"""Bin width of distances from the centre, metres."""
 _NEAR = (0.3, 0.1, 0.05, 0.05)
-"""Metres from the arc within which walls decide where it lies, one round after the other."""
+"""Distance from the arc of the walls that determine its position, metres, by round."""
 _ROUNDS = 4
 _GAP = np.radians(30.0)
-"""An arc leaves as much of a circle open, at least; a round tower is none."""
+"""Least opening of an arc; a round tower is not an arc."""
 _NEAREST = 0.2
-"""Part of the radius that all points are away from the centre."""
+"""Least distance of points from the centre, as a fraction of the radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,20 +39,20 @@ class Bend:
     """An arc about an upright axis; straight coordinates are x along it, y up, z away from the axis."""
 
     center: Floats
-    """[2] x and z of the axis, in metres."""
+    """[2] x and z of the axis, metres."""
     radius: float
-    """Metres, of the wall that keeps its length."""
+    """Radius of the wall that keeps its length, metres."""
     middle: float
-    """Direction from the axis to the middle of the arc, as radians from z towards x."""
+    """Direction from the axis to the middle of the arc, radians from z towards x."""
 
     def straight(self, points: Floats) -> Floats:
-        """[P, 3] points of the building laid out straight."""
+        """[P, 3] points of the building, straightened."""
         x, z = (points[:, [0, 2]] - self.center).T
         angle = np.angle(np.exp(1j * (np.arctan2(x, z) - self.middle)))
         return np.stack([self.radius * angle, points[:, 1], np.hypot(x, z) - self.radius], axis=1)
 
     def bent(self, points: Floats) -> Floats:
-        """[P, 3] straight points along the arc; it is made wider where they would go around more than it can hold."""
+        """[P, 3] straight points along the arc; its radius grows if they would cover more than the circle allows."""
         most = (2.0 * np.pi - _GAP) * self.radius
         radius = self.radius * max(1.0, float(np.ptp(points[:, 0])) / most)
         angle = self.middle + points[:, 0] / radius
@@ -62,13 +62,13 @@ class Bend:
 
 
 def bend_of(surface: Surface) -> Bend | None:
-    """The arc that most walls of a building stand along; None for a building of straight walls.
+    """The arc along which most walls of a building lie; None for a building of straight walls.
 
     Lines through walls along their normals meet at the centre. Candidates are where lines of two walls do; that with
     the largest area of walls that agree is taken.
 
     Args:
-        surface: upright.
+        surface: surface of the upright building.
     """
     corners = surface.corners()
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
@@ -77,7 +77,7 @@ def bend_of(surface: Surface) -> Bend | None:
     area, normals = area[wall], normals[wall][:, [0, 2]]
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     places = corners[wall].mean(axis=1)[:, [0, 2]]
-    # Normals may point inwards: a wall and its back have one direction.
+    # Normals may point inwards: a wall and its back have the same direction.
     axis = np.arctan2(normals[:, 0], normals[:, 1]) % np.pi
     sort = (axis / _DIRECTION).astype(np.int64)
     total = np.bincount(sort, area)
@@ -108,12 +108,12 @@ def bend_of(surface: Surface) -> Bend | None:
 
 
 def _facade(places: Floats, area: Floats, own: np.ndarray) -> int:
-    """Of walls of one direction, the one of largest area."""
+    """The wall of largest area, of those with one direction."""
     return int(np.where(own, area, -1.0).argmax())
 
 
 def _meeting(one: Floats, along: Floats, other: Floats, across: Floats) -> Floats | None:
-    """Where two lines meet, each through a point along a direction; None where they are parallel."""
+    """Intersection of two lines, each through a point along a direction; None if they are parallel."""
     turn = along[0] * across[1] - along[1] * across[0]
     if abs(turn) < np.sin(_DIRECTION):
         return None
@@ -122,7 +122,7 @@ def _meeting(one: Floats, along: Floats, other: Floats, across: Floats) -> Float
 
 
 def _agreeing(places: Floats, normals: Floats, center: Floats) -> np.ndarray:
-    """[T] walls whose line along the normal goes through a centre, about."""
+    """[T] whether the normal line of each wall passes near a centre."""
     away = places - center
     length = np.hypot(*away.T)
     miss = np.abs(away[:, 0] * normals[:, 1] - away[:, 1] * normals[:, 0])
@@ -130,20 +130,20 @@ def _agreeing(places: Floats, normals: Floats, center: Floats) -> np.ndarray:
 
 
 def _least_missed(places: Floats, normals: Floats, area: Floats) -> Floats:
-    """[2] the point that lines through walls, along their normals, miss least."""
+    """[2] the point with the least distances to the normal lines of walls."""
     across = np.stack([normals[:, 1], -normals[:, 0]], axis=1)
     root = np.sqrt(area)
     return np.linalg.lstsq(across * root[:, None], (across * places).sum(axis=1) * root, rcond=None)[0]
 
 
 def _run(directions: np.ndarray) -> int:
-    """How many directions follow each other, none far from the next."""
+    """Number of consecutive directions with small differences."""
     far = np.diff(directions) * _DIRECTION > _FARTHEST
     return int(np.diff(np.concatenate([[-1], np.flatnonzero(far), [len(directions) - 1]])).max(initial=0))
 
 
 def _spread(away: Floats, area: Floats) -> float:
-    """Radians around the centre that four fifths of the area of walls cover."""
+    """Angle around the centre that four fifths of the area of walls cover, radians."""
     angle = np.arctan2(*away.T)
     angle = np.angle(np.exp(1j * angle) / np.exp(1j * np.angle((area * np.exp(1j * angle)).sum())))
     order = np.argsort(angle)
@@ -153,7 +153,7 @@ def _spread(away: Floats, area: Floats) -> float:
 
 
 def _fitted(points: Floats, places: Floats, normals: Floats, area: Floats, center: Floats) -> Bend | None:
-    """The arc that most walls touch; its centre and radius move until they touch it best."""
+    """The arc that most walls touch; its centre and radius are refined by rounds."""
     outward = normals * np.sign((normals * (places - center)).sum(axis=1))[:, None]
     reach = (outward * places).sum(axis=1)
     distance = reach - outward @ center
@@ -164,7 +164,7 @@ def _fitted(points: Floats, places: Floats, normals: Floats, area: Floats, cente
         own = np.abs(reach - outward @ center - radius) <= near
         if not own.any():
             return None
-        # A wall touches the arc when it is as far along its normal as the centre, and a radius.
+        # A wall touches the arc if its distance along its normal is that of the centre, plus a radius.
         root = np.sqrt(area[own])
         columns = np.column_stack([outward[own], np.ones(len(root))]) * root[:, None]
         found = np.linalg.lstsq(columns, reach[own] * root, rcond=None)[0]

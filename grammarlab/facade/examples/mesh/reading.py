@@ -1,6 +1,6 @@
 """Meshes of buildings from files: OBJ, PLY, GLB, glTF and OFF, read by trimesh.
 
-A file may come from a stranger: its size is bounded before it is read, and what it unfolds to before it is used.
+A file may come from a stranger: its size is checked before it is read, and its decoded content before it is used.
 """
 
 from __future__ import annotations
@@ -20,38 +20,38 @@ from grammarlab.facade.examples.mesh.surface import Surface, welded, without_sli
 FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
 MOST_BYTES = 256 * 2**20
 MOST_TRIANGLES = 2_000_000
-"""More are refused: simplify such a mesh first."""
+"""Largest number of triangles: simplify larger meshes first."""
 _LARGEST, _SMALLEST = 5_000.0, 0.01
-"""Metres, of the longest side of a building."""
+"""Least and largest length of the longest side of a building, metres."""
 _SAME = 1e-6
-"""Points nearer than this part of the longest side are one."""
+"""Largest distance of equal points, as a fraction of the longest side."""
 _GREY = (0.7, 0.7, 0.68, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class ExampleMesh:
-    """A building as it is in a file, near the origin."""
+    """A building from a file, near the origin."""
 
     surface: Surface
     origin: np.ndarray
-    """[3] what was taken off the coordinates of the file: national ones are too large for a model."""
+    """[3] offset subtracted from the coordinates of the file: national coordinates are too large for a model."""
     colors: tuple[tuple[float, float, float, float], ...]
     """Red, green, blue and opacity of each material, 0 to 1."""
     has_materials: bool
-    """Whether the file says how anything looks."""
+    """Whether the file defines materials."""
     num_read: int
-    """Triangles in the file."""
+    """Number of triangles in the file."""
 
 
 def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
-    """The triangles of a file, with points that coincide as one.
+    """The triangles of a file, with coinciding points merged.
 
     Args:
         path: the file.
-        unit: metres that a unit of its coordinates stands for.
+        unit: length of a unit of its coordinates, metres.
 
     Raises:
-        FacadeError: when the file is of another kind, broken, too large, or no building's size.
+        FacadeError: If the file is of another kind, broken, too large, or its size is not that of a building.
     """
     kind = path.suffix.lower()
     if kind not in FORMATS:
@@ -80,7 +80,7 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     if not _SMALLEST <= extent <= _LARGEST:
         raise FacadeError(
             f"{path.name} is {extent:g} m large; expected {_SMALLEST:g} to {_LARGEST:,.0f} m. "
-            "If its coordinates are no metres, say what they are (--unit)."
+            "If its coordinates are not in metres, give their unit (--unit)."
         )
     origin = np.round((low + high) / 2.0)
     surface = welded(Surface(points - origin, triangles, material), _SAME * extent)
@@ -91,7 +91,7 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
 
 
 def _once(surface: Surface) -> Surface:
-    """The surface without triangles that are there twice in one direction."""
+    """The surface without repeated triangles of the same orientation."""
     rows = surface.triangles
     turned = np.take_along_axis(rows, (rows.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
     _, first = np.unique(turned, axis=0, return_index=True)
@@ -115,7 +115,7 @@ def _groups(path: Path, kind: str) -> list[tuple[Any, Any, tuple[float, float, f
             if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
                 points = np.asarray(mesh.vertices, dtype=np.float64)
                 found.append((points, np.asarray(mesh.faces, dtype=np.int64), _color(mesh)))
-    except (AssetError, Exception) as error:  # trimesh's readers raise whatever a broken file leads them to
+    except (AssetError, Exception) as error:  # trimesh's readers raise any exception for a broken file
         raise FacadeError(f"{path.name} cannot be read: {error or type(error).__name__}") from error
     if not found:
         raise FacadeError(f"{path.name} holds no faces.")
@@ -123,7 +123,7 @@ def _groups(path: Path, kind: str) -> list[tuple[Any, Any, tuple[float, float, f
 
 
 class _Neighbours:
-    """The files that a mesh refers to, as trimesh asks for them: those in its own folder."""
+    """Resolver for trimesh of the files that a mesh refers to: only those in its own folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -137,7 +137,7 @@ class _Neighbours:
 
 
 def _color(mesh: Any) -> tuple[float, float, float, float] | None:
-    """Main color of a group; None where the file says nothing."""
+    """Main color of a group; None if the file has none."""
     visual = mesh.visual
     if not getattr(visual, "defined", False) or visual.kind != "texture":
         return None

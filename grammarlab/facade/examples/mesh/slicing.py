@@ -8,13 +8,13 @@ from grammarlab.facade.examples.mesh.surface import Surface, split_triangles
 
 
 def sliced(surface: Surface, axis: int, at: float, snap: float) -> Surface:
-    """The surface cut along the plane where a coordinate has a value.
+    """The surface cut along a plane of constant coordinate.
 
     Args:
         surface: the surface.
         axis: 0, 1 or 2.
-        at: metres.
-        snap: points up to so many metres from the plane are put onto it, so that no slivers arise.
+        at: coordinate of the plane, metres.
+        snap: distance of points, metres, within which they are moved onto the plane, to avoid slivers.
     """
     distance = surface.points[:, axis] - at
     near = np.abs(distance) <= snap

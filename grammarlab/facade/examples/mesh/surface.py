@@ -1,4 +1,4 @@
-"""Triangles of one building over shared points, and what holds of their edges."""
+"""Triangles of one building over shared points, and properties of their edges."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Surface:
     """T triangles over P points."""
 
     points: Floats
-    """[P, 3] metres."""
+    """[P, 3] points, metres."""
     triangles: Ints
     """[T, 3] rows of `points`."""
     material: Ints
@@ -31,7 +31,7 @@ class Surface:
         return len(self.triangles)
 
     def part(self, which: Bools) -> Surface:
-        """Some of the triangles, with the points that they have."""
+        """Some of the triangles, with their points."""
         triangles = self.triangles[which]
         used = np.zeros(len(self.points), dtype=bool)
         used[triangles] = True
@@ -63,13 +63,13 @@ def joined(surfaces: Sequence[Surface]) -> Surface:
 
 
 def welded(surface: Surface, tolerance: float) -> Surface:
-    """The surface with points nearer than the tolerance as one, without triangles that this makes empty."""
+    """The surface with points within the tolerance merged, without the triangles that this makes empty."""
     points, place = one_per_place(surface.points, tolerance)
     return without_empty(Surface(points, place[surface.triangles], surface.material))
 
 
 def one_per_place(points: Floats, tolerance: float) -> tuple[Floats, Ints]:
-    """[Q, 3] points no two of which are nearer than the tolerance, and [P] which of them each point becomes."""
+    """[Q, 3] points with distances above the tolerance, and [P] index of the merged point of each point."""
     _, first, place = np.unique(np.ascontiguousarray(points + 0.0), axis=0, return_index=True, return_inverse=True)
     place = place.ravel().astype(np.int64)
     chosen = points[first]
@@ -84,16 +84,16 @@ def one_per_place(points: Floats, tolerance: float) -> tuple[Floats, Ints]:
 
 
 def without_empty(surface: Surface) -> Surface:
-    """The surface without triangles that have a point twice, and without points that no triangle has."""
+    """The surface without triangles that have a point twice, and without unused points."""
     a, b, c = surface.triangles.T
     return surface.part((a != b) & (b != c) & (c != a))
 
 
 def without_slivers(surface: Surface, tolerance: float) -> Surface:
-    """The surface without triangles lower than the tolerance; what lies along their long side shares their points.
+    """The surface without triangles lower than the tolerance; neighbours along their long side get their points.
 
-    A triangle whose three points lie on a line cannot be left out alone: its neighbour along the long side gets the
-    point in between, so that what was closed stays closed.
+    A triangle of three collinear points cannot be removed alone: its neighbour along the long side gets the point in
+    between, so that a closed surface stays closed.
     """
     for _ in range(20):
         surface = without_empty(surface)
@@ -108,7 +108,7 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
         side = np.stack([each[flat] for each in squares], axis=1).argmax(axis=1)
         start, end = surface.triangles[flat, side], surface.triangles[flat, (side + 1) % 3]
         via = surface.triangles[flat, (side + 2) % 3]
-        # Slivers upon slivers would use one side twice in a round; the first of each side goes first.
+        # Slivers beside slivers would use one side twice in a round; the first of each side takes precedence.
         key = np.minimum(start, end) * len(surface.points) + np.maximum(start, end)
         _, first = np.unique(key, return_index=True)
         surface = split_edges(surface, start[first], end[first], via[first])
@@ -116,13 +116,13 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
 
 
 def split_edges(surface: Surface, start: Ints, end: Ints, via: Ints) -> Surface:
-    """The surface with a point on some of its edges, in all triangles that have them.
+    """The surface with additional points on edges, in all triangles at these edges.
 
     Args:
         surface: the surface.
-        start: [K] points where edges start; direction does not matter, and no edge comes twice.
-        end: [K] points where they end.
-        via: [K] the point between.
+        start: [K] start points of edges; in either direction, and no edge twice.
+        end: [K] their end points.
+        via: [K] the points between.
     """
     if not len(start):
         return surface
@@ -131,13 +131,13 @@ def split_edges(surface: Surface, start: Ints, end: Ints, via: Ints) -> Surface:
 
 
 def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> tuple[Ints, Ints]:
-    """Triangles with points on some of their edges: [S, 3] triangles, and [S] which of the given ones each is part of.
+    """Triangles with points on some of their edges: [S, 3] triangles, and [S] index of the original triangle of each.
 
     Args:
         points: [P, 3] metres.
         triangles: [T, 3] rows of `points`.
-        edges: [K, 2] each once, in either direction.
-        via: [K] the point on each.
+        edges: [K, 2] edges, each once, in either direction.
+        via: [K] the point on each edge.
     """
     number = len(points)
     key = edges.min(axis=1) * number + edges.max(axis=1)
@@ -146,7 +146,7 @@ def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> 
     at_edge = np.zeros(number, dtype=bool)
     at_edge[edges] = True
     a, b, c = (at_edge[column] for column in triangles.T)
-    near = np.flatnonzero((a & b) | (b & c) | (c & a))  # all others have none of the edges
+    near = np.flatnonzero((a & b) | (b & c) | (c & a))  # the other triangles have none of the edges
     here, after = triangles[near], triangles[near][:, [1, 2, 0]]
     own = np.minimum(here, after) * number + np.maximum(here, after)
     at = np.minimum(np.searchsorted(key, own), len(key) - 1)
@@ -184,11 +184,11 @@ def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
 
 
 def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
-    """[E, 2] points of every undirected edge, the lower first; [E] triangles at it; [E] how many more run upwards."""
+    """[E, 2] points of every undirected edge, the lower first; [E] triangles at it; [E] surplus of upward runs."""
     start = triangles.ravel()
     end = triangles[:, [1, 2, 0]].ravel()
     number = max(num_points, 1)
-    # The last bit is the direction, so that one sort gives edges and what runs along them.
+    # The last bit is the direction, so that one sort groups edges with their opposites.
     key = (np.minimum(start, end) * number + np.maximum(start, end)) * 2 + (start < end)
     key.sort()
     edge, upwards = key >> 1, key & 1
@@ -200,7 +200,7 @@ def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
 
 
 def num_boundary_edges(surface: Surface) -> int:
-    """Edges that only one triangle has."""
+    """Number of edges of only one triangle."""
     return edge_numbers(surface)[0]
 
 
@@ -210,13 +210,13 @@ def is_watertight(surface: Surface) -> bool:
 
 
 def edge_numbers(surface: Surface) -> tuple[int, bool]:
-    """How many edges only one triangle has, and whether all have an even number of them."""
+    """Number of edges of only one triangle, and whether all edges have an even number of triangles."""
     count = edge_table(surface.triangles, len(surface.points))[1]
     return int((count == 1).sum()), bool(len(count)) and not (count % 2).any()
 
 
 def naked_edges(triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
-    """[E, 2] directed edges that nothing runs against, and [E] how many times; those of closed surfaces are none."""
+    """[E, 2] directed edges without an opposite, and [E] their multiplicities; closed surfaces have none."""
     edge, _, sign = edge_table(triangles, num_points)
     open_ = sign != 0
     edge, sign = edge[open_], sign[open_]

@@ -1,4 +1,4 @@
-"""A building upright and square to its main walls, and seen from its four sides."""
+"""A building upright and square to its main walls, and views of its four sides."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ VIEWS = np.array(
     ],
     dtype=np.float64,
 )
-"""[4, 3, 3] of each side the directions to the right, up and towards whoever looks at it."""
+"""[4, 3, 3] for each side, the directions to the right, up and towards the viewer."""
 _AXES = np.abs(VIEWS).argmax(axis=2)
-"""[4, 3] which axis of the building each axis of a view is, in one direction or the other."""
+"""[4, 3] axis of the building for each axis of a view, ignoring its sign."""
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
-"""What turns a building with z up to one with y up."""
+"""Rotation of a building with z up to one with y up."""
 _STEEP = 0.35
-"""Vertical part of a normal up to which a triangle belongs to a wall."""
+"""Largest vertical component of the normal of a triangle in a wall."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +34,11 @@ class Plane:
 
     axis: int
     at: float
-    """Metres."""
+    """Coordinate on the axis, metres."""
 
 
 def plane_of(side: int, axis: int, at: float) -> Plane:
-    """The plane where a coordinate of a view (0 right, 1 up, 2 towards the viewer) has a value."""
+    """The plane of constant coordinate of a view (0 right, 1 up, 2 towards the viewer)."""
     direction = VIEWS[side, axis]
     own = int(np.abs(direction).argmax())
     return Plane(own, at * float(direction[own]))
@@ -50,15 +50,15 @@ def seen_from(side: int, points: Floats) -> Floats:
 
 
 def placed_from(side: int, points: Floats) -> Floats:
-    """Points [..., 3] in the coordinates of a view back in those of the building."""
+    """Points [..., 3] in the coordinates of a view, transformed back to those of the building."""
     back = np.argsort(_AXES[side])
     return np.stack([VIEWS[side, k, axis] * points[..., k] for axis, k in enumerate(back)], axis=-1)
 
 
 def turn_to_walls(surface: Surface) -> Floats:
-    """[3, 3] the rotation about y that makes the walls, by their area, square to x and z; by 45 degrees at most.
+    """[3, 3] rotation about y, at most 45 degrees, that makes the walls, weighted by area, square to x and z.
 
-    Walls at right angles have one direction once their angle is taken four times. Normals may point inwards.
+    Walls at right angles have equal angles after multiplication by four. Normals may point inwards.
     """
     corners = surface.corners()
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
@@ -71,7 +71,7 @@ def turn_to_walls(surface: Surface) -> Floats:
 
 
 def rotation(turn: float) -> Floats:
-    """[3, 3] about y, by radians; what is square but for rounding stays as it is, to the last bit."""
+    """[3, 3] rotation about y by radians; exact for right angles up to rounding errors."""
     if abs(turn) < 1e-6:
         return np.eye(3)
     c, s = np.cos(turn), np.sin(turn)

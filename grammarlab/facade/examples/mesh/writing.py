@@ -1,4 +1,4 @@
-"""Surfaces as GLB files: one primitive per material over shared points, so that readers find closed what is closed."""
+"""Surfaces as GLB files: one primitive per material over shared points, so that closed surfaces are read as closed."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Color = tuple[float, float, float, float]
 
 
 def write_glb(surface: Surface, colors: Sequence[Color], path: Path) -> Path:
-    """Write a surface, y up; without normals, so that points are not doubled at edges.
+    """Write a surface, y up; without normals, so that points are not duplicated at edges.
 
     Args:
         surface: the surface.
-        colors: of its materials.
+        colors: colors of its materials.
         path: the file.
     """
     import trimesh  # noqa: PLC0415  # takes longer to import than most commands take

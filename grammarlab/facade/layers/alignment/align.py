@@ -18,60 +18,60 @@ from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.weights import Weights
 
 _PRICE = 1_000_000
-"""Weights become whole numbers: this is 1 for each unit of length."""
+"""Integer weight of one unit of length."""
 _DEAREST = 1 << 200
-"""More than any alignment costs."""
+"""An upper bound of the cost of any alignment."""
 
 
 @dataclass(frozen=True)
 class Alignment:
-    """Words that are cut at the same columns."""
+    """Words cut at common columns."""
 
     words: tuple[Word, ...]
     """m rows, from the top layer down."""
     cells: tuple[tuple[Element, ...], ...]
-    """[m, n]"""
+    """[m, n] letters of each element."""
     omega: float
-    """Metres: the sum of the errors of columns."""
+    """Sum of the errors of columns, metres."""
     span: float
-    """Metres: the sum of the widest elements of columns."""
+    """Sum of the widest elements of columns, metres."""
     merged: int
-    """Letters of elements beyond their first."""
+    """Number of letters of elements beyond their first."""
     energy: float
-    """Of omega and merged letters, weighted."""
+    """Weighted sum of omega and merged letters."""
     strain: float
-    """Square metres: sizes of symbols deviate at least so much from what is preferred; 0 where nobody asked."""
+    """Lower bound of the deviation of sizes from the preferred sizes, square metres; 0 if it was not requested."""
     bound: float
-    """No alignment that comes after those before it in the list has less energy than this."""
+    """Lower bound of the energy of all alignments that are not before this one in the list."""
     proven: bool
-    """Whether `bound` is `energy`."""
+    """Whether `bound` equals `energy`."""
 
     @property
     def num_columns(self) -> int:
-        """N."""
+        """Number n of columns."""
         return len(self.cells[0]) if self.cells else 0
 
     def columns(self) -> list[list[str]]:
         """[n][m] each element as text, from the top layer down; an empty one is 'ε'.
 
-        Parts of a letter are numbered where numbers tell something, for a letter with a size or a symbol that occurs
-        several times: parts of one symbol have the same number where what stands in their column is the same.
+        Parts of a letter are numbered if the numbers distinguish something: if the letter has a size, or its symbol
+        occurs several times. Parts of one symbol have the same number if the elements of their columns are the same.
         """
         return named_columns(self.words, self.cells)
 
 
 @dataclass(frozen=True)
 class Aligned:
-    """What a search for alignments came to."""
+    """Result of a search for alignments."""
 
     best: tuple[Alignment, ...]
-    """The best first."""
+    """Alignments in order of energy, the best first."""
     bound: float
-    """All that are not among `best` have at least this energy."""
+    """Lower bound of the energy of all alignments that are not in `best`."""
     done: bool
-    """Whether there are no more, or they are as many as were asked for: false when effort ran out."""
+    """Whether the search is complete: all alignments, or the requested number, were found before effort ran out."""
     steps: int = 0
-    """That the search took."""
+    """Steps of the search."""
 
 
 def alignments(
@@ -83,7 +83,7 @@ def alignments(
     tolerance: float,
     effort: int = 200_000,
 ) -> list[Alignment]:
-    """The best different alignments of some words, best first; see `align`."""
+    """The best different alignments of words, best first; see `align`."""
     return list(align(words, canvas, weights, count, tolerance=tolerance, effort=effort).best)
 
 
@@ -101,27 +101,29 @@ def align(
     finest: bool = False,
     problem: PairProblem | None = None,
 ) -> Aligned:
-    """The best different alignments of some words.
+    """The best different alignments of words.
 
-    Columns satisfy the constraints of section 5.2. Besides, an empty element counts as one of size 0 unless an opaque
-    letter above explains it; none stands beside a transparent letter, which is wider instead; and layers with equal
-    words have equal elements. A transparent letter may be split over columns, and its parts are of any size.
+    Columns satisfy the constraints of section 5.2. In addition, an empty element has size 0 unless an opaque letter
+    above it explains the gap; no empty element is next to a transparent letter, which becomes wider instead; and layers
+    with equal words have equal elements. A transparent letter may be split over columns, and its parts have any size.
 
     Args:
         words: m words, from the top layer down.
         canvas: metres, > 0.
-        weights: of omega and merged letters.
-        count: how many.
-        tolerance: mu, metres that the span may miss of the canvas, and the error of a column at most, >= 0.
-        effort: steps of the search at most, each about a microsecond; then what is returned may not be proven.
-        cutoff: alignments of more energy are not wanted.
-        sizing: weight of `Alignment.strain`, which then counts for what is best.
-        gaps: see `size_letters`; only for `sizing`.
-        finest: whether alignments are left out that look like one with finer columns, which is better.
-        problem: what `problem_of` makes of these words, where several searches are about it.
+        weights: weights of omega and merged letters.
+        count: largest number of alignments.
+        tolerance: mu, largest difference of the span and the canvas and largest error of a column, metres, >= 0.
+        effort: largest number of search steps, each about a microsecond; a result of a search that used them up may be
+            unproven.
+        cutoff: largest energy of an alignment.
+        sizing: weight of `Alignment.strain` in the energy.
+        gaps: see `size_letters`; used only with `sizing`.
+        finest: whether to leave out alignments that look like another alignment with finer columns, which has less
+            energy.
+        problem: the result of `problem_of` for these words, if several searches share it.
 
     Raises:
-        FacadeError: for a canvas, a tolerance or a count that means nothing.
+        FacadeError: If the canvas, the tolerance or the count is out of range.
     """
     if not (math.isfinite(canvas) and canvas > 0.0 and math.isfinite(tolerance) and tolerance >= 0.0 and count >= 1):
         raise FacadeError(
@@ -155,7 +157,7 @@ def problem_of(
     gaps: bool = False,
     finest: bool = False,
 ) -> PairProblem:
-    """What is to be searched, in whole units; arguments as for `align`."""
+    """The search problem in integer units; arguments as for `align`."""
     unit = unit_of(canvas)
     prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
     least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
@@ -173,7 +175,7 @@ def problem_of(
 def _alignment(
     problem: PairProblem, words: tuple[Word, ...], path: Path, canvas: float, unit: float, weights: Weights
 ) -> Alignment:
-    """The matrix that a path stands for, with its numbers."""
+    """The alignment of a path, with its numbers."""
     errors, span, elastic = 0, 0, False
     strains, states, worst = Strains(problem), [0] * len(problem.rows), 0
     spreads = Spreads(problem)
@@ -184,7 +186,7 @@ def _alignment(
         if problem.prices.strain:
             after = spreads.after(widths, states, column, high, elastic=not fixed, span=span)
             if after is None:
-                raise AssertionError("The path of an alignment has widths for its letters.")
+                raise AssertionError("A path of an alignment has widths for its letters.")
             widths, strain = after
             worst = max(worst, strain, strains.of(states, column))
         states = [step.state for step in column]

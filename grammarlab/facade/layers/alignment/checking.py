@@ -12,26 +12,26 @@ from grammarlab.facade.layers.alignment.naming import Element
 from grammarlab.facade.layers.letters import Letter, Word
 
 _EXACT = 1e-9
-"""What sums of sizes may differ by, as part of the canvas."""
+"""Largest rounding error of sums of sizes, as a fraction of the canvas."""
 
 
 def violations(alignment: Alignment, canvas: float, tolerance: float) -> list[str]:
-    """What is wrong with an alignment, in words; nothing where all is right.
+    """Violated constraints of an alignment, in words; empty for a valid one.
 
     Args:
-        alignment: of any origin.
+        alignment: an alignment from any source.
         canvas: metres.
-        tolerance: metres that its span may miss of the canvas, and the error of a column at most.
+        tolerance: largest difference of the span and the canvas and largest error of a column, metres.
     """
     words, cells = alignment.words, alignment.cells
     if len(words) != len(cells) or len({len(row) for row in cells}) > 1:
-        return ["the matrix does not have one row for each word, and equally many elements in each row"]
+        return ["the matrix does not have one row for each word, with the same number of elements in each row"]
     found = [text for word, row in zip(words, cells, strict=True) for text in _row(word, row)]
     if found:
         return found
     for one, word in enumerate(words):
         if cells[words.index(word)] != cells[one]:
-            found.append(f"row {one + 1} differs from an equal word above it")
+            found.append(f"row {one + 1} differs from the row of an equal word above it")
     columns = list(zip(*cells, strict=True))
     for number, column in enumerate(columns):
         found += [f"column {number + 1}: {text}" for text in _column(words, cells, column, number)]
@@ -39,7 +39,7 @@ def violations(alignment: Alignment, canvas: float, tolerance: float) -> list[st
 
 
 def _row(word: Word, row: Sequence[Element]) -> list[str]:
-    """Whether a row spells its word, splits no letter that is seen, and makes no space where it may not."""
+    """Violations of one row: it spells its word, splits no visible letter and has no gap where none is allowed."""
     found = []
     parts = [part for element in row for part in element]
     order: dict[int, list[int]] = {}
@@ -48,14 +48,14 @@ def _row(word: Word, row: Sequence[Element]) -> list[str]:
     if [at for at, part in parts if part == 0] != list(range(len(word))) or parts != sorted(parts):
         found.append("a row does not spell its word")
     if any(numbers != list(range(len(numbers))) for numbers in order.values()):
-        found.append("parts of a letter do not follow each other")
+        found.append("parts of a letter are not in order")
     if any(len(numbers) > 1 and not word[at].transparent for at, numbers in order.items() if at < len(word)):
-        found.append("a letter that is seen is split")
+        found.append("a visible letter is split")
     for before, after in itertools.pairwise(row):
         if before and not after and _at_edge(word[before[-1][0]]):
-            found.append(f"no space may follow {word[before[-1][0]].symbol}")
+            found.append(f"no gap is allowed after {word[before[-1][0]].symbol}")
         if after and not before and _at_edge(word[after[0][0]]):
-            found.append(f"no space may precede {word[after[0][0]].symbol}")
+            found.append(f"no gap is allowed before {word[after[0][0]].symbol}")
     return found
 
 
@@ -86,17 +86,17 @@ def _column(
             continue
         for at, above in enumerate(letters[:below]):
             seen = above and not all(letter.transparent for letter in above)
-            # The same letters on another layer stand in the same place, and hide nothing but themselves.
+            # The same letters on another layer are in the same position, and hide only each other.
             if seen and not _opaque(above) and words[at] != words[below]:
-                found.append("a letter that hides in part lies over an unoccludable one")
+                found.append("an element that covers only a part lies over an unoccludable letter")
     wide = column_widths(words, cells, number)[2]
     if not wide and any(not each and not any(map(_opaque, letters[:at])) for at, each in enumerate(letters)):
-        found.append("a column as wide as what is left has space that nothing explains")
+        found.append("a column that takes the remaining length has an unexplained gap")
     return found
 
 
 def column_widths(words: Sequence[Word], cells: Sequence[Sequence[Element]], number: int) -> tuple[float, float, bool]:
-    """Error of a column, its width, both in metres, and whether any element says how wide it is."""
+    """Error of a column and its width, both in metres, and whether an element fixes its width."""
     exact, least, hidden = [], [0.0], False
     space = []
     for word, row in zip(words, cells, strict=True):
@@ -116,7 +116,7 @@ def column_widths(words: Sequence[Word], cells: Sequence[Sequence[Element]], num
 
 
 def _numbers(alignment: Alignment, canvas: float, tolerance: float) -> list[str]:
-    """Whether the numbers are those of the matrix."""
+    """Violations of the numbers: they must follow from the matrix."""
     columns = [column_widths(alignment.words, alignment.cells, at) for at in range(alignment.num_columns)]
     omega, span = math.fsum(error for error, _, _ in columns), math.fsum(width for _, width, _ in columns)
     if not all(exact for _, _, exact in columns):
@@ -139,7 +139,7 @@ def _numbers(alignment: Alignment, canvas: float, tolerance: float) -> list[str]
 
 
 def _spreads(alignment: Alignment, canvas: float, tolerance: float) -> list[str]:
-    """Whether letters of one symbol that have no width of their own cover about as much of the canvas."""
+    """Violations of spreads: letters of one symbol without a width of their own cover about the same length."""
     words, cells = alignment.words, alignment.cells
     rows = {word: row for row, word in enumerate(words)}
     often = Counter(letter.symbol for word in rows for letter in word if letter.size is None)
@@ -163,7 +163,7 @@ def _spreads(alignment: Alignment, canvas: float, tolerance: float) -> list[str]
             least.setdefault(letter.symbol, list(preferred)).append(low)
             most.setdefault(letter.symbol, list(preferred)).append(high)
     return [
-        f"letters {symbol} spread over {min(most[symbol])} and over {max(least[symbol])}"
+        f"letters {symbol} cover {min(most[symbol])} and {max(least[symbol])}"
         for symbol in least
         if max(least[symbol]) - min(most[symbol]) > tolerance + _EXACT * canvas
     ]

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from grammarlab.facade.layers.letters import Word
 
 Part = tuple[int, int]
-"""A letter's index in its word, and which of its parts this is: 0, unless columns split the letter."""
+"""Index of a letter in its word, and index of the part: 0, unless columns split the letter."""
 Element = tuple[Part, ...]
-"""What stands in one row and one column; empty where the row makes space."""
+"""Parts in one row and one column; empty for a gap."""
 EMPTY_TEXT = "ε"
 
 

@@ -1,4 +1,4 @@
-"""Lower bounds on aligning what is left of two rows, whatever the other rows are (dynamic programming)."""
+"""Lower bounds on the cost of aligning the remainders of two rows, for any other rows (dynamic programming)."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from dataclasses import dataclass, field
 from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, AlignedRow, RowStep
 
 Bounds = list[dict[int, int]]
-"""[state of one row][state of the other] the least that is still to pay; what is absent is more than the limit."""
+"""[state of one row][state of the other] lower bound of the remaining cost; missing entries exceed the limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prices:
-    """What an alignment costs, in whole numbers."""
+    """Integer prices of an alignment's parts."""
 
     error: int
-    """For a unit of length."""
+    """Price of a unit of length."""
     merge: int
-    """For a letter, >= 1: so of what costs the same the finer is better."""
+    """Price of a merged letter, >= 1: the finer of two equally good alignments is better."""
     strain: float = 0.0
-    """For a square unit by which sizes are to be changed."""
+    """Price of a square unit of change of sizes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,23 +29,23 @@ class PairProblem:
     """Rows to align."""
 
     rows: Sequence[AlignedRow]
-    """m different ones, in the order of their topmost layers."""
+    """The m different rows, in the order of their topmost layers."""
     prices: Prices
     least: int
-    """Units that the columns have at least in all."""
+    """Least sum of the widths of columns, units."""
     most: int
-    """Units that they have at most."""
+    """Largest sum of the widths of columns, units."""
     tolerance: int
-    """Units that the error of a column is at most."""
+    """Largest error of a column, units."""
     gaps: bool = False
-    """Whether elements with letters that are not opaque need not fill their column."""
+    """Whether elements with letters that are not opaque may be narrower than their column."""
     finest: bool = False
-    """Whether a column is left out that two columns in its place would look like, which cost less."""
+    """Whether to leave out a column that two cheaper columns with the same look can replace."""
     _bounds: dict[tuple[int, int], tuple[int, Bounds]] = field(default_factory=dict)
-    """Of pairs, those of the largest limit."""
+    """Bounds of pairs, each for its largest limit so far."""
 
     def bounds(self, one: int, other: int, limit: int) -> tuple[Bounds, int]:
-        """`pair_bounds` of this limit or of a larger one, which were found before."""
+        """`pair_bounds` of this limit or of a larger one that was computed before."""
         known = self._bounds.get((one, other))
         if known is not None and known[0] >= limit:
             return known[1], 0
@@ -54,16 +54,16 @@ class PairProblem:
         return found, looked
 
     def over(self, above: int, below: int) -> bool:
-        """Whether a layer of one row lies over a layer of another one."""
+        """Whether a layer of one row is above a layer of another one."""
         return above != below and self.rows[above].layers[0] < self.rows[below].layers[-1]
 
     def slack(self, row: int) -> int:
-        """Units of columns in which a row may be empty."""
+        """Units of columns in which a row can be empty."""
         return self.most - self.rows[row].left[0]
 
 
 def pair_bounds(problem: PairProblem, one: int, other: int, limit: int) -> tuple[Bounds, int]:
-    """Bounds for two rows, one < other, on paths of at most a limit, and how many pairs of steps were looked at."""
+    """Bounds for two rows, one < other, on paths up to a limit, and the number of visited pairs of steps."""
     pair = _Pair(problem, one, other)
     first, second = pair.first, pair.second
     paid: list[dict[int, int]] = [{} for _ in range(first.last + 1)]
@@ -104,7 +104,7 @@ class _Pair:
         self.alone = len(problem.rows) == 2
         self.slack = problem.slack(one), problem.slack(other)
         self.over = problem.over(one, other), problem.over(other, one)
-        # Where another row may hide them, empty elements may be free.
+        # Other rows may explain gaps of both rows, so that empty elements have any size.
         self.excused = (
             any(row.hides for row in problem.rows[:one]),
             any(row.hides for at, row in enumerate(problem.rows[:other]) if at != one),
@@ -112,7 +112,7 @@ class _Pair:
         self.counts = len(self.first.layers), len(self.second.layers)
 
     def moves(self, at: int, to: int, limit: int) -> Iterator[tuple[int, int, int]]:
-        """Cost of a column and the states after it, for columns of at most a limit."""
+        """Cost of a column and the states after it, for columns up to a limit."""
         ones, others = self.first.steps(at), self.second.steps(to)
         error, merge = self.prices.error, self.prices.merge
         widest = min(limit // error, self.tolerance) if error else self.tolerance
@@ -155,7 +155,7 @@ class _Pair:
         return not (one.protected and other.kind == PARTIAL and self.over[1])
 
     def _error(self, one: RowStep, other: RowStep) -> int:
-        """The least error of a column with these elements, units."""
+        """Least error of a column with these elements, units."""
         if one.kind == EMPTY:
             return 0 if self.excused[0] else other.size
         if other.kind == EMPTY:

@@ -1,8 +1,7 @@
-"""Alignments without search, for words that an exact one has no time for: all follow the word of most letters.
+"""Alignments without search, for words that are too long for an exact one: all words follow the longest word.
 
-As many letters of that word as are asked for are a column each time. The other words are cut to fit these columns as
-well as they can, each for itself, by dynamic programming. Whether all of them together are an alignment is looked at
-then.
+For each number of letters per column, the longest word is cut into columns. Each other word is fitted to these columns
+independently, by dynamic programming. Whether the result is an alignment is checked afterwards.
 """
 
 from __future__ import annotations
@@ -13,11 +12,11 @@ from grammarlab.facade.layers.alignment.pairs import PairProblem
 from grammarlab.facade.layers.alignment.rows import EMPTY, AlignedRow, RowStep
 
 Path = tuple[tuple[RowStep, ...], ...]
-"""[n][m] the elements of columns."""
+"""[n][m] elements of columns."""
 
 
 def rough_paths(problem: PairProblem) -> Iterator[Path]:
-    """Paths that may be alignments, with ever wider columns; costs of columns are not looked at together."""
+    """Candidate paths with ever wider columns; the rules of columns are not checked."""
     solid = [all(letter.hides for letter in row.word) for row in problem.rows]
     lead = max(range(len(problem.rows)), key=lambda at: (solid[at], len(problem.rows[at].word)))
     row = problem.rows[lead]
@@ -33,7 +32,7 @@ def rough_paths(problem: PairProblem) -> Iterator[Path]:
 
 
 def _columns(row: AlignedRow, together: int) -> list[RowStep] | None:
-    """A row with so many letters in each of its elements; None where they may not stand together."""
+    """A row with the given number of letters per element; None if these letters cannot share an element."""
     found: list[RowStep] = []
     state = 0
     while state < row.last:
@@ -48,7 +47,7 @@ def _columns(row: AlignedRow, together: int) -> list[RowStep] | None:
 
 
 def _followed(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> list[RowStep] | None:
-    """The elements of a row that fit some columns best; None where none do."""
+    """The elements of a row that fit columns best; None if none fit."""
     best: dict[int, tuple[int, tuple[RowStep, ...]]] = {0: (0, ())}
     for width in widths:
         after: dict[int, tuple[int, tuple[RowStep, ...]]] = {}
@@ -58,7 +57,7 @@ def _followed(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> l
                 error = _error(step, width)
                 if error > problem.tolerance:
                     continue
-                # Squares keep errors apart: columns may have no large ones.
+                # Squares spread the error over columns: a single large error may exceed the tolerance.
                 paid = cost + problem.prices.error * error**2 // problem.most + problem.prices.merge * step.merged
                 if step.state not in after or paid < after[step.state][0]:
                     after[step.state] = paid, (*path, step)
@@ -67,7 +66,7 @@ def _followed(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> l
 
 
 def _error(step: RowStep, width: int) -> int:
-    """Units by which an element is not as wide as a column."""
+    """Difference of the widths of an element and a column, units."""
     if step.kind == EMPTY or step.fixed:
         return abs(width - step.size)
     return max(step.size - width, 0)

@@ -1,8 +1,9 @@
-"""Words as rows of an alignment: the elements that each place of a word offers, in whole units of length.
+"""Words as rows of an alignment: the possible elements at each position of a word, in integer units of length.
 
-A row is an automaton. Its state is how many letters have been read, and whether the last of them, a transparent one,
-goes on in the next column. State 2p is p letters read; state 2p - 1 is the same with the last letter still open. So no
-step goes back, and each matrix of an alignment is one path for each row.
+A row is an automaton. Its state is the number of letters read, and whether the last of them, a transparent letter,
+continues in the next column. State 2p is p letters read; state 2p - 1 is the same with the last letter still open.
+States
+never decrease, and each matrix of an alignment is one path for each row.
 """
 
 from __future__ import annotations
@@ -16,55 +17,55 @@ from typing import NamedTuple
 from grammarlab.facade.layers.letters import Letter, Word
 
 EMPTY, TRANSPARENT, OPAQUE, PARTIAL = range(4)
-"""Kinds of elements: no letters, none that is seen, only letters that hide what is below, others."""
+"""Kinds of elements: no letters, no visible letters, only letters that hide the layers below, others."""
 
 
 class RowStep(NamedTuple):
-    """An element that a row may have next."""
+    """A possible next element of a row."""
 
     size: int
-    """Units that its letters have at least; exactly where it is fixed."""
+    """Least total size of its letters, units; the exact size if it is fixed."""
     state: int
-    """Of the row after it."""
+    """State of the row after it."""
     kind: int
     protected: bool
-    """Whether a letter of it is unoccludable."""
+    """Whether it contains an unoccludable letter."""
     merged: int
-    """Letters beyond its first."""
+    """Number of its letters beyond the first."""
     loose: tuple[int, ...] = ()
-    """Letters that are unsized or split: how wide they are is open."""
+    """Unsized or split letters, whose width is free."""
 
     @property
     def fixed(self) -> bool:
-        """Whether all of its letters have their sizes."""
+        """Whether all of its letters have fixed sizes."""
         return not self.loose
 
 
 class Steps(NamedTuple):
-    """What a state offers; the lists grow in size."""
+    """Steps from one state; the lists are in order of size."""
 
     empty: RowStep | None
     fixed: tuple[RowStep, ...]
     fixed_sizes: tuple[int, ...]
     fixed_merged: tuple[int, ...]
-    """The least number of merged letters from each of them on; it grows."""
+    """Least number of merged letters of each step and the later ones; ascending."""
     elastic: tuple[RowStep, ...]
     elastic_sizes: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class AlignedRow:
-    """Layers that have the same word, and so the same elements in all columns."""
+    """Layers with the same word, and so the same elements in all columns."""
 
     word: Word
     layers: tuple[int, ...]
-    """From the top down."""
+    """Indices of the layers, from the top down."""
     sizes: tuple[int, ...]
-    """Units of each letter; 0 where it is unsized."""
+    """Size of each letter, units; 0 for an unsized letter."""
     left: tuple[int, ...]
-    """[2n + 1] units that are surely still to come after a state."""
+    """[2n + 1] units that surely remain after each state."""
     most: int
-    """Letters of an element."""
+    """Largest number of letters of an element."""
     _steps: dict[int, Steps] = field(default_factory=dict)
 
     @property
@@ -74,11 +75,11 @@ class AlignedRow:
 
     @property
     def hides(self) -> bool:
-        """Whether an element of it may explain an empty one below."""
+        """Whether an element of it can explain a gap below it."""
         return any(letter.hides for letter in self.word)
 
     def steps(self, state: int) -> Steps:
-        """What the row may have next, in this state."""
+        """Possible next elements of the row in this state."""
         found = self._steps.get(state)
         if found is None:
             found = self._steps[state] = _steps(self, state)
@@ -86,7 +87,7 @@ class AlignedRow:
 
 
 def unit_of(canvas: float) -> float:
-    """A power of ten that is about 1e-11 of the canvas: decimal sizes are whole, and sums of them exact."""
+    """Unit of length, a power of ten near 1e-11 of the canvas: decimal sizes are integers, and their sums are exact."""
     return 10.0 ** (math.floor(math.log10(canvas)) - 10)
 
 
@@ -106,7 +107,7 @@ def build_rows(words: Sequence[Word], unit: float) -> list[AlignedRow]:
 
 
 def may_be_empty(word: Word, read: int) -> bool:
-    """Whether a row may make space between these letters: not beside attached ones, nor where one could be wider."""
+    """Whether a gap is allowed between these letters: not beside attached letters, nor if a neighbour can be wider."""
     return not any(letter.attached or letter.transparent for letter in word[max(read - 1, 0) : read + 1])
 
 
@@ -125,7 +126,7 @@ def _steps(row: AlignedRow, state: int) -> Steps:
 
 
 def _transparent(row: AlignedRow, read: int, is_open: bool) -> list[RowStep]:
-    """Elements of transparent letters, the first and the last of which may be parts."""
+    """Elements of transparent letters; the first and the last letter may be parts."""
     found: list[RowStep] = []
     size, letters = 0, int(is_open)
     loose: tuple[int, ...] = (read - 1,) if is_open else ()
@@ -134,7 +135,7 @@ def _transparent(row: AlignedRow, read: int, is_open: bool) -> list[RowStep]:
     for at in range(read, len(row.word)):
         if not row.word[at].transparent or letters >= row.most:
             break
-        # Open, the letter goes on in the next column; closed, it ends in this one.
+        # An open letter continues in the next column; a closed one ends in this column.
         found.append(RowStep(size, 2 * at + 1, TRANSPARENT, False, letters, (*loose, at)))
         size += row.sizes[at]
         loose = (*loose, at) if row.word[at].size is None else loose

@@ -1,9 +1,10 @@
-"""Exact search for the cheapest alignments: A* over places in all rows, within limits that grow.
+"""Exact search for the cheapest alignments: A* over the states of all rows, within growing limits.
 
-All that costs more than a limit is cut off, by the bounds of `pairs.py`; while nothing is found, the limit grows. So
-the first that is found is the cheapest, and a tight limit keeps the bounds cheap: only places that lie near each other
-are ever looked at. How much of the canvas is used belongs to the state. Of two ways to the same place, the one that
-used less and paid less is kept.
+Paths that cost more than a limit are cut off by the bounds of `pairs.py`; while no path is found, the limit grows. So
+the first path found is the cheapest, and a tight limit keeps the bounds cheap, since only nearby states are visited.
+The
+used length of the canvas is part of the state. Of two paths to the same state, the one that used less and costs less is
+kept.
 """
 
 from __future__ import annotations
@@ -24,51 +25,51 @@ from grammarlab.facade.layers.alignment.spreads import Spreads, Widths
 from grammarlab.facade.layers.alignment.strains import Strains
 
 _ALL_PAIRS = 6
-"""Rows whose pairs are all bounded; of more, pairs with the row of most letters."""
+"""Largest number of rows for which all pairs are bounded; with more rows, only pairs with the longest row are."""
 _FIRST = 1000
-"""Part of the canvas that errors are at most with the first limit."""
+"""Largest error with the first limit, as a fraction of the canvas."""
 _GROWTH = 2
-"""Of the limit."""
+"""Growth factor of the limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class FoundPaths:
-    """What a search came to."""
+    """Result of a search."""
 
     paths: tuple[tuple[int, Path], ...]
-    """With their costs, the cheapest first."""
+    """Costs and paths, the cheapest first."""
     bound: int
-    """What is not among `paths` costs at least this much."""
+    """Lower bound of the cost of paths that are not in `paths`."""
     done: bool
-    """Whether there are no more than `paths`, or they are as many as were asked for."""
+    """Whether `paths` has all paths, or the requested number."""
     guessed: tuple[tuple[int, Path], ...] = ()
-    """Another path where effort ran out before there was any: not the cheapest for certain."""
+    """A path found without search, if effort ran out before the first result; it may not be the cheapest."""
     steps: int = 0
-    """That were looked at."""
+    """Number of visited steps."""
 
 
 class _Node(NamedTuple):
-    """A place in all rows."""
+    """A state of all rows."""
 
     guess: int
-    """Units of cost of the cheapest way through it, at least."""
+    """Lower bound of the cost of the cheapest path through it."""
     ahead: int
-    """Less is nearer to the end."""
+    """Order of nodes with the same bound: smaller is nearer to the end."""
     number: int
     cost: int
     span: int
     states: tuple[int, ...]
     elastic: bool
-    """Whether a column is as wide as what is left."""
+    """Whether a column takes the remaining length."""
     widths: Widths
     strain: int
-    """Units of cost that sizes are at least to be changed for, for the worst column alone; in `cost`."""
+    """Lower bound of the cost of size changes, for the worst column only; part of `cost`."""
     before: _Node | None
     column: tuple[RowStep, ...]
 
 
 def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundPaths:
-    """The cheapest paths through the rows, as many as asked for, of those that cost at most `cutoff`."""
+    """The `count` cheapest paths through the rows that cost at most `cutoff`."""
     prices, rows = problem.prices, problem.rows
     if any(row.left[0] > problem.most for row in rows):
         return FoundPaths((), 0, done=True)
@@ -80,7 +81,7 @@ def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundP
         prices.error * problem.most // _FIRST + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling
     )
     watched = Spreads(problem), Strains(problem) if prices.strain else None
-    # Words have to be read again and again, whatever is found.
+    # The same steps of words are read in every search.
     looked, bound, paths = letters, 0, ()
     while True:
         tree = _Tree(problem, limit, count, effort - looked, watched)
@@ -97,7 +98,7 @@ def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundP
 
 
 def _alone(problem: PairProblem, row: AlignedRow) -> FoundPaths:
-    """One word that hides all that is below: each of its letters is a column, which costs nothing."""
+    """One word that hides all layers below: each of its letters is a column without cost."""
     if row.left[0] < problem.least and all(row.sizes):
         return FoundPaths((), 0, done=True)
     path = tuple(
@@ -108,14 +109,14 @@ def _alone(problem: PairProblem, row: AlignedRow) -> FoundPaths:
 
 
 def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
-    """The cheapest of the rough alignments that are some."""
+    """The cheapest valid one of the rough alignments."""
     tree = _Tree(problem, ceiling, 1, 0, (Spreads(problem), Strains(problem) if problem.prices.strain else None))
     found = [(cost, path) for path in rough_paths(problem) if (cost := tree.price(path)) is not None]
     return tuple(sorted(found, key=itemgetter(0))[:1])
 
 
 class _Tree:
-    """One search, of what costs at most a limit."""
+    """One search of paths that cost at most a limit."""
 
     def __init__(
         self, problem: PairProblem, limit: int, count: int, effort: int, watched: tuple[Spreads, Strains | None]
@@ -128,7 +129,7 @@ class _Tree:
         self.over = [
             sum(1 << above for above in range(self.num) if problem.over(above, below)) for below in range(self.num)
         ]
-        # Some row is wide enough by itself: then the least span is no concern, and less span is never worse.
+        # If some row is wide enough by itself, the least span always holds, and less span is never worse.
         self.wide = any(row.left[0] >= problem.least for row in self.rows)
         self.pairs: list[list[tuple[int, Bounds]]] = [[] for _ in self.rows]
         for one, other in self._pairs() if effort > 0 else ():
@@ -141,7 +142,7 @@ class _Tree:
                 break
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
-        """Pairs to bound; first those of the longest rows, which most often show that a limit is too low."""
+        """Pairs to bound; first those of the longest rows, which most often prove that a limit is too low."""
         lengths = [row.left[0] for row in self.rows]
         hub = max(range(self.num), key=lambda at: (self.rows[at].left[0] > 0, len(self.rows[at].word)))
         pairs = [
@@ -179,7 +180,7 @@ class _Tree:
         return FoundPaths(tuple(paths), self.limit + 1, done=True)
 
     def _first(self, guess: int) -> _Node:
-        """The place before all columns."""
+        """The state before all columns."""
         start = tuple(0 for _ in self.rows)
         return _Node(
             guess=guess,
@@ -196,7 +197,7 @@ class _Tree:
         )
 
     def price(self, path: Path) -> int | None:
-        """What a path costs, None for one that is no alignment or costs more than the limit."""
+        """Cost of a path; None if it is not an alignment or costs more than the limit."""
         node = self._first(0)
         for steps in path:
             column = START
@@ -216,7 +217,7 @@ class _Tree:
         return node.cost if fills else None
 
     def _children(self, node: _Node) -> Iterator[_Node]:
-        """The places after all columns that may come next."""
+        """States after each possible next column."""
         for column, states, least in self._columns(node):
             self.looked += 1
             after = self._after(node, column, states, least)
@@ -224,7 +225,7 @@ class _Tree:
                 yield after
 
     def _after(self, node: _Node, column: Column, states: tuple[int, ...], least: int) -> _Node | None:
-        """The place after a column; None where letters of a symbol differ too much, or all costs too much."""
+        """The state after a column; None if letters of a symbol differ too much, or the cost exceeds the limit."""
         widths, span, strain = node.widths, node.span + column.high, node.strain
         if self.spreads.rows:
             after = self.spreads.after(
@@ -256,7 +257,7 @@ class _Tree:
         )
 
     def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
-        """Whether as many ways as are asked for came here that can do all that this one can; else it is noted."""
+        """Whether `count` paths reached this state that dominate this node; if not, the node is recorded."""
         easy = self.wide or node.elastic
         paid = node.cost - node.strain
         better = sum(
@@ -272,7 +273,7 @@ class _Tree:
         return node.elastic or node.span >= self.problem.least
 
     def _rest(self, states: tuple[int, ...]) -> int | None:
-        """At least what is still to pay; None for more than the limit."""
+        """Lower bound of the remaining cost; None if it exceeds the limit."""
         most = 0
         for at in range(self.num):
             rest = self._rest_of(at, states)
@@ -282,7 +283,7 @@ class _Tree:
         return most
 
     def _rest_of(self, at: int, states: tuple[int, ...]) -> int | None:
-        """The same by the pairs of a row with those above it."""
+        """Lower bound of the remaining cost by the pairs of a row with those above it."""
         most = 0
         for other, bounds in self.pairs[at]:
             rest = bounds[states[other]].get(states[at])
@@ -295,7 +296,7 @@ class _Tree:
         return column.high - column.low if column.low >= 0 else 0
 
     def _columns(self, node: _Node) -> Iterator[tuple[Column, tuple[int, ...], int]]:
-        """All columns that may come next, with the states after them and what the whole costs at least."""
+        """All possible next columns, with the states after them and a lower bound of the total cost."""
         yield from self._more(node, START, (), 0, 0)
 
     def _more(
@@ -327,7 +328,7 @@ class _Tree:
                 yield from self._more(node, wider, after, more, still)
 
     def _is_coarse(self, states: Sequence[int], steps: Sequence[RowStep]) -> bool:
-        """Whether a column may be cut between its letters: all elements with letters that are seen are the same."""
+        """Whether a column can be cut between its letters: all elements with visible letters are the same."""
         seen: set[tuple[str, ...]] = set()
         for row, before, step in zip(self.rows, states, steps, strict=True):
             if step.kind == OPAQUE and step.fixed:
@@ -338,7 +339,7 @@ class _Tree:
         return len(seen) == 1
 
     def _steps(self, node: _Node, column: Column, at: int) -> Iterator[RowStep]:
-        """Elements of a row whose error is affordable."""
+        """Elements of a row whose error is within the limit."""
         steps = self.rows[at].steps(node.states[at])
         if steps.empty is not None:
             yield steps.empty
@@ -355,7 +356,7 @@ class _Tree:
         yield from steps.elastic[:last_elastic]
 
     def _with(self, column: Column, step: RowStep, at: int) -> Column | None:
-        """A column with one more element; None where that is not allowed."""
+        """A column with one more element; None if that is not allowed."""
         low, bit = column.low, 1 << at
         if step.kind == EMPTY:
             if not column.opaque:

@@ -1,9 +1,10 @@
-"""Widths of letters that have none of their own: how far columns let each of them spread.
+"""Widths of letters without a fixed width: bounds on the length that each covers in the columns.
 
-Letters of one symbol get one size in the end. So the spreads of a symbol's letters that are unsized or split may differ
-by the tolerance at most, and by no more from its preferred size if it has one. Where two of them share an element, each
-may have any part of it: a spread is an interval. Where it is known which letters of other rows a letter is as wide as,
-sizes of these have to change so that letters of one symbol are equal, which costs something.
+Letters of one symbol get one size in the end. So the spreads of a symbol's unsized or split letters may differ by at
+most the tolerance, and from its preferred size, if it has one, by no more. If two of them share an element, each may
+have
+any part of it: a spread is an interval. If a letter is exactly as wide as known letters of other rows, the sizes of
+these have to change so that letters of one symbol are equal, and this change has a cost.
 """
 
 from __future__ import annotations
@@ -18,24 +19,24 @@ from grammarlab.facade.layers.alignment.pairs import PairProblem
 from grammarlab.facade.layers.alignment.rows import EMPTY, PARTIAL, AlignedRow, RowStep, may_be_empty
 
 Interval = tuple[int, int]
-"""Units, at least and at most."""
+"""Lower and upper bound, units."""
 _ANY: Interval = (0, 1 << 62)
 _NONE: Interval = (0, 0)
 Counts = tuple[int, ...] | None
-"""How often each symbol with a size stands in what is exactly as wide as a letter; None where that is not known."""
+"""Number of letters of each sized symbol that together are exactly as wide as a letter; None if unknown."""
 
 
 class Widths(NamedTuple):
-    """What is known of letters without a width of their own, after some columns."""
+    """Known bounds of letters without a fixed width, after some columns."""
 
     symbols: tuple[Interval, ...]
-    """The largest that a letter of the symbol is at least, and the smallest that one is at most."""
+    """For each symbol, the largest lower bound and the smallest upper bound of its letters."""
     opened: tuple[Interval, ...]
-    """Of each row, its letter that goes on in the next column."""
+    """For each row, bounds of the letter that continues in the next column."""
     firsts: tuple[Counts, ...] = ()
-    """Of each symbol, what its first letter is as wide as; empty where strains do not count."""
+    """For each symbol, the counts of its first letter; empty if strains have no weight."""
     begun: tuple[Counts, ...] = ()
-    """The same of the letters that go on."""
+    """For each row, the counts of the letter that continues."""
 
 
 @dataclass(frozen=True)
@@ -44,15 +45,15 @@ class Tracked:
 
     row: int
     symbol: dict[int, int]
-    """By letter."""
+    """Symbol of each letter, by index of the letter."""
     strict: tuple[bool, ...]
-    """[2n + 1] whether after a state every letter has a size or is tracked, and none can make space."""
+    """[2n + 1] whether every letter after a state has a size or is tracked, and none can leave a gap."""
     apart: bool
-    """Whether no two letters without a width of their own can share an element."""
+    """Whether no two letters without a fixed width can share an element."""
 
 
 class Spreads:
-    """Which symbols of a problem are to be watched, and in which rows."""
+    """Symbols of a problem to track, and the rows in which they occur."""
 
     def __init__(self, problem: PairProblem) -> None:
         self.problem = problem
@@ -72,10 +73,10 @@ class Spreads:
                     start[number[letter.symbol]] = (row.sizes[place], row.sizes[place])
             if of:
                 self.rows.append(Tracked(at, of, _strict(row, of), _apart(row)))
-        # Where a column may be as wide as what is left, spans say nothing about what is still to come.
+        # If a column can take the remaining length, spans do not bound the remaining columns.
         self.bounded = not any(letter.size is None and not letter.transparent for letter in letters)
         self.start = Widths(tuple(start), (_NONE,) * len(problem.rows))
-        # Symbols with sizes, for what letters are as wide as.
+        # Symbols with sizes, for the counts of letters.
         units = {
             letter.symbol: size
             for row in problem.rows
@@ -98,17 +99,17 @@ class Spreads:
         elastic: bool,
         span: int,
     ) -> tuple[Widths, int] | None:
-        """What is known after one more column of this width; None when letters of a symbol differ too much.
+        """Bounds after one more column of this width; None if letters of a symbol differ too much.
 
-        Besides, what it costs at least that sizes have to change for all that, in units of cost.
+        The second value is a lower bound of the cost of the size changes that these bounds require, in units of cost.
 
         Args:
-            widths: what was known before it.
-            before: the states of rows before it.
-            column: its elements.
-            high: units, its width.
-            elastic: whether it may be wider.
-            span: units, of all columns with this one.
+            widths: bounds before the column.
+            before: states of the rows before it.
+            column: elements of the column.
+            high: width of the column, units.
+            elastic: whether the column may be wider.
+            span: total width of all columns including this one, units.
         """
         tolerance = self.problem.tolerance
         symbols, opened = list(widths.symbols), list(widths.opened)
@@ -158,7 +159,7 @@ class Spreads:
         return tuple(counts)
 
     def _whole(self, before: Sequence[int], column: Sequence[RowStep]) -> Counts:
-        """What a column is exactly as wide as: its widest element whose letters all have sizes."""
+        """Counts that are exactly as wide as a column: those of its widest element whose letters all have sizes."""
         gaps = self.problem.gaps
         fixed = [
             (step.size, -at)
@@ -172,7 +173,7 @@ class Spreads:
         return self._counts([letter.symbol for letter in word[(before[at] + 1) // 2 : (column[at].state + 1) // 2]])
 
     def _rest(self, whole: Counts, row: int, before: int, step: RowStep) -> Counts:
-        """What the only letter without a width of its own in an element is as wide as, in a column of this width."""
+        """Counts of the only letter without a fixed width in an element, in a column of this width."""
         gapped = self.problem.gaps and step.kind == PARTIAL
         if whole is None or gapped or len(step.loose) > 1:
             return None
@@ -181,7 +182,7 @@ class Spreads:
         return tuple(one - other for one, other in zip(whole, self._counts(own), strict=True)) if own else whole
 
     def _strain(self, one: Counts, other: tuple[int, ...]) -> int:
-        """What it costs at least that two widths become one; see `Strains`."""
+        """Lower bound of the cost of making two widths equal; see `Strains`."""
         if one is None or one == other:
             return 0
         more = [first - second for first, second in zip(one, other, strict=True)]
@@ -189,7 +190,7 @@ class Spreads:
         return int(self.problem.prices.strain * gap**2 / sum(times**2 for times in more))
 
     def _reaches(self, tracked: Tracked, column: Sequence[RowStep], widths: Widths, span: int) -> bool:
-        """Whether what is left of a row may be as long as what is left of the canvas."""
+        """Whether the remainder of a row can be as long as the remaining canvas."""
         row, state = self.problem.rows[tracked.row], column[tracked.row].state
         tolerance = self.problem.tolerance
         least, most = row.left[state], 0

@@ -1,4 +1,4 @@
-"""By how much the sizes of symbols have to change at least so that the elements of one column are equally wide."""
+"""Lower bounds on the change of symbol sizes that makes the elements of one column equally wide."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Strains:
         self.known: dict[tuple[int, int, int, int, int, int], int] = {}
 
     def of(self, states: Sequence[int], column: Sequence[RowStep]) -> int:
-        """What the narrowest and the widest fixed element of a column cost at least, where they begin at these states.
+        """Least cost of equal widths of the narrowest and the widest fixed element of a column from these states.
 
-        Sizes that differ by d in total become equal at least for d^2 / |c|^2, c how often each symbol is in the one
-        more than in the other.
+        Sizes with a total difference of d become equal at a cost of at least d^2 / |c|^2, where c is the difference of
+        the counts of each symbol.
         """
         fixed = [
             (step.size, at)

@@ -10,73 +10,73 @@ from grammarlab.facade.layers.letters import Letter, Word
 from grammarlab.facade.layers.weights import Weights
 
 WILDCARD = "*"
-"""Any symbol, in the table of shapes."""
+"""Matches any symbol in the table of shapes."""
 
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """What letters of one name have in common."""
+    """Properties of all letters of one name."""
 
     name: str
     size: float | None = None
-    """Metres that are preferred, > 0; None: as much as is left for it."""
+    """Preferred size, metres, > 0; None: the letter takes the remaining length."""
     opaque: bool = True
-    """Whether it hides what lies below it."""
+    """Whether it hides the layers below it."""
     attached: bool = False
-    """Whether its neighbours in a word stay beside it."""
+    """Whether its neighbours in a word stay adjacent to it."""
     unoccludable: bool = False
-    """Whether nothing that hides only in part may lie over it."""
+    """Whether no element that covers only a part may lie over it."""
     transparent: bool = False
-    """Whether nothing of it is ever seen."""
+    """Whether it is never visible."""
 
 
 @dataclass(frozen=True, slots=True)
 class Counter:
-    """How often parts of patterns are repeated, in all patterns alike."""
+    """A number of copies, with one value in all patterns."""
 
     name: str
     least: int | None = None
-    """None: the least number from 0 for which no `X^{k - 1}` is repeated a negative number of times."""
+    """None: the least number from 0 for which no `X^{k - 1}` has a negative number of copies."""
     most: int | None = None
-    """None: as often as the canvas has room for."""
+    """None: limited by the canvas only."""
     reflection: Reflection = "inner"
-    """What a negative number of copies means."""
+    """Meaning of a negative number of copies."""
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """What is seen where a horizontal and a vertical symbol meet."""
+    """A visible shape at a crossing of a horizontal and a vertical symbol."""
 
     label: str
-    """What it is called, and so what it looks like (`grammarlab.facade.looks`)."""
+    """Label, which determines the look (`grammarlab.facade.looks`)."""
     depth: float = 0.0
-    """Metres that it stands out more than its label says."""
+    """Additional depth beyond that of its label, metres."""
     inset: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    """Metres from the left, bottom, right and top of its place to itself; less where the place is small."""
+    """Distances from the left, bottom, right and top of its cell, metres; smaller in small cells."""
     frame: str = ""
-    """What is around it in its place; empty where what is below is seen there."""
+    """Label of its surroundings in the cell; empty: the layers below are visible there."""
 
 
 Shapes = Mapping[tuple[str, str], Shape]
-"""Shapes by horizontal and vertical symbol, each of which may be `WILDCARD`."""
+"""Shapes by horizontal and vertical symbol; each may be `WILDCARD`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """A horizontal pattern by a vertical one. Pairs are of x and y."""
+    """A horizontal pattern by a vertical one. Pairs are in the order x, y."""
 
     name: str
     patterns: tuple[str, str]
     """Names of patterns of the design."""
     groups: tuple[str, str] = ("", "")
-    """Only layers of one group are aligned."""
+    """Alignment groups: only layers of one group are aligned."""
     masks: tuple[frozenset[str] | None, frozenset[str] | None] = (None, None)
-    """Symbols that are seen; None for all."""
+    """Visible symbols; None for all."""
     on: bool = True
     depth: float = 0.0
-    """Metres that its shapes stand out more."""
+    """Additional depth of its shapes, metres."""
     shapes: Shapes = field(default_factory=dict)
-    """Before those of the design."""
+    """Shapes that take precedence over those of the design."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,23 +85,23 @@ class Design:
 
     title: str
     width: float
-    """Metres, of the canvas."""
+    """Width of the canvas, metres."""
     height: float
-    """Metres, of the canvas."""
+    """Height of the canvas, metres."""
     symbols: Mapping[str, Symbol]
     counters: Mapping[str, Counter]
     patterns: Mapping[str, LayerPattern]
     layers: tuple[Layer, ...]
-    """From the topmost down."""
+    """Layers from the topmost down."""
     shapes: Shapes = field(default_factory=dict)
     weights: Weights = field(default_factory=Weights)
-    """What the solver minimizes."""
+    """Weights of the solver's energy."""
     overhang: bool = False
     """Whether letters that are not opaque keep their sizes, centred in their columns (supplement 002, section 3.4)."""
 
     @property
     def visible_layers(self) -> tuple[Layer, ...]:
-        """Those that are switched on, from the topmost down."""
+        """The layers that are switched on, from the topmost down."""
         return tuple(layer for layer in self.layers if layer.on)
 
     def word(self, slots: Slots) -> Word:
@@ -121,13 +121,13 @@ class Design:
         )
 
     def covering(self, layer: Layer, axis: int) -> frozenset[str]:
-        """Symbols of a layer that are seen all along the other axis, and hide what is below them there."""
+        """Symbols of a layer that are visible along the whole other axis, and hide what is below them there."""
         if not self._seen(layer, 1 - axis) >= set(self.patterns[layer.patterns[1 - axis]].symbols()):
             return frozenset()
         return self._seen(layer, axis)
 
     def _seen(self, layer: Layer, axis: int) -> frozenset[str]:
-        """Opaque symbols of a layer that neither its mask nor its pattern hides."""
+        """Opaque symbols of a layer that its mask and its pattern leave visible."""
         pattern, mask = self.patterns[layer.patterns[axis]], layer.masks[axis]
         return frozenset(
             name
@@ -138,7 +138,7 @@ class Design:
         )
 
     def shape(self, layer: Layer, across: str, up: str) -> Shape:
-        """What is seen of a layer where two symbols meet; by default it is called after both."""
+        """The shape of a layer at the crossing of two symbols; its default label has both names."""
         for shapes in (layer.shapes, self.shapes):
             for key in ((across, up), (across, WILDCARD), (WILDCARD, up), (WILDCARD, WILDCARD)):
                 if key in shapes:
@@ -147,7 +147,7 @@ class Design:
 
 
 def word_text(word: Word) -> str:
-    """A word as a pattern writes it.
+    """A word in the notation of patterns.
 
     >>> word_text((Letter("A", 1.0), Letter("wall", None)))
     'A{wall}'

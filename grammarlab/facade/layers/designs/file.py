@@ -1,6 +1,6 @@
 """Designs as TOML files; docs/facade-layers.md describes the format.
 
-A file may come from a stranger: what it says is bounded and looked at before anything is made of it.
+A file may come from a stranger: its values are bounded and checked before a design is made.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from grammarlab.facade.values import read_bounded, shown
 
 MOST_BYTES = 2**20
 LARGEST = 10_000.0
-"""Metres of a canvas or a symbol."""
+"""Largest size of a canvas or a symbol, metres."""
 MOST_LAYERS, _MOST_NAMES, _MOST_TIMES = 64, 1_000, 10_000
 _TABLES = ("title", "canvas", "symbols", "counters", "patterns", "shapes", "solver", "layers")
 _FLAGS = ("opaque", "attached", "unoccludable", "transparent")
@@ -35,8 +35,8 @@ def load_design(path: Path) -> Design:
     """Read a design.
 
     Raises:
-        LanguageError: what is wrong with it, with line and column.
-        FacadeError: when the file is too large.
+        LanguageError: If it has a mistake; with line and column.
+        FacadeError: If the file is too large.
     """
     content = read_bounded(path, MOST_BYTES)
     try:
@@ -51,7 +51,7 @@ def parse_design(text: str, file: str = "<text>") -> Design:
     """The design that a text describes.
 
     Raises:
-        LanguageError: what is wrong with it, with line and column.
+        LanguageError: If it has a mistake; with line and column.
     """
     try:
         values = tomllib.loads(text)
@@ -63,13 +63,13 @@ def parse_design(text: str, file: str = "<text>") -> Design:
         finding = Finding("error", "not-toml", message, Location(line, column, file=file))
         raise LanguageError((finding,), text) from error
     except RecursionError as error:
-        raise LanguageError((Finding("error", "not-toml", "values nest too deep", Location(file=file)),)) from error
+        raise LanguageError((Finding("error", "not-toml", "too deeply nested values", Location(file=file)),)) from error
     return _DesignReader(text, file).design(values)
 
 
 @dataclass
 class _DesignReader:
-    """Makes a design of the values of a file; stops at the first mistake."""
+    """Makes a design from the values of a file; stops at the first mistake."""
 
     text: str
     file: str
@@ -122,7 +122,7 @@ class _DesignReader:
         numbers = {name: self._number(table[name], "solver", None, (name,)) for name in known if name in table}
         for name, number in numbers.items():
             if number < 0.0:
-                self._fail(f"expected a weight from 0, found {number:g}", "solver", None, (name,))
+                self._fail(f"expected a weight of at least 0, found {number:g}", "solver", None, (name,))
         return Weights(**numbers), self._truth(table.get("overhang", False), "solver", None, ("overhang",))
 
     def _named(self, values: dict[str, Any], table: str) -> Iterable[tuple[str, Any]]:
@@ -134,7 +134,7 @@ class _DesignReader:
     def _symbol(self, name: str, value: Any) -> Symbol:
         where = ("symbols", None, (name,))
         if not name[:1].isalpha() or not name.isprintable() or set(name) & set("{}()|^;:"):
-            self._fail(f"expected a name that begins with a letter and has none of {{}}()|^;:, found {name!r}", *where)
+            self._fail(f"expected a name that begins with a letter, without {{}}()|^;:, found {name!r}", *where)
         if isinstance(value, int | float):
             value = {"size": value}
         table = self._table(value, *where)
@@ -161,7 +161,7 @@ class _DesignReader:
         if most is not None and most < (least or 0) and not (least is None and most < 0):
             self._fail(f"expected at least {least or 0}, found {most}", "counters", None, (name, "most"))
         if least is None and most is not None and most < 0:
-            self._fail(f"expected a number from 0, or 'least' as well, found {most}", "counters", None, (name, "most"))
+            self._fail(f"expected at least 0, or a value for 'least', found {most}", "counters", None, (name, "most"))
         reflection = table.get("reflection", "inner")
         if reflection not in REFLECTIONS:
             message = f"expected one of {', '.join(REFLECTIONS)}, found {shown(reflection)}"
@@ -222,7 +222,7 @@ class _DesignReader:
             return None
         value, there = masks[key], self.patterns[pattern].symbols()
         if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
-            self._fail(f"expected a list of symbols that are seen, found {shown(value)}", "layers", number, ("mask",))
+            self._fail(f"expected a list of visible symbols, found {shown(value)}", "layers", number, ("mask",))
         for each in value:
             if each not in there:
                 message = f"expected symbols of the pattern {pattern!r}: {', '.join(there)}; found {each!r}"
@@ -261,7 +261,7 @@ class _DesignReader:
             self._fail(f"expected metres at {', '.join(_SIDES)}, found {shown(value)}", table, index, keys)
         left, bottom, right, top = (self._number(each, table, index, keys) for each in value)
         if min(left, bottom, right, top) < 0.0:
-            self._fail(f"expected metres from 0, found {shown(value)}", table, index, keys)
+            self._fail(f"expected metres of at least 0, found {shown(value)}", table, index, keys)
         return left, bottom, right, top
 
     def _table(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> dict[str, Any]:

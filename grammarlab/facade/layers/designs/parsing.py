@@ -1,4 +1,4 @@
-"""The text of a pattern becomes a `LayerPattern`; what is wrong with it is said with its place."""
+"""Parser of patterns: text becomes a `LayerPattern`; errors have positions in the text."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 from grammarlab.facade.layers.designs.patterns import Alternatives, LayerPattern, Linear, Node, Power, Row, Sign
 
 MOST_CHARACTERS = 2_000
-"""Of one pattern."""
+"""Largest number of characters of a pattern."""
 _DEEPEST = 40
-"""Groups within each other."""
+"""Largest depth of nested groups."""
 _MOST_COPIES = 100_000
 _TERM = re.compile(r"\s*([+-]?)\s*(?:([0-9]+)\s*\*?\s*([^\W\d_]\w*)?|([^\W\d_]\w*))\s*")
 _SIGNS = {"LPAR": "'('", "RPAR": "')'", "VBAR": "'|'", "SEMICOLON": "';'", "SYMBOL": "a symbol", "EXPONENT": "'^'"}
@@ -28,7 +28,7 @@ class PatternError(Exception):
 
     message: str
     place: int
-    """Character of the text, from 0."""
+    """Character index in the text, from 0."""
     length: int = 1
     hint: str = ""
 
@@ -40,7 +40,7 @@ def parse_pattern(text: str) -> LayerPattern:
     ['c']
 
     Raises:
-        PatternError: what is wrong, and where.
+        PatternError: If the text has a mistake; with its position.
     """
     if len(text) > MOST_CHARACTERS:
         raise PatternError(f"this pattern has {len(text):,} characters: expected at most {MOST_CHARACTERS:,}", 0)
@@ -63,7 +63,7 @@ def _check_depth(text: str) -> None:
     for place, character in enumerate(text):
         depth += (character == "(") - (character == ")")
         if depth > _DEEPEST:
-            raise PatternError(f"groups stand in each other more than {_DEEPEST} deep", place)
+            raise PatternError(f"expected groups nested at most {_DEEPEST} deep", place)
 
 
 def _explained(text: str, error: UnexpectedInput) -> PatternError:
@@ -81,7 +81,7 @@ def _explained(text: str, error: UnexpectedInput) -> PatternError:
     if text[place : place + 1] == "^":
         hint = "a number of copies follows a symbol or a group: (BA)^k, A^2, (BA)^{n - 1}"
     elif text[place : place + 1].isalnum() or text[place : place + 1] == "_":
-        hint = "names of more than one letter stand in braces: {wall}({window}{wall})^k"
+        hint = "write names of more than one letter in braces: {wall}({window}{wall})^k"
     elif text[place : place + 1] == "{":
         hint = "expected a name between '{' and '}'"
     expected = f"expected {', '.join(wanted[:-1])}{' or ' if wanted[:-1] else ''}{wanted[-1]}, " if wanted else ""
@@ -117,14 +117,14 @@ class _Builder:
                 raise PatternError(
                     f"{sign.symbol} does not occur before the first ';'",
                     sign.place,
-                    hint=f"a control pattern such as 'x {sign.symbol}; {sign.symbol} := A(BA)^k' has it",
+                    hint=f"a control pattern such as 'x {sign.symbol}; {sign.symbol} := A(BA)^k' contains it",
                 )
             for node in LayerPattern("", content).nodes():
                 if isinstance(node, Sign) and pattern.content_of(node.symbol) is not None:
                     raise PatternError(
-                        f"{node.symbol} is a content within a content: operations of one kind do not nest",
+                        f"{node.symbol} is a content inside a content: operations of one kind cannot be nested",
                         node.place,
-                        hint="write out what it stands for",
+                        hint="replace it by its content",
                     )
 
     def _node(self, tree: Any) -> Node:
@@ -148,7 +148,7 @@ class _Builder:
         base, exponent = tree.children
         if self.open_powers:
             raise PatternError(
-                "copies of copies: operations of one kind do not nest",
+                "copies of copies: operations of one kind cannot be nested",
                 exponent.start_pos,
                 len(exponent),
                 hint="write the inner copies out, or put them on a layer of their own",
@@ -164,7 +164,7 @@ class _Builder:
         place = tree.meta.start_pos
         if self.open_choices:
             raise PatternError(
-                "a choice within a choice: operations of one kind do not nest",
+                "a choice inside a choice: operations of one kind cannot be nested",
                 place,
                 tree.meta.end_pos - place,
                 hint="A|(B|C) is A|B|C",

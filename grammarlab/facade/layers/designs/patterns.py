@@ -1,4 +1,4 @@
-"""Patterns: regular expressions over symbols, with counters that are the same everywhere (paper 003, section 3.2)."""
+"""Patterns: regular expressions over symbols, with counters of one value in all patterns (paper 003, section 3.2)."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from dataclasses import dataclass
 from typing import Literal
 
 Reflection = Literal["none", "inner", "outer", "pivot-inner", "pivot-outer", "pivot-total"]
-"""What a negative number of copies means (supplement 002, table 1)."""
+"""Meaning of a negative number of copies (supplement 002, table 1)."""
 REFLECTIONS: tuple[Reflection, ...] = ("none", "inner", "outer", "pivot-inner", "pivot-outer", "pivot-total")
 
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """A whole number of copies: a constant and multiples of counters."""
+    """An integer number of copies: a constant plus multiples of counters."""
 
     constant: int
     terms: tuple[tuple[str, int], ...]
-    """Counters and their factors, by name, no factor 0."""
+    """Counters and their factors, by name; no factor is 0."""
 
     def value(self, counters: Mapping[str, int]) -> int:
         """The number for values of its counters."""
         return self.constant + sum(factor * counters[name] for name, factor in self.terms)
 
     def minus(self, other: Linear) -> Linear:
-        """The difference."""
+        """The difference of two numbers."""
         factors = dict(self.terms)
         for name, factor in other.terms:
             factors[name] = factors.get(name, 0) - factor
@@ -38,7 +38,7 @@ class Sign:
 
     symbol: str
     place: int
-    """Character of the pattern's text, from 0."""
+    """Character index in the pattern's text, from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +52,18 @@ class Power:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One part after the other."""
+    """A sequence of parts."""
 
     parts: tuple[Node, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Alternatives:
-    """One of some parts."""
+    """A choice between parts."""
 
     options: tuple[Node, ...]
     number: int
-    """Of the choice in its pattern, from 0."""
+    """Index of the choice in its pattern, from 0."""
 
 
 Node = Sign | Power | Row | Alternatives
@@ -71,40 +71,40 @@ Node = Sign | Power | Row | Alternatives
 
 @dataclass(frozen=True, slots=True)
 class LayerPattern:
-    """A pattern, with the contents that stand for some of its symbols if it is a control pattern."""
+    """A pattern; a control pattern also has contents that replace some of its symbols."""
 
     text: str
     body: Node
     contents: tuple[tuple[Sign, Node], ...] = ()
-    """What stands for a symbol: every time the same word."""
+    """The contents of symbols: the same word at each occurrence."""
 
     def content_of(self, symbol: str) -> Node | None:
-        """What stands for a symbol."""
+        """The content of a symbol."""
         return next((node for sign, node in self.contents if sign.symbol == symbol), None)
 
     def nodes(self) -> Iterator[Node]:
-        """All of its parts, those of its contents after those of its body."""
+        """All of its parts: those of its body, then those of its contents."""
         for each in (self.body, *(node for _, node in self.contents)):
             yield from _within(each)
 
     def counters(self) -> tuple[str, ...]:
-        """Its counters, as they first occur."""
+        """Its counters, in order of occurrence."""
         powers = (node for node in self.nodes() if isinstance(node, Power))
         return tuple(dict.fromkeys(name for power in powers for name, _ in power.count.terms))
 
     def options(self) -> tuple[int, ...]:
-        """How many options each of its choices has."""
+        """Number of options of each of its choices."""
         choices = sorted((node.number, len(node.options)) for node in self.nodes() if isinstance(node, Alternatives))
         return tuple(count for _, count in choices)
 
     def symbols(self) -> tuple[str, ...]:
-        """What its words are made of, as it first occurs."""
+        """The symbols of its words, in order of occurrence."""
         replaced = {sign.symbol for sign, _ in self.contents}
         signs = [node.symbol for node in self.nodes() if isinstance(node, Sign)]
         return tuple(dict.fromkeys(symbol for symbol in signs if symbol not in replaced))
 
     def placeholders(self) -> frozenset[str]:
-        """Symbols of a control pattern that nothing stands for."""
+        """Symbols of a control pattern without contents."""
         replaced = {sign.symbol for sign, _ in self.contents}
         signs = {node.symbol for node in _within(self.body) if isinstance(node, Sign)}
         return frozenset(signs - replaced) if replaced else frozenset()
@@ -127,11 +127,11 @@ def _within(node: Node) -> Iterator[Node]:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """A place of a word."""
+    """A position of a word."""
 
     symbol: str
     placeholder: bool = False
-    """Whether it is a letter of a control pattern that nothing stands for."""
+    """Whether it is a letter of a control pattern without content."""
     mirrored: bool = False
 
 
@@ -140,17 +140,17 @@ Slots = tuple[Slot, ...]
 
 @dataclass(frozen=True, slots=True)
 class Values:
-    """What a word of a pattern is given by."""
+    """Values that determine a word of a pattern."""
 
     counters: Mapping[str, int]
     choices: tuple[int, ...]
-    """Option of each choice."""
+    """Selected option of each choice."""
     reflections: Mapping[str, Reflection]
-    """Mode of each counter that has another one than `inner`."""
+    """Mode of each counter whose mode is not `inner`."""
 
 
 def expand(pattern: LayerPattern, values: Values, most: int) -> Slots | None:
-    """The word of a pattern for some values; None when it has more than `most` letters."""
+    """The word of a pattern for given values; None if it has more than `most` letters."""
     contents: dict[str, Slots] = {}
     for sign, node in pattern.contents:
         content = _expand(node, values, most, {}, placeholder=False)
@@ -190,10 +190,10 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
 
 
 def repeated(base: Slots, count: int, reflection: Reflection) -> Slots:
-    """Copies of a word, for a negative count with their mirror images (supplement 002, table 1).
+    """Copies of a word; for a negative count, with mirror images (supplement 002, table 1).
 
     Inner modes mirror each copy beside it, outer ones all copies together. A pivot is the letter at the mirror, which
-    is not doubled; with `pivot-total` copies share the letter between them as well.
+    is not doubled; with `pivot-total`, adjacent copies share a letter too.
 
     >>> def shown(count, reflection):
     ...     word = repeated(tuple(map(Slot, "EkG")), count, reflection)

@@ -1,4 +1,4 @@
-"""Where things stand in a TOML text, for messages."""
+"""Locations of values in a TOML text, for messages."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ _HEADER = re.compile(r"\s*\[+\s*([^\[\]]+?)\s*\]+\s*(?:#.*)?$")
 def place_of(
     text: str, file: str, table: str, index: int | None, keys: Sequence[str], value: object = None
 ) -> Location:
-    """Where a value stands, or as much of the way to it as is found.
+    """Location of a value, or of the closest enclosing entry that is found.
 
     Args:
-        text: the file.
-        file: its name.
-        table: a table at the top.
-        index: which one of an array of tables.
-        keys: from the table down to the value.
-        value: the value, if it is a text that a mistake is in: then the place is that of its first character.
+        text: content of the file.
+        file: name of the file.
+        table: name of a top-level table.
+        index: index in an array of tables.
+        keys: keys from the table down to the value.
+        value: the value, if the mistake is inside a text: then the location is that of its first character.
     """
     names = [table, *keys]
     best, depth, found, rest = Location(file=file), 0, -1, names if index is None else []
@@ -43,7 +43,7 @@ def place_of(
 
 
 def _matched(content: str, keys: Sequence[str]) -> tuple[int, int]:
-    """How many keys a line begins with, one after the other, and the character after the last of them."""
+    """Number of leading keys of a line that match in order, and the index of the character after the last one."""
     at = 0
     for number, key in enumerate(keys):
         quoted = rf"(?:{re.escape(key)}|\"{re.escape(key)}\"|'{re.escape(key)}')"

@@ -1,4 +1,4 @@
-"""Designs as text: what `parse_design` reads."""
+"""Designs as text that `parse_design` reads."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def design_text(design: Design) -> str:
-    r"""A design as TOML; what has its default value is left out.
+    r"""A design as TOML; default values are left out.
 
     >>> from grammarlab.facade.layers.designs.file import parse_design
     >>> text = 'canvas = { width = 3.0, height = 2.0 }\n[symbols]\nA = {}\n[[layers]]\nx = "A"\ny = "A"\n'
@@ -72,7 +72,7 @@ def _symbol(symbol: Symbol) -> str:
 
 
 def _counter(counter: Counter) -> str:
-    """What is to be said of a counter, nothing for one that is as all are."""
+    """The entry of a counter; empty if it has default values only."""
     parts = {name: str(value) for name in ("least", "most") if (value := getattr(counter, name)) is not None}
     parts |= {} if counter.reflection == "inner" else {"reflection": _text(counter.reflection)}
     return _inline(parts) if parts else ""
@@ -97,5 +97,5 @@ def _key(name: str) -> str:
 
 
 def _text(text: str) -> str:
-    """A basic string; JSON's escapes are TOML's, but for one character."""
+    """A basic string; JSON's escapes are those of TOML, except for one character."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,4 +1,4 @@
-"""Elements of a label as few products: some columns by some rows, each place of which has an element or is hidden."""
+"""Elements of one label as few products: columns by rows, where each cell has an element or is hidden."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from grammarlab.facade.layers.inference.elements import Interval
 
 Place = tuple[Interval, Interval]
 _MOST_PAIRS = 40
-"""Different rows of which all pairs are tried."""
+"""Largest number of different rows of which all pairs are tried."""
 _MOST_TRIED = 200
-"""Sets of columns, the largest."""
+"""Number of sets of columns to try, the largest first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Product:
-    """Elements of one label at all places of some columns and rows."""
+    """Elements of one label at all crossings of some columns and rows."""
 
     label: str
     across: frozenset[Interval]
-    """Along x."""
+    """Intervals along x."""
     up: frozenset[Interval]
-    """Along y."""
+    """Intervals along y."""
 
 
 def products(
     label: str, places: Collection[Place], hidden: Callable[[Interval, Interval], bool], most: int
 ) -> list[Product]:
-    """Products whose places are all that are given, and others only where they are hidden; large ones first.
+    """Products that cover the given places, and others only where they are hidden; large ones first.
 
-    Each is the largest of those that are spanned by what one row, or two, could have.
+    Each product is the largest one spanned by the possible columns of one row, or of two.
 
     Args:
-        label: of the elements.
-        places: of the elements, which do not overlap.
-        hidden: whether nothing is seen of what stands at a place.
-        most: products at most; then some places may be left.
+        label: label of the elements.
+        places: places of the elements, which do not overlap.
+        hidden: whether a place is fully hidden.
+        most: largest number of products; some places may remain uncovered.
     """
     left = set(places)
     rows: dict[Interval, set[Interval]] = {}
@@ -60,7 +60,7 @@ def products(
 def _spanned(
     rows: dict[Interval, set[Interval]], may: dict[Interval, frozenset[Interval]]
 ) -> list[frozenset[Interval]]:
-    """Sets of columns that one row or two rows share, without those that overlap."""
+    """Sets of columns that are possible in one row or in two, without overlapping columns."""
     different = list(dict.fromkeys((frozenset(rows[up]), may[up]) for up in sorted(rows)))
     found = [_apart(own, wider) for own, wider in different] + [own for own, _ in different]
     if len(different) <= _MOST_PAIRS:
@@ -70,7 +70,7 @@ def _spanned(
 
 
 def _apart(first: Collection[Interval], others: Iterable[Interval]) -> frozenset[Interval]:
-    """Intervals that do not overlap: the first ones before the others."""
+    """Intervals that do not overlap; the first ones take precedence."""
     chosen: list[Interval] = []
     for low, high in (*sorted(first), *sorted(set(others) - set(first))):
         if all(high <= begin or end <= low for begin, end in chosen):
@@ -85,7 +85,7 @@ def _product(
     may: dict[Interval, frozenset[Interval]],
     left: set[Place],
 ) -> Product:
-    """All rows that have these columns; columns and rows with nothing of their own are left out."""
+    """All rows that can have these columns; columns and rows without elements of their own are left out."""
     having = [up for up in sorted(rows) if across <= may[up]]
     wanted = [up for up in having if any((each, up) in left for each in across)]
     up = _apart(wanted, ())

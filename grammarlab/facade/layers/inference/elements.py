@@ -1,4 +1,4 @@
-"""The elements of a facade on common lines: what stands before its wall."""
+"""Elements of a facade on common lines, in front of its wall."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grammarlab.facade.grids.kinds import BACKGROUND
 from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
 
 Interval = tuple[int, int]
-"""Lines at which something begins and ends along an axis."""
+"""Indices of the first and last line along an axis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,21 +18,21 @@ class LabelledRectangles:
     """E labelled rectangles between lines."""
 
     lines: tuple[Floats, Floats]
-    """Metres along x and y, ascending, from 0 to the end of the facade."""
+    """Coordinates along x and y, metres, ascending, from 0 to the end of the facade."""
     boxes: Ints
-    """[E, 4] lines of left, bottom, right, top."""
+    """[E, 4] line indices of left, bottom, right, top."""
     labels: tuple[str, ...]
-    """[E]"""
+    """[E] labels."""
     backdrop: str | None
-    """Label of the wall behind them; None where they leave none."""
+    """Label of the wall behind them; None if there is none."""
 
     def interval(self, element: int, axis: int) -> Interval:
-        """Where an element is along an axis."""
+        """Interval of an element along an axis."""
         return int(self.boxes[element, axis]), int(self.boxes[element, axis + 2])
 
 
 def backdrop_of(facade: Facade) -> str | None:
-    """The label of background that covers most of a facade; None where no leaf is background."""
+    """The background label that covers the most area of a facade; None if no leaf is background."""
     area: dict[str, float] = {}
     for leaf in facade.leaves.tolist():
         name = facade.name_of(leaf)
@@ -46,7 +46,7 @@ def elements_of(facade: Facade, tolerance: float) -> LabelledRectangles:
 
     Args:
         facade: the facade.
-        tolerance: metres within which sides are one line; what is thinner is left out.
+        tolerance: largest distance of sides on one line, metres; thinner leaves are left out.
     """
     backdrop = backdrop_of(facade)
     leaves = np.array([leaf for leaf in facade.leaves.tolist() if facade.name_of(leaf) != backdrop], dtype=np.int64)
@@ -63,7 +63,7 @@ def elements_of(facade: Facade, tolerance: float) -> LabelledRectangles:
 
 
 def grouped(values: Floats, tolerance: float) -> Ints:
-    """[N] a number for each value, ascending: values of one number differ by the tolerance at most."""
+    """[N] a group number for each value, in ascending order; values of one group differ by at most the tolerance."""
     order = np.argsort(values, kind="stable")
     number, first, found = -1, -np.inf, np.zeros(len(values), dtype=np.int64)
     for place in order.tolist():
@@ -74,7 +74,7 @@ def grouped(values: Floats, tolerance: float) -> Ints:
 
 
 def _lines(values: Floats, end: float, tolerance: float) -> tuple[Floats, Ints]:
-    """Means of values that are one line, and which line each value is; 0 and the end are lines."""
+    """Means of groups of values, and the line of each value; 0 and the end are lines."""
     inside = np.where(values <= tolerance, 0.0, np.where(values >= end - tolerance, end, values))
     inside = np.concatenate([[0.0, end], inside])
     number = grouped(inside, tolerance)

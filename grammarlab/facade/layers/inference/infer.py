@@ -19,28 +19,28 @@ from grammarlab.facade.layers.inference.strips import Key, Places, places_of
 from grammarlab.facade.tree import Facade, X, Y
 
 _COUNTERS = ("k", "n")
-"""Of x and y."""
+"""Counters of x and y."""
 _PATTERNS = ("bays", "floors")
 _WHOLE = ("all across", "all up")
 """Patterns of one letter without a size."""
 _LONGEST = 200
-"""Characters of a label."""
+"""Largest number of characters of a label."""
 
 
 def infer(facade: Facade, tolerance: float, title: str = "") -> Design:
-    """A design whose layout on the canvas of the facade is the facade, as far as its patterns can say it.
+    """A design whose layout on the canvas of the facade is that facade, as closely as patterns allow.
 
     Args:
         facade: the facade.
-        tolerance: metres within which sides are in line and sizes are one.
-        title: of the design.
+        tolerance: largest difference of sides in line and of equal sizes, metres.
+        title: title of the design.
 
     Raises:
-        FacadeError: for a facade that is larger than a canvas may be.
+        FacadeError: If the facade is larger than the largest canvas.
     """
     if max(facade.width, facade.height) > LARGEST:
         raise FacadeError(
-            f"expected a facade of at most {LARGEST:,.0f} m, found {facade.width:g} x {facade.height:g} m."
+            f"expected a facade of at most {LARGEST:,.0f} m per side, found {facade.width:g} x {facade.height:g} m."
         )
     elements = elements_of(facade, tolerance)
     shown = layering(elements, MOST_LAYERS - 1)
@@ -83,10 +83,10 @@ class _Axis:
     made: StripPatterns
     names: SymbolNames
     of: dict[Key, str] = field(default_factory=dict)
-    """Symbols by what their letters have in common."""
+    """Symbols by the properties that their letters share."""
     symbols: dict[str, Symbol] = field(default_factory=dict)
     whole: str = ""
-    """The symbol that is as long as the axis."""
+    """The symbol of full length."""
 
     def name(self, labels: Sequence[str]) -> None:
         """Give symbols their names and sizes, in the order of the patterns."""
@@ -101,17 +101,17 @@ class _Axis:
         self.symbols[self.whole] = Symbol(self.whole)
 
     def pattern_of(self, product: int) -> str:
-        """Name of the pattern that a product stands on."""
+        """Name of the pattern of a product."""
         return self.pattern_name(self.places.of[product])
 
     def pattern_name(self, strip: int) -> str:
-        """Name of the pattern of a strip; -1 for that of one letter."""
+        """Name of the pattern of a strip; strip -1 is the pattern of one letter."""
         if strip < 0:
             return _WHOLE[self.axis]
         return _PATTERNS[self.axis] + (f" {strip + 1}" if strip else "")
 
     def mask(self, product: int) -> frozenset[str] | None:
-        """Symbols that a product shows."""
+        """Visible symbols of a product."""
         strip = self.places.of[product]
         if strip < 0:
             return None
@@ -142,7 +142,7 @@ def _exponent(count: Linear) -> str:
 
 
 def _layer(number: int, shown: Sequence[Product], axes: Sequence[_Axis]) -> Layer:
-    """The layer of a product; strips are groups of their own, for what they share keeps them in step."""
+    """The layer of a product; each strip is its own group, since its symbols and counters keep it in step."""
     label = shown[number].label
     before = sum(each.label == label for each in shown[:number])
     name = (label or "element") + (f" {before + 1}" if before else "")
@@ -158,12 +158,12 @@ def _layer(number: int, shown: Sequence[Product], axes: Sequence[_Axis]) -> Laye
 
 
 def _everywhere(label: str, axes: Sequence[_Axis]) -> Layer:
-    """A layer that is one shape."""
+    """A layer that is one shape over the whole canvas."""
     patterns = (axes[X].pattern_name(-1), axes[Y].pattern_name(-1))
     shapes = {(WILDCARD, WILDCARD): Shape(_printable(label))}
     return Layer(name=_printable(label) or "wall", patterns=patterns, groups=patterns, shapes=shapes)
 
 
 def _printable(text: str) -> str:
-    """A label that a design may have."""
+    """A label with characters that a design allows."""
     return "".join(each if each.isprintable() else " " for each in text)[:_LONGEST]

@@ -1,4 +1,4 @@
-"""Elements as products of columns and rows, from the top down: what is rare lies over what is common."""
+"""Elements as products of columns and rows, from the top down: rare elements lie over common ones."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from grammarlab.facade.tree import Ints, X, Y
 def layering(elements: LabelledRectangles, most: int) -> list[Product]:
     """Products that show each element, from the top down.
 
-    What a product shows where it has no element of its own is hidden below products before it. So the two halves of a
-    band beside a portal are one band behind it.
+    Cells of a product without an element of its own are hidden by the products before it. So the two halves of a band
+    beside a portal are one band behind it.
 
     Args:
-        elements: of a facade.
-        most: products at most; of more, those of the largest elements are kept.
+        elements: elements of a facade.
+        most: largest number of products; of more, those of the largest elements are kept.
     """
     often, area = Counter(elements.labels), dict[str, float]()
     for label, box in zip(elements.labels, elements.boxes.tolist(), strict=True):
@@ -41,7 +41,7 @@ def layering(elements: LabelledRectangles, most: int) -> list[Product]:
 
 
 class _Hidden:
-    """Whether a place lies behind boxes that do not overlap."""
+    """Tests whether a place is hidden by boxes that do not overlap."""
 
     def __init__(self, boxes: Ints) -> None:
         self.boxes = boxes
@@ -65,7 +65,7 @@ def _shown(elements: LabelledRectangles, product: Product) -> float:
 
 
 def _joined(elements: LabelledRectangles, own: Ints, above: Ints) -> list[Place]:
-    """Places of boxes; those of a lane between which there are boxes above are one, if others are as long."""
+    """Places of boxes; neighbours in a lane with boxes above between them are joined, if others are as long."""
     places = [((left, right), (bottom, top)) for left, bottom, right, top in own.tolist()]
     for axis in (X, Y):
         known = {(0, len(elements.lines[axis]) - 1)} | {
@@ -82,7 +82,7 @@ def _joined(elements: LabelledRectangles, own: Ints, above: Ints) -> list[Place]
 
 
 def _chained(intervals: list[Interval], lane: Interval, above: Ints, axis: int, known: set[Interval]) -> list[Interval]:
-    """Intervals of a lane, chains of which that end where others do are one."""
+    """Intervals of a lane; chains that end at the same lines as other intervals are joined."""
     chains: list[list[Interval]] = [[intervals[0]]]
     across = above[(above[:, 1 - axis] <= lane[0]) & (above[:, 3 - axis] >= lane[1])]
     for before, after in pairwise(intervals):
@@ -99,7 +99,7 @@ def _chained(intervals: list[Interval], lane: Interval, above: Ints, axis: int, 
 
 
 def _bounded(places: list[Place]) -> list[Place]:
-    """Those in the columns and rows that have most elements, if there are too many."""
+    """The places in the columns and rows with the most elements, if there are too many."""
     for axis in (X, Y):
         often = Counter(place[axis] for place in places)
         if len(often) > MOST_CELLS:

@@ -8,32 +8,32 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Letters of a word that stand once, or a unit that is repeated."""
+    """Single letters of a word, or a repeated unit."""
 
     start: int
-    """First letter."""
+    """Index of the first letter."""
     length: int
-    """Letters of the unit."""
+    """Number of letters of the unit."""
     times: int = 1
-    """1 for a single letter."""
+    """Number of repeats; 1 for a single letter."""
 
     @property
     def end(self) -> int:
-        """The letter after it."""
+        """Index of the letter after it."""
         return self.start + self.length * self.times
 
 
 def shortest(word: Sequence[Hashable], prices: Sequence[int], loop: int = 1) -> tuple[Run, ...]:
     """The cheapest runs that spell a word, by dynamic programming over its suffixes.
 
-    A letter costs its price, a loop the prices of its unit and `loop`. Of what costs the same, that which repeats more
-    is taken, and of these the one in which letters stand before loops: `A(BA)^3` rather than `(AB)^3 A`. Loops do not
-    nest. Takes O(n^2 log n) comparisons.
+    A letter costs its price, a loop the prices of its unit and `loop`. Of equally cheap descriptions, the one with most
+    repeated letters is taken, and of these the one with single letters before loops: `A(BA)^3` rather than `(AB)^3 A`.
+    Loops are not nested. Takes O(n^2 log n) comparisons.
 
     Args:
         word: n letters.
-        prices: [n] the same for equal letters, >= 0.
-        loop: >= 0.
+        prices: [n] price of each letter, equal for equal letters, >= 0.
+        loop: price of a loop, >= 0.
 
     >>> [(run.start, run.length, run.times) for run in shortest("ABABABA", [1] * 7)]
     [(0, 1, 1), (1, 2, 3)]
@@ -64,12 +64,12 @@ def shortest(word: Sequence[Hashable], prices: Sequence[int], loop: int = 1) -> 
 
 
 def cost_of(runs: Sequence[Run], prices: Sequence[int], loop: int = 1) -> int:
-    """What runs cost, see `shortest`."""
+    """Cost of runs, see `shortest`."""
     return sum(sum(prices[run.start : run.start + run.length]) + (loop if run.times > 1 else 0) for run in runs)
 
 
 def _matches(word: Sequence[Hashable]) -> list[list[int]]:
-    """[shift][place] how many letters from a place on are the same as those a shift later; of shifts up to n / 2."""
+    """[shift][place] number of letters from a place that equal those a shift later; for shifts up to n / 2."""
     num = len(word)
     found = [[0] * (num + 1)]
     for shift in range(1, num // 2 + 1):

@@ -1,4 +1,4 @@
-"""Names of inferred symbols: a letter each, elements in capitals."""
+"""Names of inferred symbols: single letters, capitals for elements."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from string import ascii_lowercase, ascii_uppercase
 
 
 class SymbolNames:
-    """Letters that are still free; after all of them the same with primes."""
+    """Unused letters; after all of them, letters with primes."""
 
     def __init__(self) -> None:
         self.used: set[str] = set()
 
     def new(self, label: str) -> str:
-        """A capital for an element, the first letter of its label if it can be; a small letter where there is none."""
+        """A capital for an element, preferably the first letter of its label; a small letter for no label."""
         name = next(each for each in _tried(label) if each not in self.used)
         self.used.add(name)
         return name

@@ -1,7 +1,7 @@
-"""Strips of one axis as patterns with loops that all of them share.
+"""Strips of one axis as patterns with shared loops.
 
-Where all strips are cut, they are blocks side by side. What repeats is a run of these, so that every strip has the
-loop, with one counter: at any size the strips are as long as each other, and what stands beside each other stays so.
+Cuts common to all strips divide them into blocks. Repeated runs of blocks become loops with one counter in every
+strip: at any size the strips are equally long, and cells that are side by side stay so.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from grammarlab.facade.layers.inference.strips import Key, Places, Strip, Strips
 
 _ONE = Linear(1, ())
 _GAIN = 2.0
-"""How much more of the axis has to repeat for a strip to be taken apart: those that repeat together stay in step."""
+"""Gain in repeated length of the axis that justifies taking a strip apart; strips that repeat together stay in step."""
 _MOST_STRIPS = 12
-"""That are tried together; of more, only equal cells are shared."""
+"""Largest number of strips that are tried together; of more, only equal cells are shared."""
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """Letters of a pattern, and how often they are repeated."""
+    """Letters of a pattern, and their number of copies."""
 
     keys: tuple[Key, ...]
     count: Linear = _ONE
@@ -35,20 +35,20 @@ class StripPatterns:
 
     strips: Strips
     items: tuple[tuple[Item, ...], ...]
-    """Of each strip."""
+    """Items of each strip."""
     unsized: frozenset[Key]
-    """Letters that take what is left: those of a strip of its own that reach over what repeats in others."""
+    """Letters that take the remaining length: those of a separate strip that span the loops of others."""
 
 
 def patterns_of(places: Places, counter: str) -> StripPatterns:
-    """Patterns with loops over as much of the axis as possible, and as short as possible then.
+    """Patterns with loops over as much of the axis as possible; of these, the shortest.
 
-    A strip whose cells reach over what repeats in the others would forbid that it does. It is taken apart, with loops
-    and a counter of its own. That is tried for one strip after the other.
+    A strip whose cells span a repeated part of the others would prevent its repetition. Such a strip is separated, with
+    loops and a counter of its own. Strips are tried one after the other.
 
     Args:
         places: strips of an axis.
-        counter: name of the counter of all loops; others are called after it.
+        counter: name of the counter of all loops; names of others are derived from it.
     """
     num = len(places.own)
     together = list(range(num)) if num <= _MOST_STRIPS else list(range(min(num, 1)))
@@ -62,7 +62,7 @@ def patterns_of(places: Places, counter: str) -> StripPatterns:
 
 
 def _best(places: Places, together: Sequence[int]) -> _Division:
-    """How to cut strips of which some repeat together."""
+    """The best division of strips that repeat together."""
     plain = _Division(places, (), together)
     cuts = air_cuts(places, together) if len(together) > 1 else []
     if not cuts:
@@ -72,7 +72,7 @@ def _best(places: Places, together: Sequence[int]) -> _Division:
 
 
 class _Division:
-    """Strips of which some repeat together and the others each for itself."""
+    """Strips that repeat together, and strips that repeat separately."""
 
     def __init__(self, places: Places, cuts: Sequence[int], together: Sequence[int]) -> None:
         self.strips = strips = build(places, together, cuts)
@@ -82,7 +82,7 @@ class _Division:
 
     @cached_property
     def covered(self) -> float:
-        """Metres of the axis that repeat in the strips together."""
+        """Length of the axis that repeats in the joint strips, metres."""
         return float(sum(self.lines[high] - self.lines[low] for low, high in self.joint.loops()))
 
     def patterns(self, counter: str) -> StripPatterns:
@@ -103,7 +103,7 @@ class _Division:
 
 
 class _Joint:
-    """Strips side by side, cut where all are cut."""
+    """Joint strips, cut at their common lines."""
 
     def __init__(self, strips: Sequence[Strip]) -> None:
         cuts = [{end for _, end in strip.cells} for strip in strips]
@@ -131,13 +131,13 @@ class _Joint:
         )
 
     def loops(self) -> list[tuple[int, int]]:
-        """Lines between which something repeats."""
+        """Lines between which the strips repeat."""
         starts = [0, *self.cuts]
         return [(starts[run.start], starts[run.end]) for run in self.runs if run.times > 1]
 
 
 def _counts(runs: Sequence[Run], counter: str) -> list[Linear]:
-    """How often each run is repeated: in proportion to the one that is repeated least.
+    """Number of copies of each run: in proportion to the run with the fewest copies.
 
     >>> [each.constant for each in _counts([Run(0, 2, 5), Run(10, 1, 2), Run(12, 1)], "k")]
     [1, 0, 1]
@@ -147,7 +147,7 @@ def _counts(runs: Sequence[Run], counter: str) -> list[Linear]:
 
 
 def _widest(strip: Strip, joint: _Joint, strips: Strips) -> set[Key]:
-    """The letters of one symbol that are longest in all, of those that reach over what repeats."""
+    """The letters of the symbol with the largest total length, of those that span a repeated part."""
     length: dict[Key, float] = {}
     for cell, key in zip(strip.cells, strip.keys, strict=True):
         if cell in strip.own and any(cell[0] < high and low < cell[1] for low, high in joint.loops()):

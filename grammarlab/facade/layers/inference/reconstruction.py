@@ -1,4 +1,4 @@
-"""How much of a facade another one shows: area with the right label, and elements in their places."""
+"""Similarity of two facades: area with equal labels, and matched elements."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from grammarlab.facade.layers.inference.elements import backdrop_of
 from grammarlab.facade.tree import Facade, Floats, X, Y
 
 _MATCH = 0.5
-"""Rectangles that share more than this part of their union match: of those that do not overlap, one at most does."""
+"""Rectangles whose IoU is above this value match; among rectangles without overlaps, at most one does."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reconstruction:
-    """What a facade shares with an original of the same size."""
+    """Similarity of a facade and an original of the same size."""
 
     area: float
-    """0 to 1, of the original where the labels are the same."""
+    """0 to 1, share of the original's area with equal labels."""
     iou: float
-    """0 to 1, intersection over union, mean over elements: each with the one of its label that it shares most with."""
+    """0 to 1, intersection over union, mean over elements: each with the element of its label with the largest IoU."""
     quality: float
-    """0 to 1, panoptic quality: IoU of all elements that match, over the mean number of elements of both."""
+    """0 to 1, panoptic quality: sum of the IoU of matched elements, over the mean number of elements of both."""
     elements: int
-    """Of the original: leaves that are not its wall."""
+    """Number of elements of the original: leaves that are not its wall."""
     found: int
-    """Elements of the other one."""
+    """Number of elements of the other facade."""
 
 
 def compare(original: Facade, other: Facade) -> Reconstruction:
-    """What a facade shares with an original."""
+    """Similarity of a facade and an original."""
     boxes, others = _boxes(original), _boxes(other)
     pairs = shapely.STRtree(shapely.box(*others.T)).query(shapely.box(*boxes.T))
     one, two = boxes[pairs[0]], others[pairs[1]]

@@ -1,4 +1,4 @@
-"""Words along one axis: the columns, or the rows, of several products side by side, and what is between them."""
+"""Words along one axis: the columns, or the rows, of several products side by side, and the gaps between them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from grammarlab.facade.layers.inference.elements import Interval, grouped
 from grammarlab.facade.tree import Floats
 
 Key = tuple[int, int, frozenset[int]]
-"""What letters of one symbol have in common: strip, class of size, products that show it. Strip -1 is for gaps."""
+"""Shared properties of letters of one symbol: strip, class of size, products that show it. Gaps have strip -1."""
 GAP = -1
 MOST_CELLS = 190
-"""Cells of a strip that are not gaps."""
+"""Largest number of cells of a strip that are not gaps."""
 _MOST_LETTERS = 400
-"""Of a strip."""
+"""Largest number of letters of a strip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,27 +25,27 @@ class Strip:
     """A word along one axis, from line 0 to the last."""
 
     cells: tuple[Interval, ...]
-    """[n] each begins where the one before it ends."""
+    """[n] cells; each begins at the end of the previous one."""
     keys: tuple[Key, ...]
-    """[n] of the symbols."""
+    """[n] keys of the symbols."""
     own: frozenset[Interval]
-    """Cells that products show; others are gaps, or cells of the first strip that are not seen here."""
+    """Cells that products show; others are gaps, or cells of the first strip that are not visible here."""
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Which intervals share a strip."""
+    """Assignment of intervals to strips."""
 
     sets: tuple[frozenset[Interval], ...]
-    """[P] of each product."""
+    """[P] intervals of each product."""
     of: tuple[int, ...]
-    """[P] which strip each product stands on, that with most elements first; -1 for one that is as long as the axis."""
+    """[P] strip of each product, the strip with most elements first; -1 for a product of full length."""
     own: tuple[frozenset[Interval], ...]
-    """[S] of each strip, intervals of all of its products; they do not overlap."""
+    """[S] intervals of all products of each strip; they do not overlap."""
     lines: Floats
-    """Metres."""
+    """Coordinates of lines, metres."""
     tolerance: float
-    """Metres within which sizes are one."""
+    """Largest difference of equal sizes, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,17 +54,17 @@ class Strips:
 
     strips: tuple[Strip, ...]
     sizes: Floats
-    """Metres of each class of sizes."""
+    """Size of each class, metres."""
 
 
 def places_of(sets: Sequence[frozenset[Interval]], weight: Sequence[int], lines: Floats, tolerance: float) -> Places:
-    """The fewest strips, as far as one finds them by putting large sets first, that have all intervals of some sets.
+    """Few strips that contain all intervals of some sets, found greedily from large sets to small ones.
 
     Args:
         sets: [P] intervals that do not overlap, one set for each product.
-        weight: [P] elements that stand on it.
-        lines: metres.
-        tolerance: metres within which sizes are one.
+        weight: [P] number of elements of each set.
+        lines: coordinates of lines, metres.
+        tolerance: largest difference of equal sizes, metres.
     """
     whole = frozenset({(0, len(lines) - 1)})
     together: list[set[Interval]] = []
@@ -86,9 +86,9 @@ def build(places: Places, joined: Collection[int], cuts: Collection[int] = ()) -
     """The strips of an axis.
 
     Args:
-        places: what is on them.
-        joined: strips whose gaps are cut where the first strip is cut, so that they share its letters.
-        cuts: lines at which gaps of joined strips are cut besides.
+        places: intervals of the strips.
+        joined: strips whose gaps are cut at the cuts of the first strip, so that they share its letters.
+        cuts: further lines at which gaps of joined strips are cut.
     """
     last = len(places.lines) - 1
     cells: list[list[Interval]] = []
@@ -112,7 +112,7 @@ def build(places: Places, joined: Collection[int], cuts: Collection[int] = ()) -
 
 
 def air_cuts(places: Places, joined: Collection[int]) -> list[int]:
-    """Where what no joined strip has a cell in begins, if they are not all cut there: a line for each such gap."""
+    """For each gap common to all joined strips, the line where it begins, unless all strips are cut there."""
     strips = build(places, joined).strips
     common = set.intersection(*({end for _, end in strips[at].cells} for at in joined))
     taken = sorted({cell for at in joined for cell in places.own[at]})
@@ -130,12 +130,12 @@ def _shown(places: Places, strip: int, cell: Interval) -> frozenset[int]:
 
 
 def _fit(intervals: frozenset[Interval], others: set[Interval]) -> bool:
-    """Whether intervals and others overlap nowhere, but for those that are the same."""
+    """Whether no interval overlaps a different one of the others."""
     return all(end <= low or high <= begin for begin, end in intervals - others for low, high in others - intervals)
 
 
 def _filled(own: Sequence[Interval], last: int, lines: Collection[int]) -> list[Interval]:
-    """Intervals with what is between them, cut at some lines, unless that is too much."""
+    """Intervals with the gaps between them, cut at some lines, unless the result is too long."""
     cuts = sorted(lines) if len(lines) + 2 * len(own) < _MOST_LETTERS else []
     found: list[Interval] = []
     for (_, before), (after, end) in pairwise([(0, 0), *own, (last, last)]):

@@ -1,1 +1,1 @@
-"""What solved layouts look like: facades, scenes, grammars."""
+"""Views of solved layouts: facades, scenes, grammars."""

@@ -21,13 +21,13 @@ _START, _FRONT = "Lot", "Facade"
 
 @dataclass(frozen=True, eq=False)
 class FamilyVariant:
-    """A layout of a canvas."""
+    """A layout of one canvas."""
 
     canvas: tuple[float, float]
-    """Metres that were asked for."""
+    """Requested width and height, metres."""
     facade: Facade
     probability: float
-    """Of this one among those of its canvas, > 0."""
+    """Its probability among the layouts of its canvas, > 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,21 +35,21 @@ class WrittenVariants:
     """A grammar of layouts."""
 
     text: str
-    """CGA."""
+    """CGA text."""
     rules: int
     alone: int
-    """Rules that grammars of each layout alone have together."""
+    """Total number of rules of separate grammars of the layouts."""
 
 
 def write_variants(variants: Sequence[FamilyVariant], title: str) -> WrittenVariants:
-    """First a canvas is drawn, all alike, then one of its layouts; parts that are equal share their rules.
+    """A grammar that draws a canvas uniformly, then one of its layouts; equal parts share their rules.
 
     Args:
-        variants: at least one.
-        title: of the grammar, one line.
+        variants: the layouts, at least one.
+        title: title of the grammar, one line.
 
     Raises:
-        FacadeError: when a facade has parts that are too thin for rules.
+        FacadeError: If a facade has parts that are too thin for rules.
     """
     names, known, lines, alone = RuleNames(), dict[tuple[str, str], str](), list[str](), 0
     fronts = []
@@ -83,7 +83,7 @@ def _rules(text: str) -> dict[str, str]:
 
 
 def _added(rules: Mapping[str, str], names: RuleNames, known: dict[tuple[str, str], str], lines: list[str]) -> str:
-    """The name of the rule of a facade, after its rules have been added to the lines of all."""
+    """The name of the rule of a facade; its rules are added to the lines."""
     renamed: dict[str, str] = {}
 
     def add(name: str) -> str:
@@ -100,7 +100,7 @@ def _added(rules: Mapping[str, str], names: RuleNames, known: dict[tuple[str, st
 
 
 def _choice(name: str, weights: Sequence[float], ways: Sequence[str]) -> str:
-    """A rule with ways to go on, with probabilities in proportion to weights."""
+    """A rule with alternatives of probabilities in proportion to weights."""
     if len(ways) == 1:
         return f"{name} --> {ways[0]}"
     total = sum(weights)

@@ -1,4 +1,4 @@
-"""A solved layout as a facade: at each place the topmost shape, in a tree of rectangles."""
+"""A solved layout as a facade: the topmost shape at each point, in a tree of rectangles."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from grammarlab.facade.tree import Facade, X, Y
 
 
 def flattened(panels: Panels) -> Facade:
-    """The facade of what is seen from the front.
+    """The facade of all visible shapes.
 
-    A shape that others hide in part keeps its rest, in as many rectangles as that takes; what no line divides is cut
-    as rarely as possible, shapes that are seen whole last. Where nothing is seen the facade is `outside`, or what the
-    lowest shape of the whole canvas shows.
+    The visible rest of a partly hidden shape is divided into rectangles. Regions without a straight cut are divided
+    with
+    as few cuts as possible; shapes that are fully visible are cut last. Empty parts of the facade are `outside`, or
+    show the lowest shape that covers the whole canvas.
     """
     frame = (0, 0, len(panels.lines[X]) - 1, len(panels.lines[Y]) - 1)
     everywhere = [number for number, panel in enumerate(panels.panels) if panel.lines == frame]

@@ -1,4 +1,4 @@
-"""What the layers of a solved layout show: panels, each where a horizontal and a vertical letter of a layer meet."""
+"""Panels of a solved layout: shapes at the crossings of horizontal and vertical letters of a layer."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from grammarlab.facade.layers.solving import Layout
 from grammarlab.facade.tree import Floats, Ints, X, Y
 
 _SLIVER = 1e-7
-"""Part of the canvas that coordinates may differ by and still be one, and that panels are wide at least."""
+"""Largest difference of equal coordinates and least width of panels, as a fraction of the canvas."""
 
 _LEAST_SHARE = 0.4
-"""Of its place that a shape takes along an axis at least, however large its inset."""
+"""Least share of its cell that a shape takes along an axis, for any inset."""
 
 Rectangle = tuple[int, int, int, int]
-"""Lines of left, bottom, right and top."""
+"""Line indices of left, bottom, right and top."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,33 +28,33 @@ class Panel:
     """A shape of a layer."""
 
     layer: int
-    """From the topmost down, of those that are on."""
+    """Index among the layers that are on, from the topmost down."""
     symbols: tuple[str, str]
-    """Horizontal and vertical."""
+    """Horizontal and vertical symbol."""
     shape: Shape
     lines: Rectangle
     opaque: bool
-    """Whether it hides what is below it."""
+    """Whether it hides the layers below it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Panels:
-    """All panels of a layout that are seen at least in part, from the topmost layer down."""
+    """All panels of a layout that are at least partly visible, from the topmost layer down."""
 
     lines: tuple[Floats, Floats]
-    """Metres along x and y, ascending, from 0 to the end of the canvas."""
+    """Coordinates along x and y, metres, ascending, from 0 to the end of the canvas."""
     panels: tuple[Panel, ...]
 
     @cached_property
     def topmost(self) -> Ints:
-        """[rows, columns] which panel is seen in front at each cell between lines; -1 for none."""
+        """[rows, columns] index of the panel in front in each cell between lines; -1 for none."""
         front = np.full((len(self.lines[Y]) - 1, len(self.lines[X]) - 1), -1, dtype=np.int64)
         for number in range(len(self.panels) - 1, -1, -1):
             front[_cells(self.panels[number].lines)] = number
         return front
 
     def seen(self) -> list[list[Rectangle]]:
-        """Of each panel, rectangles of all cells in which no panel above it is opaque."""
+        """For each panel, rectangles of all cells without an opaque panel above it."""
         hidden = np.zeros(self.topmost.shape, dtype=bool)
         found = []
         for panel in self.panels:
@@ -65,13 +65,13 @@ class Panels:
 
 
 def panels_of(design: Design, layout: Layout, width: float, height: float) -> Panels:
-    """What a layout shows.
+    """Panels of a layout.
 
     Args:
-        design: what was solved.
+        design: the solved design.
         layout: its solution for this canvas.
-        width: metres.
-        height: metres.
+        width: width of the canvas, metres.
+        height: height of the canvas, metres.
     """
     canvas = (width, height)
     along = [_places(design, layout, axis) for axis in (X, Y)]
@@ -94,7 +94,7 @@ def panels_of(design: Design, layout: Layout, width: float, height: float) -> Pa
 
 
 def _inset(panels: Panels) -> Panels:
-    """Shapes that are smaller than their places, each with its frame below it."""
+    """Shapes that are smaller than their cells, each with its frame below it."""
     if not any(any(panel.shape.inset) for panel in panels.panels):
         return panels
     boxes = [_box(panel, panels.lines) for panel in panels.panels]
@@ -115,7 +115,7 @@ def _inset(panels: Panels) -> Panels:
 
 
 def _box(panel: Panel, lines: tuple[Floats, Floats]) -> tuple[float, float, float, float]:
-    """Metres where a shape begins and ends in its place, of which it keeps at least a part."""
+    """Coordinates of a shape in its cell, metres; at least a part of the cell remains."""
     found = []
     for axis in (X, Y):
         low, high = (float(lines[axis][panel.lines[side]]) for side in (axis, axis + 2))
@@ -127,13 +127,13 @@ def _box(panel: Panel, lines: tuple[Floats, Floats]) -> tuple[float, float, floa
 
 
 def _nearest(box: tuple[float, float, float, float], lines: tuple[Floats, Floats]) -> Rectangle:
-    """Lines of the sides of a box."""
+    """Line indices of the sides of a box."""
     left, bottom, right, top = (int(np.abs(lines[side % 2] - at).argmin()) for side, at in enumerate(box))
     return left, bottom, right, top
 
 
 def rectangles(shown: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
-    """Rectangles that cover the true cells [rows, columns] of a panel: runs of rows, alike ones as one."""
+    """Rectangles that cover the true cells [rows, columns] of a panel: runs of equal rows are merged."""
     left, bottom, _, top = lines
     if shown.all():
         return [lines]
@@ -159,7 +159,7 @@ def _cells(lines: Rectangle) -> tuple[slice, slice]:
 
 
 def _places(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Floats]]:
-    """Of each layer that is on, its word and from where to where its letters stand [letters, 2]."""
+    """For each layer that is on, its word and the ends of its letters [letters, 2], metres."""
     placed = dict(zip(layout.groups, layout.sizing.placed, strict=True))
     found, rows = [], dict[tuple[int, str], int]()
     for layer in design.visible_layers:
@@ -171,7 +171,7 @@ def _places(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Float
 
 
 def _merged(ends: Floats, canvas: float) -> Floats:
-    """Different coordinates within the canvas; those that are nearly the same are one."""
+    """Different coordinates within the canvas; nearly equal ones are merged."""
     inside = np.sort(np.clip(np.concatenate([[0.0, canvas], ends]), 0.0, canvas))
     kept = inside[np.concatenate([[True], np.diff(inside) > _SLIVER * canvas])]
     kept[-1] = canvas
@@ -179,7 +179,7 @@ def _merged(ends: Floats, canvas: float) -> Floats:
 
 
 def _seen(layer: Layer, axis: int, word: Word, ends: Floats, lines: Floats) -> list[tuple[str, bool, int, int]]:
-    """Letters that are seen: symbol, whether it is opaque, and the lines where it begins and ends."""
+    """Visible letters: symbol, whether it is opaque, and line indices of its ends."""
     mask = layer.masks[axis]
     first, last = (np.abs(lines[:, None] - np.clip(side, lines[0], lines[-1])).argmin(axis=0) for side in ends.T)
     return [

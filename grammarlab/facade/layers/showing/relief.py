@@ -1,4 +1,4 @@
-"""A solved layout as a scene: all shapes that are not hidden, as deep as their label, shape and layer say."""
+"""A solved layout as a scene: all visible shapes, with the depths of their labels, shapes and layers."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from grammarlab.geometry.solids.primitives import box
 from grammarlab.scene.instances import Scene
 
 _THINNEST = 0.01
-"""Metres of a box."""
+"""Least thickness of a box, metres."""
 
 
 def relief(design: Design, panels: Panels) -> Scene:
     """One model: x to the right, y up, the front of a wall at z = `THICKNESS` and all backs at 0.
 
-    Shapes that are not opaque stand before what they are seen with; opaque ones replace what is below them.
+    Shapes that are not opaque are in front of the shapes that are visible through them; opaque ones replace those
+    below.
     """
     layers = design.visible_layers
     position, size, looks = [], [], []

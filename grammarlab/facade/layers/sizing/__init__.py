@@ -1,1 +1,1 @@
-"""Sizes of symbols that an alignment allows."""
+"""Sizes of symbols under an alignment."""

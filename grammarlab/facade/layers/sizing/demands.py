@@ -1,4 +1,4 @@
-"""What one alignment demands of the sizes of symbols, and how much all demands together cost at least."""
+"""Size equations of alignments, and a lower bound of the size error of several of them together."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from grammarlab.facade.layers.sizing.equations import equations
 from grammarlab.facade.tree import Floats
 
 _RANK = 1e-9
-"""Singular values below this part of the largest are 0."""
+"""Singular values below this fraction of the largest are 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class SizeEquations:
-    """Equations that the sizes of symbols satisfy, when widths of columns and unsized symbols may be anything."""
+    """Equations between the sizes of symbols, after elimination of widths of columns and unsized symbols."""
 
     symbols: tuple[str, ...]
-    """S that have a preferred size."""
+    """The S symbols with a preferred size."""
     size: Floats
-    """[S] metres that are preferred."""
+    """[S] preferred sizes, metres."""
     matrix: Floats
-    """[R, S]"""
+    """[R, S] coefficients."""
     value: Floats
-    """[R] metres"""
+    """[R] right-hand sides, metres."""
 
 
 def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations:
-    """Those of one alignment."""
+    """The size equations of one alignment."""
     system = equations([(alignment, canvas)], gaps=gaps)
     symbols = tuple(
         name for name in dict.fromkeys(letter.symbol for word in alignment.words for letter in word if letter.size)
@@ -45,7 +45,7 @@ def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations
     rank = int((size > _RANK * size.max(initial=1.0)).sum())
     kept = left[:, rank:].T
     matrix = np.zeros((len(kept), len(symbols)))
-    # Symbols that are one unknown share its column.
+    # Symbols that share an unknown share its column.
     for unknown in set(index):
         matrix[:, index.index(unknown)] = kept @ system.matrix[:, unknown]
     same = [(index.index(unknown), at) for at, unknown in enumerate(index) if index.index(unknown) != at]
@@ -58,7 +58,7 @@ def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations
 
 
 def demands_alone(word: Word, canvas: float) -> SizeEquations | None:
-    """What a word demands that has to fill the canvas by itself; None where some letter takes what is left."""
+    """The size equation of a word that fills the canvas alone; None if a letter takes the remaining length."""
     counts = Counter(letter.symbol for letter in word)
     if any(letter.size is None or not letter.hides for letter in word):
         return None
@@ -68,7 +68,7 @@ def demands_alone(word: Word, canvas: float) -> SizeEquations | None:
 
 
 def least_error(together: Sequence[SizeEquations]) -> float:
-    """Square metres: sizes that satisfy all demands deviate at least so much from what is preferred."""
+    """Lower bound of the sum of squared deviations from preferred sizes under all equations, square metres."""
     if not together:
         return 0.0
     sizes: dict[str, float] = {}
@@ -84,5 +84,5 @@ def least_error(together: Sequence[SizeEquations]) -> float:
     if not matrix.size:
         return 0.0
     change = np.linalg.lstsq(matrix, miss, rcond=_RANK)[0]
-    # A little less, for round-off is no bound.
+    # Slightly less, since rounding errors must not make the bound too large.
     return float(np.square(change).sum()) * (1.0 - 1e-9)

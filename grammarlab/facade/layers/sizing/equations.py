@@ -1,7 +1,7 @@
-"""What an alignment says about sizes: unknown sizes that are one, and equations between them (paper 003, section 5.3).
+"""Equations of an alignment between sizes, and sets of equal unknown sizes (paper 003, section 5.3).
 
-The unknowns are sizes: one for each symbol, so that all of its letters have it, one for each column, and one for each
-part of a split letter. Where an element is a single letter or part, it is as wide as its column: one unknown for both.
+The unknowns are sizes: one for each symbol, shared by all of its letters, one for each column, and one for each part of
+a split letter. An element that is a single letter or part is as wide as its column: one unknown for both.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ class Equations:
     """Linear equations between U unknown sizes."""
 
     index: dict[Unknown, int]
-    """Which of the U sizes each unknown is."""
+    """Index of the size of each unknown, 0 to U - 1."""
     matrix: Floats
-    """[R, U]"""
+    """[R, U] coefficients."""
     value: Floats
-    """[R] metres"""
+    """[R] right-hand sides, metres."""
     target: Floats
-    """[P] metres, of the symbols that have a preferred size."""
+    """[P] preferred sizes of symbols, metres."""
     target_index: Ints
-    """[P] which size they would like to have it."""
+    """[P] index of the size of each of these symbols."""
 
     @property
     def num_sizes(self) -> int:
-        """U."""
+        """Number U of sizes."""
         return self.matrix.shape[1]
 
 
 def equations(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool) -> Equations:
-    """The equations of alignments, each with its canvas; see `size_letters`."""
+    """Equations of alignments, each with its canvas; see `size_letters`."""
     made = _Equations(gaps=gaps)
     for number, (alignment, canvas) in enumerate(alignments):
         made.add(number, alignment, canvas)

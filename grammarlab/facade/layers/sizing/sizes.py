@@ -1,4 +1,4 @@
-"""Sizes of symbols, and with them places of letters: least squares under an alignment (paper 003, section 5.3)."""
+"""Sizes of symbols and positions of letters: least squares under an alignment (paper 003, section 5.3)."""
 
 from __future__ import annotations
 
@@ -13,42 +13,43 @@ from grammarlab.facade.layers.sizing.squares import Squares
 from grammarlab.facade.tree import Floats
 
 _LEAST = 1e-6
-"""The smallest size that a letter may have, as part of the canvas."""
+"""Least size of a letter, as a fraction of the canvas."""
 
 
 @dataclass(frozen=True)
 class PlacedAlignment:
-    """An alignment with its places, in metres from the start of the canvas."""
+    """An alignment with positions, in metres from the start of the canvas."""
 
     ends: Floats
     """[n + 1] borders of columns: the first is 0, the last is the canvas."""
     lower: tuple[Floats, ...]
-    """[m][letters] where each letter of each row begins."""
+    """[m][letters] start of each letter of each row."""
     upper: tuple[Floats, ...]
-    """[m][letters] where it ends."""
+    """[m][letters] end of each letter of each row."""
 
 
 @dataclass(frozen=True)
 class SymbolSizes:
-    """Sizes that deviate least from what is preferred."""
+    """Sizes with the least deviation from preferred sizes."""
 
     sizes: Mapping[str, float]
-    """Metres of each symbol, the same wherever it stands; in the order of first use."""
+    """Size of each symbol, metres, the same at all occurrences; in the order of first use."""
     placed: tuple[PlacedAlignment, ...]
-    """One for each alignment."""
+    """Positions for each alignment."""
     error: float
-    """Square metres: the sum of squares of deviations from preferred sizes."""
+    """Sum of squared deviations from preferred sizes, square metres."""
     residual: float
-    """What the places miss of all equations and of optimality, measured on them, metres."""
+    """Largest violation of the equations and of optimality, measured on the positions, metres."""
 
 
 def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = False) -> SymbolSizes | None:
-    """The best sizes for alignments of both axes and all groups, each with its canvas; None where there are none.
+    """The best sizes for alignments of both axes and all groups, each with its canvas; None if there are none.
 
     Args:
-        alignments: with the length of the canvas that each fills, metres.
+        alignments: each with the length of its canvas, metres.
         gaps: whether elements with letters that are not opaque keep their size, centred in their column (supplement
-            002, section 3.4); else they fill it.
+            002,
+            section 3.4); otherwise they fill it.
     """
     canvases = [canvas for _, canvas in alignments]
     if not canvases:
@@ -72,7 +73,7 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
 def _placed(
     system: Equations, size: Floats, number: int, alignment: Alignment, canvas: float, *, gaps: bool
 ) -> PlacedAlignment:
-    """Where the letters of an alignment are."""
+    """Positions of the letters of an alignment."""
     widths = [size[system.index["column", number, column]] for column in range(alignment.num_columns)]
     ends = np.concatenate([[0.0], np.cumsum(widths)])
     ends[-1] = canvas
@@ -99,7 +100,7 @@ def _placed(
 
 
 def _missed(placed: PlacedAlignment, alignment: Alignment, sizes: Mapping[str, float]) -> float:
-    """Metres by which the worst letter is not of its symbol's size."""
+    """Largest difference of a letter's length and the size of its symbol, metres."""
     return max(
         (
             abs(float(upper[at] - lower[at]) - sizes[letter.symbol])

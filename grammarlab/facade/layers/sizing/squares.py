@@ -1,8 +1,9 @@
-"""Least squares under equations and lower bounds, solved to the last digits.
+"""Least squares under equations and lower bounds, solved to rounding accuracy.
 
-Which bounds press comes from an interior-point method, and only where the optimum under the equations alone breaks
-some. The numbers come from solving the equations with these bounds exactly. What the wishes leave open is as equal as
-it can be.
+If the optimum under the equations alone violates bounds, an interior-point method finds the active bounds. The
+equations
+are then solved with the active bounds as equations. Of all optima, the result is the one with sizes as equal as
+possible.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ from scipy.optimize import lsq_linear
 from grammarlab.facade.tree import Floats, Ints
 
 _RANK = 1e-10
-"""Singular values below this part of the largest, and below it, are 0."""
+"""Singular values below this value, and below this fraction of the largest, are 0."""
 _EXACT = 1e-10
-"""What equations and bounds may miss, as part of the scale."""
+"""Largest violation of equations and bounds, as a fraction of the scale."""
 _SECOND = 1e-7
-"""How much less the equality of what is open counts than the wishes, where both are solved for at once."""
+"""Weight of the equality of undetermined sizes, relative to that of the targets, if both are solved together."""
 
 
 @dataclass(frozen=True)
@@ -29,19 +30,19 @@ class Squares:
     """Minimise the sum of (x[index] - target)^2 subject to matrix x = value and x >= least, for U unknowns x."""
 
     matrix: Floats
-    """[R, U]"""
+    """[R, U] coefficients."""
     value: Floats
-    """[R]"""
+    """[R] right-hand sides."""
     index: Ints
-    """[P]"""
+    """[P] index of the unknown of each target."""
     target: Floats
-    """[P]"""
+    """[P] targets."""
     least: float
     scale: float
-    """About how large unknowns are."""
+    """Magnitude of the unknowns."""
 
     def solve(self) -> Floats | None:
-        """[U] the optimum; None when there is none."""
+        """[U] the optimum; None if there is none."""
         none = np.zeros(self.matrix.shape[1], dtype=np.bool_)
         found = self._under(none)
         if found is None or self._short(found) <= 0.0:
@@ -56,7 +57,7 @@ class Squares:
         return None
 
     def _pressed(self, pressing: NDArray[np.bool_]) -> Floats | None:
-        """[U] the optimum where these bounds press, and those that would be broken then."""
+        """[U] the optimum with these bounds active, and the bounds that it violates."""
         while True:
             found = self._under(pressing)
             if found is None:
@@ -67,7 +68,7 @@ class Squares:
             pressing = pressing | broken
 
     def optimality(self, x: Floats) -> float:
-        """By how much no multipliers of equations and of pressing bounds explain the gradient (conditions of KKT)."""
+        """Residual of the Karush-Kuhn-Tucker conditions: the part of the gradient that no multipliers explain."""
         gradient = self._gradient(x)
         pressing = np.flatnonzero(x - self.least <= _EXACT * self.scale)
         forces = np.concatenate([self.matrix, np.eye(len(x))[pressing]]).T
@@ -88,7 +89,7 @@ class Squares:
         return float((self.least - x).max(initial=0.0))
 
     def _under(self, pressing: NDArray[np.bool_]) -> Floats | None:
-        """[U] the optimum under the equations and some bounds as equations; None when they contradict each other."""
+        """[U] the optimum under the equations and the active bounds; None if they contradict each other."""
         held = np.flatnonzero(pressing)
         rows = np.concatenate([self.matrix, np.eye(len(pressing))[held]])
         value = np.concatenate([self.value, np.full(len(held), self.least)])
@@ -100,7 +101,7 @@ class Squares:
         found = start + free @ step
         open_ways = free @ open_ways
         found -= open_ways @ (open_ways.T @ found)
-        # Once more, for the digits that the first solution lost.
+        # A second step (iterative refinement) restores digits that the first solution lost.
         return found - np.linalg.lstsq(rows, rows @ found - value, rcond=_RANK)[0] if len(rows) else found
 
     def _interior_point(self) -> Floats | None:
@@ -119,11 +120,11 @@ class Squares:
 
 
 def _solutions(rows: Floats, value: Floats) -> tuple[Floats, Floats]:
-    """The shortest least-squares solution [U] and an orthonormal basis [U, F] of what rows leave open."""
+    """The shortest least-squares solution [U] and an orthonormal basis [U, F] of the null space of the rows."""
     if not rows.size:
         return np.zeros(rows.shape[1]), np.eye(rows.shape[1])
     left, size, right = np.linalg.svd(rows, full_matrices=True)
-    # Rows are counts of letters, or come from a basis: what is far below 1 is round-off.
+    # Rows are counts of letters, or part of a basis: values far below 1 are rounding errors.
     rank = int((size > _RANK * max(size[0], 1.0)).sum())
     start = right[:rank].T @ ((left[:, :rank].T @ value) / size[:rank])
     return start, right[rank:].T

@@ -1,1 +1,1 @@
-"""What the points of an element say about the sizes of a template."""
+"""Evidence of the points of an element for the sizes of a template."""

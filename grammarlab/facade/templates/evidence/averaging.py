@@ -1,8 +1,8 @@
-"""What elements may be, over other kinds that explain the scene nearly as well.
+"""Posterior of elements, averaged over other sets of kinds that explain the scene nearly as well.
 
-The posterior of the best kinds alone is too sure of itself: it does not know that two kinds may be one, or one two.
-Each solution that is one step away and settled again counts by exp(-what its description is longer by); its kinds are
-named after those of the best solution with which they share most elements.
+The posterior of the best kinds alone is overconfident: it ignores that two kinds may be one, or one may be two. Each
+solution at a distance of one step, optimised again, has the weight exp(-difference of description lengths); its kinds
+are identified with those of the best solution with which they share most elements.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from grammarlab.facade.templates.evidence.maps import Maps
 from grammarlab.facade.templates.evidence.neighbours import Groups
 
 TEMPER = 0.5
-"""Parts of a nat that count: solutions that are two steps away are not looked at."""
+"""Factor on the difference in nats, since solutions two steps away are not included."""
 
 
 def averaged(maps: Maps, groups: tuple[Groups, ...], best: Solution) -> Solution:
-    """The best solution with a posterior that is averaged over others nearby."""
+    """The best solution, with a posterior averaged over similar solutions."""
     total, weight = best.posterior.copy(), 1.0
     for other in nearby(maps, groups, best):
         chance = float(np.exp(-TEMPER * max(other.length - best.length, 0.0)))
@@ -33,7 +33,7 @@ def averaged(maps: Maps, groups: tuple[Groups, ...], best: Solution) -> Solution
 
 
 def _renamed(other: Floats, best: Floats) -> Floats:
-    """[N, K + 1] a posterior [N, J + 1] with the kinds of another one; kinds without partner count as unknown."""
+    """[N, K + 1] a posterior [N, J + 1] in the kinds of another one; kinds without a partner count as unknown."""
     overlap = best[:, :-1].T @ other[:, :-1]
     rows, columns = linear_sum_assignment(-overlap)
     named = np.zeros_like(best)

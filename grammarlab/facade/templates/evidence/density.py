@@ -1,7 +1,7 @@
 """Density of scanned points around the visible part of an outline.
 
-The visible outline V of an element is its template cut by a half-plane. Points are drawn evenly from V with normal
-noise s in both coordinates, and a part of them is spread over the box:
+The visible outline V of an element is its template cut by a half-plane. Points are uniform on V with normal noise s in
+both coordinates, and a fraction e of them is uniform in the box:
 p(x) = (1 - e) / |V| integral_V N(x; u, s^2) du + e / |box|, in closed form for each segment.
 """
 
@@ -15,17 +15,17 @@ import jax.numpy as jnp
 Array: TypeAlias = jax.Array
 
 OUTLIERS = 0.05
-"""e: part of the points that belong to nothing."""
+"""e: fraction of outliers."""
 _LEAST = 1e-6
 
 
 def visible(segments: Array, angle: Array, cut: Array) -> tuple[Array, Array]:
-    """Where [S] the visible part of each segment begins and ends, in metres from its start.
+    """Start and end [S] of the visible part of each segment, in metres from its start.
 
     Args:
-        segments: [S, 2, 2] start and end of each.
-        angle: of the normal of the half-plane that hides, radians.
-        cut: distance of the half-plane from the origin along that normal; what lies beyond is hidden.
+        segments: [S, 2, 2] start and end of each segment.
+        angle: direction of the normal of the occluding half-plane, radians.
+        cut: distance of the half-plane from the origin along that normal; points beyond it are hidden.
     """
     normal = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
     step = segments[:, 1] - segments[:, 0]
@@ -45,13 +45,13 @@ def log_likelihood(
     """Log-density of the points of one element.
 
     Args:
-        segments: [S, 2, 2] outline; segments of no length do not count.
+        segments: [S, 2, 2] outline; segments of length 0 are ignored.
         angle: as in `visible`.
-        cut: likewise.
+        cut: as in `visible`.
         noise: s, metres.
-        points: [P, 2]
-        weight: [P] how often each counts; 0 for padding.
-        area: of the box, square metres.
+        points: [P, 2] points.
+        weight: [P] weight of each point; 0 for padding.
+        area: area of the box, square metres.
     """
     start, end = visible(segments, angle, cut)
     step = segments[:, 1] - segments[:, 0]

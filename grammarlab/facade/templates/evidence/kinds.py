@@ -1,8 +1,8 @@
-"""Kinds that point to shared widths and heights, found by description length.
+"""Kinds that refer to shared widths and heights, found by description length.
 
-Minimised over K kinds that point to A widths and B heights is
+Minimised over K kinds that refer to A widths and B heights is
 -sum_i log[.98 sum_k pi_ik M_i(W_a(k), H_b(k)) + .02] + K/2 log n + 1.5 log n (A + B)
-by adding the kind that helps most, EM, and then moving, joining and deleting kinds and values as long as that helps.
+by adding the best kind, EM, and then moving, merging and deleting kinds and values while that shortens the description.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from grammarlab.facade.templates.evidence.maps import Maps
 from grammarlab.facade.templates.evidence.neighbours import Groups, shares
 
 UNKNOWN = 0.02
-"""Part of the elements that are of no kind."""
+"""Fraction of elements without a kind."""
 VALUE_COST = 1.5
-"""Parts of log n that a width or height costs."""
+"""Cost of a width or height, as a multiple of log n."""
 _STEPS = 12
-"""Of EM at most."""
+"""Largest number of EM steps."""
 _ENOUGH = 1e-3
 _GUESSES = (0.05, 0.15, 0.35)
-"""Shares that a new kind is tried with."""
+"""Initial shares of a new kind."""
 _ROUNDS = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Kinds:
-    """K kinds: each has a width and a height, which kinds share by having the same."""
+    """K kinds, each with a width and a height; kinds share a size if they have the same index."""
 
     width: Ints
-    """[K] place on the axis of the maps."""
+    """[K] index of the width on the axis of the maps."""
     height: Ints
-    """[K] place on the axis of the maps."""
+    """[K] index of the height on the axis of the maps."""
     share: Floats
-    """[K] pi: part of the elements of each kind."""
+    """[K] pi: share of each kind in the elements."""
 
     def __len__(self) -> int:
         return len(self.width)
@@ -46,22 +46,22 @@ class Kinds:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Kinds, and what they say about each of N elements."""
+    """Kinds, and the posterior of N elements."""
 
     kinds: Kinds
     posterior: Floats
-    """[N, K + 1] probability of each kind, and last that of none."""
+    """[N, K + 1] probability of each kind, with that of no kind last."""
     length: float
     """Description length, nats."""
 
 
 def find_kinds(maps: Maps, groups: tuple[Groups, ...] = (), start: Kinds | None = None) -> Solution:
-    """The kinds of shortest description that steps of adding, joining, moving and deleting reach.
+    """The kinds of shortest description that are reachable by adding, merging, moving and deleting.
 
     Args:
-        maps: evidence of the elements.
+        maps: evidence maps of the elements.
         groups: rows and columns whose elements tend to agree.
-        start: kinds to go on from; none by default.
+        start: initial kinds; none by default.
     """
     none = np.zeros(0, dtype=np.int64)
     best = _solve(maps, groups, start or Kinds(none, none, np.zeros(0)))
@@ -80,7 +80,7 @@ def _length(solution: Solution) -> float:
 
 
 def _solve(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds, steps: int = _STEPS) -> Solution:
-    """EM from given kinds: shares, and the values that kinds share, which move along their axes."""
+    """EM from given kinds: shares, and shared values, which move along their axes."""
     number = len(maps.evidence)
     solution = _evaluate(maps, groups, kinds)
     for _ in range(steps if len(kinds) else 0):
@@ -116,7 +116,7 @@ def _evaluate(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds) -> Solution:
 
 
 def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
-    """Kinds whose values have moved to where the elements that have them fit best."""
+    """Kinds with values moved to the best fit of their elements."""
     width, height = kinds.width.copy(), kinds.height.copy()
     logs = np.log(maps.evidence)
     for value in np.unique(width):
@@ -131,7 +131,7 @@ def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
 
 
 def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
-    """Kinds with one more, at the place that helps most: a new one, one of a known width or height, or of both."""
+    """Kinds with an additional best one: with new sizes, a known width or height, or both."""
     kinds = solution.kinds
     fit = maps.evidence[:, kinds.width, kinds.height] @ kinds.share if len(kinds) else np.zeros(len(maps.evidence))
     best: dict[str, tuple[float, Kinds]] = {}
@@ -160,7 +160,7 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
 
 
 def _improved(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Solution:
-    """The solution after kinds were deleted, joined and given values of others, as long as that shortens it."""
+    """The solution after deleting and merging kinds and reusing values, while that shortens the description."""
     for _ in range(_ROUNDS):
         tried = [_solve(maps, groups, each, 4) for each in _changes(solution.kinds)]
         best = min(tried, key=_length, default=solution)
@@ -171,7 +171,7 @@ def _improved(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Sol
 
 
 def _changes(kinds: Kinds) -> Iterator[Kinds]:
-    """All kinds that differ by one step: without one kind, two values joined, one kind with a value of another."""
+    """All kinds at a distance of one step: one kind deleted, two values merged, or one kind with another value."""
     number = len(kinds)
     for k in range(number if number > 1 else 0):
         yield _only(kinds, np.arange(number) != k)
@@ -190,7 +190,7 @@ def _changes(kinds: Kinds) -> Iterator[Kinds]:
 
 
 def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
-    """Kinds with other widths or heights; those that become equal are one."""
+    """Kinds with other widths or heights; equal ones are merged."""
     width, height = (values, kinds.height) if axis == "width" else (kinds.width, values)
     pairs, inverse = np.unique(np.stack([width, height], axis=1), axis=0, return_inverse=True)
     share = np.bincount(inverse.reshape(-1), weights=kinds.share, minlength=len(pairs)).astype(np.float64)
@@ -198,7 +198,7 @@ def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
 
 
 def nearby(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Iterator[Solution]:
-    """Different solutions one step away: a kind less, two values joined, a value of another, or a kind more."""
+    """Different solutions one step away: one kind fewer, two values merged, another value, or one kind more."""
     seen = {_key(solution.kinds)}
     for proposed in (*_changes(solution.kinds), *_additions(maps, solution)):
         found = _solve(maps, groups, proposed, 4)

@@ -1,4 +1,4 @@
-"""Evidence maps: how well each width and height explains an element, on a grid."""
+"""Evidence maps: a grid of the evidence of an element for each width and height."""
 
 from __future__ import annotations
 
@@ -10,41 +10,41 @@ from scipy.ndimage import gaussian_filter
 from grammarlab.facade.templates.elements import Floats
 
 FINEST = 0.01
-"""Metres between values."""
+"""Least distance of values, metres."""
 _MOST_VALUES = 200
-"""Along each axis."""
+"""Largest number of values along each axis."""
 _SPREAD = 0.5
-"""Width of the kernel that smooths samples, in parts of the noise of an element's lines."""
+"""Width of the kernel that smooths samples, as a multiple of the noise of an element's lines."""
 _FLOOR = 1e-4
-"""Least part of the evidence that lies anywhere: what samples cannot tell."""
+"""Uniform part of the evidence, for sizes without samples."""
 
 
 @dataclass(frozen=True, eq=False)
 class Maps:
-    """Evidence of N elements for widths and heights; 1 where the points say nothing."""
+    """Evidence of N elements for widths and heights; 1 for points without information."""
 
     widths: Floats
-    """[A] metres, evenly spaced."""
+    """[A] widths, metres, evenly spaced."""
     heights: Floats
-    """[B] metres, evenly spaced."""
+    """[B] heights, metres, evenly spaced."""
     evidence: Floats
     """[N, A, B] relative to the mean over all sizes."""
 
 
 def axis_values(low: float, high: float) -> Floats:
-    """Values from low to high, a centimetre apart or as many as are affordable."""
+    """Values from low to high, one centimetre apart, or more if there would be too many."""
     count = min(_MOST_VALUES, max(2, round((high - low) / FINEST) + 1))
     return np.linspace(low, high, count)
 
 
 def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) -> Maps:
-    """Evidence maps from posterior samples that were drawn with an even prior.
+    """Evidence maps from posterior samples with a uniform prior.
 
     Args:
         parameters: [N, Q, 2] widths and heights.
-        smoothing: [N] metres, standard deviation of the error of a side.
+        smoothing: [N] standard deviation of the error of a side, metres.
         low: [2] least width and height.
-        high: [2] greatest.
+        high: [2] largest width and height.
     """
     widths, heights = axis_values(low[0], high[0]), axis_values(low[1], high[1])
     shape = len(widths), len(heights)

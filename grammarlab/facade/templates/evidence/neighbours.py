@@ -1,7 +1,7 @@
-"""Rows and columns of a facade as a prior: elements of one row tend to be of one kind.
+"""Rows and columns of a facade as a prior: elements of one row are often of one kind.
 
-pi_ik is proportional to pi_k prod_g (n_gk + kappa_g pi_k) / ((n_g + kappa_g) pi_k), where n_gk counts the other
-elements of group g that are of kind k; kappa is large where groups say nothing.
+pi_ik is proportional to pi_k prod_g (n_gk + kappa_g pi_k) / ((n_g + kappa_g) pi_k), where n_gk is the number of the
+other elements of group g that are of kind k; kappa is large for groups without information.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ class Groups:
     """All rows, or all columns, of a facade."""
 
     index: Ints
-    """[N] row of each element, -1 for none."""
+    """[N] group of each element, -1 for none."""
     kappa: float
-    """How many elements the shares of the whole facade count for beside those of the group."""
+    """Weight of the shares of the whole facade relative to those of the group, as a number of elements."""
 
 
 def shares(fit: Floats, share: Floats, groups: tuple[Groups, ...], unknown: float) -> Floats:
-    """[N, K] prior of each kind for each element, with the posterior of the others of its groups.
+    """[N, K] prior of each kind for each element, from the posterior of the other elements of its groups.
 
     Args:
         fit: [N, K] evidence of each element for each kind.
-        share: [K]
-        groups: rows and columns; without them the prior of all elements is `share`.
-        unknown: part of the elements of no kind.
+        share: [K] shares of the kinds.
+        groups: rows and columns; if empty, the prior of all elements is `share`.
+        unknown: fraction of elements without a kind.
     """
     prior = np.broadcast_to(share, fit.shape)
     if not groups or not fit.shape[1]:

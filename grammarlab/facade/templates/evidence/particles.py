@@ -1,7 +1,8 @@
 """Posterior samples of the sizes of each element, by tempered sequential Monte Carlo.
 
-Integrated over are the place of the element, the half-plane that hides a part of it and the noise. What is cut off is
-"at least so large" all by itself: once a side lies behind the half-plane, its place no longer changes the density.
+The position of the element, the occluding half-plane and the noise are integrated out. For a cut element, the result is
+a lower bound of the size without further rules: the position of a side behind the half-plane does not affect the
+density.
 """
 
 from __future__ import annotations
@@ -15,60 +16,60 @@ from grammarlab.facade.templates.evidence.density import Array, log_likelihood
 from grammarlab.facade.templates.outline import outline
 
 Column: TypeAlias = Any
-"""An array of JAX where samples are drawn, of NumPy where they are used."""
+"""An array of JAX during sampling, of NumPy afterwards."""
 
 TEMPERATURES = 10
 MOVES = 2
-"""At each temperature."""
+"""Moves at each temperature."""
 LAST_MOVES = 6
-"""At the posterior itself; the samples after each of them are kept."""
+"""Moves at the posterior itself; the samples after each of them are kept."""
 COLDEST = 0.02
-"""Temperature at which the samples begin."""
+"""Initial inverse temperature."""
 STEPS = TEMPERATURES * MOVES + LAST_MOVES
 NEAREST, FARTHEST = -0.3, 2.0
-"""Of the half-plane from the middle of an element, in parts of its half extent; beyond 1 nothing is hidden."""
+"""Range of the half-plane's distance from the centre of an element, in half extents; beyond 1 nothing is hidden."""
 
 _OUTERMOST = 4
-"""Points in a direction behind which a half-plane may begin; the others beyond it are outliers."""
+"""Number of outermost points in a direction at which a half-plane may begin; points beyond it are outliers."""
 
 
 class CenteredElement(NamedTuple):
-    """One element, in metres from the middle of its box."""
+    """One element, in metres from the centre of its box."""
 
     points: Array
-    """[P, 2]"""
+    """[P, 2] points."""
     weight: Array
-    """[P] 0 for padding."""
+    """[P] weights; 0 for padding."""
     area: Array
-    """Of the box."""
+    """Area of the box."""
     reach: Array
     """[2, 2] lowest and highest coordinates of its points, without the outermost ones."""
 
 
 class Bounds(NamedTuple):
-    """Between which values all parameters are equally likely beforehand."""
+    """Bounds of the uniform prior of all parameters."""
 
     low: Array
-    """[D] of width, height and further parameters."""
+    """[D] least width, height and further parameters."""
     high: Array
-    """[D]"""
+    """[D] largest values."""
     limits: Array
-    """[C, 1 + D] what is never below 0, as a template has it."""
+    """[C, 1 + D] linear forms that are at least 0, from the template."""
     noise: Array
-    """[2] metres."""
+    """[2] least and largest noise, metres."""
 
 
 class ParticleSamples(NamedTuple):
     """Equally weighted samples of one element."""
 
     parameters: Column
-    """[Q, D]"""
+    """[Q, D] parameters."""
     corner: Column
-    """[Q, 2] lower left corner, metres from the middle of the box."""
+    """[Q, 2] lower left corner, metres from the centre of the box."""
     plane: Column
-    """[Q, 2] angle and distance of what hides."""
+    """[Q, 2] angle and distance of the occluding half-plane."""
     noise: Column
-    """[Q] metres."""
+    """[Q] noise, metres."""
     evidence: Column
     """Logarithm of the marginal likelihood."""
 
@@ -87,7 +88,7 @@ def _log_prior(state: Array, bounds: Bounds) -> Array:
     middle = 0.5 * (across * (state[0] + state[1]) + up * (state[2] + state[3]))
     place = (cut - middle) / jnp.maximum(half, 1e-6)
     inside = ((parameters >= bounds.low) & (parameters <= bounds.high)).all()
-    # Equalities are written as two limits: half a centimetre of play lets samples move between them.
+    # Equalities are two limits: a tolerance of half a centimetre lets samples move between them.
     inside &= (bounds.limits[:, 0] + bounds.limits[:, 1:] @ parameters >= -0.005).all()
     inside &= (place > NEAREST) & (place < FARTHEST)
     inside &= (log_noise > jnp.log(bounds.noise[0])) & (log_noise < jnp.log(bounds.noise[1]))
@@ -95,14 +96,14 @@ def _log_prior(state: Array, bounds: Bounds) -> Array:
 
 
 class ParticleDraws(NamedTuple):
-    """All random numbers of one element: made outside, so that nothing here hides where they come from."""
+    """All random numbers of one element, as an argument of the sampler."""
 
     begin: Array
-    """[Q, 10 + D] even in 0 to 1."""
+    """[Q, 10 + D] uniform in 0 to 1."""
     resampling: Array
-    """[STEPS] even in 0 to 1."""
+    """[STEPS] uniform in 0 to 1."""
     moves: Array
-    """[STEPS, Q, 5 + 2 (5 + D)] even in 0 to 1: partners, part of the coordinates, acceptance, which ones, jitter."""
+    """[STEPS, Q, 5 + 2 (5 + D)] uniform in 0 to 1: partners, number and choice of coordinates, acceptance, jitter."""
 
 
 def num_draws(size: int) -> tuple[int, int]:
@@ -111,9 +112,9 @@ def num_draws(size: int) -> tuple[int, int]:
 
 
 def _start(draw: Array, task: CenteredElement, bounds: Bounds) -> tuple[Array, Array]:
-    """A state near what is seen, and the logarithm of the density that it was drawn with.
+    """A state near the visible points, and the logarithm of its proposal density.
 
-    A side lies near the outermost points, roughly there, or anywhere farther out; the half-plane anywhere, or just
+    A side is exactly or roughly at the outermost points, or anywhere farther out; the half-plane is anywhere, or just
     beyond one of the outermost points in its direction.
     """
     extent = task.reach[1] - task.reach[0]
@@ -149,7 +150,7 @@ def _start(draw: Array, task: CenteredElement, bounds: Bounds) -> tuple[Array, A
 
 
 def _resampled(offset: Array, log_weight: Array) -> Array:
-    """[Q] which particles go on, systematically; each of them once where all weigh the same."""
+    """[Q] indices of the particles after systematic resampling; each of them once for equal weights."""
     number = len(log_weight)
     edges = jnp.cumsum(jax.nn.softmax(log_weight))
     places = (jnp.arange(number) + 0.05 + 0.9 * offset) / number
@@ -171,7 +172,7 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
         return priors, jnp.where(jnp.isfinite(priors), jax.vmap(log_like)(states), -1e9)
 
     def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
-        """Weigh, resample, and one Metropolis step along differences of others in some of the coordinates."""
+        """Weights, resampling, and one Metropolis step along differences of other samples in some coordinates."""
         states, priors, likes, evidence = carry
         offset, draw, before, after, first = now
         log_weight = (after - before) * likes + first
@@ -196,9 +197,9 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
     priors, likes = measure(states)
     heat = jnp.minimum(jnp.arange(STEPS + 1 + MOVES) // MOVES / TEMPERATURES, 1.0) ** 2
     heat = COLDEST + (1.0 - COLDEST) * heat
-    # At first, samples weigh by how much likelier the coldest posterior is than the way they were drawn.
+    # The first weights are the ratio of the first tempered posterior and the proposal density.
     first = jnp.zeros((STEPS, len(states))).at[0].set(jnp.maximum(priors - density + COLDEST * likes, -1e9))
-    # The first step of each temperature weighs, the others find the same temperature before and after.
+    # The first move at each temperature has weights; the others have the same temperature before and after.
     before, after = heat[MOVES - 1 : STEPS + MOVES - 1], heat[MOVES : STEPS + MOVES]
     carry, kept = jax.lax.scan(
         step, (states, priors, likes, jnp.zeros(())), (draws.resampling, draws.moves, before, after, first)
@@ -210,12 +211,12 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
 
 @jax.jit
 def sample(draws: ParticleDraws, tasks: CenteredElement, bounds: Bounds, pieces: Array) -> ParticleSamples:
-    """Samples of N elements, one after the other, so that memory does not grow with N.
+    """Samples of N elements, one after the other, so that memory does not depend on N.
 
     Args:
-        draws: of N elements with Q particles each; `LAST_MOVES` times as many samples come out.
-        tasks: N elements.
-        bounds: of the template's parameters, the same for all.
-        pieces: [S, 7, 1 + D] of the template, see `outline`.
+        draws: draws of N elements with Q particles each; the result has `LAST_MOVES` times as many samples.
+        tasks: the N elements.
+        bounds: bounds of the template's parameters, the same for all.
+        pieces: [S, 7, 1 + D] pieces of the template, see `outline`.
     """
     return jax.lax.map(lambda each: _sample(each[0], each[1], bounds, pieces), (draws, tasks))

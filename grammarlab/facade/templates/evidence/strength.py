@@ -1,4 +1,4 @@
-"""How much rows and columns agree, by likelihood."""
+"""Strength of the prior of rows and columns, by likelihood."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from grammarlab.facade.templates.evidence.maps import Maps
 from grammarlab.facade.templates.evidence.neighbours import Groups
 
 STRENGTHS = (0.25, 1.0, 4.0, 16.0)
-"""Values of kappa that are tried, beside none at all."""
+"""Values of kappa to try, in addition to no prior."""
 _FEWEST = 2
-"""Groups of more than one element that it takes to learn from them."""
+"""Least number of groups with several elements for a prior."""
 
 
 def find_kinds_with(maps: Maps, row: Ints, column: Ints) -> tuple[Solution, int]:
-    """The kinds of shortest description, with the prior of rows or columns where that shortens it; how many were tried.
+    """The kinds of shortest description, with the prior of rows or columns if it helps; and the number of trials.
 
     Args:
-        maps: evidence of N elements.
-        row: [N] of the facade, -1 for none.
-        column: [N] likewise.
+        maps: evidence maps of N elements.
+        row: [N] row of the facade, -1 for none.
+        column: [N] column of the facade, -1 for none.
     """
     best = plain = find_kinds(maps)
     sides = [index for index in (row, column) if _grouped(index)]

@@ -1,1 +1,1 @@
-"""Templates fitted to elements one by one: all pairs in one call."""
+"""Templates fitted to single elements: all pairs in one call."""

@@ -1,4 +1,4 @@
-"""Robust fits of all templates to all elements in one call, each with a covariance and what seems to be hidden."""
+"""Robust fits of all templates to all elements in one call, each with a covariance and an occluding half-plane."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from grammarlab.facade.templates.template import Stack
 Array: TypeAlias = jax.Array
 
 STEPS = 12
-"""Of Gauss and Newton."""
+"""Number of Gauss-Newton steps."""
 _DIRECTIONS = 12
 _HIDING = 4.0
-"""Nats that a half-plane has to gain; what may be anywhere explains more by chance."""
+"""Least gain of an occluding half-plane, nats, since its free position explains some points by chance."""
 _LEAST_NOISE = 0.002
 _TOGETHER = 8
-"""Elements of a batch."""
+"""Number of elements of a batch."""
 _MANY = 16
-"""Templates, from which on those of few pieces are fitted apart."""
+"""Number of templates from which those with few pieces are fitted separately."""
 _ENDS = (12, 32)
-"""Pieces."""
+"""Bounds of the classes of numbers of pieces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,21 +38,21 @@ class Fits:
     """Fits of T templates to N elements."""
 
     corner: Floats
-    """[N, T, 2] lower left corner, metres from the middle of the box."""
+    """[N, T, 2] lower left corner, metres from the centre of the box."""
     parameters: Floats
-    """[N, T, D] metres; 1 where a template has fewer parameters."""
+    """[N, T, D] parameters, metres; 1 for templates with fewer parameters."""
     covariance: Floats
     """[N, T, D, D] square metres."""
     noise: Floats
-    """[N, T] metres, of the points that belong to it."""
+    """[N, T] noise of the inliers, metres."""
     cost: Floats
     """[N, T] negative logarithm of the density of the points, nats."""
     inside: Floats
-    """[N, T] part of the points that belong to it."""
+    """[N, T] fraction of inliers."""
     plane: Floats
-    """[N, T, 2] angle and distance from the middle of the box of what hides a part of it; inf where nothing does."""
+    """[N, T, 2] angle of the occluding half-plane, and its distance from the centre of the box; inf for none."""
     hidden: Floats
-    """[N, T] part of the outline that is hidden."""
+    """[N, T] hidden fraction of the outline."""
     distance: Floats
     """[N, T] mean distance of the points, metres: the data term of Equation 5.3."""
 
@@ -62,9 +62,9 @@ class Fits:
 
 
 def fit_all(clouds: Clouds, stack: Stack) -> Fits:
-    """Fits of all templates to all elements; those of few pieces do not wait for those of many."""
+    """Fits of all templates to all elements; templates with few pieces are fitted separately, for speed."""
     number = len(clouds)
-    # Whole batches, so that few sizes have to be compiled.
+    # Whole batches, so that few shapes are compiled.
     filled = np.arange(-(-number // _TOGETHER) * _TOGETHER) % max(number, 1)
     columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
     elements = tuple(jnp.asarray(each[filled], jnp.float32) for each in columns)
@@ -80,7 +80,7 @@ def fit_all(clouds: Clouds, stack: Stack) -> Fits:
 
 
 def _by_size(count: Ints) -> list[tuple[int, Ints]]:
-    """How many pieces are enough, and for which templates; few templates are not worth a compilation of each."""
+    """Numbers of pieces and their templates; a few templates do not justify separate compilations."""
     ends = (
         [int(count.max())] if len(count) < _MANY else [*(end for end in _ENDS if end < count.max()), int(count.max())]
     )
@@ -95,7 +95,7 @@ def _fit(clouds: tuple[Array, ...], templates: tuple[Array, ...]) -> tuple[Array
 
 
 def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:
-    """[2 + D] a template as large as what is seen, its other parameters in the usual proportion."""
+    """[2 + D] a template of the size of the visible points, with the usual proportions of its other parameters."""
     size = jnp.clip(reach[1] - reach[0], low[:2], high[:2])
     further = jnp.clip(usual[2:] * size.min() / usual[:2].min(), low[2:], high[2:])
     return jnp.concatenate([reach[0], size, further])
@@ -116,7 +116,7 @@ def _fit_one(
     begin = _begin(reach, usual, low, high)
     extent = (reach[1] - reach[0]).max()
     free = jnp.concatenate([jnp.ones(2), used])
-    # A weak pull towards where it began holds what no point says anything about.
+    # Weak regularisation towards the initial state fixes parameters that no point determines.
     pull = 1.0 / (0.3 * extent) ** 2
 
     def linear(state: Array) -> tuple[Array, Array]:
@@ -170,7 +170,7 @@ def _fit_one(
 
 
 def _inverse(matrix: Array) -> Array:
-    """Inverse of a small positive definite matrix, by Gauss and Jordan: far less to compile than LAPACK in a batch."""
+    """Inverse of a small positive definite matrix, by Gauss-Jordan elimination, which compiles faster than LAPACK."""
 
     def eliminate(place: Array, matrix: Array) -> Array:
         pivot = matrix[place, place]
@@ -182,9 +182,9 @@ def _inverse(matrix: Array) -> Array:
 
 
 def _hiding(segments: Array, points: Array, close: Array, noise: Array) -> tuple[Array, Array, Array]:
-    """Angle and distance of the half-plane that hides most of what has no points, and whether it is worth it.
+    """Angle and distance of the half-plane that hides the most outline without points, and whether it is accepted.
 
-    A half-plane in a direction lies just beyond the outermost point: nearer ones hide points, farther ones less.
+    A half-plane in a direction is just beyond the outermost point: nearer ones hide points, farther ones less outline.
     """
     angles = 2.0 * jnp.pi * jnp.arange(_DIRECTIONS) / _DIRECTIONS
     normals = jnp.stack([jnp.cos(angles), jnp.sin(angles)], axis=1)
@@ -198,5 +198,5 @@ def _hiding(segments: Array, points: Array, close: Array, noise: Array) -> tuple
 
 
 def background_cost(clouds: Clouds) -> Floats:
-    """[N] negative logarithm of the density of the points where nothing explains them, nats."""
+    """[N] negative logarithm of the density of the points without a template, nats."""
     return clouds.weight.sum(axis=1) * np.log(clouds.area)

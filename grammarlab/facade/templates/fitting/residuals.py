@@ -13,7 +13,7 @@ Array: TypeAlias = jax.Array
 
 
 def nearest_piece(segments: Array, points: Array) -> Array:
-    """[P] number of the segment [S, 2, 2] nearest to each point [P, 2]; segments of no length do not count."""
+    """[P] index of the segment [S, 2, 2] nearest to each point [P, 2]; segments of length 0 are ignored."""
     start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
     square = (step**2).sum(-1)
     away = points[:, None] - start
@@ -27,8 +27,8 @@ def residuals(state: Array, pieces: Array, points: Array) -> Array:
 
     Args:
         state: [2 + D] lower left corner, then parameters.
-        pieces: [S, 7, 1 + D] of the template.
-        points: [P, 2]
+        pieces: [S, 7, 1 + D] pieces of the template.
+        points: [P, 2] points.
     """
     segments = outline(pieces, state[2:]) + state[:2]
     chosen = jax.lax.stop_gradient(nearest_piece(segments, points))
@@ -40,11 +40,11 @@ def residuals(state: Array, pieces: Array, points: Array) -> Array:
     across = (away[:, 0] * step[:, 1] - away[:, 1] * step[:, 0]) / length
     beyond = along - jnp.clip(along, 0.0, length)
     sign = jnp.where(across >= 0.0, 1.0, -1.0)
-    # Where a point lies beyond the end of its piece, the distance is that to the end.
+    # Beyond the end of its piece, the distance of a point is that to the end.
     return jnp.where(jnp.abs(beyond) < 1e-9, across, sign * jnp.sqrt(across**2 + beyond**2 + 1e-12))
 
 
 def energy(state: Array, pieces: Array, points: Array, weight: Array, scale: Array) -> Array:
-    """E_fit: mean robust squared distance, square metres; outliers count `scale` squared at most (Geman-McClure)."""
+    """E_fit: mean robust squared distance, square metres; outliers count at most `scale` squared (Geman-McClure)."""
     square = residuals(state, pieces, points) ** 2
     return (weight * square / (1.0 + square / scale**2)).sum() / weight.sum()

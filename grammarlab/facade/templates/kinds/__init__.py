@@ -1,1 +1,1 @@
-"""Which elements are of one kind, and which sizes kinds share."""
+"""Kinds of elements, and the sizes that kinds share."""

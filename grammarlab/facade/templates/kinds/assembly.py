@@ -1,4 +1,4 @@
-"""From kinds of each template to a match: parameters of elements and kinds with their standard deviations."""
+"""A match from the kinds of each template: parameters of elements and kinds, with standard deviations."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from grammarlab.facade.templates.kinds.match import UNKNOWN, Match
 from grammarlab.facade.templates.template import Template
 
 _LEAST_SPREAD = 5e-4
-"""Metres: what the grid and the samples cannot tell."""
+"""Least standard deviation, metres, due to the grid and the samples."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TemplateGroup:
-    """The M elements of one template, and the kinds among them."""
+    """The M elements of one template, and their kinds."""
 
     template: Template
     element: Ints
-    """[M] number of each among all elements."""
+    """[M] index of each element among all."""
     middle: Floats
-    """[M, 2] of the boxes."""
+    """[M, 2] centres of the boxes."""
     sure: Floats
     """[M] probability of the template."""
     hidden: Floats
-    """[M] part of the outline."""
+    """[M] hidden fraction of the outline."""
     samples: ParticleSamples
     maps: Maps
     solution: Solution
@@ -40,7 +40,7 @@ class TemplateGroup:
 def assemble(
     elements: Elements, parts: Sequence[TemplateGroup], reasons: Mapping[int, str], seconds: Mapping[str, float]
 ) -> Match:
-    """The match that kinds of the templates make, the kinds of each template with most elements first."""
+    """The match from the kinds of all templates; for each template, the kinds with most elements come first."""
     number = len(elements)
     kind = np.full(number, UNKNOWN, dtype=np.int64)
     parameters: list[Floats] = [np.zeros(0)] * number
@@ -52,7 +52,7 @@ def assemble(
     values: list[Floats] = []
     spreads: list[Floats] = []
     template: list[int] = []
-    told = dict(reasons)
+    all_reasons = dict(reasons)
     for place, part in enumerate(parts):
         first = len(values)
         own_values, own_spreads = kind_values(part)
@@ -67,7 +67,7 @@ def assemble(
         for row, element in enumerate(part.element.tolist()):
             best = int(part.solution.posterior[row].argmax())
             if best == len(own_values):
-                told[element] = "its size is that of no kind, and too uncertain for one of its own"
+                all_reasons[element] = "its size matches no kind, and is too uncertain for a kind of its own"
                 continue
             kind[element] = first + best
             parameters[element] = own_values[best]
@@ -85,14 +85,14 @@ def assemble(
         deviations=tuple(deviations),
         corner=corner,
         hidden=hidden,
-        reasons=told,
+        reasons=all_reasons,
         iterations=sum(part.rounds for part in parts),
         seconds=dict(seconds),
     )
 
 
 def kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
-    """Parameters [K] [D] of each kind and their standard deviations: means over what all sharing elements say."""
+    """Parameters [K] [D] of each kind and their standard deviations, from all elements that share them."""
     kinds = part.solution.kinds
     weight = part.solution.posterior[:, :-1]
     logs = np.log(part.maps.evidence)
@@ -113,7 +113,7 @@ def kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
 
 
 def _peak(score: Floats, places: Floats, value: int) -> tuple[float, float]:
-    """Mean and standard deviation of a value around its place, of an unnormalised log-density on its axis."""
+    """Mean and standard deviation of a value near its index, of an unnormalised log-density on its axis."""
     near = np.abs(np.arange(len(places)) - value) <= 8
     chance = np.where(near, np.exp(np.minimum(score - score[value], 50.0)), 0.0)
     chance /= chance.sum()
@@ -123,7 +123,7 @@ def _peak(score: Floats, places: Floats, value: int) -> tuple[float, float]:
 
 
 def _further(samples: ParticleSamples, weight: Floats, value: Floats) -> tuple[Floats, Floats]:
-    """Means [D - 2] and standard deviations of further parameters of a kind; precise elements count for more."""
+    """Means [D - 2] and standard deviations of further parameters of a kind; precise elements have more weight."""
     drawn = np.asarray(samples.parameters)[:, :, 2:]
     if not drawn.shape[2]:
         return np.zeros(0), np.zeros(0)
@@ -136,7 +136,7 @@ def _further(samples: ParticleSamples, weight: Floats, value: Floats) -> tuple[F
 
 
 def _nearness(samples: ParticleSamples, value: Floats) -> Floats:
-    """[M, Q] weights of samples, by how near their width and height are to those of a kind; sums of 1."""
+    """[M, Q] normalised weights of samples, by the distance of their width and height from those of a kind."""
     away = np.asarray(samples.parameters)[:, :, :2] - value[:2]
     scale = np.maximum(np.asarray(samples.noise).mean(axis=1), 1e-3)[:, None]
     square = 0.5 * ((away / scale[:, :, None]) ** 2).sum(axis=2)
@@ -145,13 +145,13 @@ def _nearness(samples: ParticleSamples, value: Floats) -> Floats:
 
 
 def _deviation(chance: Floats, best: int, values: Sequence[Floats], spreads: Sequence[Floats]) -> Floats:
-    """Standard deviations [D] of an element around the kind that it is given, over all that it may be."""
+    """Standard deviations [D] of an element's parameters around its kind, over all possible kinds."""
     chance = chance / max(float(chance.sum()), 1e-12)
     away = np.array(values) - values[best]
     return np.sqrt(chance @ (away**2 + np.array(spreads) ** 2))
 
 
 def _corner(samples: ParticleSamples, row: int, value: Floats) -> Floats:
-    """[2] lower left corner of an element, from the middle of its box, if it is as large as a kind."""
+    """[2] lower left corner of an element with the size of a kind, relative to the centre of its box."""
     one = ParticleSamples(*(np.asarray(each)[row : row + 1] for each in samples))
     return _nearness(one, value)[0] @ np.asarray(samples.corner)[row]

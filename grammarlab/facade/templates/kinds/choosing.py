@@ -1,4 +1,4 @@
-"""Which templates the elements are made of: as few as explain them, each at a cost."""
+"""Choice of templates: as few as explain the elements, each at a cost."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from grammarlab.facade.templates.fitting.fit import Fits, background_cost
 from grammarlab.facade.templates.template import Template
 
 _HIDING = 4.0
-"""Nats for saying that a part is hidden."""
+"""Cost of an occluding half-plane, nats."""
 _FITTING = 6.0
-"""Nats by which a template has to beat points that are spread evenly over the box."""
+"""Least gain of a template over points that are uniform in the box, nats."""
 _LEAST_INSIDE = 0.5
-"""Part of the points that belong to what fits."""
+"""Least fraction of inliers of a fit."""
 _TEMPLATE = 4.0
-"""Parts of the logarithm of the number of elements that a template costs."""
+"""Cost of a template, as a multiple of the logarithm of the number of elements."""
 
 
 def description(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Floats:
-    """[N, T + 1] nats to describe each element by each template, and last by none."""
+    """[N, T + 1] description length of each element by each template, and by none last, nats."""
     points = clouds.weight.sum(axis=1)
     number = np.array([len(template.parameters) for template in templates])
     cost = fits.cost + 0.5 * number * np.log(np.maximum(points, 2.0))[:, None] + _HIDING * (fits.hidden > 0.0)
@@ -31,9 +31,9 @@ def description(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Fl
 
 
 def used_templates(costs: Floats) -> Ints:
-    """Numbers of the templates that describe all elements in the shortest way, ascending; empty where none fits.
+    """Indices of the templates with the shortest description of all elements, ascending; empty if none fits.
 
-    One after the other is added that helps most, and taken away or exchanged where that helps.
+    Greedy: the best one is added, removed or exchanged as long as that shortens the description.
     """
     price = _TEMPLATE * np.log(len(costs) + 1.0)
     number = costs.shape[1] - 1

@@ -1,10 +1,10 @@
-"""What a person says about elements, and how it binds the default method.
+"""Corrections of a person, and their effect on the default method.
 
-A file is JSON: {"format": "grammarlab corrections", "version": 1, "corrections": [...]}, each of
-{"elements": [2, 5], "template": "arch"}: these are of this template,
+A file is JSON: {"format": "grammarlab corrections", "version": 1, "corrections": [...]}, with entries such as
+{"elements": [2, 5], "template": "arch"}: these elements are of this template,
 {"elements": [2, 5], "same": true}: these are of one kind,
 {"elements": [4], "ignore": true}: these are left out,
-{"elements": [2, 5], "share": "width"}: these have one width, or with "value": 0.95 this one.
+{"elements": [2, 5], "share": "width"}: these have one width, or with "value": 0.95 this width.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ LEFT_OUT = "it is left out by a correction"
 _VERSION = 1
 _MOST = 10_000
 _DOUBT = 1e-6
-"""Least part of the evidence that is left where a person says otherwise."""
+"""Least factor on evidence that contradicts a correction."""
 _REFUSED = 1e6
-"""Nats of templates that a person excludes."""
+"""Cost of templates that a correction excludes, nats."""
 _SIZES = ("width", "height")
 
 What = Literal["template", "same", "ignore", "share"]
@@ -39,29 +39,29 @@ What = Literal["template", "same", "ignore", "share"]
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """One statement about some elements."""
+    """A correction of some elements."""
 
     what: What
     elements: tuple[int, ...]
-    """Ascending."""
+    """Indices, ascending."""
     name: str = ""
     """A template, or `width` or `height`."""
     value: float | None = None
-    """Metres; None where only shared."""
+    """Given size, metres; None for a shared but unknown size."""
 
 
 Corrections = tuple[Correction, ...]
 
 
 def as_dict(correction: Correction) -> dict[str, Any]:
-    """A correction as its file has it."""
+    """A correction as an object of its file."""
     values: dict[str, Any] = {"elements": list(correction.elements)}
     values[correction.what] = correction.name or True
     return values if correction.value is None else {**values, "value": correction.value}
 
 
 def save_corrections(corrections: Corrections, path: Path) -> Path:
-    """Write a file whole or not at all."""
+    """Write a file atomically."""
     rows = ",\n".join(json.dumps(as_dict(each), ensure_ascii=False) for each in corrections)
     write_text(path, f'{{"format": "{FORMAT}", "version": {_VERSION}, "corrections": [\n{rows}\n]}}\n')
     return path
@@ -71,7 +71,7 @@ def load_corrections(path: Path) -> Corrections:
     """The corrections of a file.
 
     Raises:
-        FacadeError: when it is not one: what is wrong, and where.
+        FacadeError: If it is not such a file; with the position of the mistake.
     """
     try:
         return _corrections(parse_json(read_bounded(path)))
@@ -87,21 +87,21 @@ def _corrections(document: Any) -> Corrections:
 
 
 def correction_of(value: Any, where: str) -> Correction:
-    """A correction from what a file or a page says.
+    """A correction from an object of a file or a page.
 
     Raises:
-        FacadeError: when it is none.
+        FacadeError: If it is not a correction.
     """
     values = an_object(value, where)
     listed = a_list(values.get("elements"), f"{where}, elements", MOST_ELEMENTS)
     elements = tuple(sorted({a_whole_number(each, f"{where}, elements", 0, MOST_ELEMENTS) for each in listed}))
-    said = [what for what in ("template", "same", "ignore", "share") if what in values]
-    if len(said) != 1 or not elements:
+    present = [what for what in ("template", "same", "ignore", "share") if what in values]
+    if len(present) != 1 or not elements:
         raise FacadeError(f"{where}: expected elements and one of template, same, ignore and share.")
-    what: What = said[0]  # pyright: ignore[reportAssignmentType] one of the words above
+    what: What = present[0]  # pyright: ignore[reportAssignmentType] one of the words above
     if what in {"same", "ignore"}:
         if values[what] is not True:
-            raise FacadeError(f"{where}, {what}: expected true; leave the correction out to take it back.")
+            raise FacadeError(f"{where}, {what}: expected true; delete the correction to undo it.")
         return Correction(what, elements)
     name = a_text(values[what], f"{where}, {what}")
     if what == "template":
@@ -115,23 +115,21 @@ def correction_of(value: Any, where: str) -> Correction:
 
 
 def check_corrections(corrections: Corrections, number: int, templates: Sequence[Template]) -> None:
-    """Whether corrections are about these elements and templates.
+    """Check that corrections refer to these elements and templates.
 
     Raises:
-        FacadeError: for elements or templates that there are not, and corrections that contradict each other.
+        FacadeError: If there are unknown elements or templates, or corrections contradict each other.
     """
     known = {template.base for template in templates} | {template.name for template in templates}
     of: dict[int, str] = {}
     for each in corrections:
         if each.elements[-1] >= number:
-            raise FacadeError(
-                f"Corrections: there is no element {each.elements[-1]}; they count from 0 to {number - 1}."
-            )
+            raise FacadeError(f"Corrections: unknown element {each.elements[-1]}; expected 0 to {number - 1}.")
         if each.what == "template":
             if each.name not in known:
                 raise FacadeError(
                     f"Corrections: the template {each.name!r} is not among {', '.join(sorted(known)[:20])}; "
-                    "name it in --templates."
+                    "add it to --templates."
                 )
             for element in each.elements:
                 if of.setdefault(element, each.name) != each.name:
@@ -139,24 +137,24 @@ def check_corrections(corrections: Corrections, number: int, templates: Sequence
 
 
 def left_out(corrections: Corrections) -> dict[int, str]:
-    """Elements that are ignored, with the reason."""
+    """Ignored elements, with the reason."""
     return {element: LEFT_OUT for each in corrections if each.what == "ignore" for element in each.elements}
 
 
 def given_sizes(corrections: Corrections, which: Ints) -> list[tuple[int, float]]:
-    """Axis and metres of the sizes that a person gives for any of the elements [N]."""
-    said = [each for each in corrections if each.value is not None and np.isin(which, each.elements).any()]
-    return [(_SIZES.index(each.name), each.value) for each in said if each.value is not None]
+    """Axis and metres of the given sizes of any of the elements [N]."""
+    sized = [each for each in corrections if each.value is not None and np.isin(which, each.elements).any()]
+    return [(_SIZES.index(each.name), each.value) for each in sized if each.value is not None]
 
 
 def with_templates(costs: Floats, which: Ints, templates: Sequence[Template], corrections: Corrections) -> Floats:
-    """Costs [N, T + 1] of elements that a person has said the template of, or that several are of one kind.
+    """Costs [N, T + 1] of elements with corrections of their templates, or of common kinds.
 
     Args:
-        costs: nats of each template, and last of none.
-        which: [N] numbers of the elements.
-        templates: T of them.
-        corrections: what was said.
+        costs: nats of each template, and of none last.
+        which: [N] indices of the elements.
+        templates: the T templates.
+        corrections: all corrections.
     """
     costs = costs.copy()
     for each in corrections:
@@ -174,7 +172,7 @@ def with_templates(costs: Floats, which: Ints, templates: Sequence[Template], co
 
 
 def with_sizes(maps: Maps, which: Ints, corrections: Corrections) -> Maps:
-    """Evidence [N, A, B] with what a person has said about sizes of the elements [N] on it."""
+    """Evidence [N, A, B] with the corrections of sizes of the elements [N] applied."""
     logs = np.log(maps.evidence)
     for each in corrections:
         own = np.flatnonzero(np.isin(which, each.elements))
@@ -189,20 +187,20 @@ def with_sizes(maps: Maps, which: Ints, corrections: Corrections) -> Maps:
     return replace(maps, evidence=(1.0 - _DOUBT) * evidence + _DOUBT)
 
 
-def _shared(evidence: Floats, maps: Maps, said: Correction) -> Floats:
-    """Logarithms [M, A, B] of evidence for elements that share a size: what it is, and what each says of the other."""
-    axis = _SIZES.index(said.name)
+def _shared(evidence: Floats, maps: Maps, correction: Correction) -> Floats:
+    """Log-evidence [M, A, B] of elements that share a size: joint for this size, separate for the other one."""
+    axis = _SIZES.index(correction.name)
     other = np.log(evidence.mean(axis=1 + axis))
-    if said.value is None:
+    if correction.value is None:
         size = np.log(evidence.mean(axis=2 - axis)).sum(axis=0)
     else:
         places = (maps.widths, maps.heights)[axis]
-        size = np.where(np.arange(len(places)) == np.abs(places - said.value).argmin(), 0.0, np.log(_DOUBT))
+        size = np.where(np.arange(len(places)) == np.abs(places - correction.value).argmin(), 0.0, np.log(_DOUBT))
     return other[:, None, :] + size[:, None] if axis == 0 else other[:, :, None] + size
 
 
 def united(posterior: Floats, which: Ints, corrections: Corrections) -> Floats:
-    """Posterior [N, K + 1] that is the same for elements of which a person has said that they are of one kind."""
+    """Posterior [N, K + 1] that is equal for elements that are of one kind by a correction."""
     posterior = posterior.copy()
     for each in corrections:
         own = np.flatnonzero(np.isin(which, each.elements))

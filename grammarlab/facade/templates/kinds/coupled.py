@@ -1,4 +1,4 @@
-"""The default method: kinds that share parameters, from how well every size explains every element."""
+"""The default method: kinds that share parameters, from the evidence of every element for every size."""
 
 from __future__ import annotations
 
@@ -42,24 +42,24 @@ from grammarlab.facade.templates.template import Template, stack
 
 PARTICLES = 512
 _LARGER, _SMALLER = 1.5, 0.6
-"""Sizes that are thought of, in parts of those that are seen."""
+"""Largest and least candidate sizes, as multiples of the visible ones."""
 _NOISE = np.array([0.4, 2.5])
-"""Of an element, in parts of the median of all."""
+"""Range of the noise of an element, as multiples of the median of all."""
 _FEW, _TOGETHER = 8, 32
-"""Elements of a batch."""
+"""Number of elements of a batch."""
 
 
 def couple(elements: Elements, templates: Sequence[Template], seed: int, corrections: Corrections = ()) -> Match:
-    """Kinds of elements, by the evidence of all of them together.
+    """Kinds of elements, from the joint evidence of all elements.
 
     Args:
-        elements: what to match.
-        templates: to choose from.
-        seed: of the samples.
-        corrections: what a person says about them.
+        elements: the elements.
+        templates: the possible templates.
+        seed: seed of the samples.
+        corrections: corrections of the elements.
 
     Raises:
-        FacadeError: for corrections about other elements or templates, or that contradict each other.
+        FacadeError: If corrections have unknown elements or templates, or contradict each other.
     """
     clock = Clock()
     check_corrections(corrections, len(elements), templates)
@@ -116,7 +116,7 @@ def _odds(costs: Floats) -> Floats:
 def _samples(
     clouds: Clouds, template: Template, members: Ints, sizes: Floats, noise: Floats, seed: int
 ) -> ParticleSamples:
-    """Posterior samples of the parameters of some elements, between sizes that the largest and smallest suggest."""
+    """Posterior samples of the parameters of some elements, within a range from the largest and smallest sizes."""
     low = np.maximum(template.low, 0.1 * template.low)
     high = template.high.copy()
     low[:2] = np.maximum(_SMALLER * sizes[:, :2].min(axis=0), 1e-3)
@@ -136,12 +136,12 @@ def _samples(
 
 
 def _filled(rows: NDArray[Any]) -> NDArray[Any]:
-    """Rows repeated up to a whole batch, so that few sizes of a batch have to be compiled."""
+    """Rows repeated up to a whole batch, so that few batch sizes are compiled."""
     return rows[np.arange(_TOGETHER) % len(rows)] if len(rows) > _FEW else rows[np.arange(_FEW) % len(rows)]
 
 
 def _draws(element: Ints, size: int, seed: int) -> ParticleDraws:
-    """Random numbers by seed and element, so that others in the scan do not change what is drawn for it."""
+    """Random numbers by seed and element, so that they do not depend on other elements of the scan."""
     begin, moves = num_draws(size)
     shapes = ((PARTICLES, begin), (STEPS,), (STEPS, PARTICLES, moves))
     drawn = []
@@ -152,7 +152,7 @@ def _draws(element: Ints, size: int, seed: int) -> ParticleDraws:
 
 
 def _maps(clouds: Clouds, members: Ints, samples: ParticleSamples, given: Sequence[tuple[int, float]]) -> Maps:
-    """Evidence maps between the sizes that samples reach, and with those that a person gives: axis and metres."""
+    """Evidence maps within the range of the samples and of given sizes: axis and metres."""
     sizes = np.asarray(samples.parameters)[:, :, :2]
     points = clouds.weight[members].sum(axis=1)
     error = np.asarray(samples.noise).mean(axis=1) * np.sqrt(8.0 / np.maximum(points, 8.0))

@@ -1,4 +1,4 @@
-"""What a match finds: kinds of elements that share parameters, and how sure it is."""
+"""Results of matching: kinds of elements that share parameters, with uncertainties."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.facade.templates.template import Template
 
 UNKNOWN = -1
 SURE = 0.9
-"""Probability from which a statement counts as made."""
+"""Least probability of a result that counts as sure."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -21,34 +21,34 @@ class Match:
 
     elements: Elements
     templates: tuple[Template, ...]
-    """[U] that kinds use."""
+    """[U] templates of the kinds."""
     kind: Ints
-    """[N] index of a kind; -1 where no template fits."""
+    """[N] index of a kind; -1 if no template fits."""
     kind_template: Ints
     """[K] index into `templates`."""
     values: tuple[Floats, ...]
-    """[K] parameters [D] of each kind, metres; equal to the last bit where kinds share them."""
+    """[K] parameters [D] of each kind, metres; shared ones are equal to the last bit."""
     spread: tuple[Floats, ...]
     """[K] standard deviations [D] of these, metres."""
     posterior: Floats
-    """[N, K + 1] probability of each kind, and last that of none."""
+    """[N, K + 1] probability of each kind, with that of no kind last."""
     parameters: tuple[Floats, ...]
-    """[N] parameters [D] of each element, metres; empty for unknown ones."""
+    """[N] parameters [D] of each element, metres; empty for unknown elements."""
     deviations: tuple[Floats, ...]
-    """[N] standard deviations [D], which cover what other kinds it may be."""
+    """[N] standard deviations [D] over all possible kinds of an element, metres."""
     corner: Floats
     """[N, 2] lower left corners on the facade, metres."""
     hidden: Floats
-    """[N] part of the outline that seems to be hidden."""
+    """[N] hidden fraction of the outline."""
     reasons: Mapping[int, str]
-    """Why elements are unknown."""
+    """Reason for each unknown element."""
     iterations: int
     seconds: Mapping[str, float] = field(default_factory=dict)
-    """Of each stage."""
+    """Duration of each stage."""
 
     @property
     def probability(self) -> Floats:
-        """[N] of the kind that is given; that nothing fits, for unknown ones."""
+        """[N] probability of the assigned kind, or of no kind for unknown elements."""
         return self.posterior[np.arange(len(self.kind)), self.kind]
 
     def template_of(self, kind: int) -> Template:
@@ -56,7 +56,7 @@ class Match:
         return self.templates[int(self.kind_template[kind])]
 
     def name_of(self, kind: int) -> str:
-        """`rectangle 2`: kinds of a template count from 1; `unknown` for -1."""
+        """`rectangle 2`: kinds of a template are numbered from 1; `unknown` for -1."""
         if kind == UNKNOWN:
             return "unknown"
         before = int((self.kind_template[:kind] == self.kind_template[kind]).sum())
@@ -68,6 +68,6 @@ class Match:
 
 
 def drawn_parameters(match: Match, element: int) -> tuple[Template, Floats] | None:
-    """The template of an element and its parameters; None for unknown ones."""
+    """The template of an element and its parameters; None for unknown elements."""
     kind = int(match.kind[element])
     return None if kind == UNKNOWN else (match.template_of(kind), match.parameters[element])

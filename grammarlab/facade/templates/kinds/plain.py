@@ -16,21 +16,21 @@ from grammarlab.facade.templates.kinds.match import UNKNOWN, Match
 from grammarlab.facade.templates.kinds.relations import THRESHOLD, replicas
 from grammarlab.facade.templates.template import Template, stack
 
-NO_FIT = "no template explains it better than points that are spread over its box"
+NO_FIT = "no template fits it better than random points in its box"
 _TOO_LARGE = 2.0
-"""Times the largest template, from which on units are doubted."""
+"""Ratio to the largest template from which the unit is in doubt."""
 _MOST_KINDS = 12
-"""That k-means tries where nobody tells the number."""
+"""Largest number of clusters of k-means if none is given."""
 
 
 def match_alone(elements: Elements, templates: Sequence[Template], kinds: int | None) -> Match:
-    """Kinds by fits of each element alone.
+    """Kinds from fits of single elements.
 
     Args:
-        elements: what to match.
-        templates: to choose from.
-        kinds: None for `independent`: fits that differ by less than the paper's threshold are of one kind; else
-            `kmeans` of so many kinds, or as many as have the best silhouette for 0.
+        elements: the elements.
+        templates: the possible templates.
+        kinds: None for `independent`: fits whose parameters differ by less than the paper's threshold are of one kind;
+            for `kmeans` the number of clusters, or 0 for the number with the best silhouette.
     """
     clock = Clock()
     reasons = too_poor(elements)
@@ -74,7 +74,7 @@ def _clustered(values: Floats, kinds: int) -> Ints:
 
 
 def unfit(clouds: Clouds, templates: Sequence[Template], which: np.ndarray) -> dict[int, str]:
-    """Why no template fits the elements of a mask [N]."""
+    """Reasons why no template fits the elements of a mask [N]."""
     low, high = (np.array([getattr(each, end)[:2] for each in templates]) for end in ("low", "high"))
     size = clouds.reach[:, 1] - clouds.reach[:, 0]
     reasons = {}
@@ -83,8 +83,8 @@ def unfit(clouds: Clouds, templates: Sequence[Template], which: np.ndarray) -> d
         if (size[place] > _TOO_LARGE * high.max(axis=0)).any() or (size[place] < low.min(axis=0) / _TOO_LARGE).all():
             across, up = size[place].tolist()
             reasons[int(clouds.element[place])] = (
-                f"its points reach over {across:.3g} x {up:.3g} m, and templates go from {low.min():.3g} to "
-                f"{high.max():.3g} m; are its lengths metres?"
+                f"its points span {across:.3g} x {up:.3g} m, and templates have sizes from {low.min():.3g} to "
+                f"{high.max():.3g} m; check that its unit is the metre"
             )
     return reasons
 
@@ -111,17 +111,17 @@ def from_labels(
     """A match of M elements with labels.
 
     Args:
-        elements: all N.
-        templates: that may be used.
-        which: [M] numbers of the elements that have labels.
-        label: [M] equal for elements of one kind.
-        owner: [M] template of each.
+        elements: all N elements.
+        templates: the possible templates.
+        which: [M] indices of the labelled elements.
+        label: [M] labels, equal for elements of one kind.
+        owner: [M] template of each element.
         values: [M, D] parameters.
-        corner: [M, 2] from the middle of the box.
-        fits: of the M elements.
-        reasons: why the others have none.
-        iterations: of the method.
-        clock: of the method.
+        corner: [M, 2] lower left corners from the centres of the boxes.
+        fits: fits of the M elements.
+        reasons: reasons for the other elements.
+        iterations: number of iterations of the method.
+        clock: clock of the method.
     """
     number = len(elements)
     used = np.unique(owner)
@@ -178,7 +178,7 @@ def from_labels(
 
 
 def _shared(means: list[Floats], template: Ints, threshold: float) -> list[Floats]:
-    """Values of kinds, equal where they differ by less than a threshold: then kinds share them."""
+    """Values of kinds; those that differ by less than a threshold become equal, so that kinds share them."""
     made = [each.copy() for each in means]
     for owner in np.unique(template):
         own = np.flatnonzero(template == owner).tolist()

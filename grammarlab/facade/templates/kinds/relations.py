@@ -1,4 +1,4 @@
-"""Which parameters elements have in common, by the threshold of the paper (section 5.4.4)."""
+"""Common parameters of elements, by the threshold of the paper (section 5.4.4)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from grammarlab.facade.templates.elements import Floats, Ints
 
 THRESHOLD = 0.005
-"""Part of the largest diagonal of a box."""
+"""Fraction of the largest diagonal of a box."""
 
 
 def close(values: Floats, threshold: float) -> np.ndarray:
@@ -19,13 +19,13 @@ def close(values: Floats, threshold: float) -> np.ndarray:
 
 
 def couplings(owner: Ints, values: Floats, used: Floats, threshold: float) -> Floats:
-    """[T, D, N, N] couplings of Equation 5.4: of elements of one template, and of replicas in all templates.
+    """[T, D, N, N] couplings of Equation 5.4: for elements of one template, and for replicas in all templates.
 
     Args:
         owner: [N] template of each element.
         values: [N, D] parameters of its label.
-        used: [T, D] 1 for the parameters that a template has.
-        threshold: metres.
+        used: [T, D] 1 for the parameters of a template.
+        threshold: largest difference, metres.
     """
     number = len(owner)
     near = close(values, threshold)
@@ -40,6 +40,6 @@ def couplings(owner: Ints, values: Floats, used: Floats, threshold: float) -> Fl
 
 
 def replicas(owner: Ints, values: Floats, threshold: float) -> Ints:
-    """[N] kind of each element, from 0: those that replicas connect."""
+    """[N] kind of each element, from 0: connected components of replicas."""
     near = close(values, threshold).all(axis=0) & (owner[:, None] == owner[None])
     return connected_components(csr_matrix(near), directed=False)[1].astype(np.int64)

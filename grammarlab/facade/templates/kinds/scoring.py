@@ -1,4 +1,4 @@
-"""How far kinds are those of the truth."""
+"""Agreement of kinds with the ground truth."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from grammarlab.facade.templates.kinds.match import SURE, UNKNOWN, Match
 
 
 def compare(match: Match, truth: Truth) -> dict[str, Any]:
-    """Adjusted mutual information, mislabelled elements, and how many of the sure statements are right.
+    """Adjusted mutual information, number of mislabelled elements, and correct ones among the sure results.
 
-    Found kinds and true ones are paired so that most elements agree; who is not of the pair of his kind is mislabelled.
+    Kinds of match and truth are paired so that most elements agree; elements of other pairs are mislabelled.
     """
     from sklearn.metrics import adjusted_mutual_info_score  # noqa: PLC0415 scikit-learn takes a second to load
 

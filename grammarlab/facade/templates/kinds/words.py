@@ -1,4 +1,4 @@
-"""What a match found, in words."""
+"""Results of matching, in words."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from grammarlab.facade.templates.kinds.match import SURE, UNKNOWN, Match
 
 _LIKELY = 0.05
-"""Probability from which another kind is worth mentioning."""
+"""Least probability of another kind that is mentioned."""
 _SHOWN = 3
 
 
 def sharing(match: Match, name: str, kind: int) -> list[int]:
-    """Kinds of the same template, this one among them, that have the value of one parameter of a kind in common."""
+    """Kinds of the same template that share one parameter value with a kind, including the kind itself."""
     place = match.template_of(kind).parameters.index(name)
     own = match.values[kind][place]
     same = match.kind_template == match.kind_template[kind]
@@ -23,14 +23,14 @@ def sharing(match: Match, name: str, kind: int) -> list[int]:
 
 def sentences(match: Match) -> list[str]:
     """A sentence for each set of kinds that share a parameter: "20 windows, 0.95 m wide, in two heights: ..."."""
-    told: list[str] = []
+    found: list[str] = []
     done: set[tuple[int, ...]] = set()
     for kind in range(len(match.values)):
         template = match.template_of(kind)
         shared = {name: tuple(sharing(match, name, kind)) for name in template.parameters}
         largest = max(shared.values(), key=len)
         if len(largest) == 1:
-            told.append(f"{_counted(match, [kind])}: {_sizes(match, kind, template.parameters)}")
+            found.append(f"{_counted(match, [kind])}: {_sizes(match, kind, template.parameters)}")
             continue
         for name, kinds in shared.items():
             if len(kinds) > 1 and kinds not in done:
@@ -38,8 +38,8 @@ def sentences(match: Match) -> list[str]:
                 others = [each for each in template.parameters if each != name]
                 parts = [f"{_sizes(match, each, others)} ({len(match.members(each))})" for each in kinds]
                 own = _sizes(match, kind, (name,))
-                told.append(f"{_counted(match, list(kinds))}, {own}, of {len(kinds)} kinds: {'; '.join(parts)}")
-    return told
+                found.append(f"{_counted(match, list(kinds))}, {own}, of {len(kinds)} kinds: {'; '.join(parts)}")
+    return found
 
 
 def _counted(match: Match, kinds: list[int]) -> str:
@@ -58,7 +58,7 @@ def _sizes(match: Match, kind: int, names: tuple[str, ...] | list[str]) -> str:
 
 
 def doubt(match: Match, element: int) -> str:
-    """Why an element is unknown or uncertain; empty where it is neither."""
+    """Reason why an element is unknown or uncertain; empty for others."""
     if match.kind[element] == UNKNOWN:
         return match.reasons.get(element, "no template fits it")
     chance = match.posterior[element]
@@ -70,12 +70,12 @@ def doubt(match: Match, element: int) -> str:
         f"{'none of the kinds' if each == last else match.name_of(each)} with {chance[each]:.2f}" for each in others
     ]
     hidden = match.hidden[element]
-    why = f"about {hidden:.0%} of its outline seems to be hidden" if hidden > 0.02 else "its points are noisy or few"
+    why = f"about {hidden:.0%} of its outline is probably hidden" if hidden > 0.02 else "its points are noisy or few"
     return f"{why}: it may be {', '.join(names)}"
 
 
 def groups(match: Match) -> list[dict[str, Any]]:
-    """Each kind for `--json`: its elements, its parameters, and who shares them."""
+    """Each kind for `--json`: its elements, its parameters, and the kinds that share them."""
     made = []
     for kind in range(len(match.values)):
         template = match.template_of(kind)

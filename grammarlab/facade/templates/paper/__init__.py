@@ -1,1 +1,1 @@
-"""The loop of paper 001, chapter 5: deformation, common subspace, labelling and similarities, until labels stay."""
+"""The loop of paper 001, chapter 5: deformation, common subspace, labelling, similarities, until labels are stable."""

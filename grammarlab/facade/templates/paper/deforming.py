@@ -19,15 +19,15 @@ Array: TypeAlias = jax.Array
 W_SIM = 10.0
 _STEPS = 60
 _RATE = 0.02
-"""Step of Adam at the beginning, in parts of the scale."""
+"""Initial step size of Adam, as a multiple of the scale."""
 
 
 def similarity_energy(parameters: Array, coupled: Array) -> Array:
     """E_sim: sum over pairs of c^T (d_i - d_k)^2 (Equation 5.4).
 
     Args:
-        parameters: [N, T, D]
-        coupled: [T, D, N, N] c: 1 where a parameter of two elements is coupled, symmetric, 0 on the diagonal.
+        parameters: [N, T, D] parameters.
+        coupled: [T, D, N, N] c: 1 if a parameter of two elements is coupled, symmetric, 0 on the diagonal.
     """
     moved = jnp.moveaxis(parameters, 0, -1)
     away = moved[..., :, None] - moved[..., None, :]
@@ -35,16 +35,16 @@ def similarity_energy(parameters: Array, coupled: Array) -> Array:
 
 
 def deform(clouds: Clouds, stack: Stack, state: Floats, coupled: Floats, scale: float) -> Floats:
-    """States [N, T, 2 + D] that minimise Equation 5.1, from earlier ones.
+    """States [N, T, 2 + D] that minimise Equation 5.1, from initial ones.
 
-    The pairs of each element are averaged, so that a parameter is not held the more, the more elements share it.
+    The pairs of each element are averaged, so that the coupling does not grow with the number of elements.
 
     Args:
-        clouds: N elements.
-        stack: T templates.
-        state: [N, T, 2 + D] corner and parameters.
+        clouds: the N elements.
+        stack: the T templates.
+        state: [N, T, 2 + D] initial corner and parameters.
         coupled: [T, D, N, N] as in `similarity_energy`.
-        scale: metres, from which on points count as outliers.
+        scale: distance from which points are outliers, metres.
     """
     share = coupled / np.maximum(coupled.sum(axis=(1, 3), keepdims=True).max(axis=2, keepdims=True), 1.0)
     numbers = (clouds.points, clouds.weight, stack.pieces, stack.low, stack.high, stack.used, state, share)

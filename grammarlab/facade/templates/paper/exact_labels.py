@@ -1,4 +1,4 @@
-"""Labels of few elements of the least energy there is, proven by CP-SAT: expansions end in a local optimum."""
+"""Labels of few elements with the least energy, proven by CP-SAT: expansions end in a local optimum."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from grammarlab.facade.templates.elements import Floats, Ints
 from grammarlab.facade.templates.paper.field import Field
 
 _WHOLE = 1e6
-"""Energies are whole numbers to the solver: so many for the highest of one element."""
+"""Integer energy of the largest energy of one element, for the solver."""
 _EFFORT = 10.0
-"""Of the solver, in its own units, which are about seconds; the same on any machine."""
+"""Deterministic time limit of the solver, about a second per unit; equal on any machine."""
 
 
 def least(field: Field, start: Ints) -> Ints:
-    """Labels [N] of the least energy, or of the lowest one that was found within the effort allowed.
+    """Labels [N] of the least energy, or of the lowest one found within the time limit.
 
     Args:
-        field: what is minimised, of few elements.
-        start: [N] labels to begin with.
+        field: the field, of few elements.
+        start: [N] initial labels.
     """
     from ortools.sat.python import cp_model  # noqa: PLC0415 an extra
 

@@ -1,4 +1,4 @@
-"""What labels of elements are judged by: Equation 5.3 of paper 001."""
+"""The objective of labelling: Equation 5.3 of paper 001."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ class Field:
     """N elements, L labels."""
 
     data: Floats
-    """[N, L] >= 0."""
+    """[N, L] data costs, >= 0."""
     weight: Floats
-    """[N, N] >= 0, symmetric, 0 on the diagonal."""
+    """[N, N] weights, >= 0, symmetric, 0 on the diagonal."""
     distance: Floats
-    """[L, L] a metric."""
+    """[L, L] distances of labels, a metric."""
     owner: Ints
     """[L] template of each label."""
     cost: Floats
-    """[T] >= 0 of each template that is used."""
+    """[T] cost of each used template, >= 0."""
 
 
 def energy(field: Field, labels: Ints) -> float:

@@ -1,8 +1,8 @@
 """Labels of elements by a Markov random field with label costs (paper 001, Equation 5.3).
 
-Minimised is sum_i D_i(l_i) + sum_{i<k} w_ik V(l_i, l_k) + sum over used templates of their cost, by alpha expansion:
-each move lets any elements change to one label, and the best such move is a minimum cut (Boykov, Veksler and Zabih
-2001; label costs: Delong, Osokin, Isack and Boykov 2012). V has to be a metric.
+sum_i D_i(l_i) + sum_{i<k} w_ik V(l_i, l_k) + sum over used templates of their cost is minimised by alpha expansion:
+each move changes any elements to one label, and the best such move is a minimum cut (Boykov, Veksler and Zabih 2001;
+label costs: Delong, Osokin, Isack and Boykov 2012). V has to be a metric.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from grammarlab.facade.templates.paper.exact_labels import least
 from grammarlab.facade.templates.paper.field import Field, energy
 
 FEW = 12
-"""Elements up to which the least energy is proven."""
+"""Largest number of elements for which the least energy is proven."""
 _SCALE = 1 << 40
-"""Capacities are whole numbers; the sum of all that a cut may cost stays far below 2^63."""
+"""Integer scale of capacities; the sum of all costs of a cut stays far below 2^63."""
 
 
 def label(field: Field) -> tuple[Ints, list[float]]:
-    """Labels [N] of low energy, of few elements the least, and the energies after each move, which never rise."""
+    """Labels [N] of low energy, the least one for few elements, and the energies after each move, which never rise."""
     labels, energies = expanded(field, field.data.argmin(axis=1))
     if len(field.data) > FEW:
         return labels, energies
@@ -31,7 +31,7 @@ def label(field: Field) -> tuple[Ints, list[float]]:
 
 
 def expanded(field: Field, start: Ints) -> tuple[Ints, list[float]]:
-    """Labels after expansions to every label, until none helps."""
+    """Labels after expansions to every label, until none lowers the energy."""
     labels, energies = start.copy(), [energy(field, start)]
     since = 0
     while since < field.data.shape[1]:
@@ -49,7 +49,7 @@ def expanded(field: Field, start: Ints) -> tuple[Ints, list[float]]:
 
 
 def _expand(field: Field, labels: Ints, alpha: int) -> Ints | None:
-    """Labels after the best move in which any elements take one label; None if none would."""
+    """Labels after the best move to one label; None if no element changes."""
     free = _undecided(field, labels, alpha)
     if not len(free):
         return None
@@ -62,7 +62,7 @@ def _expand(field: Field, labels: Ints, alpha: int) -> Ints | None:
 
 
 def _undecided(field: Field, labels: Ints, alpha: int) -> Ints:
-    """Elements that may take a label in the best move; for the others it does not pay even if all of these take it."""
+    """Elements that may change to a label in the best move; others would not gain even if all of these changed."""
     every = np.arange(len(labels))
     own, other = field.data[every, labels], field.data[:, alpha]
     saved = np.where(field.owner[labels] != field.owner[alpha], field.cost[field.owner[labels]], 0.0)
@@ -70,7 +70,7 @@ def _undecided(field: Field, labels: Ints, alpha: int) -> Ints:
     free = labels != alpha
     away = field.weight * field.distance[np.ix_(labels, labels)]
     while free.any():
-        # With those that are free at alpha: what keeping costs, and what taking it costs.
+        # With the free elements at alpha: the costs of keeping a label, and of changing it.
         keep = own + (field.weight[:, free].sum(axis=1)) * apart + away[:, ~free].sum(axis=1)
         take = other + field.weight[:, ~free] @ apart[~free]
         still = free & (take < keep + saved)
@@ -81,7 +81,7 @@ def _undecided(field: Field, labels: Ints, alpha: int) -> Ints:
 
 
 def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
-    """[F] which free elements take the label in the best move: those beyond the minimum cut."""
+    """[F] whether each free element changes to the label in the best move: those beyond the minimum cut."""
     from ortools.graph.python import max_flow  # noqa: PLC0415 an extra
 
     number = len(free)
@@ -113,7 +113,7 @@ def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
         stays = (field.owner[labels[fixed]] == template).any()
         if template == field.owner[alpha] or stays or not len(members):
             continue
-        # Paid for as long as one of its elements keeps its label.
+        # The cost applies as long as one of its elements keeps its label.
         tails += [members, np.array([nodes])]
         heads += [np.full(len(members), nodes), np.array([sink])]
         sizes += [np.full(len(members), infinite), field.cost[template : template + 1]]
@@ -123,7 +123,7 @@ def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
         heads += [np.array([nodes]), np.arange(number)]
         sizes += [field.cost[field.owner[alpha]][None], np.full(number, infinite)]
         nodes += 1
-    flow: Any = max_flow.SimpleMaxFlow()  # its stubs take arrays of no shape that there is
+    flow: Any = max_flow.SimpleMaxFlow()  # its stubs do not match the shapes of arrays
     scale = _SCALE / infinite
     capacity = np.rint(np.concatenate(sizes) * scale).astype(np.int64)
     first_ends, last_ends = (np.concatenate(each).astype(np.int32) for each in (tails, heads))

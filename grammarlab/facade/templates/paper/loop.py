@@ -1,4 +1,4 @@
-"""The loop of the paper: deform, find a common space, label, find similarities; until labels stay."""
+"""The loop of the paper: deform, find a common space, label, find similarities; until labels are stable."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from grammarlab.facade.templates.template import Stack, Template, stack
 
 MOST_ITERATIONS = 12
 BEST = 3
-"""Templates of which each element offers its deformation as a label."""
+"""Number of best templates whose deformations become labels, for each element."""
 W_S = 0.1
 _LABEL_COST = 0.2
-"""Part of the mean data cost that a template costs."""
+"""Cost of a template, as a fraction of the mean data cost."""
 _SPACE = 10.0
-"""Unit of Equation 5.2, which the paper leaves open, in thresholds of similarity."""
+"""Unit of Equation 5.2, which the paper does not give, as a multiple of the similarity threshold."""
 
 
 def match_as_paper(elements: Elements, templates: Sequence[Template]) -> Match:
@@ -83,7 +83,7 @@ def _field(clouds: Clouds, stacked: Stack, fits: Fits, state: Floats, threshold:
     away = np.linalg.norm(values[:, None] - values[None], axis=2)
     other = max(float(away.max(initial=0.0)) / 2.0, 1e-3)
     same = owner[:, None] == owner[None]
-    # A metric: labels of other templates are as far as half of the longest way within one.
+    # A metric: the distance of labels of different templates is half of the largest distance within one.
     distance = np.where(same, np.minimum(away, 2.0 * other), other)
     weights = weights_of(state[:, np.unique(owner), 2:], _SPACE * threshold)
     near = similarity(merged(weights, min(dimensions_of(weights), len(best))))

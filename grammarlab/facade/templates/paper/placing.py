@@ -1,4 +1,4 @@
-"""The data term of labels: how far the points of every element lie from every deformed template, laid over it."""
+"""The data term of labels: distance of the points of every element from every deformed template placed on it."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from grammarlab.facade.templates.template import Stack
 Array: TypeAlias = jax.Array
 
 _ANCHORS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 0.5]])
-"""Corners and middle: one of them stays where the element's own fit has it."""
+"""Anchors, corners and centre: one of them stays at its position in the element's own fit."""
 
 
 def place_labels(
     clouds: Clouds, stack: Stack, state: Floats, owner: Ints, values: Floats, scale: float
 ) -> tuple[Floats, Floats]:
-    """Mean distances [N, L] of the points of elements from labels, and the corners [L, N, 2] where these lie best.
+    """Mean distances [N, L] of the points of elements from labels, and the corners [L, N, 2] of the best positions.
 
     Args:
-        clouds: N elements.
-        stack: T templates.
-        state: [N, T, 2 + D] own fits.
+        clouds: the N elements.
+        stack: the T templates.
+        state: [N, T, 2 + D] fits of single elements.
         owner: [L] template of each label.
-        values: [L, D] its parameters.
-        scale: metres, that a point is away at most.
+        values: [L, D] parameters of each label.
+        scale: largest distance of a point, metres.
     """
     own = state[:, owner]  # [N, L, 2 + D]
     room = own[:, :, None, 2:4] - values[None, :, None, :2]

@@ -1,4 +1,4 @@
-"""A common low-dimensional space of elements from what every template says about them (paper 001, section 5.4.2).
+"""A common low-dimensional space of elements from their deformations by all templates (paper 001, section 5.4.2).
 
 Dong, Frossard, Vandergheynst and Nefedov, "Clustering on multi-layer graphs via subspace analysis on Grassmann
 manifolds": L_mod = sum_j L_j - alpha sum_j U_j U_j^T, whose lowest eigenvectors are near to all U_j.
@@ -26,7 +26,7 @@ def lowest(matrix: Floats, dimensions: int) -> Floats:
 
 
 def merged(weights: Floats, dimensions: int) -> Floats:
-    """[N, dimensions] basis that the graphs [J, N, N] have in common."""
+    """[N, dimensions] common basis of the graphs [J, N, N]."""
     laplacians = [laplacian(each) for each in weights]
     modified = np.sum(laplacians, axis=0)
     for each in laplacians:
@@ -42,9 +42,9 @@ def weights_of(parameters: Floats, scale: float) -> Floats:
 
 
 def dimensions_of(weights: Floats) -> int:
-    """How many eigenvectors are kept: up to the largest gap between the mean eigenvalues of all graphs [T, N, N]."""
+    """Number of eigenvectors to keep: up to the largest gap between the mean eigenvalues of all graphs [T, N, N]."""
     values = np.mean([np.linalg.eigvalsh(laplacian(each)) for each in weights], axis=0)
-    # Beyond the last one it is as if another element were far from all: so few elements may all be apart.
+    # The value after the last one is that of another, distant element: so a few elements may all be separate.
     return 1 + int(np.argmax(np.diff(np.append(values, 1.0)[: MOST_DIMENSIONS + 2])))
 
 

@@ -1,4 +1,4 @@
-"""Boxes of elements on a facade, found where the wall is missing or not where it should be, or given."""
+"""Boxes of elements on a facade: found at holes of the wall and at points off its plane, or given."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from grammarlab.facade.templates.elements import FARTHEST, MOST_ELEMENTS, Elemen
 from grammarlab.facade.templates.reading.outlines import outlines
 
 _DEEP = 0.04
-"""Metres from the wall, from which on a point is not of the wall."""
+"""Least distance from the wall of a point that is not part of it, metres."""
 _LEAST, _MOST = 0.25, 6.0
-"""Metres: sides of elements."""
+"""Least and largest side of an element, metres."""
 _MARGIN = 0.12
-"""Metres of a box around what it holds."""
+"""Margin of a box around its element, metres."""
 _MOST_CELLS = 4_000_000
 
 
@@ -28,16 +28,16 @@ class FacadePlane:
     """A facade as points."""
 
     points: Floats
-    """[P, 3] along the facade, up, out of the wall; metres."""
+    """[P, 3] points along the facade, up, out of the wall; metres."""
     edges: Floats
-    """[Q, 3] points on sharp edges, where a mesh has told them; none of a scan."""
+    """[Q, 3] points on sharp edges of a mesh; none for a scan."""
 
 
 def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats]:
-    """Boxes [N, 4] (left, bottom, right, top), and the points [Q, 2] on the outlines of all elements; maybe none.
+    """Boxes [N, 4] (left, bottom, right, top), and the points [Q, 2] on the outlines of all elements; possibly none.
 
-    Elements are connected parts of the facade, larger than 25 cm, in which points lie behind or before the wall, or
-    are missing, and which do not reach its border.
+    Elements are connected parts of the facade, larger than 25 cm, with points behind or in front of the wall, or
+    without points, that do not touch its border.
     """
     flat, low = surface.points[:, :2], surface.points[:, :2].min(axis=0)
     wall = np.abs(surface.points[:, 2]) < _DEEP
@@ -71,7 +71,7 @@ def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats]:
 
 
 def _cell(flat: Floats) -> float:
-    """Metres, in which a wall has some points everywhere."""
+    """Cell size such that a wall has some points in every cell, metres."""
     extent = np.maximum(np.ptp(flat, axis=0), 1e-6)
     dense = float(np.sqrt(extent.prod() / max(len(flat), 1)))
     return max(2.2 * dense, 0.02, float(np.sqrt(extent.prod() / _MOST_CELLS)))
@@ -81,12 +81,12 @@ def read_boxes(content: bytes) -> Floats:
     """[N, 4] left, bottom, right, top, metres on the facade, from a CSV file of four columns.
 
     Raises:
-        FacadeError: for lines that are not four numbers.
+        FacadeError: If a line is not four numbers.
     """
     try:
         lines = list(csv.reader(io.StringIO(content.decode("utf-8-sig"))))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise FacadeError(f"Boxes: expected lines of four numbers with commas: {error}.") from error
+        raise FacadeError(f"Boxes: expected lines of four comma-separated numbers: {error}.") from error
     boxes: list[list[float]] = []
     for number, line in enumerate(lines, 1):
         values = [_number(each) for each in line]
@@ -102,7 +102,7 @@ def read_boxes(content: bytes) -> Floats:
         if len(boxes) > MOST_ELEMENTS:
             raise FacadeError(f"Boxes: expected at most {MOST_ELEMENTS:,}.")
     if not boxes:
-        raise FacadeError("Boxes: there are none; expected lines of left, bottom, right, top in metres.")
+        raise FacadeError("Boxes: found none; expected lines of left, bottom, right, top in metres.")
     return np.array(boxes)
 
 
@@ -114,7 +114,7 @@ def _number(text: str) -> float | None:
 
 
 def cut_out(points: Floats, boxes: Floats, notes: tuple[str, ...] = ()) -> Elements:
-    """The points of each box, with rows and columns by where the boxes lie."""
+    """The points of each box, with rows and columns from the positions of the boxes."""
     order = np.argsort(points[:, 0], kind="stable")
     across = points[order, 0]
     clouds = []
@@ -135,7 +135,7 @@ def cut_out(points: Floats, boxes: Floats, notes: tuple[str, ...] = ()) -> Eleme
 
 
 def _lines(place: Floats, size: float) -> Ints:
-    """[N] number of the line of each, ascending: a new one where a gap is wider than half of an element."""
+    """[N] index of the line of each, ascending: a new one begins after a gap wider than half an element."""
     order = np.argsort(place, kind="stable")
     number = np.cumsum(np.append(0, np.diff(place[order]) > size / 2))
     found = np.empty(len(place), dtype=np.int64)

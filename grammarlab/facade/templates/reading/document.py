@@ -19,7 +19,7 @@ from grammarlab.files import write_bytes, write_text
 FORMAT = "grammarlab elements"
 VERSION = 1
 _MARGIN = 0.1
-"""Part of an element's extent by which a box is larger that is made from its points."""
+"""Margin of a box made from the points of an element, as a fraction of its extent."""
 _MOST_KINDS = 10_000
 
 
@@ -43,7 +43,7 @@ def dumps(elements: Elements) -> str:
 
 
 def save_elements(elements: Elements, path: Path) -> None:
-    """Write elements as JSON, or as NPZ by the ending of the file."""
+    """Write elements as JSON or as NPZ, by the suffix of the file."""
     if path.suffix.lower() == ".npz":
         buffer = BytesIO()
         columns: dict[str, Any] = {
@@ -65,7 +65,7 @@ def loads(content: bytes) -> Elements:
     """The elements of a JSON file.
 
     Raises:
-        FacadeError: when it is not one: what is wrong, and where.
+        FacadeError: If it is not such a file; with the position of the mistake.
     """
     document = parse_json(content)
     if isinstance(document, dict) and "format" not in document and "elements" in document:
@@ -80,7 +80,7 @@ def loads(content: bytes) -> Elements:
     clouds = [_points(an_object(each, f"Element {place}"), f"Element {place}") for place, each in enumerate(found)]
     width = {each.shape[1] for each in clouds if len(each)}
     if len(width) > 1:
-        raise FacadeError("Points: expected 2 coordinates of every point, or 3 of every point.")
+        raise FacadeError("Points: expected 2 coordinates for every point, or 3 for every point.")
     size = width.pop() if width else 2
     points = np.vstack([np.zeros((0, size)), *(each for each in clouds if len(each))])
     boxes = np.array(
@@ -109,7 +109,7 @@ def _points(values: dict[str, Any], where: str) -> Floats:
     except (ValueError, TypeError, OverflowError):
         found = np.zeros(0)
     if found.shape != (len(listed), size) or not np.isfinite(found).all():
-        for place, each in enumerate(listed):  # says which one
+        for place, each in enumerate(listed):  # raises with its index
             numbers(each, f"{where}, point {place}", size)
     return found
 
@@ -133,7 +133,7 @@ def _truth(document: dict[str, Any], found: list[dict[str, Any]]) -> Truth | Non
     if not any(told):
         return None
     if not all(told):
-        raise FacadeError(f"Element {told.index(False)}: expected a kind, as the others have one.")
+        raise FacadeError(f"Element {told.index(False)}: expected a kind, since other elements have one.")
     kind = np.array(
         [a_whole_number(each["kind"], f"Element {place}, kind", 0, _MOST_KINDS) for place, each in enumerate(found)],
         dtype=np.int64,
@@ -154,13 +154,13 @@ def load_arrays(content: bytes) -> Elements:
     """The elements of an NPZ file.
 
     Raises:
-        FacadeError: when it is not one.
+        FacadeError: If it is not such a file.
     """
     try:
         with np.load(BytesIO(content), allow_pickle=False) as archive:
             columns = {name: archive[name] for name in archive.files}
     except (ValueError, OSError, zipfile.BadZipFile, EOFError, KeyError) as error:
-        raise FacadeError(f"This is not an NPZ file that can be read: {error}.") from error
+        raise FacadeError(f"This is not a valid NPZ file: {error}.") from error
     missing = [name for name in ("offsets", "points", "boxes") if name not in columns]
     if missing:
         raise FacadeError(f"Arrays: expected offsets, points and boxes, found no {', '.join(missing)}.")

@@ -1,4 +1,4 @@
-"""Elements from a file of any kind, chosen by its ending."""
+"""Elements from a file of any kind, by its suffix."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from grammarlab.facade.values import parse_json, read_bounded
 DOCUMENTS = (".json", ".npz")
 _MOST_BYTES = 1 << 30
 _HEAD_BYTES = 1 << 16
-"""Of the head of a PLY file."""
+"""Largest size of the head of a PLY file."""
 _LARGEST = 1_000.0
-"""Metres: no facade is larger."""
+"""Largest size of a facade, metres."""
 
 
 def is_elements(path: Path) -> bool:
-    """Whether a file is of elements or a scan, rather than of a facade or a mesh of a building."""
+    """Whether a file has elements or a scan, rather than a facade or a mesh of a building."""
     ending = path.suffix.lower()
     if ending == ".ply":
         return not _has_faces(path)
@@ -37,7 +37,7 @@ def is_elements(path: Path) -> bool:
 
 
 def _has_faces(path: Path) -> bool:
-    """Whether a PLY file is a mesh: by its head, which is text."""
+    """Whether a PLY file is a mesh, by its head."""
     with path.open("rb") as file:
         head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
     return re.search(rb"element\s+face\s+[1-9]", head) is not None
@@ -47,16 +47,16 @@ def load_elements(path: Path, boxes: Path | None = None) -> Elements:
     """The elements of a file.
 
     Args:
-        path: elements, or a scan or mesh of one facade.
-        boxes: CSV file of boxes on a scan or mesh, in metres on the facade; found when left out.
+        path: file of elements, or a scan or mesh of one facade.
+        boxes: CSV file of boxes on a scan or mesh, in metres on the facade; boxes are detected if left out.
 
     Raises:
-        FacadeError: for content that cannot be used: what is wrong, and where.
-        UsageError: for an ending that is not known, and boxes of a file that has its own.
+        FacadeError: If the content is invalid; with the position of the mistake.
+        UsageError: If the suffix is unknown, or boxes are given for a file that has boxes.
     """
     ending = path.suffix.lower()
     if ending not in (*DOCUMENTS, *MESHES, *SCANS):
-        raise UsageError(f"{path.name!r}: expected a file that ends in {', '.join((*DOCUMENTS, *MESHES, *SCANS))}.")
+        raise UsageError(f"{path.name!r}: expected the suffix {', '.join((*DOCUMENTS, *MESHES, *SCANS))}.")
     if ending in DOCUMENTS:
         if boxes is not None:
             raise UsageError("--boxes: a file of elements has boxes of its own.")
@@ -80,15 +80,15 @@ def _on_facade(path: Path, given: Floats | None) -> Elements:
             elements = cut_out(outline, given, (f"{len(given)} boxes are given on the facade",))
             if elements.counts.any():
                 return elements
-    where = f"{path.name}: its points reach over {size[0]:.3g} x {size[1]:.3g} m. "
+    where = f"{path.name}: its points span {size[0]:.3g} x {size[1]:.3g} m. "
     if size.max() > _LARGEST:
-        where += "Lengths are metres; are these millimetres? "
+        where += "Expected metres; the unit may be the millimetre. "
     if given is None:
         raise FacadeError(
-            f"{where}No element was found on the facade: expected holes of .25 to 6 m, or parts at least 4 cm before "
-            "or behind the wall. Give boxes (--boxes)."
+            f"{where}No element was found on the facade: expected holes of 0.25 to 6 m, or parts at least 4 cm in "
+            "front of or behind the wall. Use --boxes."
         )
     raise FacadeError(
-        f"{where}No outline lies in any of the boxes: they are metres from the left end of the wall, and the height z; "
-        "outlines are where holes or parts before or behind the wall begin."
+        f"{where}No outline lies in any of the boxes. Coordinates are metres from the left end of the wall, and "
+        "the height z; outlines are the borders of holes and of parts in front of or behind the wall."
     )

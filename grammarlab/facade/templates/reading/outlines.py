@@ -1,4 +1,4 @@
-"""Points on the outlines of elements of a scan: where the wall ends."""
+"""Points on the outlines of elements of a scan: the borders of the wall."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from scipy.spatial import Delaunay, QhullError
 from grammarlab.facade.templates.elements import Floats
 
 _WITHIN = 0.36
-"""Distances between points that the wall goes on beyond the outermost ones: .32 to .40 in simulated scans."""
+"""Distance of the border from the outermost points of the wall, in point distances: 0.32 to 0.40 in simulated scans."""
 _FEWEST = 4
-"""Points of a triangulation."""
+"""Least number of points of a triangulation."""
 
 
 def outlines(wall: Floats, other: Floats, reach: float) -> tuple[Floats, Floats]:
-    """Points on the outlines of what is not wall.
+    """Points on the outlines of elements.
 
-    An outline runs halfway between neighbours of which one is of the wall and one is not, and, where nothing is seen
-    in a hole, a little beyond the outermost points of the wall.
+    An outline runs halfway between neighbours of which one is on the wall and one is not, and, at holes without points,
+    a little beyond the outermost points of the wall.
 
     Args:
         wall: [P, 2] points of the wall, metres.
-        other: [Q, 2] points behind or before it.
-        reach: metres, that neighbours on a wall are apart at most.
+        other: [Q, 2] points behind or in front of it.
+        reach: largest distance of neighbours on a wall, metres.
 
     Returns:
-        The points [R, 2], and for each the direction [R, 2] away from the wall, of length 1.
+        The points [R, 2], and for each the unit vector [R, 2] away from the wall.
     """
     points = np.vstack([wall, other])
     none = np.zeros((0, 2))
@@ -36,7 +36,7 @@ def outlines(wall: Floats, other: Floats, reach: float) -> tuple[Floats, Floats]
     points = points - origin
     try:
         net = Delaunay(points)
-    except QhullError:  # all on one line
+    except QhullError:  # all points are on one line
         return none, none
     corners = points[net.simplices]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

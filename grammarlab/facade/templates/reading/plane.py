@@ -11,30 +11,30 @@ from grammarlab.facade.templates.elements import Floats
 
 _TRIES = 200
 _SEEN = 20_000
-"""Points that are looked at."""
+"""Largest number of points that are examined."""
 _NEAR = 0.002
-"""Part of the extent of a scan that points of the wall lie from its plane at most, when it is first found."""
+"""Largest distance of the wall's points from the initial plane, as a fraction of the extent of a scan."""
 _FLAT = 0.02
-"""Metres, that they lie from it in the end."""
+"""Largest distance from the final plane, metres."""
 _LEVEL = 0.3
-"""Of the z of a normal: a facade stands upright, up is z."""
+"""Largest z component of a normal, since facades are vertical and z is up."""
 _MOST_PLANES = 4
 _LEAST = 0.05
-"""Part of the points that a further plane has."""
+"""Least fraction of the points of a further plane."""
 
 
 def facades(points: Floats) -> Iterator[Floats]:
-    """[P, 3] metres along the facade, up, and out of the wall, of points [P, 3] of a scan whose z goes up.
+    """[P, 3] metres along the facade, up, and out of the wall, of points [P, 3] of a scan with z up.
 
-    The first facade is the upright plane of most points (RANSAC with a fixed seed), the next ones those of most of the
-    rest. Out of the wall is the side that has fewer points far away; along it counts from the left end of the wall, as
-    who looks at it from there sees it.
+    The first facade is the vertical plane with the most points (RANSAC with a fixed seed), the next ones are those with
+    the most remaining points. The outside of a wall is the side with fewer distant points; the coordinate along it
+    starts at its left end, seen from outside.
 
     Raises:
-        FacadeError: when there is no upright plane.
+        FacadeError: If there is no vertical plane.
     """
     if len(points) < 3:
-        raise FacadeError(f"A scan of a facade has at least 3 points, found {len(points)}.")
+        raise FacadeError(f"Expected a scan of at least 3 points, found {len(points)}.")
     random = np.random.default_rng(0)
     middle = points.mean(axis=0)
     seen = points[random.integers(len(points), size=min(_SEEN, len(points)))] - middle
@@ -44,7 +44,7 @@ def facades(points: Floats) -> Iterator[Floats]:
         found = _plane(rest, near, random)
         if found is None and not place:
             raise FacadeError(
-                "No upright plane was found in the scan: its points lie on one line or on the ground (z is up)."
+                "No vertical plane was found in the scan: its points lie on one line or on the ground (z is up)."
             )
         if found is None or (place and len(rest) < _LEAST * len(seen)):
             return
@@ -54,7 +54,7 @@ def facades(points: Floats) -> Iterator[Floats]:
 
 
 def _plane(points: Floats, near: float, random: np.random.Generator) -> tuple[Floats, float] | None:
-    """Normal and offset of the upright plane of most points; None where there is none."""
+    """Normal and offset of the vertical plane with the most points; None if there is none."""
     best, found = 0, None
     if len(points) < 3:
         return None
@@ -72,7 +72,7 @@ def _plane(points: Floats, near: float, random: np.random.Generator) -> tuple[Fl
 
 
 def _refined(points: Floats, near: float, normal: Floats, offset: float) -> tuple[Floats, float]:
-    """The plane of least squares through the points near one, which are fewer and fewer."""
+    """The least-squares plane of the points near a plane, within a shrinking distance."""
     while True:
         own = points[np.abs(points @ normal - offset) < near][:, :2]
         if len(own) >= 3:
@@ -86,9 +86,9 @@ def _refined(points: Floats, near: float, normal: Floats, offset: float) -> tupl
 
 
 def _outward(seen: Floats, normal: Floats, offset: float) -> tuple[Floats, float]:
-    """Out of the wall: what is behind it, such as rooms seen through windows, reaches farther than what juts out.
+    """Direction out of the wall: parts behind it, such as rooms behind windows, extend farther than parts in front.
 
-    Where both sides reach as far, the coordinate that changes most along the wall grows to the right.
+    If both sides extend equally far, the coordinate that changes most along the wall grows to the right.
     """
     depth = seen @ normal - offset
     farther = float(depth.max() + depth.min())

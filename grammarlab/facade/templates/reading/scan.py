@@ -18,19 +18,19 @@ MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
 SCANS = (".las", ".laz")
 _EDGE = np.radians(20.0)
 _SPACING = 0.02
-"""Metres between points that meshes and their edges are sampled at."""
+"""Distance of sample points on meshes and their edges, metres."""
 _MOST_SAMPLES = 2_000_000
 _COARSEST = 0.02
-"""Metres between neighbouring numbers."""
+"""Largest rounding step of coordinates, metres."""
 
 
 def read_surfaces(path: Path) -> Iterator[FacadePlane]:
-    """The facades of a scan, or of a mesh that is sampled, the one of most points first.
+    """The facades of a scan, or of a sampled mesh, the one with the most points first.
 
-    Up is z, of GLB files y; where no facade of another mesh is the right one, its y is taken as up.
+    The up axis is z, or y for GLB files; if a mesh in another format has no usable facade with z up, y is up.
 
     Raises:
-        FacadeError: for files that cannot be read, have too many points, or numbers that are not finite.
+        FacadeError: If a file cannot be read, has too many points, or numbers that are not finite.
     """
     if path.suffix.lower() in SCANS:
         points, num_edges = _las(path), 0
@@ -49,10 +49,10 @@ def read_surfaces(path: Path) -> Iterator[FacadePlane]:
 
 
 def _mesh(path: Path) -> tuple[Floats, int]:
-    """[P, 3] points of a scan, or on the faces of a mesh; and how many of them, the last ones, lie on its edges."""
+    """[P, 3] points of a scan, or on the faces of a mesh; and the number of points at the end that are on its edges."""
     try:
         loaded = trimesh.load(path, process=False)
-    except Exception as error:  # the readers of many formats raise whatever they trip over
+    except Exception as error:  # readers raise any exception for a broken file
         raise FacadeError(f"{path.name} cannot be read: {error}.") from error
     if isinstance(loaded, trimesh.Scene):
         loaded = loaded.to_mesh() if loaded.geometry else trimesh.Trimesh()
@@ -87,7 +87,7 @@ def _las(path: Path) -> Floats:
             count = reader.header.point_count
             read = reader.read_points(min(count, MOST_POINTS + 1))
             points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
-    except Exception as error:  # laspy and its decoders raise whatever they trip over
+    except Exception as error:  # laspy and its decoders raise any exception
         raise FacadeError(f"{path.name} cannot be read: {error}.") from error
     return _checked(points.astype(np.float64), path)
 

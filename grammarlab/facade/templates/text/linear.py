@@ -18,12 +18,12 @@ _LARGEST = 1e6
 
 @dataclass(frozen=True, slots=True)
 class NameScope:
-    """What names mean."""
+    """Known names."""
 
     names: tuple[str, ...]
     """[D] parameters."""
     values: Mapping[str, int]
-    """Counts, and what repeats count."""
+    """Values of counts and of counters of repeats."""
     inner: bool = False
     """Whether this is inside a repeat."""
 
@@ -32,7 +32,7 @@ def evaluate(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
     """[1 + D] constant and coefficients of an expression.
 
     Raises:
-        LanguageError: for unknown names, products or quotients of parameters, division by 0, and huge numbers.
+        LanguageError: If there are unknown names, products or quotients of parameters, divisions by 0, or huge numbers.
     """
     value = _value(tree, scope, complain)
     if not (np.abs(value) <= _LARGEST).all():
@@ -57,10 +57,10 @@ def _value(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
     constant = not right[1:].any()
     if tree.data == "divide":
         if not constant or right[0] == 0.0:
-            raise complain("linear", "expected a number other than 0 below the line of a quotient", tree)
+            raise complain("linear", "expected a divisor that is a number other than 0", tree)
         return left / right[0]
     if not constant and left[1:].any():
-        raise complain("linear", "expected expressions that are linear: one factor of a product is a number", tree)
+        raise complain("linear", "expected linear expressions: one factor of a product must be a number", tree)
     return left * right[0] if constant else right * left[0]
 
 
@@ -75,7 +75,7 @@ def _named(name: Token, scope: NameScope, complain: Complain) -> Floats:
 
 
 def whole(value: Floats, place: Tree, complain: Complain) -> int:
-    """The value, if it is a whole number without parameters."""
+    """The value, if it is an integer without parameters."""
     if value[1:].any() or value[0] != round(value[0]):
         raise complain("whole", "expected a whole number without parameters", place)
     return round(value[0])

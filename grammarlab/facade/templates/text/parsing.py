@@ -1,4 +1,4 @@
-"""Template text to templates; whatever is wrong is said with line, column and caret."""
+"""Parser of template text; errors have line, column and caret."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
     """The templates of a text, one for each value of each count.
 
     Raises:
-        LanguageError: for text that is not of this format, unknown names, products of parameters, templates without
-            wires or parameters, and constraints that contradict each other: what and where.
+        LanguageError: If the text does not have the format, or has unknown names, products of parameters, templates
+            without wires or parameters, or constraints that contradict each other; with the position of the mistake.
     """
     if len(text) > MOST_CHARACTERS:
         raise _error("too-long", f"expected at most {MOST_CHARACTERS:,} characters", Location(file=file), text)
@@ -46,20 +46,20 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
         hint = f"expected one of: {', '.join(each.lower() for each in expected[:12])}" if expected else ""
         raise _error("syntax", what, where, text, hint) from error
     except RecursionError as error:
-        raise _error("too-deep", "expressions nest too deep", Location(file=file), text) from error
+        raise _error("too-deep", "expressions are nested too deep", Location(file=file), text) from error
     made: list[Template] = []
     seen: set[str] = set()
     for each in cast("list[Tree]", tree.children):
         reader = _TemplateReader(text, file)
         name = cast("Token", each.children[0])
         if str(name) in seen:
-            raise reader.error("twice", f"the template {str(name)!r} is there already", name)
+            raise reader.error("twice", f"the template {str(name)!r} is defined twice", name)
         seen.add(str(name))
         made += reader.read(each)
         if len(made) > MOST_TEMPLATES:
             raise reader.error("too-many", f"expected at most {MOST_TEMPLATES:,} templates and counts", name)
     if not made:
-        raise _error("empty", "there is no template in this text", Location(file=file), text)
+        raise _error("empty", "expected at least one template, found none", Location(file=file), text)
     return tuple(made)
 
 
@@ -68,7 +68,7 @@ def _error(code: str, message: str, where: Location, text: str, hint: str = "") 
 
 
 class _TemplateReader:
-    """Reads one template; carries the text for messages only."""
+    """Reads one template; has the text only for messages."""
 
     def __init__(self, text: str, file: str) -> None:
         self.text = text
@@ -89,7 +89,7 @@ class _TemplateReader:
         if names[:2] != ("width", "height"):
             raise self.error(
                 "no-size",
-                f"template {str(name)!r} has no param width and height as its first two",
+                f"template {str(name)!r} needs width and height as its first two params",
                 name,
                 "param width 0.9 (0.3 to 3)",
             )
@@ -102,7 +102,7 @@ class _TemplateReader:
                     whole(evaluate(part, NameScope((), {}), self.error), part, self.error) for part in each.children[1:]
                 )
                 if not 0 <= first <= last <= MOST_COUNT:
-                    raise self.error("count", f"expected a count from 0 to {MOST_COUNT} that does not fall", each)
+                    raise self.error("count", f"expected an ascending range of counts from 0 to {MOST_COUNT}", each)
                 counts.append((str(each.children[0]), first, last))
         made = []
         for values in _combinations(counts):
@@ -124,7 +124,7 @@ class _TemplateReader:
         wrong = ~((low > 0.0) & (low < high) & (low <= usual) & (usual <= high))
         if wrong.any():
             raise self.error(
-                "range", "expected 0 < least <= usual <= greatest, least < greatest", parameters[int(wrong.argmax())]
+                "range", "expected 0 < least <= usual <= largest, least < largest", parameters[int(wrong.argmax())]
             )
         wires: list[Floats] = []
         limits: list[Floats] = []
@@ -166,13 +166,13 @@ class _TemplateReader:
             elif each.data == "repeat":
                 self._repeat(each, scope, wires, limits)
             elif scope.inner:
-                raise self.error("inside", "parameters and counts stand outside of repeat", each)
+                raise self.error("inside", "parameters and counts are not allowed inside repeat", each)
 
     def _repeat(self, tree: Tree, scope: NameScope, wires: list[Floats], limits: list[Floats]) -> None:
         name, first, last, *statements = tree.children
         low, high = (whole(evaluate(each, scope, self.error), each, self.error) for each in (first, last))
         if str(name) in scope.names or str(name) in scope.values:
-            raise self.error("twice", f"{str(name)!r} is a parameter, a count or a repeat already", name)
+            raise self.error("twice", f"{str(name)!r} is already a parameter, a count or a repeat", name)
         if high - low >= MOST_WIRES:
             raise self.error("too-many", f"expected at most {MOST_WIRES} repeats", tree)
         for value in range(low, high + 1):
@@ -187,9 +187,9 @@ class _TemplateReader:
         if found.status == 2:
             raise self.error(
                 "contradiction",
-                f"the constraints of template {str(name)!r} contradict each other: none of its sizes meets them all",
+                f"the constraints of template {str(name)!r} contradict each other: no size satisfies all of them",
                 name,
-                "widen the range of a parameter, or take a require away",
+                "widen the range of a parameter, or remove a require",
             )
 
 

@@ -1,7 +1,7 @@
-"""Templates from a CGA rule with attributes: the edges of what it derives are wires, its attributes are parameters.
+"""Templates from a CGA rule with attributes: wires are the edges of its derivation, parameters are its attributes.
 
-The place of every corner is measured by derivations, one for each attribute, and has to be affine in the attributes:
-that is checked by more derivations, at corners of their ranges and between.
+The position of every corner is measured by derivations, one for each attribute, and has to be affine in the attributes:
+further derivations, at corners of their ranges and inside, check this.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.tree import Attribute, Call
 
 _NARROWEST, _WIDEST = 0.4, 2.5
-"""Times its usual value, between which an attribute without @Range lies."""
+"""Range of an attribute without @Range, as multiples of its usual value."""
 _STEP = 0.02
-"""Part of a range between derivations that measure how corners move."""
+"""Step of the derivations that measure corners, as a fraction of a range."""
 _EXACT = 1e-6
-"""Metres."""
+"""Largest deviation from an affine function, metres."""
 _MOST_CHECKS = 16
 _MOST_TEMPLATES = 100
 _MOST_EDGES = 10_000
@@ -36,26 +36,26 @@ _MOST_EDGES = 10_000
 
 @dataclass(frozen=True, slots=True)
 class _ParameterRange:
-    """An attribute that is a parameter, or a count."""
+    """An attribute that becomes a parameter, or a count."""
 
     name: str
     usual: float
     low: float
     high: float
     counts: bool = False
-    """Whether it takes whole numbers only."""
+    """Whether it only takes integers."""
 
 
 def templates_of_rules(text: str, file: str) -> tuple[Template, ...]:
     """The template of the start rule of a rule file, one for each value of each count.
 
-    Parameters are the numeric attributes with ``@Range(min, max)``, or without it of .4 to 2.5 times their value;
-    ``@Range(min, max, stepsize=1)`` makes a count. Width and height are those of the whole outline; each takes the
-    place of an attribute that changes it. The outline is seen from +z.
+    Parameters are the numeric attributes with ``@Range(min, max)``, or without it with a range of 0.4 to 2.5 times
+    their value; ``@Range(min, max, stepsize=1)`` makes a count. Width and height are those of the whole outline; each
+    replaces an attribute that changes it. The outline is seen from +z.
 
     Raises:
-        LanguageError: for rules with errors.
-        FacadeError: for rules without edges or attributes, or edges that are not affine in the attributes.
+        LanguageError: If rules have errors.
+        FacadeError: If rules have no edges or attributes, or edges are not affine in the attributes.
     """
     grammar = Grammar.parse(text, file)
     errors = tuple(finding for finding in check(grammar) if finding.severity == "error")
@@ -110,7 +110,7 @@ def _template(
     usual, low, high = (np.array([getattr(each, end) for each in free]) for end in ("usual", "low", "high"))
     if not ((low < high) & (low <= usual) & (usual <= high)).all():
         place = int(np.argmin((low < high) & (low <= usual) & (usual <= high)))
-        raise FacadeError(f"{file}: {free[place].name}: expected a @Range above 0 with its value in it.")
+        raise FacadeError(f"{file}: {free[place].name}: expected a @Range above 0 that contains its value.")
     names = [each.name for each in free]
 
     def at(values: Floats) -> Floats:
@@ -123,7 +123,7 @@ def _template(
     wires = np.zeros((len(edges), 5, back.shape[1]))
     wires[:, :4] = edges.reshape(-1, 4, 1 + len(free)) @ back
     one = np.eye(back.shape[1])[0]
-    # Where width and height are attributes themselves, their ranges say it all.
+    # If width and height are attributes themselves, their ranges apply directly.
     gone = [place for place in range(len(free)) if place not in kept and np.count_nonzero(back[1 + place]) > 1]
     limits = [back[1 + place] - low[place] * one for place in gone]
     limits += [high[place] * one - back[1 + place] for place in gone]
@@ -145,7 +145,7 @@ def _template(
 def _affine(
     at: Callable[[Floats], Floats], usual: Floats, low: Floats, high: Floats, names: list[str], file: str
 ) -> Floats:
-    """[E, 2, 2, 1 + D] constant and coefficients of both ends of each edge, the same edge once."""
+    """[E, 2, 2, 1 + D] constant and coefficients of both ends of each edge, without duplicates."""
     start = at(usual)
     found = np.zeros((*start.shape, 1 + len(usual)))
     for place in range(len(usual)):
@@ -166,25 +166,25 @@ def _affine(
             raise FacadeError(_differs(file, names, values, "has other edges"))
         away = np.abs(found @ np.append(1.0, values) - moved).max(initial=0.0)
         if not away <= _EXACT * max(1.0, float(np.abs(moved).max(initial=0.0))):
-            raise FacadeError(_differs(file, names, values, f"lies {away:.2g} m from where a linear rule has it"))
+            raise FacadeError(_differs(file, names, values, f"deviates by {away:.2g} m from a linear rule"))
     found = found[np.abs(found[:, 1] - found[:, 0]).max(axis=(1, 2), initial=0.0) > _EXACT].round(9) + 0.0
-    # Faces beside each other share edges, each in its own direction.
+    # Adjacent faces share edges, each in its own direction.
     first = np.array([tuple(each[0].ravel()) <= tuple(each[1].ravel()) for each in found], dtype=bool)
     found = np.unique(np.where(first[:, None, None, None], found, found[:, ::-1]), axis=0)
     if not 1 <= len(found) <= MOST_WIRES:
-        raise FacadeError(f"{file}: expected 1 to {MOST_WIRES} edges that are seen from the front, found {len(found)}.")
+        raise FacadeError(f"{file}: expected 1 to {MOST_WIRES} edges visible from the front, found {len(found)}.")
     return found
 
 
 def _unlike_size(name: str) -> str:
-    """The name of an attribute beside width and height, which are those of the whole outline."""
+    """The name of an attribute other than width and height, which are those of the whole outline."""
     return f"rule_{name}" if name in {"width", "height"} else name
 
 
 def _differs(file: str, names: list[str], values: Floats, what: str) -> str:
     place = ", ".join(f"{name} = {value:.4g}" for name, value in zip(names, values.tolist(), strict=True))
     return (
-        f"{file}: at {place} its outline {what}. A template has ends of edges that are linear in its attributes: "
+        f"{file}: at {place} its outline {what}. In a template, ends of edges are linear in the attributes: "
         "narrow their ranges (@Range(min=…, max=…)), and make numbers of parts attributes with stepsize=1."
     )
 
@@ -198,13 +198,13 @@ def _extent(edges: Floats, usual: Floats) -> tuple[Floats, Floats]:
 
 
 def _resized(size: Floats, low: Floats, high: Floats, file: str) -> tuple[Floats, list[int]]:
-    """[1 + D, 1 + D] old constants and attributes by new ones: 1, width, height and the attributes that are kept.
+    """[1 + D, 1 + D] old constants and attributes from new ones: 1, width, height and the attributes that remain.
 
     Args:
-        size: [2, 1 + D] width and height by attributes.
-        low: [D] of the attributes.
-        high: [D] of the attributes.
-        file: for messages.
+        size: [2, 1 + D] width and height as linear forms of the attributes.
+        low: [D] least values of the attributes.
+        high: [D] largest values of the attributes.
+        file: name of the file, for messages.
     """
     number = len(low)
     scaled = size[:, 1:] * (high - low)
@@ -212,8 +212,8 @@ def _resized(size: Floats, low: Floats, high: Floats, file: str) -> tuple[Floats
     weights = [abs(float(np.linalg.det(scaled[:, list(pair)]))) for pair in pairs]
     if not weights or max(weights) < _EXACT:
         raise FacadeError(
-            f"{file}: expected attributes that change its width and its height apart from each other; "
-            f"they change the {'width' if np.abs(scaled[0]).max() > _EXACT else 'height'} alone, or both together."
+            f"{file}: expected attributes that change its width and its height independently; "
+            f"they change the {'width' if np.abs(scaled[0]).max() > _EXACT else 'height'} only, or both together."
         )
     chosen = pairs[int(np.argmax(weights))]
     kept = [place for place in range(number) if place not in chosen]
@@ -223,7 +223,7 @@ def _resized(size: Floats, low: Floats, high: Floats, file: str) -> tuple[Floats
 
 
 def _edges(program: Program, attributes: dict[str, float], file: str) -> Floats:
-    """[E, 2, 2] edges of the faces of all leaves, as seen from +z, in the order of the derivation."""
+    """[E, 2, 2] edges of the faces of all leaves, seen from +z, in the order of the derivation."""
     forest = derive(program, 1, seed=0, attributes=attributes)
     leaves, meshes = forest.leaves, forest.meshes
     found = [np.zeros((0, 2, 2))]

@@ -1,1 +1,1 @@
-"""What becomes of a match: a facade, a grammar, a picture."""
+"""Output of a match: a facade, a grammar, a picture."""

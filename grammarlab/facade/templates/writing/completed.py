@@ -1,4 +1,4 @@
-"""The completed facade of a match: every element whole, where it stands, with wall around."""
+"""The completed facade of a match: every element complete and in place, with wall around it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from grammarlab.facade.templates.kinds.match import Match, drawn_parameters
 from grammarlab.facade.templates.template import HEIGHT, WIDTH, Template, points_along
 
 _BORDER = 0.5
-"""Metres of wall around the outermost elements."""
+"""Width of the wall around the outermost elements, metres."""
 _SNAP = 0.0005
-"""Part of the shorter side of the facade within which sides come to lie on one line."""
+"""Largest distance of sides that are moved to one line, as a fraction of the shorter side of the facade."""
 
 
 def completed(match: Match) -> Assembled | None:
-    """The facade of all elements that a template fits; None where there is none, or it would be too large.
+    """The facade of all elements with a template; None if there is none, or it would be too large.
 
-    An element is the box of its template's width and height with its outline in it; what juts out is left out.
+    An element is a box with its template's width and height, with its outline inside; parts beyond it are left out.
     """
     boxes, names, outlines = [], [], []
     for element in range(len(match.kind)):
@@ -48,7 +48,7 @@ def completed(match: Match) -> Assembled | None:
 
 
 def outer(template: Template, parameters: Floats) -> Floats:
-    """[P, 2] corners, anticlockwise, of what the wires of a template enclose, within its width and height."""
+    """[P, 2] corners, anticlockwise, of the area that the wires of a template enclose, within its width and height."""
     segments = points_along(template, parameters)
     around = shapely.union_all([shapely.LineString(each) for each in segments]).convex_hull
     inside = around.intersection(shapely.box(0.0, 0.0, parameters[WIDTH], parameters[HEIGHT]))
@@ -65,7 +65,7 @@ def _rectangular(template: Template, parameters: Floats) -> bool:
 
 
 def _thing(template: Template) -> str:
-    """What a template is of: what it looks like in pictures."""
+    """The label of a template, which determines its look in pictures."""
     for name in ("door", "gate", "column", "pilaster"):
         if name in template.base:
             return name

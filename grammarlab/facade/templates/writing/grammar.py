@@ -1,4 +1,4 @@
-"""A grammar of a match: each kind a rule, shared parameters shared attributes, their spread random ranges."""
+"""A grammar of a match: kinds as rules, shared parameters as shared attributes, uncertainties as random ranges."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
 _SPREAD = 2.0
-"""Standard deviations to both sides that a random range covers."""
+"""Half width of a random range, in standard deviations."""
 _GAP = 0.02
-"""Metres between elements at least."""
+"""Least distance between elements, metres."""
 _BORDER = 0.5
-"""Metres of wall around."""
+"""Width of the wall around all elements, metres."""
 
 
 def write_terminals(match: Match) -> str | None:
-    """CGA text that draws the facade of a match from its kinds; None where it has none.
+    """CGA text that draws the facade of a match from its kinds; None if it has none.
 
-    Rows of the facade are bands; in each, elements follow each other with the gaps that they have. Sampling it varies
-    every parameter within what the scan leaves open, the same for all kinds that share it.
+    Rows of the facade are bands; in each, elements are in order, with their gaps. Samples vary every parameter within
+    the uncertainty of the scan, equally for all kinds that share it.
     """
     rows = _rows(match)
     if not rows:
@@ -80,7 +80,7 @@ def _size(match: Match, row: np.ndarray) -> np.ndarray:
 
 
 def _bands(match: Match, rows: list[np.ndarray]) -> list[tuple[float, float]]:
-    """Bottom and top of each row, from the lowest, with room for what varies; none reaches into the next."""
+    """Bottom and top of each row, from the lowest, with room for its variation; rows do not overlap."""
     bands: list[tuple[float, float]] = []
     for row in rows:
         low = match.corner[row, 1]
@@ -93,7 +93,7 @@ def _bands(match: Match, rows: list[np.ndarray]) -> list[tuple[float, float]]:
 
 
 def _rows(match: Match) -> list[np.ndarray]:
-    """Elements of each row from the left to the right, the lowest row first; none overlaps the one before it."""
+    """Elements of each row from the left to the right, the lowest row first; overlapping elements are left out."""
     known = [each for each in range(len(match.kind)) if match.kind[each] >= 0]
     if not known:
         return []

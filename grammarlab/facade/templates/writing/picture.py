@@ -1,4 +1,4 @@
-"""A picture of a match: what was fitted, in the colour of its kind, and over it the points of all elements."""
+"""A picture of a match: fitted templates in the colours of their kinds, under the points of all elements."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from grammarlab.facade.templates.kinds.match import SURE, Match, drawn_parameter
 from grammarlab.facade.templates.template import points_along
 
 _LARGEST = 2400
-"""Pixels of a side."""
+"""Largest side, pixels."""
 _FINEST = 120.0
-"""Pixels per metre."""
+"""Largest resolution, pixels per metre."""
 _SHOWN = 400
-"""Points of an element."""
+"""Largest number of points shown per element."""
 _PAPER, _POINT, _UNKNOWN = (255, 255, 255), (60, 60, 60), (200, 30, 30)
 
 
 def picture(match: Match) -> Image.Image:
-    """Elements from the front; those that are not sure have thin lines, unknown ones a red box."""
+    """Elements from the front; uncertain ones have thin lines, unknown ones a red box."""
     low, high = match.elements.low.min(axis=0), match.elements.high.max(axis=0)
     extent = np.maximum(high - low, 1e-6)
     scale = min(_FINEST, _LARGEST / float(extent.max()))
@@ -51,6 +51,6 @@ def picture(match: Match) -> Image.Image:
 
 
 def color_of(kind: int) -> tuple[int, int, int]:
-    """A colour for each kind; hues are a golden angle apart, so that neighbours differ most."""
+    """A colour for each kind; hues are a golden angle apart, for the best contrast."""
     red, green, blue = colorsys.hsv_to_rgb((0.58 + 0.381966 * kind) % 1.0, 0.85, 0.8)
     return round(255 * red), round(255 * green), round(255 * blue)

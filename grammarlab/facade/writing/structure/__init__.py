@@ -1,1 +1,1 @@
-"""What repeats in a facade: its columns and rows by kind, the order they come in, its storeys."""
+"""Repetition in a facade: kinds of columns and rows, the order of columns, storeys."""

@@ -1,4 +1,4 @@
-"""Bands of a facade: its columns and the piers between them, or its rows and what is between those."""
+"""Bands of a facade: its columns and the piers between them, or its rows and the spandrels between them."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from grammarlab.facade.tree import Facade
 Floats = NDArray[np.float64]
 
 SAME_PLACE = 1e-6
-"""Part of the facade's size by which edges may differ and still count as one."""
+"""Largest difference of equal edges, as a fraction of the facade's size."""
 
 
 class Band(NamedTuple):
     """A piece of the facade's width or height."""
 
     start: float
-    """Metres from the left or from the bottom."""
+    """Start from the left or from the bottom, metres."""
     end: float
     stands: bool
-    """Whether something other than wall is in it; else it gives."""
+    """Whether it contains something other than wall; otherwise it is flexible."""
 
     @property
     def size(self) -> float:
-        """Metres."""
+        """Size, metres."""
         return self.end - self.start
 
 
 def bands(facade: Facade, axis: int) -> list[Band]:
-    """The whole width (axis 0) or height (axis 1) as bands, in which no window and no door is cut.
+    """The whole width (axis 0) or height (axis 1) as bands that cut no window and no door.
 
-    Windows and doors whose extents overlap share a band. What else is no wall widens the band of the window that it
-    stands by, or has one of its own; what reaches over several of them, as a cornice does, is cut.
+    Windows and doors whose extents overlap share a band. Other elements except walls widen the band of the adjacent
+    window, or have a band of their own; elements that extend over several bands, such as cornices, are cut.
     """
     labels = [look_of(name) for name in facade.labels]
     leaves = np.array([leaf for leaf in facade.leaves if not _gives(facade, leaf)], dtype=np.int64)
@@ -57,7 +57,7 @@ def _gives(facade: Facade, leaf: int) -> bool:
 
 
 def _joined(extents: Floats, least: float) -> Floats:
-    """[K, 2] disjoint extents that cover the same as extents [N, 2]; those that only touch stay apart."""
+    """[K, 2] disjoint extents with the same union as extents [N, 2]; those that only touch stay separate."""
     found: list[list[float]] = []
     for start, end in sorted(extents.tolist()):
         if found and start < found[-1][1] - least:
@@ -72,7 +72,7 @@ def _overlaps(standing: Floats, extent: Floats, least: float) -> int:
 
 
 def _filled(standing: Floats, whole: float, least: float) -> list[Band]:
-    """Bands that stand, and what is between them."""
+    """Bands of elements, and the bands between them."""
     found, at = [], 0.0
     for start, end in standing.tolist():
         if start - at > least:

@@ -1,4 +1,4 @@
-"""What stands in a rectangle of a facade: the part of its tree that lies in there."""
+"""Contents of a rectangle of a facade: the part of its tree inside it."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from grammarlab.facade.tree import LEAF, Facade, Ints
 
 
 class Cell(NamedTuple):
-    """A thing, or parts that follow each other."""
+    """An element, or parts in a row."""
 
     label: str
-    """What the thing is called; empty for parts."""
+    """Label of the element; empty for parts."""
     axis: int
-    """-1 for a thing."""
+    """Axis of the parts; -1 for an element."""
     parts: tuple[tuple[float, Cell], ...]
-    """Of each part its metres along the axis, and what it is."""
+    """For each part, its size along the axis, metres, and its content."""
 
     def gives(self, axis: int) -> bool:
-        """Whether it can be stretched along an axis while only walls change."""
+        """Whether it can be stretched along an axis with only walls changing."""
         if self.axis == LEAF:
             return look_of(self.label).gives
         found = (part.gives(axis) for _, part in self.parts)
         return any(found) if axis == self.axis else all(found)
 
     def things(self) -> Iterator[str]:
-        """The labels of all things in it."""
+        """The labels of all elements in it."""
         if self.axis == LEAF:
             yield self.label
         for _, part in self.parts:
@@ -37,20 +37,20 @@ class Cell(NamedTuple):
 
 
 def nodes_between(facade: Facade, axis: int, low: float, high: float, least: float) -> Ints:
-    """[K] the nodes that reach between two places along an axis by more than so many metres, ascending."""
+    """[K] nodes that overlap a range along an axis by more than this many metres, ascending."""
     start = facade.position[:, axis] - facade.position[0, axis]
     return np.flatnonzero(np.minimum(start + facade.size[:, axis], high) - np.maximum(start, low) > least)
 
 
 def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[float], least: Sequence[float]) -> Cell:
-    """What stands between two corners; equal walls side by side are one.
+    """The content between two corners; equal adjacent walls are merged.
 
     Args:
         facade: the facade.
-        nodes: [K] those that may reach into the rectangle, ascending.
-        low: [2] metres from its lower left corner.
-        high: [2] metres.
-        least: [2] metres; thinner slices are left out.
+        nodes: [K] nodes that may overlap the rectangle, ascending.
+        low: [2] lower left corner, metres.
+        high: [2] upper right corner, metres.
+        least: [2] least size of a slice, metres; thinner ones are left out.
     """
     start = facade.position[nodes] - facade.position[0]
     extent = np.minimum(start + facade.size[nodes], high) - np.maximum(start, low)
@@ -58,7 +58,7 @@ def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[fl
     extents = dict(zip(nodes[inside].tolist(), extent[inside].tolist(), strict=True))
     made: dict[int, Cell] = {}
     inner: dict[int, list[int]] = {}
-    """Of nodes that are still to come, their parts in the rectangle."""
+    """Parts in the rectangle of nodes that are processed later."""
     for node in reversed(extents):
         along = int(facade.axis[node])
         parts = inner.pop(node, [])
@@ -72,7 +72,7 @@ def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[fl
 
 
 def _together(along: int, parts: list[tuple[float, Cell]]) -> Cell:
-    """Parts that follow each other as one cell."""
+    """Parts in a row as one cell."""
     joined: list[tuple[float, Cell]] = []
     for size, part in parts:
         for each in [(size, part)] if part.axis != along else _shares(size, part):
@@ -84,13 +84,13 @@ def _together(along: int, parts: list[tuple[float, Cell]]) -> Cell:
 
 
 def _shares(size: float, part: Cell) -> list[tuple[float, Cell]]:
-    """The parts of a part that is divided along the axis of what it is a part of."""
+    """The parts of a part that is divided along the axis of its parent."""
     whole = sum(each for each, _ in part.parts)
     return [(each * size / whole, cell) for each, cell in part.parts]
 
 
 def alike(one: Cell, other: Cell, stretch: float) -> bool:
-    """Whether two cells hold the same, in sizes that differ by no more than this part."""
+    """Whether two cells have the same contents, with relative differences of sizes up to this value."""
     return (
         (one.label, one.axis, len(one.parts)) == (other.label, other.axis, len(other.parts))
         and all(abs(a - b) <= stretch * max(a, b) for (a, _), (b, _) in zip(one.parts, other.parts, strict=True))

@@ -1,4 +1,4 @@
-"""The columns and rows of a facade, sorted into kinds that look alike."""
+"""Kinds of columns and rows of a facade that look alike."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grammarlab.facade.writing.structure.cells import Cell, alike, cell_of, node
 from grammarlab.facade.writing.structure.repeats import repeated_runs
 
 WALL_STRETCH = 1.0 / 3.0
-"""Part by which walls between equal things may differ."""
+"""Largest relative difference of walls between equal elements."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,15 +20,15 @@ class KindSequence:
     """The bands of a facade along one axis."""
 
     kind: tuple[int, ...]
-    """[B] of each band, numbered by first occurrence."""
+    """[B] kind of each band, numbered by first occurrence."""
     size: tuple[float, ...]
-    """[K] metres of each kind: those of the first of it for what stands, the mean for what gives."""
+    """[K] size of each kind, metres: that of its first band of elements, or the mean of bands of wall."""
     stands: tuple[bool, ...]
-    """[K]"""
+    """[K] whether it contains elements."""
     doors: tuple[bool, ...]
-    """[K] whether doors are in it."""
+    """[K] whether it contains doors."""
     ends: tuple[int, ...] = ()
-    """Kinds that stand at an end and never follow themselves."""
+    """Kinds at an end, which never follow themselves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +37,9 @@ class KindPattern:
 
     columns: KindSequence
     rows: KindSequence
-    """From the bottom up."""
+    """Rows from the bottom up."""
     cells: tuple[tuple[Cell, ...], ...]
-    """[row kinds][column kinds] what stands where they meet."""
+    """[row kinds][column kinds] content at each crossing."""
 
 
 def pattern_of(facade: Facade, stretch: float) -> KindPattern:
@@ -47,7 +47,7 @@ def pattern_of(facade: Facade, stretch: float) -> KindPattern:
 
     Args:
         facade: the facade.
-        stretch: part by which sizes of equal things may differ.
+        stretch: largest relative difference of equal elements.
     """
     across, up = bands(facade, X), bands(facade, Y)
     joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
@@ -67,7 +67,7 @@ def pattern_of(facade: Facade, stretch: float) -> KindPattern:
 
 
 def _cells(facade: Facade, across: list[Band], up: list[Band]) -> list[list[Cell]]:
-    """[rows][columns] what stands where bands meet."""
+    """[rows][columns] content at each crossing of bands."""
     least = (SAME_PLACE * facade.size[0]).tolist()
     cells = []
     for row in up:
@@ -82,7 +82,7 @@ def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -
 
 
 def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
-    """The bands, with one instead of each group of several columns that comes again and again: a bay of windows."""
+    """The bands, with each repeated group of several columns, such as a bay of windows, merged into one."""
     for run in repeated_runs(kinds):
         if sum(band.stands for band in found[run.start : run.start + run.period]) > 1:
             turns = range(run.start, run.end, run.period)
@@ -92,7 +92,7 @@ def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
 
 
 def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
-    """[B] the kind of each band. Walls may differ more in size, but those at the ends are of kinds of their own."""
+    """[B] the kind of each band. Walls may differ more in size, but those at the ends are of separate kinds."""
     kinds: list[int] = []
     first: list[int] = []
     """The first band of each kind."""

@@ -1,4 +1,4 @@
-"""Runs of parts that follow each other again and again."""
+"""Runs of repeated parts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 class Repeat(NamedTuple):
-    """Items that come `turns` times in a row."""
+    """Items that are repeated `turns` times."""
 
     start: int
     period: int
@@ -18,14 +18,15 @@ class Repeat(NamedTuple):
 
     @property
     def end(self) -> int:
-        """The place after the run."""
+        """The index after the run."""
         return self.start + self.period * self.turns
 
 
 def repeated_runs(items: Sequence[Hashable]) -> list[Repeat]:
-    """Runs that do not overlap, in their order: the one that saves the most items, and others of as many turns.
+    """Runs that do not overlap, in their order: the one that saves the most items, and others with as many turns.
 
-    A split shares its turns evenly among its repeats, so that runs of different lengths cannot be written side by side.
+    A split divides its room evenly among its repeats, so that repeats with different numbers of turns cannot share a
+    split.
 
     >>> repeated_runs("abcbcbcd"), repeated_runs("abc")
     ([Repeat(start=1, period=2, turns=3)], [])
@@ -39,7 +40,7 @@ def repeated_runs(items: Sequence[Hashable]) -> list[Repeat]:
 
 
 def _beside(column: NDArray[np.int64], start: int, count: int) -> list[Repeat]:
-    """The runs of so many turns in a piece of the items that begins at a place."""
+    """The runs with this number of turns in a range of the items."""
     found = _longest(column, count)
     if found is None:
         return []
@@ -49,7 +50,7 @@ def _beside(column: NDArray[np.int64], start: int, count: int) -> list[Repeat]:
 
 
 def _longest(column: NDArray[np.int64], turns: int = 0) -> Repeat | None:
-    """The run that saves the most items [N], of so many turns if any number is given."""
+    """The run that saves the most items [N], with this number of turns if one is given."""
     best = None
     for period in range(1, len(column) // max(turns, 2) + 1):
         equal = np.concatenate([[0], column[period:] == column[:-period], [0]]).astype(np.int8)

@@ -1,4 +1,4 @@
-"""Which rows repeat, and how often they may: the storeys of a family of facades."""
+"""Storeys of a family of facades: repeated rows, and their possible numbers of turns."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ from grammarlab.facade.writing.structure.kinds import KindSequence
 from grammarlab.facade.writing.structure.repeats import Repeat, repeated_runs
 
 MOST_TIMES = 100
-"""Turns of a run at most."""
+"""Largest number of turns of a run."""
 MOST_CHOICES = 400
-"""Ways to choose all of them at most."""
+"""Largest number of combinations of turns."""
 
 
 class Storeys(NamedTuple):
-    """Runs of rows, and how often each may come."""
+    """Runs of rows, and their numbers of turns."""
 
     runs: tuple[Repeat, ...]
-    """Of the bands of rows, from the bottom up."""
+    """Runs of the bands of rows, from the bottom up."""
     times: tuple[tuple[int, ...], ...]
-    """Each way to choose how often each run comes."""
+    """Each combination of the numbers of turns of all runs."""
     heights: tuple[float, ...]
-    """Metres of the facade for each of these."""
+    """Height of the facade for each of these, metres."""
 
 
 def storeys_of(rows: KindSequence, low: float, high: float) -> Storeys:
-    """The storeys that facades within a range of heights have.
+    """The storeys of facades within a range of heights.
 
-    Runs of equal rows come any number of times; where there are none, the highest row without a door does. All other
-    rows come once, those with doors always.
+    Runs of equal rows have any number of turns; if there are none, the highest row without a door does. All other rows
+    occur once, those with doors always.
 
     Args:
         rows: bands of the facade.
-        low: metres.
-        high: metres.
+        low: least height, metres.
+        high: largest height, metres.
 
     Raises:
-        FacadeError: when no number of rows makes such a height, or too many do.
+        FacadeError: If no number of rows gives such a height, or too many do.
     """
     runs = _runs(rows)
     sizes = [rows.size[kind] for kind in rows.kind]
@@ -51,7 +51,7 @@ def storeys_of(rows: KindSequence, low: float, high: float) -> Storeys:
     for times in most:
         num_ways *= times + 1
     if num_ways > 100 * MOST_CHOICES:
-        raise FacadeError(f"{num_ways:,} ways to choose rows are too many; give a narrower range of heights.")
+        raise FacadeError(f"{num_ways:,} combinations of rows are too many; use a narrower range of heights.")
     found: list[tuple[tuple[int, ...], float]] = []
     for times in product(*(range(count + 1) for count in most)):
         height = fixed + sum(count * size for count, size in zip(times, turn, strict=True))
@@ -60,16 +60,16 @@ def storeys_of(rows: KindSequence, low: float, high: float) -> Storeys:
     if not found:
         steps = ", ".join(f"{size:.3g}" for size in turn) or "nothing"
         raise FacadeError(
-            f"no facade of this family is {low:g} to {high:g} m high: its fixed rows have {fixed:.4g} m, and rows of "
-            f"{steps} m may be added. Give a wider range."
+            f"no facade of this family is {low:g} to {high:g} m high: its fixed rows take {fixed:.4g} m, and rows of "
+            f"{steps} m may be added. Use a wider range."
         )
     if len(found) > MOST_CHOICES:
-        raise FacadeError(f"{len(found)} ways to choose rows are too many; give a narrower range of heights.")
+        raise FacadeError(f"{len(found)} combinations of rows are too many; use a narrower range of heights.")
     return Storeys(runs, tuple(times for times, _ in found), tuple(height for _, height in found))
 
 
 def _runs(rows: KindSequence) -> tuple[Repeat, ...]:
-    """Runs of rows without doors, at first those that the facade has."""
+    """Runs of rows without doors; first those that occur in the facade."""
     found: list[Repeat] = []
     kinds = list(rows.kind)
     while True:
@@ -78,7 +78,7 @@ def _runs(rows: KindSequence) -> tuple[Repeat, ...]:
             break
         run = longest[0]
         found.append(run)
-        # What is in a run is in no other: numbers that do not repeat stand in its place.
+        # The items of a run belong to no other run: unique numbers replace them.
         kinds[run.start : run.end] = range(-1 - run.end, -1 - run.start)
     found = [run for run in found if any(rows.stands[kind] for kind in _turn(rows, run))]
     if found:
@@ -98,5 +98,5 @@ def _turn(rows: KindSequence, run: Repeat) -> tuple[int, ...]:
 
 
 def _is_storey(rows: KindSequence, place: int) -> bool:
-    """Whether a band is neither at the top nor at the bottom, as cornices and bases are."""
+    """Whether a band is neither at the top nor at the bottom, unlike cornices and bases."""
     return 0 < place < len(rows.kind) - 1 or len(rows.kind) == 1

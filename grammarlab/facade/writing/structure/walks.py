@@ -1,8 +1,8 @@
-"""Which columns can follow which, and how likely each is: walks through the kinds of a facade's columns.
+"""Sequences of columns and their probabilities: walks through the kinds of a facade's columns.
 
-A walk begins with the facade's first column and ends with its last; a column follows another as it does in the facade,
-and doors come as often and in the same order. Among walks of one length those are likelier whose steps are more
-frequent in the facade; all lengths are equally likely.
+A walk begins with the facade's first column and ends with its last; it only has transitions that occur in the facade,
+and its doors are as many and in the same order. All lengths are equally likely; among walks of one length, the
+probability grows with the frequencies of the transitions in the facade.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from typing import NamedTuple
 from grammarlab.facade.writing.structure.kinds import KindSequence
 
 LONGEST = 60
-"""Columns of a walk at most."""
+"""Largest number of columns of a walk."""
 
 
 class WalkState(NamedTuple):
-    """A place in a walk."""
+    """A state of a walk."""
 
     kind: int
-    """Of the last column."""
+    """Kind of the last column."""
     doors: int
-    """Door columns so far."""
+    """Number of door columns so far."""
     columns: int
-    """Columns so far."""
+    """Number of columns so far."""
 
 
 class WalkStep(NamedTuple):
-    """A column that may come next."""
+    """A possible next column."""
 
     probability: float
     gap: int
@@ -40,7 +40,7 @@ class WalkStep(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Walks:
-    """All walks of some lengths."""
+    """All walks within a range of widths."""
 
     before: int
     """Kind of the pier before the first column; -1 for none."""
@@ -48,44 +48,44 @@ class Walks:
     """Kind of the pier after the last one; -1 for none."""
     start: WalkState
     steps: dict[WalkState, tuple[WalkStep, ...]]
-    """By state, those that come first in a walk first."""
+    """By state, possible next steps; states in the order of walks."""
     end: dict[WalkState, float]
-    """How likely a walk ends in a state."""
+    """Probability that a walk ends in a state."""
     sizes: dict[int, tuple[float, float]]
-    """Of each number of columns the least and the largest width in metres."""
+    """For each number of columns, the least and the largest width, metres."""
     total: float
-    """How many different walks there are."""
+    """Number of different walks."""
 
 
 class _Move(NamedTuple):
-    """A way on from a kind of column."""
+    """A transition between kinds of columns."""
 
     gap: int
     kind: int
     length: float
-    """Metres of both."""
+    """Width of pier and column, metres."""
 
 
 class _Reach(NamedTuple):
     """The walks from the first column to a state."""
 
     least: float
-    """Metres of the narrowest."""
+    """Width of the narrowest one, metres."""
     most: float
     weight: float
-    """The sum of their products of how often each step is in the facade."""
+    """Sum over walks of the products of their transitions' frequencies in the facade."""
     walks: float
 
 
 def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
-    """The walks whose width is certainly within a range; None where there are none.
+    """The walks whose width is certainly within a range; None if there are none.
 
-    A column follows itself if it does so in the facade, or if there were nothing to choose otherwise.
+    A column follows itself if it does so in the facade, or if there is no choice otherwise.
 
     Args:
-        columns: of the facade.
-        low: metres.
-        high: metres.
+        columns: columns of the facade.
+        low: least width, metres.
+        high: largest width, metres.
     """
     found = _walks(columns, _moves(columns), low, high)
     if found is None or found.total == 1.0:
@@ -94,13 +94,13 @@ def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
 
 
 def narrowest(columns: KindSequence, up_to: float) -> list[float]:
-    """Metres of the narrowest walk of each number of columns, not much longer than a length; for messages."""
+    """Width of the narrowest walk for each number of columns, metres, up to a little above a length; for messages."""
     found = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))
     return [] if found is None else [least for least, _ in found.sizes.values()]
 
 
 def _moves(columns: KindSequence) -> dict[int, Counter[_Move]]:
-    """How often each kind follows each in the facade, with which pier between them."""
+    """Frequency of each transition between kinds in the facade, with the pier between them."""
     found: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.stands[kind]}
     last, gap = -1, -1
     for kind in columns.kind:
@@ -118,7 +118,7 @@ def _move(columns: KindSequence, gap: int, kind: int) -> _Move:
 
 
 def _with_repeats(columns: KindSequence) -> dict[int, Counter[_Move]]:
-    """The same, and every column without a door follows itself, but for one that belongs to an end."""
+    """The same, with a transition from every column without a door to itself, except for those at an end."""
     found = _moves(columns)
     usual = Counter(move.gap for moves in found.values() for move in moves).most_common(1)
     end = columns.kind[0] if not columns.stands[columns.kind[0]] else -1
@@ -153,7 +153,7 @@ def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, 
         return [each for each in following(state) if reached[state].least + each[0].length <= limit]
 
     future: dict[WalkState, float] = {}
-    for state in reversed(reached):  # later states lead to no earlier ones
+    for state in reversed(reached):  # later states never lead to earlier ones
         ends = 1.0 / fits[state].weight if state in fits else 0.0
         future[state] = ends + sum(often * future.get(to, 0.0) for _, often, to in going_on(state))
     steps = {
@@ -182,7 +182,7 @@ _Following = Callable[[WalkState], Iterator[tuple[_Move, int, WalkState]]]
 
 
 def _following(moves: dict[int, Counter[_Move]], doors: list[int], is_door: tuple[bool, ...]) -> _Following:
-    """The moves from a state, how often each is in the facade and where it leads: doors come in their order."""
+    """The transitions from a state, their frequencies in the facade and the next states: doors are in order."""
 
     def following(state: WalkState) -> Iterator[tuple[_Move, int, WalkState]]:
         for move, often in moves[state.kind].items():
@@ -195,7 +195,7 @@ def _following(moves: dict[int, Counter[_Move]], doors: list[int], is_door: tupl
 
 
 def _reached(start: WalkState, following: _Following, first: float, high: float) -> dict[WalkState, _Reach]:
-    """The states that walks of at most this width come to, those of fewer columns first."""
+    """The states of walks of at most this width, those with fewer columns first."""
     reached = layer = {start: _Reach(first, first, 1.0, 1.0)}
     for _ in range(LONGEST):
         after: dict[WalkState, _Reach] = {}

@@ -12,7 +12,7 @@ from grammarlab.evaluation.respondents import EXACT
 from grammarlab.runs.disk.results import Results, adopt_lines, json_kind
 
 STORE = "curves"
-"""Folder of the curves in the folder of a run; with the suffix .jsonl, the file in which earlier versions kept them."""
+"""Folder of the curves in the folder of a run; with the suffix .jsonl, the file of earlier versions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,21 +20,21 @@ class CurveRecord:
     """One finished curve."""
 
     key: str
-    """SHA-256 of everything that decides the curve but the number of labels."""
+    """SHA-256 of all inputs of the curve except the number of labels."""
     scenario: str
     method: str
     seed: int
     max_labels: int
-    """What the curve was made for; it may end before where the pool is used up."""
+    """Requested number of labels; the curve is shorter if the pool is used up."""
     js_original: float
-    """Divergence in nats before anything is learned."""
+    """Divergence before learning, in nats."""
     curve: Curve
     person: str = EXACT.name
-    """How the models were scored: a name of `RESPONDENTS`."""
+    """Error model of the scores: a name of `RESPONDENTS`."""
 
     @property
     def place(self) -> str:
-        """Names the curve among all that were made."""
+        """Name of the curve among all curves."""
         return f"{self.key}-{self.max_labels}"
 
 
@@ -42,8 +42,8 @@ def curves_in(folder: Path, *, fresh: bool = False) -> Results[CurveRecord]:
     """The curves of a folder, by their places.
 
     Args:
-        folder: of a run.
-        fresh: forget what it holds.
+        folder: folder of a run.
+        fresh: remove stored curves first.
     """
     curves, earlier = Results(folder / STORE, _KIND), (folder / STORE).with_suffix(".jsonl")
     if fresh:

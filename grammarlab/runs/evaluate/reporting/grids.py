@@ -20,11 +20,11 @@ from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.scene import triangles
 
 TILE_AREA = 144 * 144
-"""Pixels of the picture of one model."""
+"""Number of pixels of the picture of one model."""
 SIZES = {4: TILE_AREA, 10: TILE_AREA // 5}
-"""Models along each side of a grid, and the pixels of the picture of each."""
+"""Number of models along each side of a grid, and of pixels of the picture of each."""
 QUALITY = 70
-"""Of JPEG files, 1 to 95: the pictures of all scenarios together are to fit in a repository."""
+"""JPEG quality, 1 to 95, such that the pictures of all scenarios fit in a repository."""
 
 
 def draw_grids(
@@ -34,9 +34,9 @@ def draw_grids(
 
     Args:
         scenario: the scenario file.
-        samples: what to draw; a small grid shows the beginning.
-        folder: for the pictures, made when missing.
-        executor: who draws; the pictures do not depend on it.
+        samples: the samples; a small grid shows the first ones.
+        folder: folder for the pictures; created if missing.
+        executor: draws the pictures, which do not depend on it.
 
     Returns:
         ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
@@ -51,7 +51,7 @@ def draw_grids(
     files: dict[int, dict[str, Path]] = {size: {} for size in SIZES}
     for size, area in SIZES.items():
         num = size * size
-        # Drawn together, so that what is to stand side by side has one shape.
+        # Drawn together, so that pictures side by side have one shape.
         tiles = tiles_of(source, samples.before.models[:num] + samples.after.models[:num], area, executor)
         for index, (stage, (sample, heading)) in enumerate(stages.items()):
             captions = [(f"{score:.3g}", "") for score in sample.scores[:num]]
@@ -63,7 +63,7 @@ def draw_grids(
 
 
 def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
-    """Write pixels [height, width, 3] as JPEG, whole or not at all."""
+    """Write pixels [height, width, 3] as JPEG, atomically."""
     with atomic_file(path) as part:
         Image.fromarray(picture).save(part, "JPEG", quality=QUALITY, optimize=True, progressive=True)
 
@@ -74,8 +74,8 @@ def tiles_of(source: Source, models: Sequence[int], area: int, executor: Abstrac
     Args:
         source: the scenario with its grammar.
         models: indices in the labelled set; repeats are drawn once.
-        area: about how many pixels each picture has.
-        executor: who draws; the pictures do not depend on it.
+        area: approximate number of pixels of each picture.
+        executor: draws the pictures, which do not depend on it.
     """
     different = sorted(set(models))
     batch = triangles(

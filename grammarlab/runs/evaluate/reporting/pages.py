@@ -14,22 +14,22 @@ from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.work.executors import AbstractExecutor
 
 COLUMNS = 8
-"""Models of one group."""
+"""Number of models of one group."""
 
 
 def draw_examples(scenario: Path, folder: Path, executor: AbstractExecutor) -> Path:
-    """Draw models of the labelled set for every case of a preference: a row a case, with its score and its meaning.
+    """Draw models of the labelled set for every case of a preference: a row per case, with its score and its meaning.
 
     Args:
         scenario: the scenario file.
-        folder: for the picture, made when missing.
-        executor: who draws; the picture does not depend on it.
+        folder: folder for the picture; created if missing.
+        executor: draws the picture, which does not depend on it.
 
     Returns:
         ``F1-scores.jpg``.
 
     Raises:
-        GrammarlabError: as the scenario and its grammar give reason to.
+        GrammarlabError: If the scenario or its grammar has an error.
     """
     source = load_source(scenario)
     groups = [group for group in models_for_scores(source, COLUMNS) if group.models]
@@ -47,7 +47,7 @@ def _draw(source: Source, groups: list[LikedModels], executor: AbstractExecutor)
     for group in groups:
         empty = COLUMNS - len(group.models)
         cells += [*(next(drawn) for _ in group.models), *[blank] * empty]
-        # Once a row, where it has room: below one picture a long meaning would be cut.
+        # Once per row, which has room for it: below one picture a long meaning would be cut.
         captions += [(f"{group.score:g}   {group.means}", "")] + [("", "")] * (COLUMNS - 1)
     heading = (f"{source.scenario.name}: models and their scores", source.scenario.title)
     return draw_page(lay_out(len(cells), COLUMNS, tiles.width, tiles.height), cells, captions, heading)

@@ -25,19 +25,19 @@ For each scenario: divergence against labels, the median over seeds and a band f
 models of the labelled set for each score, as in appendix A of the paper; samples of the density before learning and
 after all labels of one simulated person, each above its true score, as in appendix B.
 """
-"""What a page says before pictures of samples."""
+"""Text of a page before pictures of samples."""
 
 
 def draw_results(results: Sequence[ScenarioResults], folder: Path) -> dict[str, Section]:
     """Draw the curves of each scenario.
 
     Args:
-        results: of some scenarios and persons.
-        folder: for the pictures.
+        results: results of some scenarios and persons.
+        folder: folder for the pictures.
 
     Returns:
-        By `ScenarioResults.name`, a line a method; where there is one method only, one picture for all persons, a
-        line each, under the name of the first.
+        By `ScenarioResults.name`, with one line per method; with only one method, one picture for all persons, with a
+        line for each, under the name of the first.
     """
     one_method = len({record.method for item in results for record in item.records}) == 1
     shown: dict[str, list[ScenarioResults]] = {}
@@ -68,9 +68,9 @@ def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]],
     """Draw an experiment.
 
     Args:
-        figure: what it shows.
+        figure: the experiment.
         lines: the runs of each of its curves.
-        folder: for the picture.
+        folder: folder for the picture.
     """
     series = [Series(curve.label, records) for curve, records in zip(figure.curves, lines, strict=True)]
     png, *_ = draw_curves(folder / f"figure-{figure.name}", figure.title, series)
@@ -80,25 +80,25 @@ def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]],
 
 @dataclass(frozen=True, slots=True)
 class SamplePictures:
-    """Pictures of what a scenario's person likes, and of samples before and after learning it."""
+    """Pictures of liked models of a scenario, and of samples before and after learning."""
 
     scenario: Path
     examples: Path
     """Models with their true scores."""
     grids: dict[int, dict[str, Path]]
-    """By models along each side, and then by stage: ``before`` and ``after``."""
+    """By number of models along each side, and then by stage: ``before`` and ``after``."""
 
 
 def draw_samples(
     samples: Mapping[Path, BeforeAfter], folder: Path, executor: AbstractExecutor, on_progress: Progress
 ) -> dict[Path, SamplePictures]:
-    """Draw what scenarios like, and samples before and after learning it.
+    """Draw liked models of scenarios, and samples before and after learning.
 
     Args:
-        samples: by scenario file.
-        folder: for the pictures, made when missing.
-        executor: who draws; the pictures do not depend on it.
-        on_progress: told about every finished scenario.
+        samples: samples by scenario file.
+        folder: folder for the pictures; created if missing.
+        executor: draws the pictures, which do not depend on it.
+        on_progress: called after every finished scenario.
 
     Returns:
         The pictures, by scenario file.
@@ -121,12 +121,12 @@ def _draw_samples(folder: Path, executor: AbstractExecutor, item: tuple[Path, Be
 
 
 def with_samples(section: Section, record: CurveRecord, pictures: SamplePictures) -> Section:
-    """The part of a scenario with samples below its curves.
+    """The part of a scenario, with samples below its curves.
 
     Args:
         section: the curves.
-        record: the curve that the samples belong to.
-        pictures: of the samples.
+        record: the curve of the samples.
+        pictures: pictures of the samples.
     """
     smallest, *larger = sorted(pictures.grids)
     titles = {

@@ -1,4 +1,4 @@
-"""Pictures of learning curves, PNG and SVG, in colours that colour-blind people tell apart."""
+"""Pictures of learning curves, PNG and SVG, in colours that colour-blind people can distinguish."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from grammarlab.runs.evaluate.disk.store import CurveRecord
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette, the strongest first; each line also has a dash pattern of its own.
+# Okabe and Ito's palette, the strongest first; each line also has its own dash pattern.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 DASHES = ("-", "--", "-.", ":")
 FLOOR = 1e-4
-"""Nats: lower divergences are drawn here, since the axis is logarithmic."""
+"""Lowest drawn divergence, in nats, since the axis is logarithmic; lower ones are drawn here."""
 BAND = (0.1, 0.9)
-"""The band around a median lies between these quantiles over the runs."""
+"""Quantiles over the runs at the ends of the band around a median."""
 SUFFIXES = (".png", ".svg")
 TITLE_WIDTH = 68
-"""Characters of a line above a picture."""
+"""Largest number of characters of a line above a picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Series:
 
     label: str
     records: tuple[CurveRecord, ...]
-    """The runs, one a seed; at least one."""
+    """The runs, one per seed; at least one."""
 
 
 def draw_curves(
@@ -46,17 +46,17 @@ def draw_curves(
     """Draw divergence against labels: the median over runs and a band between two quantiles.
 
     Args:
-        path: without a suffix; its folder is made when missing.
-        title: what stands above.
+        path: path without a suffix; its folder is created if missing.
+        title: text above the picture.
         series: at least one.
-        close: the divergence that is wanted, drawn as a level line.
-        labels: what stands below the axis that counts them.
+        close: target divergence, drawn as a horizontal line.
+        labels: text below the axis of labels.
 
     Returns:
         The files, one for each of `SUFFIXES`.
 
     Raises:
-        UsageError: matplotlib is not installed.
+        UsageError: If matplotlib is not installed.
     """
     figure = _figure()
     axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""Tables of learning curves: Parquet for programs, Markdown for people, beside what the paper reports."""
+"""Tables of learning curves: Parquet for programs, Markdown for people, with the paper's results."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PAGE = "results.md"
 
 
 def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
-    """Write all rounds of all curves as Parquet, one row a round.
+    """Write all rounds of all curves as Parquet, one row per round.
 
     Columns: scenario, person, method, seed, labels, js and js_original (nats), correlation, liked.
     """
@@ -53,15 +53,15 @@ def write_page(
     """Write everything as one Markdown page.
 
     Args:
-        path: of the page; pictures are linked relative to it.
-        results: in the order of the page.
-        pictures: what stands below all tables, in order.
-        command: the command that writes the page again.
+        path: path of the page; pictures are linked relative to it.
+        results: results in the order of the page.
+        pictures: sections below all tables, in order.
+        command: the command that writes the page.
         sections: Markdown to put below the tables.
     """
     parts = [
         "# Results\n",
-        f"Written by `{command}`; never edited by hand.\n",
+        f"Written by `{command}`. Run the command again instead of editing this page.\n",
         _original_table(results),
         by_person(results),
         _labels_table(results),
@@ -92,8 +92,9 @@ def _original_table(results: Sequence[ScenarioResults]) -> str:
     ]
     return (
         "## The tasks\n\n"
-        "Jensen-Shannon divergence in nats between the wanted density and the grammar as it is.\n\n"
-        + table(("scenario", "what is liked", "original", "paper", "difference"), rows)
+        "*original*: the Jensen-Shannon divergence in nats between the target density and the original grammar; "
+        "*paper*: the same in the paper.\n\n"
+        + table(("scenario", "liked models", "original", "paper", "difference"), rows)
     )
 
 
@@ -127,10 +128,12 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
     head += ("last JS", "correlation", "labels asked")
     return (
         "## Labels\n\n"
-        f"Labels until the divergence is at most {CLOSE:g} nats (or the scenario's target, where it has another): "
-        "median over seeds (lowest–highest), and of how many seeds. *First* counts to the first round that is as "
-        "close, *stays* to the round from which on none is further away. The last columns are medians after all "
-        "labels.\n\n" + table(head, rows) + "".join(f"\n{note}\n" for note in notes)
+        f"Number of labels until the divergence is at most {CLOSE:g} nats, or at most the scenario's own target: "
+        "median over seeds (lowest–highest; seeds that reach it/all seeds). *first* counts to the first round that "
+        "reaches this limit, *stays* to the round from which all rounds keep it. *target*, *aim* and *paper* are "
+        "numbers of labels. *last JS* and *correlation* are medians after all labels.\n\n"
+        + table(head, rows)
+        + "".join(f"\n{note}\n" for note in notes)
     )
 
 
@@ -140,7 +143,7 @@ def _target(target: ScenarioGoal, labels: int | None) -> str:
 
 
 def _first_liked(item: ScenarioResults, method: str, records: Sequence[CurveRecord]) -> str:
-    """What a row means that does not count all labels."""
+    """A note on a row that does not count all labels."""
     before = summarize([record.curve.labels_before_first_liked() for record in records])
     return (
         f"{item.name}, {method}: *first* and *stays* count from the first liked model on, with all labels of the "

@@ -16,7 +16,7 @@ from grammarlab.runs.evaluate.disk.store import CurveRecord
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResults:
-    """The curves of one scenario and one way to score models."""
+    """The curves of one scenario and one error model."""
 
     scenario: Scenario
     records: tuple[CurveRecord, ...]
@@ -26,25 +26,25 @@ class ScenarioResults:
 
     @property
     def js_original(self) -> float:
-        """Divergence in nats before anything is learned: the median over seeds."""
+        """Divergence before learning, in nats: the median over seeds."""
         return float(np.median([record.js_original for record in self.records]))
 
     @property
     def person(self) -> str:
-        """How the models were scored: a name of `RESPONDENTS`."""
+        """Error model of the scores: a name of `RESPONDENTS`."""
         return self.records[0].person
 
     @property
     def name(self) -> str:
-        """Names the results among all: that of the scenario where the person is exact, else ``F1.sd10``."""
+        """Name of the results among all: that of the scenario for exact persons, otherwise such as ``F1.sd10``."""
         return self.scenario.name if self.person == EXACT.name else f"{self.scenario.name}.{self.person}"
 
     def by_method(self) -> dict[str, tuple[CurveRecord, ...]]:
-        """The curves of each method, one a seed."""
+        """The curves of each method, one per seed."""
         names = dict.fromkeys(record.method for record in self.records)
         return {name: tuple(record for record in self.records if record.method == name) for name in names}
 
     def counted(self, records: Sequence[CurveRecord]) -> list[Curve]:
-        """Curves of the scenario, their labels counted from where its target counts them."""
+        """Curves of the scenario, with labels counted from the start that its target defines."""
         later = self.scenario.target.since == "first liked"
         return [record.curve.since_first_liked() if later else record.curve for record in records]

@@ -16,7 +16,7 @@ class ReportPicture:
 
     file: Path
     title: str
-    """What it shows; stands above it where it has neighbours."""
+    """Title; printed above the picture if it has neighbours."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,13 +27,13 @@ class Section:
     rows: tuple[tuple[ReportPicture, ...], ...]
     """Pictures side by side, row by row."""
     remark: str = ""
-    """What stands below them."""
+    """Text below the pictures."""
     linked: tuple[ReportPicture, ...] = ()
-    """Pictures that are too large to be shown."""
+    """Pictures that are too large for the page."""
 
 
 def markdown(section: Section, folder: Path) -> str:
-    """A part of a page that lies in a folder."""
+    """A part of a page in a folder."""
     parts = [f"## {section.title}", *(_row(row, folder) for row in section.rows)]
     links = [f"[{picture.title}]({_link(picture, folder)})" for picture in section.linked]
     below = " ".join(filter(None, [section.remark, f"Larger: {', '.join(links)}." if links else ""]))
@@ -41,7 +41,7 @@ def markdown(section: Section, folder: Path) -> str:
 
 
 def copied_beside(section: Section, page: Path) -> Section:
-    """The part with copies of its pictures, in a folder beside a page and of the page's name."""
+    """The part with copies of its pictures, in a folder next to a page, with the name of the page."""
     rows = tuple(tuple(_copied(picture, page.with_suffix("")) for picture in row) for row in section.rows)
     return replace(section, rows=rows, linked=tuple(_copied(other, page.with_suffix("")) for other in section.linked))
 

@@ -1,4 +1,4 @@
-"""What a page needs to draw facades: numbers as columns in buffers, everything else as JSON."""
+"""Drawing data of facades for a page: numbers as columns in buffers, other values as JSON."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from grammarlab.runs.serving.windows import Message
 
 
 def drawing(facade: Facade) -> tuple[Message, bytes]:
-    """How to draw a facade.
+    """Drawing data of a facade.
 
     Returns:
-        label: [L] of each leaf, index into `colors`; -1 for none.
-        picture: [L] index, -1 for none.
-        outlines: of those leaves that have one: its place among leaves, and its corners as parts of its box.
-        And as bytes [L, 8] doubles: left, bottom, width and height in metres, left, bottom, right and top of the part
-        of its picture.
+        label: [L] index of each leaf into `colors`; -1 for none.
+        picture: [L] index of each leaf's picture, -1 for none.
+        outlines: for each leaf with an outline: its index among leaves, and its corners as fractions of its box.
+        And as bytes [L, 8] doubles: left, bottom, width and height in metres, left, bottom, right and top of its part
+        of the picture.
     """
     leaves = facade.leaves
     counts = np.diff(facade.outline_offsets)[leaves]
@@ -35,10 +35,10 @@ def drawing(facade: Facade) -> tuple[Message, bytes]:
 
 
 def colors(facade: Facade) -> list[str]:
-    """The color of each label, and last that of what has none."""
+    """The color of each label, with that of unlabelled leaves last."""
     return [look_of(label).color for label in (*facade.labels, "")]
 
 
 def boxes(facade: Facade) -> np.ndarray:
-    """[N, 4] left, bottom, width and height of all nodes, in metres from the lower left of the facade."""
+    """[N, 4] left, bottom, width and height of all nodes, metres, from the lower left corner of the facade."""
     return np.hstack([facade.position - facade.position[0], facade.size])

@@ -31,17 +31,17 @@ from grammarlab.runs.serving.windows import Message, Send
 
 MOST_SUGGESTIONS = 60
 MOST_EXPLAINED = 2_000
-"""Leaves of a facade for which contradictions are explained while something is dragged; that takes up to a second."""
-LATER = "These sizes contradict what is locked, aligned or alike: let go to hear what."
+"""Largest number of leaves for which contradictions are explained during a drag; that takes up to a second."""
+LATER = "These sizes contradict locks, alignments or equal sizes: release to see which."
 
 
 def run(desk: EditorDesk, message: object, buffers: Sequence[bytes], window: Send) -> None:
-    """Does what a window asks for, and answers; `message` may be anything at all."""
+    """Executes the request of a window, and answers it; `message` may be any value."""
     answered(COMMANDS, desk, message, buffers, window)
 
 
 def _drag(desk: EditorDesk, request: Request) -> None:
-    """Sizes while a side or a part is dragged: nothing is kept, nor shown where wishes contradict each other."""
+    """Sizes during a drag of a side or a part: nothing is stored, and contradictory sizes are not shown."""
     if "node" in request.values:
         wished, sizing = _moved(desk, request)
         wishes = wished.wishes(wished.facade.width, wished.facade.height)
@@ -57,7 +57,7 @@ def _drag(desk: EditorDesk, request: Request) -> None:
 
 
 def _skip(_desk: EditorDesk, _request: Request) -> Message:
-    """The answer to a drag that a later one has overtaken."""
+    """The answer to a drag that a later one has replaced."""
     return {"skipped": True}
 
 
@@ -246,4 +246,4 @@ COMMANDS: dict[str, Callable[[EditorDesk, Request], Message | None]] = {
     "export": _export,
     "picture": _picture,
 }
-"""What each command does; those without a result answer by themselves."""
+"""Functions of commands; those without a result send the answer themselves."""

@@ -1,4 +1,4 @@
-"""What is on a person's desk: the document with its history, the active grid, variations to choose from, its file."""
+"""State of an editing session: document and history, active grid, variations to choose from, file."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from grammarlab.runs.facade.editor.suggestions import Suggestions, suggest
 
 @dataclass
 class EditorDesk:
-    """Where everything lies; commands change it, and count up `revision` when they do."""
+    """The state; commands change it and then increment `revision`."""
 
     title: str
     target: Path
-    """The file that it is saved to."""
+    """The file to save to."""
     history: History[Document]
     first: Document
-    """As it was opened."""
+    """The document when it was opened."""
     saved: Document | None
-    """What is in the target; None for what is not ours to say."""
+    """Content of the target; None if it is unknown."""
     revision: int = 0
     chosen: str = ""
-    """Name of the grid that was chosen last; it may be gone."""
+    """Name of the last chosen grid, which may not exist any more."""
     suggestions: Suggestions | None = None
     _sizing: tuple[Document, int, Sizing] | None = None
     _exported: dict[str, Path] = field(default_factory=dict)
-    """By format."""
+    """Exported files by format."""
 
     @classmethod
     def of(cls, facade: Facade, file: Path, target: Path, locks: tuple[Wish, ...] = ()) -> EditorDesk:
@@ -46,37 +46,37 @@ class EditorDesk:
 
     @property
     def document(self) -> Document:
-        """As it is now."""
+        """The current document."""
         return self.history.present
 
     @property
     def active(self) -> str:
-        """Name of the active grid: the chosen one, else that of most elements; empty when there is none."""
+        """Name of the active grid: the chosen one, else the one with most elements; empty if there is none."""
         grids = {grid.name: len(grid.node) for grid in self.document.facade.grids}
         return self.chosen if self.chosen in grids else max(grids, key=lambda name: grids[name], default="")
 
     @property
     def is_saved(self) -> bool:
-        """Whether the target holds the facade as it is now."""
+        """Whether the target holds the current facade."""
         return self.saved is self.document
 
     @property
     def is_lost(self) -> bool:
-        """Whether no file holds the facade as it is now."""
+        """Whether no file holds the current facade."""
         return not self.is_saved and self.document is not self.first
 
     def do(self, words: str, document: Document) -> None:
-        """A step that can be undone."""
+        """Performs a step that can be undone."""
         self.history.do(words, document)
         self.revision += 1
 
     def regrid(self, words: str, facade: Facade, chosen: str | None = None) -> None:
-        """A step that only changes grids."""
+        """Performs a step that only changes grids."""
         self.chosen = self.active if chosen is None else chosen
         self.do(words, replace(self.document, facade=facade))
 
     def step(self, take: Callable[[], str]) -> str:
-        """Undo or redo, and its words."""
+        """Undoes or redoes a step; returns its description."""
         words = take()
         self.revision += 1
         return words
@@ -87,11 +87,11 @@ class EditorDesk:
         self.revision += 1
 
     def sizing(self, wished: Document, node: int = -1) -> Sizing:
-        """The programme of the document with the locks of another one, prepared once while something is dragged.
+        """The programme of the document with the locks of another one, prepared once per drag.
 
         Args:
-            wished: the document itself, or with locks that differ in metres from call to call.
-            node: whose locks these are.
+            wished: the document itself, or one with locks that differ only in metres from call to call.
+            node: node of these locks.
         """
         if self._sizing is None or self._sizing[0] is not self.document or self._sizing[1] != node:
             self._sizing = (self.document, node, wished.sizing())
@@ -101,7 +101,7 @@ class EditorDesk:
         """Variations of the active grid.
 
         Raises:
-            UsageError: when there is none.
+            UsageError: If there is none.
         """
         if not self.active:
             raise UsageError("There is no grid: draw a rectangle around some windows to make one.")
@@ -109,17 +109,17 @@ class EditorDesk:
         return self.suggestions
 
     def save(self) -> None:
-        """On disk when it returns, whole or not at all."""
+        """Saves the document atomically."""
         document = self.document
         save_facade(document.facade, self.target, document.locks)
         self.saved = document
         self.revision += 1
 
     def export(self, kind: str) -> Path:
-        """A file of another kind beside the target; only what was exported before is replaced.
+        """A file of another kind beside the target; only previous exports are replaced.
 
         Raises:
-            UsageError: for an unknown kind.
+            UsageError: If the kind is unknown.
         """
         if kind not in FORMATS:
             raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {kind!r}.")
@@ -128,5 +128,5 @@ class EditorDesk:
         return self._exported[kind]
 
     def rescue(self) -> Path:
-        """Writes what is not saved into a new file beside the target."""
+        """Saves unsaved changes to a new file beside the target."""
         return save_facade(self.document.facade, unused_path(self.target, f".unsaved{SUFFIX}"), self.document.locks)

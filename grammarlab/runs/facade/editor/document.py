@@ -1,4 +1,4 @@
-"""What a person edits: a facade, the sizes that it would like to have, and those that are locked."""
+"""The edited document: a facade, target sizes, and locks."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from grammarlab.facade.variations.single import Variation
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """One state of what is edited; every change makes another one."""
+    """One state of the document; every change returns a new one."""
 
     facade: Facade
     origin: LineOrigin
-    """From which deviations count: sizes before any side was dragged, so that a side dragged back undoes it."""
+    """Origin of deviations: the sizes before any side was dragged, so that dragging it back undoes the change."""
     locks: tuple[Wish, ...] = ()
-    """What stays, each at most once per node."""
+    """Locks, each at most once per node."""
 
     def sizing(self) -> Sizing:
-        """Ready to be solved for any metres of these locks and of the whole."""
+        """The programme, prepared for any metres of these locks and of the whole."""
         return prepare(self.facade, self.wishes(self.facade.width, self.facade.height), self.origin)
 
     def wishes(self, width: float, height: float) -> tuple[Wish, ...]:
-        """What a facade of that size has to fulfil."""
+        """The wishes for a facade of that size."""
         return (Size(0, X, width), Size(0, Y, height), *self.locks)
 
     def settled(self, resized: Resized) -> Document:
-        """The facade with sizes that were solved for.
+        """The facade with solved sizes.
 
         Raises:
-            FacadeError: when wishes contradict each other: which.
+            FacadeError: If wishes contradict each other; with the wishes.
         """
         if resized.conflict:
             raise FacadeError(contradiction(resized.conflict))
@@ -46,36 +46,36 @@ class Document:
 
 
 def opened(facade: Facade, locks: tuple[Wish, ...] = ()) -> Document:
-    """A facade as it is in its file; grids are proposed where it has none."""
+    """The facade of a file; if it has no grids, they are proposed."""
     facade = facade if facade.grids else with_proposals(facade)
     return Document(facade, LineOrigin(facade.position, facade.size, facade.size[0]), locks)
 
 
 def is_possible(sizing: Sizing, wishes: Sequence[Wish]) -> bool:
-    """Whether wishes do not contradict each other; sooner known than why they do."""
+    """Whether wishes do not contradict each other, without an explanation, which would take longer."""
     return all(model.program.solve(model.wanted(wishes)) is not None for model in sizing.models)
 
 
 def contradiction(conflict: Sequence[str]) -> str:
-    """Wishes that contradict each other as a sentence."""
+    """Contradictory wishes as a sentence."""
     return f"These cannot all be met: {'; '.join(conflict)}."
 
 
 def locked(document: Document, node: int, what: str) -> Document:
-    """What one of `locks.KINDS` says of a node stays as it is from now on."""
+    """The document with the current value of a property in `locks.KINDS` locked for a node."""
     return with_locks(document, node, {what: _value(document.facade, node, what)})
 
 
 def unlocked(document: Document, node: int, what: str) -> Document:
-    """A node without this lock."""
+    """The document without this lock of a node."""
     return replace(document, locks=tuple(lock for lock in document.locks if (lock.node, kind_of(lock)) != (node, what)))
 
 
 def with_locks(document: Document, node: int, values: Mapping[str, float]) -> Document:
-    """A node with these locks; sizes are not solved for.
+    """The document with these locks of a node; sizes are not solved for.
 
     Raises:
-        FacadeError: for what no node can have.
+        FacadeError: If no node can have such a value.
     """
     for what, value in values.items():
         document = unlocked(document, node, what)
@@ -85,19 +85,19 @@ def with_locks(document: Document, node: int, values: Mapping[str, float]) -> Do
 
 
 def arranged(document: Document, node: int, values: Mapping[str, float]) -> Document:
-    """A node that is so large, or lies there, and stays so; the facade as large as before.
+    """The document with a size or position of a node set and locked; the size of the facade is preserved.
 
     Raises:
-        FacadeError: when that contradicts other locks, or what is alike and aligned: which.
+        FacadeError: If that contradicts other locks, alignments or equal sizes; with the contradiction.
     """
     wished = with_locks(document, node, values)
     return wished.settled(wished.sizing().resized(wished.wishes(document.facade.width, document.facade.height)))
 
 
 def varied(document: Document, variation: Variation, along: int) -> tuple[Document, Resized]:
-    """The document of a variation, as long along one axis as that makes it, and how its sizes were solved for."""
+    """The document of a variation, with the resulting length along one axis, and the solution of its sizes."""
     size = document.facade.size[0]
-    # Where it comes from is the facade as it is now: a column copies what a person sees.
+    # Its origin is the current facade: a column copies the visible one.
     origin = LineOrigin(document.facade.position[variation.source], variation.wanted, size)
     made = Document(variation.facade, origin, inherited(document.locks, variation))
     wishes = (Size(0, 1 - along, float(size[1 - along])), *made.locks)

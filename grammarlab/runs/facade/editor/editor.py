@@ -13,28 +13,28 @@ from grammarlab.runs.facade.editor.state import state_of
 from grammarlab.runs.serving.desktop import Desktop
 
 MOST_LEAVES = 20_000
-"""Of a facade that is edited by hand."""
+"""Largest number of leaves of a facade on the page."""
 
 
 class Editor(Desktop[EditorDesk]):
-    """A facade that windows edit together; see `grammarlab.runs.facade.editor.commands` for what they may ask for."""
+    """A facade edited by several windows; `grammarlab.runs.facade.editor.commands` has their requests."""
 
     def __init__(self, file: Path, output: Path | None = None) -> None:
         """Opens the file of a facade.
 
         Args:
             file: read only, unless it is also the output.
-            output: where it is saved; a new file in the current folder when left out.
+            output: file to save to; a new file in the current folder when left out.
 
         Raises:
-            FacadeError: when the file is not a facade, or too large to be edited by hand.
-            UsageError: when the output is not the name of such a file.
+            FacadeError: If the file is not a facade, or too large for the page.
+            UsageError: If the output is not a valid file name.
         """
         facade, locks = load_locked(file)
         if len(facade.leaves) > MOST_LEAVES:
             raise FacadeError(
                 f"{file.name}: {len(facade.leaves):,} leaves; expected at most {MOST_LEAVES:,} on the page. "
-                "grammarlab facade edit takes larger ones."
+                "grammarlab facade edit supports larger ones."
             )
         target = checked_target(output) if output else unused_path(Path(f"{stem_of(file)}.edited.json"), SUFFIX)
         super().__init__(EditorDesk.of(facade, file, target, locks), run, state_of)

@@ -1,4 +1,4 @@
-"""Facades as files of other kinds, beside the one that is edited."""
+"""Exports of facades to other formats, beside the edited file."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ SUFFIX = ".facade.json"
 
 
 def export(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
-    """Write a facade as what the ending of the path says.
+    """Write a facade in the format of the path's suffix.
 
     Raises:
-        FacadeError: when it cannot be written as that.
+        FacadeError: If it cannot be written in that format.
     """
     if path.suffix == ".json":
         return save_facade(facade, path, locks)
@@ -31,7 +31,7 @@ def export(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
 
 
 def stem_of(path: Path) -> str:
-    """The name of a file of a facade or a design without what says that it is one.
+    """The name of a file of a facade or a design without its suffixes.
 
     >>> stem_of(Path("house.facade.json")), stem_of(Path("house.json")), stem_of(Path("house.toml"))
     ('house', 'house', 'house')
@@ -40,7 +40,7 @@ def stem_of(path: Path) -> str:
 
 
 def unused_path(path: Path, suffix: str) -> Path:
-    """A path that ends so, in the same folder, with a number if there is a file of that name."""
+    """An unused path with this suffix in the same folder, numbered if needed."""
     stem, number = stem_of(path), 1
     while (found := path.with_name(f"{stem}{f'-{number}' if number > 1 else ''}{suffix}")).exists():
         number += 1
@@ -48,13 +48,13 @@ def unused_path(path: Path, suffix: str) -> Path:
 
 
 def checked_target(path: Path, ending: str = ".json") -> Path:
-    """A path that a facade, or what else ends so, can be saved to.
+    """A path to which a facade, or another file with this suffix, can be saved.
 
     Raises:
-        UsageError: when its folder is missing, or it does not end so.
+        UsageError: If its folder is missing, or it has another suffix.
     """
     if path.suffix.lower() != ending:
         raise UsageError(f"{path}: expected the name of a file that ends in {ending}.")
     if not path.parent.is_dir():
-        raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; make it first.")
+        raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; create it first.")
     return path

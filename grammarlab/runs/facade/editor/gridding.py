@@ -1,4 +1,4 @@
-"""Grids of a facade by hand: what a click and a lasso mean, and names."""
+"""Manual editing of grids: the nodes of a click and a lasso, and names."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from grammarlab.facade.tree import Facade, Ints
 
 
 def pressed(facade: Facade, grid: str, node: int) -> int:
-    """Which node a press on a leaf means for a grid.
+    """The node selected by a press on a leaf, for a grid.
 
-    The element of the grid that holds it; else the topmost node around it that is called like an element and holds
-    none of the others; else the leaf.
+    It is the element of the grid that contains the leaf; otherwise the topmost node around it that has the label of an
+    element and contains none of the others; otherwise the leaf.
 
     Raises:
-        FacadeError: for a node that the facade lacks.
+        FacadeError: If the facade has no such node.
     """
     if not 0 <= node < len(facade):
         raise FacadeError(f"Node {node}: expected 0 to {len(facade) - 1}.")
@@ -39,29 +39,29 @@ def pressed(facade: Facade, grid: str, node: int) -> int:
 
 
 def with_pressed(facade: Facade, grid: str, node: int) -> Facade:
-    """A facade after a press on a leaf: what it means is in the grid if it was not, and the other way round."""
+    """A facade after a press on a leaf: the selected node is added to the grid, or removed from it."""
     return toggled(facade, grid, [pressed(facade, grid, node)])
 
 
 def with_lasso(facade: Facade, low: ArrayLike, high: ArrayLike) -> tuple[Facade, str]:
-    """A facade with a new grid of what lies in a rectangle, and the name of the grid.
+    """A facade with a new grid of the elements in a rectangle, and the name of the grid.
 
     Raises:
-        FacadeError: when nothing but background lies wholly in it.
+        FacadeError: If only background is entirely inside it.
     """
     nodes = lasso(facade, low, high)
     if not nodes.size:
-        raise FacadeError("Nothing lies wholly in this rectangle: draw it around windows, doors or other elements.")
+        raise FacadeError("No element is inside this rectangle: draw it around windows, doors or other elements.")
     names = {facade.name_of(node) for node in nodes.tolist()}
     name = unused(names.pop() if len(names) == 1 else "grid", [grid.name for grid in facade.grids])
     return with_grid(facade, name, nodes), name
 
 
 def renamed(facade: Facade, name: str, to: str) -> Facade:
-    """A facade with a grid of another name.
+    """A facade with a renamed grid.
 
     Raises:
-        FacadeError: for no name, and for that of another grid.
+        FacadeError: If the name is empty, or another grid has it.
     """
     grid, to = grid_of(facade, name), to.strip()
     if not to or to in {other.name for other in facade.grids if other is not grid}:
@@ -70,7 +70,7 @@ def renamed(facade: Facade, name: str, to: str) -> Facade:
 
 
 def _around(facade: Facade, node: int) -> Ints:
-    """The nodes that hold a node, and itself, the topmost first."""
+    """The ancestors of a node, and itself, the topmost first."""
     found = [node]
     while facade.parent[found[-1]] >= 0:
         found.append(int(facade.parent[found[-1]]))

@@ -1,4 +1,4 @@
-"""Steps that can be undone and done again."""
+"""Steps that can be undone and redone."""
 
 from __future__ import annotations
 
@@ -6,33 +6,33 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 Document = TypeVar("Document")
-"""What is edited; every change makes another one."""
+"""The edited value; every change makes another one."""
 MOST = 500
-"""Steps that are kept."""
+"""Largest number of stored steps."""
 
 
 @dataclass
 class History(Generic[Document]):
-    """States of a document, one after the other."""
+    """States of a document in order."""
 
     present: Document
     past: list[tuple[str, Document]] = field(default_factory=list)
-    """What was done next, in words, and the state before that."""
+    """Description of each step, and the state before it."""
     future: list[tuple[str, Document]] = field(default_factory=list)
-    """What was undone, the last first, and the state after it."""
+    """Description of each undone step, the last one first, and the state after it."""
 
     def do(self, words: str, document: Document) -> None:
-        """A step; what was undone before is gone."""
+        """Performs a step; undone steps are discarded."""
         self.past = [*self.past, (words, self.present)][-MOST:]
         self.future = []
         self.present = document
 
     def undo(self) -> str:
-        """One step back; the words of what was undone, empty when there was nothing."""
+        """Undoes a step; returns its description, or an empty text if there is none."""
         return self._step(self.past, self.future)
 
     def redo(self) -> str:
-        """One step forward; the words of what was done again, empty when there was nothing."""
+        """Redoes a step; returns its description, or an empty text if there is none."""
         return self._step(self.future, self.past)
 
     def _step(self, source: list[tuple[str, Document]], target: list[tuple[str, Document]]) -> str:

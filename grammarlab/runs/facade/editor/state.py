@@ -1,4 +1,4 @@
-"""What windows are told of a desk."""
+"""State of a desk for windows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PROTOCOL = 1
 
 
 def state_of(desk: EditorDesk) -> tuple[Message, tuple[bytes, bytes]]:
-    """Everything that the page shows, but the pictures.
+    """The whole state of the page, except pictures.
 
     The buffers are the columns of `columns.drawing`, and left, bottom, width and height of all nodes [N, 4].
     """

@@ -15,55 +15,55 @@ from grammarlab.facade.variations.single import vary
 from grammarlab.runs.facade.editor.document import Document, varied
 
 _WORK = 400_000
-"""Leaves of all variations: some seconds."""
+"""Largest number of leaves of all variations: some seconds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A variation whose sizes have been solved for."""
+    """A variation with solved sizes."""
 
     document: Document
     words: str
     resized: Resized
     missing: tuple[str, ...]
-    """What it could not do."""
+    """Parts of the edit that were not possible."""
 
     @property
     def is_flawed(self) -> bool:
-        """Whether something of it contradicts something, or is not there."""
+        """Whether it has contradictions or missing parts."""
         return bool(self.missing or self.resized.conflict)
 
 
 @dataclass(frozen=True, eq=False)
 class Suggestions:
-    """What one column or row more or less leads to."""
+    """Results of adding or removing one column or row."""
 
     of: Document
     found: tuple[Suggestion, ...]
-    """The best and most different first, flawed ones last."""
+    """The best and most different ones first, flawed ones last."""
     total: int
-    """How many different ones there are."""
+    """Number of different ones."""
     discarded: tuple[str, ...]
-    """What is not possible, and why."""
+    """Impossible edits, with reasons."""
 
 
 def suggest(document: Document, grid: str, axis: int, *, more: bool, most: int) -> Suggestions:
-    """Variations of a grid and of those that go with it.
+    """Variations of a grid and of those that follow it.
 
     Args:
-        document: what is varied.
+        document: the document to vary.
         grid: name of the active grid.
         axis: X for columns, Y for rows.
-        more: one more, or else one fewer.
-        most: how many.
+        more: whether to add a column or row; otherwise one is removed.
+        most: largest number of results.
 
     Raises:
-        FacadeError: when the facade is too large to try all, or has no such grid.
+        FacadeError: If the facade is too large to try all, or has no such grid.
     """
     facade = document.facade
     grid_of(facade, grid)
     if not affordable(facade, grid, axis, _WORK):
-        raise FacadeError("The facade is too large for all variations of this grid to be tried; choose a smaller grid.")
+        raise FacadeError("The facade is too large to try all variations of this grid; choose a smaller grid.")
     also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, axis))))
     tried = vary(facade, grid, axis, also=also, insertions=more, removals=not more)
     kind = kinds(facade)
@@ -80,7 +80,7 @@ def suggest(document: Document, grid: str, axis: int, *, more: bool, most: int) 
 
 
 def none_found(suggestions: Suggestions, grid: str, axis: int, *, more: bool) -> str:
-    """Why there is nothing to choose from; empty when there is."""
+    """Reason why there is nothing to choose from; empty if there is something."""
     if suggestions.found:
         return ""
     name = "column" if axis == X else "row"
@@ -89,5 +89,5 @@ def none_found(suggestions: Suggestions, grid: str, axis: int, *, more: bool) ->
 
 
 def _words(steps: tuple[str, ...]) -> str:
-    """The steps without the names of the grids, which are those that the person chose."""
+    """The steps without the names of the grids, which the person chose."""
     return "; ".join(step.rpartition(": ")[2] for step in steps).capitalize()

@@ -1,1 +1,1 @@
-"""A page to correct what was found in an example: lines between units, labels, walls; and to try what comes of it."""
+"""The page for correcting the analysis of an example: lines between units, labels, walls; and for trial results."""

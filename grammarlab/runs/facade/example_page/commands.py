@@ -16,16 +16,16 @@ from grammarlab.runs.serving.windows import Message, Send
 
 PROTOCOL = 1
 MOST_TRIED = 60
-"""Rows or columns of a building that is tried on the page; the command makes more."""
+"""Largest number of rows or columns of a building on the page; the command has no such limit."""
 
 
 def run(desk: ExampleDesk, message: object, buffers: Sequence[bytes], window: Send) -> None:
-    """Does what a window asks for, and answers; `message` may be anything at all."""
+    """Executes the request of a window, and answers it; `message` may be any value."""
     answered(COMMANDS, desk, message, buffers, window)
 
 
 def state_of(desk: ExampleDesk) -> tuple[Message, Sequence[bytes]]:
-    """Everything that the page shows, but the pictures."""
+    """The whole state of the page, except pictures."""
     kept = {wall["name"]: wall for wall in desk.document["walls"]}
     walls = []
     for region, first in zip(desk.found.regions, desk.first["walls"], strict=True):
@@ -90,7 +90,7 @@ def _join(desk: ExampleDesk, request: Request) -> Message:
 def _exclude(desk: ExampleDesk, request: Request) -> Message:
     wall = request.text("wall")
     if wall == desk.found.main.name:
-        raise UsageError("The main wall stays: rows and columns are asked for it.")
+        raise UsageError("The main wall cannot be excluded: its rows and columns are those of the result.")
     desk.do(f"exclude {wall}", edits.excluded(desk.document, wall))
     return {}
 

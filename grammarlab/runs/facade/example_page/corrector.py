@@ -1,4 +1,4 @@
-"""Correcting an example with the windows that show it."""
+"""Session for the correction of an example by several windows."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from grammarlab.runs.serving.desktop import Desktop
 
 
 class Corrector(Desktop[ExampleDesk]):
-    """An example that windows correct together; see `grammarlab.runs.facade.example_page.commands`."""
+    """An example corrected by several windows; see `grammarlab.runs.facade.example_page.commands`."""
 
     def __init__(self, file: Path, output: Path | None = None) -> None:
         """Opens the mesh of a building.
 
         Args:
             file: read only.
-            output: where corrections are saved; `NAME.example.json` in the current folder when left out. Corrections
-                that are there are gone on with.
+            output: where corrections are saved; `NAME.example.json` in the current folder when left out. Existing
+                corrections are loaded.
 
         Raises:
-            FacadeError: when the file cannot be read or nothing is found on it.
+            FacadeError: If the file cannot be read or has no units.
         """
         super().__init__(ExampleDesk.of(file, output or Path(f"{file.stem}.example.json")), run, state_of)

@@ -1,4 +1,4 @@
-"""An example on a person's desk: what was found in it, with corrections that can be undone, its file, and results."""
+"""State of a correction session: the analysis of an example, corrections that can be undone, file, and results."""
 
 from __future__ import annotations
 
@@ -26,29 +26,29 @@ from grammarlab.runs.facade.synthesis.built import Built, build
 
 @dataclass
 class ExampleDesk:
-    """Where everything lies; commands change it, and count up `revision` when they do."""
+    """The state; commands change it and then increment `revision`."""
 
     file: Path
-    """The mesh."""
+    """Path of the mesh."""
     target: Path
-    """Where corrections are saved."""
+    """File to save corrections to."""
     found: Example
-    """As it was found."""
+    """The example from the analysis."""
     first: Document
     """The same as a document."""
     history: History[Document]
     saved: Document | None = None
-    """What is in the target; None for what is not ours to say."""
+    """Content of the target; None if it is unknown."""
     revision: int = 0
     names: list[str] = field(default_factory=list)
-    """Labels, in the order in which they first came: so that they keep their colors."""
+    """Labels in order of first occurrence, so that their colors do not change."""
 
     @classmethod
     def of(cls, file: Path, target: Path) -> ExampleDesk:
-        """A desk with the building of a file, and its corrections where they are there already.
+        """A desk with the building of a file, and its saved corrections, if any.
 
         Raises:
-            FacadeError: when it cannot be read, or nothing is found on it, or the target is of another example.
+            FacadeError: If the file cannot be read, or has no units, or the target belongs to another example.
         """
         found = analyse(read_mesh(file))
         first = json.loads(dumps(found))
@@ -59,7 +59,7 @@ class ExampleDesk:
 
     @property
     def document(self) -> Document:
-        """As it is now."""
+        """The current document."""
         return self.history.present
 
     @property
@@ -68,37 +68,37 @@ class ExampleDesk:
 
     @property
     def is_lost(self) -> bool:
-        """Whether no file holds the corrections as they are now."""
+        """Whether no file holds the current corrections."""
         return not self.is_saved and self.document is not self.first
 
     @property
     def example(self) -> Example:
-        """The example with the corrections."""
+        """The corrected example."""
         return with_corrections(self.found, self.document)
 
     @cached_property
     def picture(self) -> Image.Image:
-        """Of the building."""
+        """Picture of the building."""
         return building_picture(self.found.surface, self.found.mesh.colors)
 
     def do(self, words: str, document: Document) -> None:
-        """A step that can be undone.
+        """Performs a step that can be undone.
 
         Raises:
-            FacadeError: when the example cannot be so; says why.
+            FacadeError: If the example does not allow it; with the reason.
         """
         with_corrections(self.found, document)
         self.history.do(words, document)
         self.revision += 1
 
     def step(self, *, forward: bool) -> str:
-        """Undo or redo, and its words."""
+        """Undoes or redoes a step; returns its description."""
         words = self.history.redo() if forward else self.history.undo()
         self.revision += 1
         return words
 
     def label_names(self) -> list[str]:
-        """All labels that ever came."""
+        """All labels that have occurred so far."""
         for wall in self.document["walls"]:
             for name in (each for row in wall["labels"] for each in row):
                 if name not in self.names:
@@ -106,7 +106,7 @@ class ExampleDesk:
         return self.names
 
     def save(self) -> None:
-        """On disk when it returns, whole or not at all."""
+        """Saves the corrections atomically."""
         document = self.document
         self.target.parent.mkdir(parents=True, exist_ok=True)
         write_text(self.target, dumps(self.example))
@@ -114,16 +114,16 @@ class ExampleDesk:
         self.revision += 1
 
     def rescue(self) -> Path:
-        """Writes what is not saved into a new file beside the target."""
+        """Saves unsaved changes to a new file beside the target."""
         for number in range(1, 1_000):
             path = self.target.with_name(f"{self.target.stem}.unsaved{number}.json")
             if not path.exists():
                 write_text(path, dumps(self.example))
                 return path
-        raise FacadeError(f"{self.target.parent} is full of files with what was not saved.")
+        raise FacadeError(f"{self.target.parent} has too many files of unsaved changes: delete some.")
 
     def tried(self, rows: int, columns: int, seed: int) -> tuple[Built, Image.Image]:
-        """A new building after the corrected example, and a picture: example, labels, new labels, new building."""
+        """A new building from the corrected example, and a picture: example, labels, new labels, new building."""
         example = replace(self.example, notes=())
         stock = stock_of([example])
         main = synthesize(stock.grids, rows, columns, seed=seed)[0]

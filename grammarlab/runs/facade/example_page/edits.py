@@ -1,4 +1,4 @@
-"""Corrections of an example, one step at a time, on the document of its file; every function gives another document."""
+"""Corrections of an example on the document of its file, one step at a time; every function returns a new document."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from grammarlab.errors import UsageError
 from grammarlab.facade.examples.analysis.example import MOST_LINES
 
 Document = dict[str, Any]
-"""What `grammarlab.facade.examples.analysis.correction` reads and writes."""
+"""Document of `grammarlab.facade.examples.analysis.correction`."""
 Wall = dict[str, Any]
 
 
 def relabelled(document: Document, wall: str, cells: tuple[int, int, int, int], name: str) -> Document:
-    """Units in a rectangle of cells get another label.
+    """The document with another label for units in a rectangle of cells.
 
     Args:
-        document: as it is.
-        wall: its name.
+        document: the document.
+        wall: name of the wall.
         cells: first row, first column, last row and last column, from 0 at the lower left.
-        name: of the label, which may be new.
+        name: the label, which may be new.
     """
 
     def change(found: Wall) -> Wall:
@@ -37,11 +37,11 @@ def relabelled(document: Document, wall: str, cells: tuple[int, int, int, int], 
 
 
 def merged(document: Document, wall: str, name: str, into: str) -> Document:
-    """All units of one label get another."""
+    """The document with all units of one label relabelled."""
 
     def change(found: Wall) -> Wall:
         if not any(name in row for row in found["labels"]):
-            raise UsageError(f"{wall}: no unit is called {name!r}.")
+            raise UsageError(f"{wall}: unknown label {name!r}.")
         label = _checked(into)
         return {**found, "labels": [[label if each == name else each for each in row] for row in found["labels"]]}
 
@@ -49,7 +49,7 @@ def merged(document: Document, wall: str, name: str, into: str) -> Document:
 
 
 def moved(document: Document, wall: str, axis: str, index: int, at: float) -> Document:
-    """A line between units, or a border, somewhere else: metres; it stays between its neighbours."""
+    """The document with a line between units, or a border, moved to a coordinate, metres, between its neighbours."""
 
     def change(found: Wall) -> Wall:
         lines = list(found[_lines(axis)])
@@ -60,13 +60,13 @@ def moved(document: Document, wall: str, axis: str, index: int, at: float) -> Do
 
 
 def split(document: Document, wall: str, axis: str, at: float) -> Document:
-    """One more line: both parts of the row, or column, that it cuts keep their labels."""
+    """The document with one more line: both parts of the divided row or column keep their labels."""
 
     def change(found: Wall) -> Wall:
         lines, labels = list(found[_lines(axis)]), np.array(found["labels"], dtype=object)
         place = int(np.searchsorted(lines, at)) - 1
         if not 0 <= place < len(lines) - 1:
-            raise UsageError(f"{wall}: expected a place between {lines[0]:g} and {lines[-1]:g} m.")
+            raise UsageError(f"{wall}: expected a position between {lines[0]:g} and {lines[-1]:g} m.")
         if len(lines) > MOST_LINES:
             raise UsageError(f"{wall}: at most {MOST_LINES} {axis} are possible.")
         lines.insert(place + 1, at)
@@ -77,13 +77,13 @@ def split(document: Document, wall: str, axis: str, at: float) -> Document:
 
 
 def joined(document: Document, wall: str, axis: str, index: int) -> Document:
-    """One line less: rows, or columns, beside it become one with the labels of the first; a border takes its own."""
+    """The document with one line less: adjacent rows, or columns, are merged with the labels of the first one."""
 
     def change(found: Wall) -> Wall:
         lines, labels = list(found[_lines(axis)]), np.array(found["labels"], dtype=object)
         place = _known(index, len(lines))
         if len(lines) < 3:
-            raise UsageError(f"{wall}: one of its {axis} is left; exclude the wall instead.")
+            raise UsageError(f"{wall}: only one of its {axis} is left; exclude the wall instead.")
         del lines[place]
         gone = min(place, labels.shape[_axis(axis)] - 1)
         return {**found, _lines(axis): lines, "labels": np.delete(labels, gone, axis=_axis(axis)).tolist()}
@@ -92,17 +92,17 @@ def joined(document: Document, wall: str, axis: str, index: int) -> Document:
 
 
 def excluded(document: Document, wall: str) -> Document:
-    """A wall less: it is stretched with the rest."""
+    """The document without a wall: it is stretched with the rest."""
     _changed(document, wall, lambda found: found)
     return {**document, "walls": [each for each in document["walls"] if each["name"] != wall]}
 
 
 def included(document: Document, first: Document, wall: str) -> Document:
-    """A wall that was excluded, as it was found."""
+    """The document with an excluded wall restored from the analysis."""
     kept = {each["name"]: each for each in document["walls"]}
     walls = [kept.get(each["name"], each) for each in first["walls"] if each["name"] in {*kept, wall}]
     if len(walls) == len(kept):
-        raise UsageError(f"there is no other wall {wall!r}.")
+        raise UsageError(f"unknown excluded wall {wall!r}.")
     return {**document, "walls": walls}
 
 

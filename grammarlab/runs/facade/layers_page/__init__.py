@@ -1,1 +1,1 @@
-"""A page on which a person sees a design of layers follow its canvas, switches its parts and edits its text."""
+"""The page for a design of layers: dragging its canvas, switching its parts and editing its text."""

@@ -17,12 +17,12 @@ _AXES = ("x", "y")
 
 
 def run(desk: DesignDesk, message: object, buffers: Sequence[bytes], window: Send) -> None:
-    """Does what a window asks for, and answers; `message` may be anything at all."""
+    """Executes the request of a window, and answers it; `message` may be any value."""
     answered(COMMANDS, desk, message, buffers, window)
 
 
 def _drag(desk: DesignDesk, request: Request) -> None:
-    """Layouts while a side is dragged: nothing is kept; none where the canvas cannot be met, and why."""
+    """Layouts during a drag of a side: nothing is stored; if the canvas has none, the reason."""
     canvas = _canvas(request)
     found, error = desk.drag(canvas)
     layouts, buffers = layouts_of(found)
@@ -31,7 +31,7 @@ def _drag(desk: DesignDesk, request: Request) -> None:
 
 
 def _skip(_desk: DesignDesk, _request: Request) -> Message:
-    """The answer to a drag that a later one has overtaken."""
+    """The answer to a drag that a later one has replaced."""
     return {"skipped": True}
 
 
@@ -144,4 +144,4 @@ COMMANDS: dict[str, Callable[[DesignDesk, Request], Message | None]] = {
     "save": _save,
     "export": _export,
 }
-"""What each command does; those without a result answer by themselves."""
+"""Functions of commands; those without a result send the answer themselves."""

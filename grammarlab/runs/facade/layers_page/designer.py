@@ -1,4 +1,4 @@
-"""A design of layers on a page, and what a browser gets of it."""
+"""A session on a design of layers, and the page of it."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from grammarlab.runs.facade.layers_page.state import state_of
 from grammarlab.runs.serving.desktop import Desktop
 from grammarlab.runs.serving.server import built_page
 
-# Characters of a text may be written as six.
+# JSON may need six characters for one of the text.
 PAGE = built_page(__file__, "grammarlab facade open", max_bytes=6 * MOST_BYTES)
 
 
 class Designer(Desktop[DesignDesk]):
-    """A design that windows work on together; see `grammarlab.runs.facade.layers_page.commands`."""
+    """A design edited by several windows; see `grammarlab.runs.facade.layers_page.commands`."""
 
     def __init__(self, file: Path, output: Path | None = None) -> None:
-        """Opens a design, and begins to lay it out.
+        """Opens a design, and starts to lay it out.
 
         Args:
             file: read only, unless it is also the output.
-            output: where it is saved; a new file in the current folder when left out.
+            output: file to save to; a new file in the current folder when left out.
 
         Raises:
-            LanguageError: what is wrong with the design, with line and column.
-            UsageError: when the output is not the name of such a file.
+            LanguageError: If the design has a mistake; with line and column.
+            UsageError: If the output is not a valid file name.
         """
         load_design(file)
         text = file.read_text(encoding="utf-8-sig")
@@ -49,7 +49,7 @@ class Designer(Desktop[DesignDesk]):
         self.post(desk.begin)
 
     def close(self) -> None:
-        """Ends it, after all that was asked for before."""
+        """Ends it after all previous requests."""
         self._solver.close()
         super().close()
 

@@ -1,4 +1,4 @@
-"""What is on a person's desk: the text of a design with its history, the layouts that are shown, its file."""
+"""State of a design session: text and history, visible layouts, file."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from grammarlab.runs.facade.layers_page.text import same_but_canvas, with_canvas
 
 SUFFIX = ".toml"
 COUNT = 5
-"""Layouts that stand beside each other."""
+"""Number of layouts side by side."""
 _KNOWN, _OUTCOMES = 40, 200
-"""Layouts that may follow a canvas, and canvases whose layouts are remembered."""
+"""Largest number of layouts that are adapted to a canvas, and of canvases whose layouts are cached."""
 _EDIT = "edit the text"
 
 Canvas = tuple[float, float]
@@ -44,127 +44,127 @@ class ShownLayouts:
 
 @dataclass(frozen=True, eq=False)
 class Waiting:
-    """A canvas that is wished for, and that no known layout follows to."""
+    """A requested canvas to which no known layout can be adapted."""
 
     canvas: Canvas
     answer: Callable[[str], None]
-    """Gets why it cannot be, or nothing when it has been done."""
+    """Receives the reason why it is impossible, or an empty text when it is done."""
 
 
 @dataclass
 class DesignDesk:
-    """Where everything lies; commands change it, and count up `revision` when they do."""
+    """The state; commands change it and then increment `revision`."""
 
     title: str
     target: Path
-    """The file that it is saved to."""
+    """The file to save to."""
     history: History[str]
-    """Of texts, each of which is a design."""
+    """History of texts, each of which is a valid design."""
     first: str
-    """As it was opened."""
+    """The text when it was opened."""
     saved: str | None
-    """What is in the target; None for what is not ours to say."""
+    """Content of the target; None if it is unknown."""
     want: Callable[[Job], None] = lambda _: None
-    """Has layouts solved for, the latest wish first; outcomes are given to `solved`."""
+    """Requests layouts, the latest job first; outcomes are given to `solved`."""
     tell_better: Callable[[], None] = lambda: None
-    """Says that more is known about a canvas on the way."""
+    """Notifies windows of more data on a dragged canvas."""
     shown: ShownLayouts | None = None
-    """The last good layouts."""
+    """The last valid layouts."""
     chosen: Key | None = None
-    """The layout that was chosen; None for the best."""
+    """Key of the chosen layout; None for the best."""
     conflict: str = ""
-    """Why the design as it is has no layouts."""
+    """Reason why the current design has no layouts."""
     draft: str | None = None
-    """Text with mistakes that a person is at."""
+    """Text with mistakes that a person is editing."""
     mistakes: tuple[Finding, ...] = ()
     revision: int = 0
     _design: tuple[str, Design] | None = None
     _known: list[Layout] = field(default_factory=list)
-    """Of the design, for any canvas, the latest first."""
+    """Layouts of the design, for any canvas, the latest first."""
     _outcomes: dict[Canvas, SolverOutcome] = field(default_factory=dict)
-    """Of the design."""
+    """Outcomes for the design, by canvas."""
     _wished: tuple[Canvas, tuple[int, ...]] | None = None
     _waiting: Waiting | None = None
     _exported: dict[str, Path] = field(default_factory=dict)
-    """By format."""
+    """Exported files by format."""
 
     @property
     def text(self) -> str:
-        """Of the design as it is now."""
+        """Text of the current design."""
         return self.history.present
 
     @property
     def design(self) -> Design:
-        """As it is now."""
+        """The current design."""
         if self._design is None or self._design[0] != self.text:
             self._design = self.text, parse_design(self.text)
         return self._design[1]
 
     @property
     def canvas(self) -> Canvas:
-        """As it is now."""
+        """The current canvas."""
         return self.design.width, self.design.height
 
     @property
     def is_saved(self) -> bool:
-        """Whether the target holds the text as it is now."""
+        """Whether the target holds the current text."""
         return self.draft is None and self.saved == self.text
 
     @property
     def is_lost(self) -> bool:
-        """Whether no file holds the text as it is now."""
+        """Whether no file holds the current text."""
         return not self.is_saved and (self.draft is not None or self.text != self.first)
 
     @property
     def is_solving(self) -> bool:
-        """Whether better layouts may come."""
+        """Whether better layouts are possible."""
         return not _is_complete(self._outcomes.get(self.canvas))
 
     @property
     def current(self) -> SolvedLayout:
-        """The layout that is shown large.
+        """The layout in the large view.
 
         Raises:
-            UsageError: when there is none yet.
+            UsageError: If there is none yet.
         """
         if self.shown is None:
             raise UsageError(self.conflict or "There is no layout yet.")
         return self.shown.found[self.chosen_of(self.shown.found)]
 
     def chosen_of(self, found: Sequence[SolvedLayout]) -> int:
-        """Which of some layouts is the chosen one, else the best."""
+        """Index of the chosen layout among some, or of the best one."""
         keys = [key_of(each.layout) for each in found]
         return keys.index(self.chosen) if self.chosen in keys else 0
 
     def begin(self) -> None:
-        """Solves for the first layouts."""
+        """Requests the first layouts."""
         self._wish(self.canvas, 1, COUNT)
 
     def do(self, words: str, text: str) -> None:
-        """A step that can be undone.
+        """Performs a step that can be undone.
 
         Raises:
-            LanguageError: for a text that is not a design.
+            LanguageError: If a text is not a design.
         """
         parse_design(text)
         before = self.design
         self.draft, self.mistakes = None, ()
         past = self.history.past
         if words == _EDIT and past and past[-1][0] == _EDIT and not self.history.future:
-            self.history.present = text  # one text after the other is one step
+            self.history.present = text  # consecutive texts are one step
         elif text != self.text:
             self.history.do(words, text)
         self._changed(before)
 
     def step(self, take: Callable[[], str]) -> str:
-        """Undo or redo, and its words."""
+        """Undoes or redoes a step; returns its description."""
         before, words = self.design, take()
         self.draft, self.mistakes = None, ()
         self._changed(before)
         return words
 
     def edit(self, text: str) -> None:
-        """What a person has typed; a text with mistakes changes nothing else."""
+        """Sets the typed text; a text with mistakes changes nothing else."""
         try:
             self.do(_EDIT, text)
         except LanguageError as error:
@@ -172,9 +172,9 @@ class DesignDesk:
             self.revision += 1
 
     def drag(self, canvas: Canvas) -> tuple[list[SolvedLayout], str]:
-        """The layouts that follow to a canvas best, or why there are none; nothing is kept.
+        """The layouts that are best adapted to a canvas, or the reason why there are none; nothing is stored.
 
-        Better ones are looked for meanwhile.
+        Better ones are requested at the same time.
         """
         if self._waiting is None:
             self._wish(canvas, *((1, COUNT) if canvas == self.canvas else (1,)))
@@ -183,7 +183,7 @@ class DesignDesk:
         return found, "" if found or outcome is None else outcome.error
 
     def resize(self, canvas: Canvas, answer: Callable[[str], None]) -> None:
-        """Another canvas, at once where a known layout follows to it, else once it is solved."""
+        """Sets another canvas, at once if a known layout can be adapted to it, otherwise once it is solved."""
         self._drop_waiting()
         found, error = self.drag(canvas)
         if found:
@@ -194,14 +194,14 @@ class DesignDesk:
             self._waiting = Waiting(canvas, answer)
 
     def choose(self, number: int) -> None:
-        """Shows one of the layouts."""
+        """Selects one of the layouts."""
         if self.shown is None or not 0 <= number < len(self.shown.found):
-            raise UsageError("These layouts are gone; choose from the new ones.")
+            raise UsageError("These layouts are out of date; choose from the new ones.")
         self.chosen = key_of(self.shown.found[number].layout)
         self.revision += 1
 
     def solved(self, outcome: SolverOutcome) -> None:
-        """Takes what the solver has found; of a design that is gone nothing is kept."""
+        """Takes an outcome of the solver; outcomes of earlier designs are dropped."""
         job, canvas = outcome.job, (outcome.job.width, outcome.job.height)
         if not same_but_canvas(job.design, self.design):
             return
@@ -221,23 +221,23 @@ class DesignDesk:
             self.tell_better()
 
     def save(self) -> None:
-        """On disk when it returns, whole or not at all.
+        """Saves the text atomically.
 
         Raises:
-            UsageError: when what was typed last has mistakes: such a file could not be opened again.
+            UsageError: If the last typed text has mistakes, since such a file could not be opened again.
         """
         if self.draft is not None:
-            raise UsageError(f"Mend the text before it is saved: {self.mistakes[0].message}.")
+            raise UsageError(f"Correct the text before saving it: {self.mistakes[0].message}.")
         text = self.text
         write_text(self.target, text)
         self.saved = text
         self.revision += 1
 
     def export(self, kind: str) -> Path:
-        """The layout that is shown as a file beside the target; only what was exported before is replaced.
+        """The visible layout as a file beside the target; only previous exports are replaced.
 
         Raises:
-            UsageError: for an unknown kind.
+            UsageError: If the kind is unknown.
         """
         if kind not in FORMATS:
             raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {kind!r}.")
@@ -251,7 +251,7 @@ class DesignDesk:
         return path
 
     def rescue(self) -> Path:
-        """Writes what is not saved into a new file beside the target."""
+        """Saves unsaved changes to a new file beside the target."""
         path = unused_path(self.target, f".unsaved{SUFFIX}")
         write_text(path, self.text if self.draft is None else self.draft)
         return path
@@ -261,7 +261,7 @@ class DesignDesk:
         self.do(f"{width:.2f} × {height:.2f} m", with_canvas(self.text, width, height))
 
     def _changed(self, before: Design) -> None:
-        """Another text: its layouts are shown as far as they are known, and solved for."""
+        """Handles another text: known layouts of it are shown, and new ones requested."""
         self._drop_waiting()
         if not same_but_canvas(before, self.design):
             self._known, self._outcomes, self._wished, self.chosen = [], {}, None, None
@@ -270,7 +270,7 @@ class DesignDesk:
         self.revision += 1
 
     def _show(self) -> None:
-        """The best that is known of the design as it is; else the last good ones stay."""
+        """Shows the best known layouts of the current design; if there are none, the last valid ones stay."""
         found = self._followed(self.canvas)
         if found:
             self.shown = ShownLayouts(self.design, self.canvas, tuple(found))
@@ -278,7 +278,7 @@ class DesignDesk:
         self.conflict = "" if found or outcome is None else outcome.error
 
     def _followed(self, canvas: Canvas) -> list[SolvedLayout]:
-        """Layouts of a canvas: those that were solved for, then the latest others that follow."""
+        """Layouts of a canvas: solved ones, then the latest others that can be adapted."""
         outcome, design = self._outcomes.get(canvas), self.design
         solved = list(outcome.layouts) if outcome else []
         keys = {key_of(each) for each in solved}
@@ -299,9 +299,9 @@ class DesignDesk:
     def _drop_waiting(self) -> None:
         if self._waiting is not None:
             waiting, self._waiting = self._waiting, None
-            waiting.answer("Something else was done meanwhile.")
+            waiting.answer("Another change came first.")
 
 
 def _is_complete(outcome: SolverOutcome | None) -> bool:
-    """Whether nothing better may come."""
+    """Whether no better layouts are possible."""
     return outcome is not None and (outcome.count >= COUNT or not outcome.layouts)

@@ -1,4 +1,4 @@
-"""Layouts that follow a canvas while it is dragged: what is aligned stays, only sizes are solved for."""
+"""Layouts adapted to a dragged canvas: alignments are kept, only sizes are solved for."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from grammarlab.facade.layers.words import STRETCH
 from grammarlab.runs.facade.layers import SolvedLayout
 
 Key = tuple[object, ...]
-"""What a layout is called by, whatever the canvas."""
+"""Key of a layout, independent of the canvas."""
 
 
 def key_of(layout: Layout) -> Key:
-    """Equal for layouts of a design that differ in nothing but sizes."""
+    """A key that is equal for layouts of a design that differ only in sizes."""
     return tuple((group, each.words, each.cells) for group, each in layout.alignments.items())
 
 
 def followed(design: Design, known: Sequence[Layout], width: float, height: float) -> list[Layout]:
-    """Known layouts on another canvas, those of least energy first; without those that would be stretched too far.
+    """Known layouts on another canvas, those of least energy first; without those with too much stretching.
 
-    Nothing says that there is no better layout, so that none is proven.
+    Better layouts are possible, so none is proven.
 
     Args:
-        design: what the layouts are of.
-        known: for canvases of any size.
+        design: the design of the layouts.
+        known: layouts for canvases of any size.
         width: metres.
         height: metres.
     """
@@ -47,13 +47,13 @@ def followed(design: Design, known: Sequence[Layout], width: float, height: floa
 
 
 def shown(design: Design, layout: Layout, width: float, height: float) -> SolvedLayout:
-    """What a layout shows on its canvas."""
+    """A layout with its panels on its canvas."""
     start = time.perf_counter()
     panels = panels_of(design, layout, width, height)
     return SolvedLayout(design, layout, panels, flattened(panels), time.perf_counter() - start)
 
 
 def _close(design: Design, sizes: Mapping[str, float]) -> bool:
-    """Whether no symbol is more than `STRETCH` times as large, or as small, as it would like to be."""
+    """Whether no symbol is more than `STRETCH` times larger or smaller than its preferred size."""
     wished = {name: design.symbols[name].size for name in sizes}
     return all(size is None or size / STRETCH <= sizes[name] <= size * STRETCH for name, size in wished.items())

@@ -1,4 +1,4 @@
-"""Layouts that are solved for beside what windows ask: one at a time, and always the latest that is wished for."""
+"""A solver in the background: one job at a time, always the latest request."""
 
 from __future__ import annotations
 
@@ -15,43 +15,43 @@ from grammarlab.facade.layers.layouts import layouts
 from grammarlab.facade.layers.solving import Layout
 
 _PATIENCE = 0.4
-"""Seconds that the best layout of a canvas is waited for while others are wished for already."""
+"""Time that the best layout of a canvas may take while other requests wait, seconds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """A design that is to be laid out."""
+    """A design to lay out."""
 
     design: Design
     width: float
-    """Metres."""
+    """Width of the canvas, metres."""
     height: float
-    """Metres."""
+    """Height of the canvas, metres."""
     counts: tuple[int, ...]
-    """Layouts at most, one time after the other, ascending."""
+    """Largest numbers of layouts of consecutive solutions, ascending."""
 
 
 @dataclass(frozen=True, eq=False)
 class SolverOutcome:
-    """What became of a job."""
+    """Result of a job."""
 
     job: Job
     count: int
-    """Layouts at most."""
+    """Largest number of layouts."""
     layouts: tuple[Layout, ...]
-    """Best first; empty when there are none."""
+    """Layouts, best first; empty if there are none."""
     error: str
-    """Why there are none, else empty."""
+    """Reason why there are none, else empty."""
 
 
 class Solver:
-    """A thread that solves."""
+    """A thread that solves jobs."""
 
     def __init__(self, done: Callable[[SolverOutcome], None]) -> None:
-        """Begins.
+        """Starts the thread.
 
         Args:
-            done: gets each outcome, on the solver's thread.
+            done: receives each outcome, on the solver's thread.
         """
         self._done = done
         self._changed = Condition()
@@ -60,13 +60,13 @@ class Solver:
         Thread(target=self._run, daemon=True).start()
 
     def want(self, job: Job) -> None:
-        """Solves this next; what was wanted before is left out, unless it is almost done."""
+        """Requests a job as the next one; earlier requests are dropped, unless one is almost done."""
         with self._changed:
             self._wanted = job
             self._changed.notify()
 
     def close(self) -> None:
-        """Begins nothing more."""
+        """Starts no further jobs."""
         with self._changed:
             self._ended = True
             self._changed.notify()
@@ -93,11 +93,11 @@ class Solver:
 
 
 def outcome(job: Job, count: int, stop: Callable[[], bool] = lambda: False) -> SolverOutcome:
-    """Solves now; what it finds after `stop` said so may be anything."""
+    """Solves a job; after `stop` returned true, the result is arbitrary."""
     try:
         return SolverOutcome(job, count, tuple(layouts(job.design, job.width, job.height, count, stop=stop)), "")
     except GrammarlabError as error:
         return SolverOutcome(job, count, (), str(error))
-    except Exception as error:  # a mistake of ours must not end the solver
+    except Exception as error:  # an internal error must not end the solver
         traceback.print_exc()
         return SolverOutcome(job, count, (), f"unexpected {type(error).__name__}: {error}. Please report it.")

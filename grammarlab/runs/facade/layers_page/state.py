@@ -1,4 +1,4 @@
-"""What windows are told of a desk."""
+"""State of a desk for windows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PROTOCOL = 1
 
 
 def state_of(desk: DesignDesk) -> tuple[Message, tuple[bytes, ...]]:
-    """Everything that the page shows.
+    """The whole state of the page.
 
     The buffers are the columns of `columns.drawing`, one for each layout.
     """

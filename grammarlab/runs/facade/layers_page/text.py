@@ -1,4 +1,4 @@
-"""Changes of a design as changes of its text; comments, order and spaces stay as they are."""
+"""Changes of a design as changes of its text; comments, order and spaces are preserved."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _AXES = "xy"
 
 
 def with_canvas(text: str, width: float, height: float) -> str:
-    """The text of a design for another canvas, metres."""
+    """The text of a design with another canvas, metres."""
 
     def change(table: Any) -> None:
         for name, value in (("width", width), ("height", height)):
@@ -28,12 +28,12 @@ def with_canvas(text: str, width: float, height: float) -> str:
 
 
 def with_switch(text: str, layer: int, *, on: bool) -> str:
-    """With a layer switched on or off."""
+    """The text with a layer switched on or off."""
     return _changed(text, lambda table: _set(table["layers"][layer], "on", on))
 
 
 def with_flag(text: str, symbol: str, flag: str, *, value: bool) -> str:
-    """With a flag of a symbol."""
+    """The text with a flag of a symbol set."""
 
     def change(table: Any) -> None:
         found = table["symbols"][symbol]
@@ -46,7 +46,7 @@ def with_flag(text: str, symbol: str, flag: str, *, value: bool) -> str:
 
 
 def with_mask(text: str, layer: int, axis: int, seen: Sequence[str] | None) -> str:
-    """With symbols of a layer that are seen along an axis; None for all."""
+    """The text with a mask of visible symbols of a layer along an axis; None for all."""
 
     def change(table: Any) -> None:
         own = table["layers"][layer]
@@ -62,7 +62,7 @@ def with_mask(text: str, layer: int, axis: int, seen: Sequence[str] | None) -> s
 
 
 def same_but_canvas(one: Design, other: Design) -> bool:
-    """Whether designs differ in nothing but the size of their canvas."""
+    """Whether designs differ only in the size of their canvas."""
     return replace(one, width=other.width, height=other.height) == other
 
 
@@ -70,7 +70,7 @@ def _changed(text: str, change: Callable[[Any], None]) -> str:
     """A text after a change of its tables.
 
     Raises:
-        LanguageError: when it would no longer be a design.
+        LanguageError: If the result is not a design.
     """
     table = tomlkit.parse(text)
     change(table)
@@ -86,7 +86,7 @@ def _inline(values: dict[str, Any]) -> Item:
 
 
 def _set(table: Any, name: str, value: Any) -> None:
-    """Puts a value in place of another one, or after the last one; the comment of its line stays."""
+    """Replaces or appends a value; the comment of its line is preserved."""
     old = table.get(name)
     made = value if isinstance(value, Item) else tomlkit.item(value)
     if isinstance(old, Item):

@@ -1,1 +1,1 @@
-"""A page of the elements of a scan: what was matched, and what a person says about it."""
+"""The page for the elements of a scan: their match, and corrections."""

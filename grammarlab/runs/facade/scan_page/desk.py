@@ -1,4 +1,4 @@
-"""Elements, their match, and what a person has said so far."""
+"""State of a matching session: elements, match and corrections."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ from grammarlab.runs.facade.match import match_elements
 
 PROTOCOL = 1
 MOST_SHOWN = 1_000
-"""Elements of a page."""
+"""Largest number of elements on the page."""
 _POINTS = 120
-"""Of an element that are drawn."""
+"""Largest number of points drawn per element."""
 _GREY = "#888888"
 
 
 class ScanDesk:
-    """What windows work on together; used on one thread."""
+    """State shared by several windows; used on one thread."""
 
     def __init__(
         self, title: str, elements: Elements, templates: tuple[Template, ...], target: Path, seed: int = 0
     ) -> None:
-        """Opens elements; corrections that are in the target are gone on with.
+        """Opens elements; corrections in the target are loaded.
 
         Raises:
-            FacadeError: for too many elements, or corrections that are not about them.
-            UsageError: for a target that is not JSON.
+            FacadeError: If there are too many elements, or corrections of other elements.
+            UsageError: If the target is not JSON.
         """
         if len(elements) > MOST_SHOWN:
             raise FacadeError(
                 f"{title}: {len(elements):,} elements; expected at most {MOST_SHOWN:,} on the page. "
-                "grammarlab facade match takes more."
+                "grammarlab facade match supports more."
             )
         if target.suffix.lower() != ".json":
-            raise UsageError(f"--output: expected a file that ends in .json, found {target.name!r}.")
+            raise UsageError(f"--output: expected the suffix .json, found {target.name!r}.")
         self.title, self.elements, self.templates, self.target, self._seed = title, elements, templates, target, seed
         self.corrections = load_corrections(target) if target.exists() else ()
         check_corrections(self.corrections, len(elements), templates)
@@ -56,13 +56,13 @@ class ScanDesk:
         self.match: Match | None = None
         self.revision = 0
         self.is_stale = True
-        """Whether the match is that of earlier corrections."""
+        """Whether the match is from earlier corrections."""
 
     def say(self, corrections: Corrections) -> None:
-        """Takes corrections in place of those so far; they are on disk when it returns.
+        """Replaces the corrections, and saves them.
 
         Raises:
-            FacadeError: for corrections that are not about these elements, or contradict each other.
+            FacadeError: If corrections have unknown elements, or contradict each other.
         """
         check_corrections(corrections, len(self.elements), self.templates)
         save_corrections(corrections, self.target)
@@ -72,10 +72,10 @@ class ScanDesk:
         self.revision += 1
 
     def undo(self) -> None:
-        """Takes the last step back.
+        """Undoes the last step.
 
         Raises:
-            UsageError: when there is none.
+            UsageError: If there is none.
         """
         if not self._past:
             raise UsageError("There is nothing to undo.")
@@ -85,13 +85,13 @@ class ScanDesk:
         self.revision += 1
 
     def rematch(self) -> None:
-        """Matches again with all that was said."""
+        """Matches again with all corrections."""
         self.is_stale = False
         self.match = match_elements(self.elements, self.templates, "default", self._seed, self.corrections)
         self.revision += 1
 
     def state(self) -> dict[str, Any]:
-        """Everything that the page shows."""
+        """The whole state of the page."""
         low, high = self.elements.low.min(axis=0), self.elements.high.max(axis=0)
         return {
             "protocol": PROTOCOL,

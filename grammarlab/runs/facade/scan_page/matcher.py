@@ -1,4 +1,4 @@
-"""Matching with a person."""
+"""Matching with corrections."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PAGE = built_page(__file__, "grammarlab facade open", max_bytes=1 << 20)
 
 
 class Matcher(Desktop[ScanDesk]):
-    """Elements that windows correct together; matched again once nothing more is asked for."""
+    """Elements corrected by several windows; matched again once no requests wait."""
 
     def __init__(self, desk: ScanDesk) -> None:
         super().__init__(desk, partial(answered, COMMANDS), _state_of, _match)
@@ -27,7 +27,7 @@ def _state_of(desk: ScanDesk) -> tuple[Message, Sequence[bytes]]:
 
 
 def _match(desk: ScanDesk) -> None:
-    # What was asked for meanwhile came first, so that one match is enough for all of it.
+    # Waiting requests came first, so that one match covers all of them.
     if desk.is_stale:
         desk.rematch()
 
@@ -58,4 +58,4 @@ COMMANDS: dict[str, Callable[[ScanDesk, Request], Message | None]] = {
     "remove": _remove,
     "undo": _undo,
 }
-"""What each command does."""
+"""Functions of commands."""

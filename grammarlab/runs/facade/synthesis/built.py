@@ -1,4 +1,4 @@
-"""One new building: its labels, walls and mesh, and what is said of it."""
+"""One new building: its labels, walls and mesh, and a report on it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Box = tuple[float | None, float | None, float | None]
 
 
 class Stopwatch:
-    """Seconds per stage."""
+    """Durations of stages, in seconds."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -63,7 +63,7 @@ class Built:
         return self.closed.surface
 
     def as_dict(self) -> dict[str, Any]:
-        """For `--json`, without files."""
+        """Values for `--json`, without files."""
         quality = self.main.quality
         return {
             "rows": self.main.grid.rows,
@@ -107,17 +107,17 @@ def build(
     """The building for a grid of the main wall.
 
     Args:
-        example: the building whose other walls and rest it has.
+        example: the building that provides the other walls and the rest.
         stock: units of its walls, and of the main walls of other examples.
         main: the grid.
-        regions: [rows, columns] example that each cell is made after; any when left out.
-        box: width, height and depth in metres; as the units make it where None.
-        seed: of the labels of other walls.
-        before: open edges of the example, and whether it is closed.
-        seconds: that stages have taken so far.
+        regions: [rows, columns] example of each cell; any example when left out.
+        box: width, height and depth in metres; None for those that follow from the units.
+        seed: seed of the labels of other walls.
+        before: number of open edges of the example, and whether it is closed.
+        seconds: durations of stages so far.
 
     Raises:
-        FacadeError: where the box leaves no room for units.
+        FacadeError: If the box leaves no room for units.
     """
     watch = Stopwatch()
     watch.seconds.update(seconds)
@@ -148,7 +148,7 @@ def build(
 
 
 def _bent(surface: Surface, example: Example, main: Tiling) -> Surface:
-    """The building as it stands; along an arc it bends at the lines of columns, so that long edges follow the arc."""
+    """The building, bent back along its arc; it is cut at the lines of columns, so that long edges follow the arc."""
     if example.bend is None:
         return surface
     for at in main.columns:
@@ -158,7 +158,7 @@ def _bent(surface: Surface, example: Example, main: Tiling) -> Surface:
 
 
 def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:
-    """The grid of each region but the main one; walls that are alike get the same."""
+    """The grid of each region except the main one; equal walls get the same one."""
     known: dict[tuple[Any, ...], LabelGrid] = {}
     grids = []
     for region in example.regions[1:]:

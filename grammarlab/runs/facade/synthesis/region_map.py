@@ -1,4 +1,4 @@
-"""Which example each part of a new wall is made after, from a file."""
+"""The map from parts of a new wall to examples, from a file."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from grammarlab.facade.values import a_list, parse_json, read_bounded
 
 
 def read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:
-    """[rows, columns] number of the example, from 0, that each cell is made after.
+    """[rows, columns] index of the example of each cell, from 0.
 
-    The file is a JSON array of rows, the lowest first, each an array of numbers from 1. It may have fewer rows and
-    columns than the wall, or more: it is stretched over it.
+    The file is a JSON array of rows, the lowest first, each an array of numbers from 1. It is stretched over the wall
+    if it has other numbers of rows and columns.
 
     Raises:
-        FacadeError: when it is no such map.
+        FacadeError: If it is not such a map.
     """
     try:
         found = [a_list(row, "row", MOST_LINES) for row in a_list(parse_json(read_bounded(path)), "map", MOST_LINES)]

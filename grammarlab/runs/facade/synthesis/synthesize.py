@@ -32,51 +32,51 @@ from grammarlab.runs.facade.synthesis.built import Box, Built, Stopwatch, build
 from grammarlab.runs.facade.synthesis.region_map import read_regions
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
-"""Metres of what a file may count in."""
+"""Length of units of files, metres."""
 _LOWER, _HIGHER = 0.75, 1.25
-"""Sizes of the family, as parts of those of the example and the result."""
+"""Range of sizes of the family, as multiples of those of the example and the result."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SynthesisRequest:
-    """What is asked of new buildings."""
+    """A request for new buildings."""
 
     rows: int
-    """Of the main wall; other walls get as many as fit beside."""
+    """Rows and columns of the main wall; those of other walls follow from their room."""
     columns: int
     box: Box = (None, None, None)
-    """Width, height and depth in metres; as the units make it where None."""
+    """Width, height and depth in metres; None for those that follow from the units."""
     method: Method = "exact"
     wishes: Wishes = NO_WISHES
-    """For the main wall."""
+    """Wishes for the main wall."""
     regions: Path | None = None
-    """File of a map that says which example each part of the main wall is made after."""
+    """File of a map from parts of the main wall to examples."""
     seed: int = 0
-    """Of all random choices."""
+    """Seed of all random choices."""
     count: int = 1
-    """Buildings wanted; fewer come where there are no more."""
+    """Largest number of buildings."""
     up: str = ""
-    """`y` or `z`; found out where empty."""
+    """`y` or `z`; detected if empty."""
     unit: str = "m"
-    """What files count in: a key of `UNITS`."""
+    """Unit of files: a key of `UNITS`."""
     corrections: tuple[Path, ...] = ()
-    """Files of earlier runs, of the first example and those after it, with lines and labels corrected."""
+    """Corrected files of earlier runs, for the first example and those after it, with lines and labels."""
     widths: Range | None = None
-    """Metres of the facades of the family; about those of the example and the first result where None."""
+    """Widths of the facades of the family, metres; about those of the example and the first result if None."""
     heights: Range | None = None
 
 
 def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisRequest) -> dict[str, Any]:
-    """Write new buildings like those in some files, best first, and report on them.
+    """Write new buildings similar to those in some files, best first, and report on them.
 
     Args:
-        files: meshes: the example, and others whose main walls give units too.
+        files: meshes: the example, and others whose main walls also provide units.
         folder: where to write.
-        task: what is asked.
+        task: the request.
 
     Raises:
-        UsageError: for rows, columns, a box or a map out of range.
-        FacadeError: where a file cannot be read, no units are found, or wishes contradict each other.
+        UsageError: If rows, columns, a box or a map are out of range.
+        FacadeError: If a file cannot be read, no units are found, or wishes contradict each other.
     """
     _check(task, len(files))
     regions = read_regions(task.regions, task.rows, task.columns, len(files)) if task.regions else None
@@ -119,7 +119,7 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
     for file, each in zip(files, examples, strict=True):
         notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in each.notes]
     if task.method == "em" and task.wishes != NO_WISHES:
-        notes.append("method em keeps no wishes; energies count what breaks them")
+        notes.append("method em ignores wishes; energies include the violations")
     return {
         "example": _example_dict(example, folder),
         "results": results,
@@ -136,13 +136,13 @@ def _check(task: SynthesisRequest, examples: int) -> None:
         if value is not None and not (isfinite(value) and 0.0 < value <= 10_000.0):
             raise UsageError(f"--box: expected metres above 0 and at most 10,000, found {value:g}.")
     if len(task.corrections) > examples:
-        raise UsageError(f"--example: expected {examples} files at most, one for each building; more are given.")
+        raise UsageError(f"--example: expected at most {examples} files, one for each building; found more.")
 
 
 def _write(
     built: Built, stock: UnitStock, folder: Path, name: str, picture: Image.Image, seconds: dict[str, float]
 ) -> dict[str, Any]:
-    """The files of one building."""
+    """Write the files of one building."""
     watch = Stopwatch()
     files = {
         "glb": folder / f"{name}.glb",
@@ -172,7 +172,7 @@ def _write(
 
 
 def _write_rules(written: Written, stock: UnitStock, file: Path) -> None:
-    """Rules, and their meshes in the folder beside them."""
+    """Write rules, and their meshes into the folder beside them."""
     write_text(file, written.text)
     assets = file.parent / "assets"
     assets.mkdir(exist_ok=True)
@@ -183,7 +183,7 @@ def _write_rules(written: Written, stock: UnitStock, file: Path) -> None:
 def _write_family(
     built: Built, stock: UnitStock, folder: Path, task: SynthesisRequest
 ) -> tuple[dict[str, Any] | None, list[str]]:
-    """Rules of the main wall in other sizes, and what is said of them; None and the reason where there are none."""
+    """Write rules of the main wall in other sizes, and report on them; None and the reason if there are none."""
     tiling, main = built.tilings[0], stock.walls[0]
     file = folder / "family.cga"
     ranges = []
@@ -210,7 +210,7 @@ def _write_family(
 
 
 def _example_dict(example: Example, folder: Path) -> dict[str, Any]:
-    """For `--json`: what was found in the example."""
+    """Values for `--json`: the analysis of the example."""
     return {
         "triangles": len(example.surface),
         "rows": example.main.grid.rows,
@@ -235,7 +235,7 @@ def _example_dict(example: Example, folder: Path) -> dict[str, Any]:
 
 
 def _remove_later(folder: Path, count: int) -> None:
-    """Remove buildings of higher numbers that an earlier run has left: a folder shows one run."""
+    """Remove buildings of higher numbers from an earlier run: a folder shows one run."""
     number = count + 1
     while (folder / f"{number:03}.glb").is_file():
         for ending in ("glb", "labels.png", "facade.json", "cga", "png"):

@@ -1,4 +1,4 @@
-"""What a person corrects."""
+"""Corrections of the analysis of an example."""
 
 import json
 from pathlib import Path
@@ -59,9 +59,9 @@ def test_walls_that_are_left_out_belong_to_the_rest(example: Example, tmp_path: 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"name": "attic"}, "no wall 'attic'"),
-        ({"columns": [0.0]}, "2 or more places"),
-        ({"columns": [0.0, 1.0, 0.5]}, "2 or more places"),
+        ({"name": "attic"}, "unknown wall 'attic'"),
+        ({"columns": [0.0]}, "2 or more positions"),
+        ({"columns": [0.0, 1.0, 0.5]}, "2 or more positions"),
         ({"labels": [["a"]]}, "3 rows of 5 names"),
         ({"labels": "a"}, "labels"),
     ],

@@ -1,4 +1,4 @@
-"""Walls, units and labels of buildings that are known."""
+"""Walls, units and labels of known buildings."""
 
 from pathlib import Path
 
@@ -68,7 +68,7 @@ def test_how_a_file_is_written_does_not_matter(change: str, tmp_path: Path) -> N
     assert [each.name for each in example.regions] == ["front", "right", "back", "left"]
     assert (example.main.grid.labels == known.labels).all()
     assert np.diff(example.main.columns.line) == pytest.approx(3.0, abs=1e-3)
-    # What is left of the file is the house, upright and square.
+    # After the transform, the house is upright and square.
     assert np.ptp(example.surface.points, axis=0) == pytest.approx(np.ptp(points, axis=0), abs=1e-3)
     assert bool(example.notes) == (change == "z up")
 

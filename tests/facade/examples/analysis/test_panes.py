@@ -1,4 +1,4 @@
-"""Windows that lie in their wall, as city models draw them: holes of one polygon, filled with rectangles."""
+"""Windows in the plane of their wall, as in city models: holes of one polygon, filled with rectangles."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ SMALL, LARGE = (0.7, 1.4), (1.2, 1.8)
 
 
 def flat_house(path: Path, *, back: float, noise: float, askew: float = 0.0) -> Path:
-    """A box whose front has windows in two sizes, each so many metres behind the wall, without reveals."""
+    """A box whose front has windows in two sizes, each at a depth behind the wall, without reveals."""
     outer = np.array([[0.0, 0.0], [WIDTH, 0.0], [WIDTH, HEIGHT], [0.0, HEIGHT]])
     rings, panes = [outer], []
     for row, bottom in enumerate(ROWS):
@@ -38,7 +38,7 @@ def flat_house(path: Path, *, back: float, noise: float, askew: float = 0.0) -> 
         faces.append(np.array([[0, 1, 2], [0, 2, 3]]) + first)
         first += 4
     corners = np.concatenate(points)
-    # The back stands askew: the house is not quite rectangular.
+    # The back is skewed: the house is not quite rectangular.
     corners[:, 2] += np.where(corners[:, 2] < -DEPTH / 2.0, askew * corners[:, 0], 0.0)
     corners, place = np.unique(np.round(corners, 9), axis=0, return_inverse=True)
     corners = corners + np.random.default_rng(4).uniform(-noise, noise, corners.shape)
@@ -52,7 +52,7 @@ def flat_house(path: Path, *, back: float, noise: float, askew: float = 0.0) -> 
 def test_windows_that_lie_in_the_wall_are_units(tmp_path: Path, back: float, noise: float, askew: float) -> None:
     example: Example = analyse(read_mesh(flat_house(tmp_path / "flat.ply", back=back, noise=noise, askew=askew)), "y")
     main = example.main
-    # The wide gap after the fourth column is a column of its own, so that the cells beside it are like others.
+    # The wide gap after the fourth column becomes a column, so that the cells beside it have the size of others.
     labels = main.grid.labels
     assert labels.shape == (3, 7)
     assert len({*labels[0, [0, 1, 2, 3, 5, 6]].tolist()}) == 1
@@ -68,7 +68,7 @@ def test_a_wall_that_is_divided_evenly_has_no_panes(tmp_path: Path) -> None:
     box.export(tmp_path / "box.ply")
     with pytest.raises(FacadeError, match="No wall"):
         analyse(read_mesh(tmp_path / "box.ply"))
-    # Lines from end to end, at windows of other walls, are no windows either.
+    # Lines from end to end, at windows of other walls, are not windows either.
     lines = [np.array([0.0, 1.0, 2.2, 4.0, 5.2, 7.0, 8.2, 10.0]), np.array([0.0, 1.0, 2.5, 4.0, 5.5, 7.0])]
     x, y = np.meshgrid(*lines)
     number = np.arange(x.size).reshape(x.shape)

@@ -50,7 +50,7 @@ def test_transposing_a_problem_transposes_its_energies() -> None:
 
 
 def test_the_label_of_most_neighbourhoods_wins() -> None:
-    """The paper's Fig. 3: of the labels 2, 2, 2, 2, 2, 3, 2, 2, 2 that nine neighbourhoods want, a cell gets 2."""
+    """The paper's Fig. 3: a cell whose nine neighbourhoods have the labels 2, 2, 2, 2, 2, 3, 2, 2, 2 gets 2."""
     patches = np.full((2, 3, 3), 2)
     patches[1] = 3
     problem = Problem(np.zeros((3, 3), dtype=np.int64), (patches,), np.ones((3, 3, 4), dtype=np.bool_))

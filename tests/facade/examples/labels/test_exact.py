@@ -13,7 +13,7 @@ FREE = Wishes(keep=False)
 
 @pytest.mark.parametrize("seed", range(50))
 def test_energies_are_proven_least_on_small_grids(seed: int) -> None:
-    """Beside all grids there are, by another implementation of the energy."""
+    """Compared with all grids, by another implementation of the energy."""
     generator = np.random.default_rng(seed)
     example = drawn(*generator.integers(3, 5, 2), labels=int(generator.integers(2, 4)), seed=seed)
     if seed % 3 == 0:
@@ -29,7 +29,7 @@ def test_energies_are_proven_least_on_small_grids(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_wishes_are_kept_at_the_least_energy(seed: int) -> None:
-    """All grids beside, those with another count or without symmetry left out."""
+    """Compared with all grids that satisfy the count or the symmetry."""
     half = drawn(3, 2, 2, seed)
     example = LabelGrid.of(np.hstack([half.labels, half.labels[:, ::-1]]), half.names)
     problem = bordered([example], np.full((3, 4), -1))

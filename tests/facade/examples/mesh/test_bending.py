@@ -36,7 +36,7 @@ def test_what_is_bent_is_found_laid_out_straight_and_bent_again(
     front = max(example.regions, key=lambda each: len(each.grid.names))
     assert same_classes(front.grid.labels, KNOWN.labels)
     assert front.grid.names[int(front.grid.labels[0, 3])] == "door"
-    # Bent again, it stands where it was.
+    # Bent back, it has its original coordinates.
     assert example.bent(example.surface.points) == pytest.approx(mesh.surface.points, abs=1e-6)
 
 
@@ -46,7 +46,7 @@ def test_a_long_street_never_meets_itself() -> None:
     bent = bend.bent(points)
     angles = np.unwrap(np.arctan2(bent[:, 0], bent[:, 2]))
     assert np.ptp(angles) == pytest.approx(2.0 * np.pi - np.radians(30.0))
-    # What lies side by side stays as far apart, along the arc.
+    # Distances along the arc are preserved.
     assert np.diff(angles) * np.hypot(bent[0, 0], bent[0, 2]) == pytest.approx(np.diff(points[:, 0]))
 
 

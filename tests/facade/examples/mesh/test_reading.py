@@ -1,4 +1,4 @@
-"""Meshes from files, also from strangers."""
+"""Meshes from files, including invalid ones."""
 
 from pathlib import Path
 
@@ -12,8 +12,8 @@ from grammarlab.facade.examples.mesh.reading import read_mesh
     ("name", "content", "message"),
     [
         ("a.stl", "solid", "expected a mesh as .obj"),
-        ("a.obj", "", "has no faces"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot be read|do not exist|has no faces"),
+        ("a.obj", "", "holds no faces"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot be read|do not exist|holds no faces"),
         ("a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
         ("a.obj", "v 0 0 0\nv 90000 0 0\nv 0 1 0\nf 1 2 3\n", "--unit"),
         ("a.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "m large"),

@@ -112,7 +112,7 @@ def test_energy_is_that_of_cp_sat(block):
 
 
 def brute_force(words, canvas, tolerance, merge):
-    """Energies of all matrices that the checker passes, growing."""
+    """Energies of all matrices that the checker accepts, ascending."""
     energies = []
     for cells in all_matrices(words):
         blank = Alignment(tuple(words), cells, 0.0, 0.0, 0, 0.0, 0.0, 0.0, proven=False)
@@ -177,7 +177,7 @@ def test_when_effort_runs_out_a_bound_says_what_is_possible():
 
 @pytest.mark.parametrize("opaque", [False, True])
 def test_many_different_words_have_an_alignment_with_a_bound(opaque):
-    """25 layers, none like another, over one wall: more than a search can prove."""
+    """25 different layers over one wall: too many for a proof."""
     rng = random.Random(3)
     words = []
     for number in range(25):

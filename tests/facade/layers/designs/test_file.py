@@ -41,7 +41,7 @@ def test_a_small_design_needs_little() -> None:
     ("old", "new", "message"),
     [
         ('"A(BA)^k"', '"A(BX)^k"', "unknown symbol 'X'"),
-        ('"A(BA)^k"', '"A(B(A)^2)^k"', "do not nest"),
+        ('"A(BA)^k"', '"A(B(A)^2)^k"', "cannot be nested"),
         ("size = 1.6", "size = -1.6", "above 0"),
         ("size = 1.6", "size = 0", "above 0"),
         ("size = 1.6", "size = inf", "number"),
@@ -56,13 +56,13 @@ def test_a_small_design_needs_little() -> None:
         ('H.R = { label = "roof" }', 'Z.R = "roof"', "unknown symbol 'Z'"),
         ('H.R = { label = "roof" }', "H.R = 3", "table"),
         ('label = "roof"', 'label = "roof", inset = [0.1, 0.1]', "left, bottom, right, top"),
-        ('label = "roof"', 'label = "roof", inset = [0.1, 0.1, -0.1, 0]', "metres from 0"),
+        ('label = "roof"', 'label = "roof", inset = [0.1, 0.1, -0.1, 0]', "metres of at least 0"),
         ('label = "roof"', 'label = "roof", frame = 3', "label"),
         ("title =", "title = =", "not TOML"),
         ("[patterns]", "[pattern]", "found 'pattern'"),
         ("[patterns]", "[counters]\nk = { least = 5, most = 2 }\n[patterns]", "at least 5"),
         ("[patterns]", '[counters]\nk = { reflection = "up" }\n[patterns]', "pivot-total"),
-        ("[patterns]", "[solver]\nomega = -1\n[patterns]", "from 0"),
+        ("[patterns]", "[solver]\nomega = -1\n[patterns]", "at least 0"),
     ],
 )
 def test_mistakes_are_said_with_their_place(old: str, new: str, message: str) -> None:

@@ -11,7 +11,7 @@ from grammarlab.facade.layers.designs.patterns import Values, expand
 
 
 def word(text: str, *choices: int, **counters: int) -> str:
-    """The word of a pattern, mirrored letters with a stroke."""
+    """The word of a pattern, with primes on mirrored letters."""
     slots = expand(parse_pattern(text), Values(counters, choices, {}), 1_000)
     assert slots is not None
     return "".join(slot.symbol + ("'" if slot.mirrored else "") for slot in slots)
@@ -77,12 +77,12 @@ def test_names_of_several_letters_stand_in_braces() -> None:
         ("A2", 1, "found '2'"),
         ("{}A", 0, "begins with a letter"),
         ("((A)^k B)^m", 4, "copies of copies"),
-        ("A|(B|C)", 3, "choice within a choice"),
-        ("cec; c := ce", 10, "content within a content"),
+        ("A|(B|C)", 3, "choice inside a choice"),
+        ("cec; c := ce", 10, "content inside a content"),
         ("cec; c := C; c := D", 13, "given twice"),
         ("cec; d := D", 5, "does not occur"),
         ("A||B", 2, "found"),
-        ("(" * 100 + "A" + ")" * 100, 40, "more than 40 deep"),
+        ("(" * 100 + "A" + ")" * 100, 40, "at most 40 deep"),
         ("A" * (MOST_CHARACTERS + 1), 0, "characters"),
     ],
 )

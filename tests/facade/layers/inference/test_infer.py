@@ -1,4 +1,4 @@
-"""Designs of facades: laid out again they are the facades."""
+"""Designs inferred from facades: their layouts are the facades."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -51,7 +51,7 @@ def test_layouts_of_designs_give_designs_of_these_layouts(path: Path) -> None:
 
 
 def boxes(rows: list[list[float]], names: list[str]) -> Facade:
-    """Left, bottom, right and top of each."""
+    """Left, bottom, right and top of each box."""
     table = np.array(rows)
     return cut(table[:, :2], table[:, 2:], names)[0]
 
@@ -82,7 +82,7 @@ def test_what_repeats_is_a_loop() -> None:
 
 
 def test_hand_drawn_windows_are_alike() -> None:
-    """Sides that miss by centimetres are told in few letters, and the score says what that costs."""
+    """Sides with differences of centimetres have short descriptions, and the score includes the loss."""
     found = infer_design(row_of_windows(9, noise=0.02))
     assert texts(found.design)["bays"] == "aW(bW)^ka"
     assert 0.9 < found.score.iou < 1.0
@@ -100,7 +100,7 @@ def test_a_band_beside_a_portal_is_one_band_behind_it() -> None:
 
 
 def test_sills_keep_in_step_with_windows() -> None:
-    """Strips that have no line in common share their loop."""
+    """Strips without common lines share their loop."""
     rows, names = [], []
     for each in range(6):
         left = 2.0 * each
@@ -142,7 +142,7 @@ def test_larger_than_a_canvas_is_refused() -> None:
 
 
 def test_without_any_order_the_largest_are_kept() -> None:
-    """1,600 windows each of a size of its own: as many layers as a design may have, and an honest score."""
+    """1,600 windows of different sizes: the largest number of layers of a design, and a correct score."""
     rng = np.random.default_rng(2)
     rows, names = [], []
     for column in range(40):

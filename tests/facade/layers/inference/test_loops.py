@@ -10,7 +10,7 @@ from grammarlab.facade.layers.inference.loops import cost_of, shortest
 
 @cache
 def least(word: str, loop: int) -> int:
-    """What the cheapest description costs, of all ways to begin one."""
+    """Cost of the cheapest description, over all first runs."""
     if not word:
         return 0
     found = [1 + least(word[1:], loop)]
@@ -40,6 +40,6 @@ def test_letters_stand_before_loops() -> None:
 
 
 def test_dear_letters_are_repeated_first() -> None:
-    """Either way one `x` stands alone; `y` is told once."""
+    """In both descriptions one `x` is single; `y` occurs once."""
     runs = shortest("xyxyx", [1, 9, 1, 9, 1])
     assert cost_of(runs, [1, 9, 1, 9, 1]) == 12

@@ -1,4 +1,4 @@
-"""How much of a facade another one shows."""
+"""Similarity of two facades."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from grammarlab.facade.tree import Facade
 
 
 def facade(seed: int, labels: str = "abw") -> Facade:
-    """Columns of random widths with random labels; `w` is called wall."""
+    """Columns of random widths with random labels; `w` is the wall."""
     rng = np.random.default_rng(seed)
     ends = np.concatenate([[0.0], np.sort(rng.uniform(0.5, 9.5, 5)), [10.0]])
     middle = rng.uniform(1.0, 3.0)

@@ -1,4 +1,4 @@
-"""What solved layouts show, against each point looked at alone."""
+"""Panels of solved layouts, compared with a test of each point."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ from tests.facade.layers.samples import design, residential
 
 @st.composite
 def panels(draw: st.DrawFn) -> Panels:
-    """Boxes of up to four layers on a grid of up to six by five lines, in no order that a layout would have."""
+    """Boxes of up to four layers on a grid of up to six by five lines, in arbitrary order."""
     columns, rows = draw(st.integers(1, 6)), draw(st.integers(1, 5))
     lines = (np.linspace(0.0, 1.5 * columns, columns + 1), np.linspace(0.0, 2.0 * rows, rows + 1))
     found = []
@@ -120,7 +120,7 @@ def test_the_relief_of_the_house(house: SolvedLayout) -> None:
 
 @pytest.mark.parametrize("scale", [0.1, 1.0, 20.0])
 def test_a_shape_with_an_inset_is_in_its_place_and_its_frame_fills_the_rest(scale: float) -> None:
-    """However small the place is."""
+    """For any size of the cell, however small."""
     made = design({"wall": "AB"}, "A = 1.0\nB = 2.0", 3.0)
     inset = (0.2 * scale, 0.5 * scale, 0.3 * scale, 0.25 * scale)
     shapes = {("A", "Y"): Shape("wall"), ("B", "Y"): Shape("window", inset=inset, frame="brick")}

@@ -13,7 +13,7 @@ from grammarlab.facade.layers.sizing.squares import Squares
 from grammarlab.facade.layers.weights import Weights
 from tests.facade.layers.matrices import random_case, word
 
-clarabel = import_module("clarabel")  # It comes without types.
+clarabel = import_module("clarabel")  # has no types
 
 HOUSE = {"A": 1.0, "B": 1.6, "C": 1.1, "D": 1.0}
 WALL, COLUMNS = word("ABABA", HOUSE), word("CeC", HOUSE, transparent="e", partial="C")

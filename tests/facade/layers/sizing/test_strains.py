@@ -1,4 +1,4 @@
-"""What alignments say about sizes before these are solved for."""
+"""Bounds from alignments on sizes before these are solved for."""
 
 import pytest
 
@@ -12,7 +12,7 @@ GATE = [word("hDh", SIZES, transparent="h"), word("C" + "JC" * 3, SIZES)]
 
 
 def sized(alignment: Alignment, canvas: float) -> tuple[float, tuple[float, ...]] | None:
-    """Error of sizes, and where all letters that are seen are; None where there are no sizes."""
+    """Error of sizes, and positions of all visible letters; None if there are no sizes."""
     sizing = size_letters([(alignment, canvas)])
     if sizing is None:
         return None
@@ -37,7 +37,7 @@ def test_sizes_cost_at_least_the_strain_of_their_alignment(block: int) -> None:
 
 
 def test_a_gate_that_is_not_in_the_middle_is_strained() -> None:
-    """Both places beside it are one symbol, so that bays would have to vanish."""
+    """Both of its neighbours are of one symbol, so that bays would have size 0."""
     found = align(GATE, 12.8, Weights(), 40, tolerance=6.0, sizing=1.0).best
     middle = [each for each in found if [column for column in each.columns() if column[0] == "D"] == [["D", "J"]]]
     assert any(each.strain == pytest.approx(0.08) for each in middle)  # D and J become 3.4

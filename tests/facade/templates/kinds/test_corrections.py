@@ -1,4 +1,4 @@
-"""Corrections bind a match: what a person says holds in what is found."""
+"""Corrections bind a match: they hold in its result."""
 
 import json
 
@@ -29,7 +29,7 @@ SAID = (
 
 
 def outlines():
-    """Seven rectangles, each of a size of its own, 5 cm or more from all others, of which nothing is hidden."""
+    """Seven rectangles without hidden parts, whose sizes differ by 5 cm or more."""
     random = np.random.default_rng(0)
     sizes = [(1.0, 1.5), (0.8, 1.5), (1.3, 1.2), (1.36, 1.26), (0.7, 2.0), (1.06, 1.8), (1.14, 1.8)]
     clouds = []

@@ -1,4 +1,4 @@
-"""The default method from points to kinds, beside k-means and the truth."""
+"""The default method from points to kinds, compared with k-means and the truth."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ RECTANGLE = named("rectangle")
 
 
 def figure(noise: float) -> Elements:
-    """The eight rectangles of Figure 5.2; noise is uniform, in parts of the distance between points."""
+    """The eight rectangles of Figure 5.2; noise is uniform, as a fraction of the distance between points."""
     points = 1500
     kind = np.repeat(np.arange(4), 2)
     made = of_sizes(FIGURE, kind, SceneOptions(noise=0.0, occluded=0.0, points=points), 0)

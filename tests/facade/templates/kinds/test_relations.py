@@ -1,4 +1,4 @@
-"""What elements have in common by the paper's threshold: the eight rectangles of its Figure 5.2."""
+"""Common parameters of elements by the paper's threshold: the eight rectangles of its Figure 5.2."""
 
 import numpy as np
 

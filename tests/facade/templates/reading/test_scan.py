@@ -1,4 +1,4 @@
-"""Scans and meshes of facades: whatever frame they come in, their windows have the sizes that they were made with."""
+"""Scans and meshes of facades: in any frame, their windows have the original sizes."""
 
 import laspy
 import numpy as np
@@ -16,7 +16,7 @@ WIDTH, HEIGHT, TURN = 9.0, 7.0, 0.6
 
 
 def wall(*, depth=0.15, noise=0.003, count=40_000, seed=1):
-    """[P, 3] along, up and out of a wall with windows that lie deeper, or have no points for a depth of 0."""
+    """[P, 3] along, up and out of a wall with windows at given depths; a window of depth 0 has no points."""
     random = np.random.default_rng(seed)
     points = np.column_stack([random.uniform(0, [WIDTH, HEIGHT], (count, 2)), np.zeros(count)])
     inside = np.zeros(count, dtype=bool)
@@ -28,7 +28,7 @@ def wall(*, depth=0.15, noise=0.003, count=40_000, seed=1):
 
 
 def turned(points, shift=(0.0, 0.0, 0.0)):
-    """As a scanner sees it: z goes up, the wall stands at an angle."""
+    """A scan: z is up, and the wall is rotated."""
     along, out = np.array([np.cos(TURN), np.sin(TURN), 0]), np.array([np.sin(TURN), -np.cos(TURN), 0])
     return points[:, :1] * along + points[:, 1:2] * [0, 0, 1] + points[:, 2:] * out + np.array(shift)
 
@@ -90,11 +90,11 @@ def test_a_mesh_is_read_from_its_front_whichever_axis_goes_up(tmp_path, ending):
     ("points", "message"),
     [
         (np.ones((1, 3)), "at least 3 points"),
-        (np.ones((50, 3)), "No upright plane"),
-        (np.outer(np.arange(50.0), [1, 2, 3]), "No upright plane"),
-        (np.random.default_rng(0).uniform(0, 9, (500, 3)) * [1, 1, 0], "No element|No upright plane"),
+        (np.ones((50, 3)), "No vertical plane"),
+        (np.outer(np.arange(50.0), [1, 2, 3]), "No vertical plane"),
+        (np.random.default_rng(0).uniform(0, 9, (500, 3)) * [1, 1, 0], "No element|No vertical plane"),
         (turned(wall(depth=0.01)), "No element was found"),
-        (turned(wall()) * 1000, "millimetres"),
+        (turned(wall()) * 1000, "millimetre"),
         (np.full((9, 3), np.nan), "finite"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Templates from CGA rules: their outline is that of a derivation, whatever values the attributes have."""
+"""Templates from CGA rules: their outline is that of a derivation, for any values of the attributes."""
 
 import numpy as np
 import pytest
@@ -57,12 +57,12 @@ def test_a_template_looks_like_the_derivation_for_any_attributes(seed):
     ("rules", "message"),
     [
         (f"attr w = 1 attr h = 1 Lot {FRONT} Window --> split(x) {{ ~0.3 : A. }}*", "stepsize"),
-        (f"attr w = 1 const h = 1 Lot {FRONT} Window --> X.", "change the width alone"),
+        (f"attr w = 1 const h = 1 Lot {FRONT} Window --> X.", "change the width only"),
         (f"const w = 1 const h = 1 Lot {FRONT} Window --> X.", "1 to 12 attributes"),
         (f"attr w = 1 attr h = 1 Lot {FRONT} Window --> NIL", "edges"),
         (f"attr w = 1 attr h = 1 Lot {FRONT} Window --> extrude(", "mine.cga:1"),
         (f"@Range(min=2, max=3) attr w = 1 attr h = 1 Lot {FRONT} Window --> X.", "w: expected a @Range"),
-        (f"attr w = 1 attr h = 1 Lot {FRONT} Window --> split(x) {{ w * w / 3 : A. | ~1 : B. }}", "lies"),
+        (f"attr w = 1 attr h = 1 Lot {FRONT} Window --> split(x) {{ w * w / 3 : A. | ~1 : B. }}", "deviates"),
     ],
 )
 def test_rules_that_make_no_template_are_refused_with_the_reason(rules, message):

@@ -11,7 +11,7 @@ from tests.facade.strategies import trees
 
 
 def boxes(cell: Cell, low: np.ndarray, high: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """The things of a cell with the corners of their boxes, when it fills a rectangle."""
+    """The elements of a cell with the corners of their boxes, for a cell that fills a rectangle."""
     if cell.axis == LEAF:
         return [(cell.label, low, high)]
     found, at = [], low[cell.axis]

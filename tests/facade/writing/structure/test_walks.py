@@ -11,7 +11,7 @@ from grammarlab.facade.writing.structure.walks import Walks, walks
 
 
 def probabilities(found: Walks) -> dict[tuple[int, ...], float]:
-    """Of each walk, as its columns, how likely it is."""
+    """Probability of each walk, given by its columns."""
     result: dict[tuple[int, ...], float] = {}
 
     def go(state, taken: tuple[int, ...], probability: float) -> None:
@@ -54,7 +54,7 @@ def test_walks_are_those_that_brute_force_finds(
         return sum(sizes[kind] for kind in walk)
 
     def all_walks(pairs: Counter[tuple[int, int]]) -> dict[tuple[int, ...], float]:
-        """Each with the product of how often its steps are in the facade."""
+        """Each with the product of the frequencies of its steps in the facade."""
         every = (walk for num in range(1, 7) for walk in product(range(3), repeat=num) if allowed(walk, pairs))
         return {walk: float(np.prod([pairs[pair] for pair in pairwise(walk)])) for walk in every}
 
@@ -62,7 +62,7 @@ def test_walks_are_those_that_brute_force_finds(
     likely = {} if found is None else probabilities(found)
     weights = own if len(likely) > 1 and set(likely) <= set(own) else repeated
     assert set(likely) <= {walk for walk in weights if low - 1e-9 <= width(walk) <= high + 1e-9}
-    # Nothing is missing of those lengths of which every walk fits.
+    # All walks are found for lengths that fit completely.
     for num in range(1, 7):
         alike = [walk for walk in own if len(walk) == num]
         if all(low <= width(walk) <= high for walk in alike):

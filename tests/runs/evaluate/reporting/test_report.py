@@ -9,7 +9,7 @@ from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.evaluation.scenario import ScenarioGoal, load
 from grammarlab.runs.evaluate.disk.store import CurveRecord
 from grammarlab.runs.evaluate.find import shipped_scenarios
-from grammarlab.runs.evaluate.reporting.by_person import CHECKPOINTS, WANTED
+from grammarlab.runs.evaluate.reporting.by_person import CHECKPOINTS, TARGETS
 from grammarlab.runs.evaluate.reporting.pictures import draw_results
 from grammarlab.runs.evaluate.reporting.plots import FLOOR, Series, draw_curves, quantiles
 from grammarlab.runs.evaluate.reporting.report import write_page, write_table
@@ -78,11 +78,11 @@ def test_persons_stand_one_below_the_other_each_with_the_worst_scenario_first(tm
         "| person | method | scenario | original | after 64 | after 128 | after 256 | after 320 | worst seed |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
         "| exact | default | *all* | 0.1000 | 0.0300 | 0.0300 | 0.0300 | 0.0300 | 0.0400 |",
-        "| exact | default | *wanted* |  | 0.0300 | 0.0050 | 0.0010 |  |  |",
+        "| exact | default | *target* |  | 0.0300 | 0.0050 | 0.0010 |  |  |",
         "| exact | default | worse | 0.1000 | 0.0400 | 0.0400 | 0.0400 | 0.0400 | 0.0400 |",
         "| exact | default | better | 0.1000 | 0.0200 | 0.0200 | 0.0200 | 0.0200 | 0.0300 |",
         "| sd10 | default | *all* | 0.2000 | 0.1000 | 0.1000 | 0.1000 | 0.1000 | 0.2000 |",
-        "| sd10 | default | *wanted* |  | 0.0600 | 0.0200 | 0.0060 |  |  |",
+        "| sd10 | default | *target* |  | 0.0600 | 0.0200 | 0.0060 |  |  |",
         "| sd10 | default | worse | 0.2000 | 0.1500 | 0.1500 | 0.1500 | 0.1500 | 0.2000 |",
         "| sd10 | default | better | 0.2000 | 0.1000 | 0.1000 | 0.1000 | 0.1000 | 0.1000 |",
     ]
@@ -109,12 +109,12 @@ def test_scenarios_of_each_folder_have_a_table_and_a_median_of_their_own(tmp_pat
         ["default", "c", "0.1000"],
         ["paper", "c", "0.1000"],
     ]
-    assert tuning.count("*wanted*") == 1  # of the default only
+    assert tuning.count("*target*") == 1  # of the default only
 
 
 def test_the_wanted_divergences_are_known_for_every_person():
-    assert WANTED.keys() == RESPONDENTS.keys()
-    assert {len(values) for values in WANTED.values()} == {len(CHECKPOINTS)}
+    assert TARGETS.keys() == RESPONDENTS.keys()
+    assert {len(values) for values in TARGETS.values()} == {len(CHECKPOINTS)}
 
 
 def test_one_method_has_one_picture_for_all_persons_and_several_have_one_each(tmp_path):

@@ -46,7 +46,7 @@ def test_a_lasso_takes_what_a_look_at_each_node_takes(facade: Facade, data: st.D
     ]
     expected = topmost(facade, np.array(inside))
     if not expected.size:
-        with pytest.raises(FacadeError, match="Nothing lies wholly"):
+        with pytest.raises(FacadeError, match="No element is inside"):
             with_lasso(facade, low, high)
         return
     made, name = with_lasso(facade, low, high)

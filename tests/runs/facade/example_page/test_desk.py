@@ -51,7 +51,7 @@ def test_a_split_that_is_joined_again_is_undone_and_every_step_is_an_example(des
 @pytest.mark.parametrize(
     ("message", "told"),
     [
-        ({"command": "move", "wall": "front", "axis": "rows", "line": 0, "at": 1e9}, "each 0.05 m or more"),
+        ({"command": "move", "wall": "front", "axis": "rows", "line": 0, "at": 1e9}, "at least 0.05 m apart"),
         ({"command": "move", "wall": "front", "axis": "rows", "line": 0, "at": float("nan")}, "number"),
         ({"command": "move", "wall": "front", "axis": "depth", "line": 0, "at": 0.0}, "rows or columns"),
         ({"command": "move", "wall": "front", "axis": "rows", "line": 9, "at": 0.0}, "0 to 2"),
@@ -60,7 +60,7 @@ def test_a_split_that_is_joined_again_is_undone_and_every_step_is_an_example(des
         ({"command": "merge", "wall": "front", "label": "portal", "into": "door"}, "portal"),
         ({"command": "split", "wall": "front", "axis": "rows", "at": 1e6}, "between"),
         ({"command": "exclude", "wall": "front"}, "main wall"),
-        ({"command": "include", "wall": "front"}, "no other wall"),
+        ({"command": "include", "wall": "front"}, "unknown excluded wall"),
         ({"command": "picture", "wall": "roof"}, "unknown wall"),
         ({"command": "synthesize", "rows": 0, "columns": 3}, "rows"),
         ({"command": "nothing"}, "command"),

@@ -114,7 +114,7 @@ def test_a_chosen_layout_stays_chosen_while_the_canvas_changes(window: Window):
     assert answer["layouts"][answer["chosen"]]["counters"] == chosen
     window.ask("resize", width=6.1, height=4.5)
     assert counters(settled(window)) == chosen
-    with pytest.raises(RefusedError, match="gone"):
+    with pytest.raises(RefusedError, match="out of date"):
         window.ask("choose", number=99)
 
 
@@ -127,7 +127,7 @@ def test_mistakes_in_the_text_are_told_with_their_place_and_the_last_good_layout
     assert (mistake["line"], mistake["column"]) == (line, 10)
     assert mistake["shown"].splitlines()[1].index("^") == len('  Bx = "A(B')
     assert (state["text"], state["layouts"], state["lost"]) == (wrong, before["layouts"], True)
-    with pytest.raises(RefusedError, match="Mend the text"):
+    with pytest.raises(RefusedError, match="Correct the text"):
         window.ask("save")
     window.ask("edit", text=RESIDENTIAL.replace("A(BA)^k", "A(BA)^{k + 1}"))
     assert counters(settled(window)) == {"k": 1}

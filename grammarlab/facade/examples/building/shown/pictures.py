@@ -1,4 +1,4 @@
-"""Pictures of examples and of what came of them: buildings, label arrays, and all side by side."""
+"""Pictures of examples and results: buildings, label arrays, and both side by side."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from grammarlab.scene import TriangleBatch
 
 _VIEW = View(azimuth=28.0, elevation=16.0)
 _LARGEST = 900
-"""Pixels along a side of a label picture."""
+"""Largest side of a label picture, pixels."""
 
 
 def label_picture(grid: LabelGrid, cell: int = 28) -> Image.Image:
-    """Each cell in the color of its label, the lowest row below; the names of labels beneath."""
+    """Each cell in the color of its label, the lowest row at the bottom; a legend of labels beneath."""
     cell = max(4, min(cell, _LARGEST // max(grid.rows, grid.columns)))
     colors = np.array([_color(k) for k in range(len(grid.names))] + [(255, 255, 255)], dtype=np.uint8)
     cells = np.kron(colors[grid.labels[::-1]], np.ones((cell, cell, 1), dtype=np.uint8))
@@ -41,7 +41,7 @@ def label_picture(grid: LabelGrid, cell: int = 28) -> Image.Image:
 
 
 def _color(number: int) -> tuple[int, int, int]:
-    # Steps by the golden ratio keep the hues of few labels apart, whatever their number.
+    # Steps by the golden ratio give well separated hues for any number of labels.
     red, green, blue = colorsys.hls_to_rgb((0.58 + 0.618034 * number) % 1.0, 0.62 - 0.12 * (number % 3 == 2), 0.5)
     return round(255 * red), round(255 * green), round(255 * blue)
 
@@ -59,7 +59,7 @@ def building_picture(
 
 
 def triangle_batch(surface: Surface, colors: Sequence[tuple[float, float, float, float]]) -> TriangleBatch:
-    """A surface as renderers take it: flat, sorted by material."""
+    """A surface for renderers: flat-shaded, sorted by material."""
     order = np.argsort(surface.material, kind="stable")
     corners = surface.corners()[order]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

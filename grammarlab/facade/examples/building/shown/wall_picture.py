@@ -1,4 +1,4 @@
-"""A wall as it is seen from before it, without perspective."""
+"""A wall from the front, in orthographic projection."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from grammarlab.facade.examples.mesh.views import seen_from
 _PIXELS = 400_000
 _SKY = (236, 239, 242)
 _DEEP = 0.35
-"""Metres behind the plane of the wall at which a pixel is half as bright."""
+"""Depth behind the plane of the wall at which brightness is halved, metres."""
 
 
 def wall_picture(example: Example, region: Region) -> Image.Image:
-    """The wall from its lower left to its upper right corner, in the colors of its materials; what is deep is dark."""
+    """The wall between its lower left and upper right corner, in the colors of its materials; depth is dark."""
     corners = seen_from(region.side, example.surface.points)[example.surface.triangles]
     low, high = region.wall
     low_seen, high_seen = corners.min(axis=1), corners.max(axis=1)

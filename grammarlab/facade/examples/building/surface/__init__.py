@@ -1,1 +1,1 @@
-"""One closed surface of the pieces of a building."""
+"""One closed surface from the pieces of a building."""

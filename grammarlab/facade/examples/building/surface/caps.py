@@ -1,8 +1,8 @@
-"""Faces on the planes where unlike units meet: what one has there and the other has not is closed.
+"""Caps: faces on the planes where different units meet, where only one of them has material.
 
-The open edges of one seam plane, and pieces of the lines where it crosses others, form closed walks; every part of the
-plane is covered as often as they wind around it. On a line there is one way to join given ends, so what two planes add
-to their common line cancels: what was closed is closed again.
+The open edges of one seam plane, and pieces of the lines where it crosses others, form closed walks; each part of the
+plane is covered as often as they wind around it. On a line, given ends can be joined in only one way, so the edges that
+two planes add to their common line cancel, and a closed surface stays closed.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, witho
 from grammarlab.facade.examples.mesh.views import Plane
 
 _MOST_EDGES = 200_000
-"""Of one plane."""
+"""Largest number of open edges of one plane."""
 
 
 class _Walk(NamedTuple):
     """Directed segments of a plane."""
 
     start: Floats
-    """[S, 2]"""
+    """[S, 2] starts."""
     end: Floats
-    """[S, 2]"""
+    """[S, 2] ends."""
     times: Ints
-    """[S] how often each is run along."""
+    """[S] multiplicity of each."""
 
 
 def capped(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surface:
-    """The surface with faces where seams are open.
+    """The surface with faces over open seams.
 
     Args:
         surface: welded, without T-junctions.
-        planes: of the seams.
-        tolerance: metres within which a point lies on a plane.
+        planes: planes of the seams.
+        tolerance: largest distance of a point on a plane, metres.
     """
     places = {axis: np.unique([each.at for each in planes if each.axis == axis]) for axis in range(3)}
     edges, times = seam_edges(surface, planes, tolerance)
@@ -66,7 +66,7 @@ def capped(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surfa
 
 
 def _open(edges: Ints, times: Ints, triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
-    """Open edges, and how often they run, once triangles are added."""
+    """Open edges and their multiplicities after triangles are added."""
     start = np.concatenate([edges[:, 0], triangles.ravel()])
     end = np.concatenate([edges[:, 1], np.roll(triangles, -1, axis=1).ravel()])
     count = np.concatenate([times, np.ones(triangles.size, dtype=np.int64)])
@@ -79,7 +79,7 @@ def _open(edges: Ints, times: Ints, triangles: Ints, num_points: int) -> tuple[I
 
 
 def _closed(points: Floats, edges: Ints, times: Ints, lines: Sequence[Floats], tolerance: float) -> _Walk:
-    """Open edges of a plane, with pieces of lines between their loose ends where these add up."""
+    """Open edges of a plane, with pieces of lines between their loose ends where these balance."""
     start, end, count = [points[edges[:, 0]]], [points[edges[:, 1]]], [times]
     loose = np.zeros(len(points), dtype=np.int64)
     np.add.at(loose, edges[:, 1], times)
@@ -92,7 +92,7 @@ def _closed(points: Floats, edges: Ints, times: Ints, lines: Sequence[Floats], t
             if len(on) < 2 or loose[on].sum() != 0:
                 continue
             on = on[np.argsort(points[on, 1 - axis], kind="stable")]
-            # What is loose before a piece must flow along it.
+            # The sum of loose ends before a piece is the flow along it.
             flow = np.cumsum(loose[on])[:-1]
             first, last = np.where(flow > 0, on[:-1], on[1:]), np.where(flow > 0, on[1:], on[:-1])
             used = flow != 0
@@ -104,7 +104,7 @@ def _closed(points: Floats, edges: Ints, times: Ints, lines: Sequence[Floats], t
 
 
 def _faces(walk: _Walk) -> tuple[Floats, Ints]:
-    """Corners [K, 2] and triangles [F, 3] that cover what a walk runs around, against its direction."""
+    """Corners [K, 2] and triangles [F, 3] that cover the inside of a walk, in the opposite direction."""
     noded = shapely.unary_union(shapely.linestrings(np.stack([walk.start, walk.end], axis=1)))
     corners, rows = [np.zeros((0, 2))], [np.zeros((0, 3), dtype=np.int64)]
     first = 0
@@ -127,7 +127,7 @@ def _faces(walk: _Walk) -> tuple[Floats, Ints]:
 
 
 def _winding(point: Floats, walk: _Walk) -> int:
-    """How often directed segments run around a point, anticlockwise."""
+    """Winding number of directed segments around a point, anticlockwise."""
     (x, y), a, b = point, walk.start, walk.end
     rising, falling = (a[:, 1] <= y) & (b[:, 1] > y), (b[:, 1] <= y) & (a[:, 1] > y)
     side = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (x - a[:, 0]) * (b[:, 1] - a[:, 1])
@@ -135,7 +135,7 @@ def _winding(point: Floats, walk: _Walk) -> int:
 
 
 def _placed(points: Floats, known: Ints, plane: Plane, flat: Floats, tolerance: float) -> tuple[Floats, Ints, Ints]:
-    """Points [Q, 3] with those of a plane that are new, the row [K] of each corner, and the nearest known row [K]."""
+    """Points [Q, 3] with new ones of a plane, the row [K] of each corner, and the nearest known row [K]."""
     corners = np.empty((len(flat), 3))
     corners[:, plane.axis] = plane.at
     corners[:, [(plane.axis + 1) % 3, (plane.axis + 2) % 3]] = flat

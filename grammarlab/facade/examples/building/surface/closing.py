@@ -1,4 +1,4 @@
-"""Pieces of a building to one surface: stitched, with common points along seams, closed where unlike units meet."""
+"""Pieces of a building as one surface: stitched, with common points along seams, capped where different units meet."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from grammarlab.facade.examples.mesh.surface import (
 from grammarlab.facade.examples.mesh.views import Plane, plane_of, seen_from
 
 TOLERANCE = 1e-5
-"""Metres: of points on seams, and the width of T-junctions that may remain."""
+"""Tolerance of points on seams, and width of T-junctions that may remain, metres."""
 _LEAST_REACH, _MOST_REACH, _NOISES = 0.005, 0.05, 4.0
-"""Metres that stitching moves points at most, and multiples of the noise in between."""
+"""Largest move of a point by stitching: bounds in metres, and a multiple of the noise between them."""
 _ROUNDS = 3
-"""Times that nearest points are looked for."""
+"""Number of searches for nearest points."""
 _WORTH = 0.7
-"""Part of the open edges that a round of caps may leave for another to follow."""
+"""Largest share of open edges left by a round of caps that makes another round worthwhile."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,19 +40,19 @@ class Closed:
 
     surface: Surface
     moved: int
-    """Points that stitching has moved."""
+    """Number of points that stitching has moved."""
     farthest: float
-    """Metres, by which it has moved one at most: the widest gap that it has closed."""
+    """Largest move of a point by stitching, metres: the widest gap that it has closed."""
 
 
 def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *, was_closed: bool) -> Closed:
-    """The surface of pieces that stand side by side.
+    """The surface of adjacent pieces.
 
     Args:
         pieces: the pieces.
-        tilings: what tells where they meet.
-        noise: metres by which points of the example deviate from their walls.
-        was_closed: whether the example has no open edges, so that the building shall have none.
+        tilings: tilings that determine where pieces meet.
+        noise: deviation of points of the example from their walls, metres.
+        was_closed: whether the example has no open edges, so that the result must have none.
     """
     reach = min(max(_LEAST_REACH, _NOISES * noise), _MOST_REACH)
     planes = seams(tilings)
@@ -75,7 +75,7 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
 
 
 def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
-    """The surface with open points of seams that are each other's nearest as one."""
+    """The surface with mutually nearest open points of seams merged."""
     edges = seam_edges(surface, planes, TOLERANCE)[0]
     pairs = nearest_pairs(surface.points, np.unique(edges), edges, reach)
     place = np.arange(len(surface.points))
@@ -97,19 +97,19 @@ def seams(tilings: Sequence[Tiling]) -> list[Plane]:
 
 
 def rounded(surface: Surface) -> Surface:
-    """The surface with coordinates that 32-bit floating point numbers have, as files keep them."""
+    """The surface with coordinates rounded to 32-bit floating point numbers, as in files."""
     return welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
 
 
 def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:
-    """Connection points of units side by side or one above the other that are no neighbours in the example.
+    """Connection points of adjacent units that are not adjacent in the example.
 
     Args:
-        points: [Q, 3] of all pieces, each place once.
-        place: [P] which of them each point of a piece is.
+        points: [Q, 3] different points of all pieces.
+        place: [P] index of the different point for each point of a piece.
         first: [N + 1] first point of each piece.
-        tilings: of the pieces.
-        reach: metres that a point moves at most.
+        tilings: tilings of the pieces.
+        reach: largest move of a point, metres.
     """
     piece = 1
     for tiling in tilings:
@@ -134,7 +134,7 @@ def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], 
 
 
 def _beside(seen: Floats, tiling: Tiling, axis: int, reach: float) -> Bools:
-    """[K] which points lie beside a region along an axis, and at the depth of its units."""
+    """[K] whether points are beside a region along an axis, and at the depth of its units."""
     line = tiling.rows if axis == 0 else tiling.columns
     depth, (back, front) = seen[:, 2] - tiling.plane, tiling.depths
     return (

@@ -1,4 +1,4 @@
-"""Edges that meet points of their neighbours: pieces that stand side by side share all points along their seam."""
+"""Conforming edges along seams: adjacent pieces share all points of their seam."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _ROUNDS = 40
 
 
 def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surface:
-    """The surface without T-junctions on seams: naked points on naked edges become corners of their triangles.
+    """The surface without T-junctions on seams: points on open edges become corners of the triangles.
 
     Args:
-        surface: welded.
-        planes: of the seams; T-junctions elsewhere are the example's own, and stay.
-        tolerance: metres between an edge and a point on it.
+        surface: a welded surface.
+        planes: planes of the seams; T-junctions elsewhere are part of the example, and stay.
+        tolerance: largest distance between an edge and a point on it, metres.
     """
     for _ in range(_ROUNDS):
         edges = seam_edges(surface, planes, tolerance)[0]
@@ -27,7 +27,7 @@ def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Su
         if not len(edge):
             return surface
         chosen = edges[edge]
-        # An edge may run both ways in triangles that meet nothing else; its points are found twice then.
+        # An edge of isolated triangles may occur in both directions; its points are then found twice.
         key = chosen.min(axis=1) * len(surface.points) + chosen.max(axis=1)
         _, first = np.unique(key, return_index=True)
         surface = split_edges(surface, chosen[first, 0], chosen[first, 1], via[first])
@@ -35,13 +35,13 @@ def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Su
 
 
 def seam_edges(surface: Surface, planes: Sequence[Plane], tolerance: float) -> tuple[Ints, Ints]:
-    """[E, 2] directed edges on one of the planes that nothing runs against, and [E] how many times."""
+    """[E, 2] directed edges on one of the planes without an opposite edge, and [E] their multiplicities."""
     points = surface.points
     places = [np.unique([each.at for each in planes if each.axis == axis]) for axis in range(3)]
     near = np.zeros(len(points), dtype=bool)
     for axis, at in enumerate(places):
         near |= np.abs(points[:, axis] - _place(points[:, axis], at, tolerance)) <= tolerance
-    # Only triangles with two points near planes have such edges; of those edges they are all there is.
+    # Only triangles with two points near planes have such edges, and all edges between such points are theirs.
     edges, times = naked_edges(surface.triangles[near[surface.triangles].sum(axis=1) >= 2], len(points))
     on = np.zeros(len(edges), dtype=bool)
     for axis, at in enumerate(places):
@@ -52,14 +52,14 @@ def seam_edges(surface: Surface, planes: Sequence[Plane], tolerance: float) -> t
 
 
 def _place(values: Floats, places: Floats, tolerance: float) -> Floats:
-    """[N] the lowest of some ascending places that each value is not beyond; infinite where there are no places."""
+    """[N] the lowest of some ascending positions not below each value; infinite if there are none."""
     if not len(places):
         return np.full(len(values), np.inf)
     return places[np.minimum(np.searchsorted(places, values - tolerance), len(places) - 1)]
 
 
 def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints]:
-    """Edges that have a point between their ends, and of those points the one nearest to the middle."""
+    """Edges with points between their ends, and for each the point nearest to its middle."""
     none = np.zeros(0, dtype=np.int64)
     if not len(edges):
         return none, none

@@ -1,4 +1,4 @@
-"""What is still open after all, closed by force: walks along open edges are filled with triangles."""
+"""Remaining open edges, closed without regard to shape: walks along them are filled with triangles."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from grammarlab.facade.examples.mesh.surface import Ints, Surface, naked_edges, without_empty
 
 _MOST = 20_000
-"""Open edges; more are no small gaps, and stay open."""
+"""Largest number of open edges; surfaces with more have large gaps, and stay open."""
 
 
 def mended(surface: Surface) -> Surface:
     """The surface without open edges, if it has few: each closed walk along them becomes a fan of triangles.
 
-    Open edges always add up to closed walks, since what they bound is a sum of triangles.
+    Open edges always form closed walks, since they are the boundary of a sum of triangles.
     """
     edges, times = naked_edges(surface.triangles, len(surface.points))
     if not len(edges) or times.sum() > _MOST:
@@ -34,7 +34,7 @@ def mended(surface: Surface) -> Surface:
 
 
 def _walks(edges: Ints) -> list[list[int]]:
-    """Closed walks without a point twice that use every directed edge once."""
+    """Closed walks without repeated points that use every directed edge once."""
     following: dict[int, list[int]] = {}
     for start, end in edges.tolist():
         following.setdefault(start, []).append(end)
@@ -61,6 +61,6 @@ def _walks(edges: Ints) -> list[list[int]]:
 
 
 def _fan(walk: list[int]) -> Ints:
-    """Triangles whose edges run against a walk."""
+    """Triangles whose edges are opposite to those of a walk."""
     first, rest = walk[0], walk[1:]
     return np.array([(first, b, a) for a, b in pairwise(rest)], dtype=np.int64).reshape(-1, 3)

@@ -1,10 +1,11 @@
-"""Points where units meet that were no neighbours: those that belong together become one (paper 004, section 4.2).
+"""Stitching of units that are not neighbours in the example: matching points are merged (paper 004, section 4.2).
 
-The connection points of a side are the points of a unit on its seam. Of two sides, the smaller set looks for the
-nearest points of the larger (Eq. 3). Where the distances are close to each other, the largest at most `CLOSE` times the
-smallest, all are merged; else those up to the mean of the smallest and the largest. The paper leaves open what close
-means. Nothing moves further than a reach that the noise of the example gives: two features that merely stand near each
-other are kept apart, and caps close what is between them.
+The connection points of a side are the points of a unit on its seam. Of two sides, each point of the smaller set is
+matched with the nearest point of the larger one (Eq. 3). If the distances are similar, the largest at most `CLOSE`
+times
+the smallest, all pairs are merged; otherwise only pairs up to the mean of the smallest and the largest distance. The
+paper does not define similar. No point moves further than a reach, which depends on the noise of the example: separate
+features near each other stay separate, and caps close the gap between them.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ CLOSE = 1.5
 
 @dataclass(frozen=True, slots=True)
 class Matches:
-    """M pairs of points that become one."""
+    """M pairs of points to merge."""
 
     kept: Ints
     """[M] rows of the points that stay."""
@@ -34,18 +35,18 @@ class Matches:
 
 
 def matches(points: Floats, one: Ints, other: Ints, reach: float) -> Matches:
-    """The pairs of two sides that are merged; the same whichever comes first.
+    """The pairs of two sides to merge; the same for both orders of the sides.
 
     Args:
         points: [P, 3] metres.
-        one: [A] rows of the connection points of a side.
-        other: [B] those of the side that meets it.
-        reach: metres that a point moves at most.
+        one: [A] rows of the connection points of one side.
+        other: [B] rows of those of the adjacent side.
+        reach: largest move of a point, metres.
     """
     none = np.zeros(0, dtype=np.int64)
     if not len(one) or not len(other):
         return Matches(none, none)
-    # Of equally many, those whose first coordinates come first stay: the order of the arguments says nothing.
+    # Of sets of equal size, the one with lexicographically smaller coordinates stays, whatever the order of arguments.
     if (len(other), _first(points[other])) < (len(one), _first(points[one])):
         one, other = other, one
     found = KDTree(points[other]).query(points[one])
@@ -57,15 +58,15 @@ def matches(points: Floats, one: Ints, other: Ints, reach: float) -> Matches:
 
 
 def nearest_pairs(points: Floats, rows: Ints, edges: Ints, reach: float) -> Matches:
-    """Of some points those pairs that are each other's nearest, within reach, and on no common edge.
+    """Pairs of points that are mutually nearest, within reach, and not on a common edge.
 
-    What stitching leaves apart by less than the noise of the example are no two features.
+    Points closer than the noise of the example are not separate features.
 
     Args:
         points: [P, 3] metres.
-        rows: [K] points that are looked at.
-        edges: [E, 2] pairs of points that stay apart.
-        reach: metres.
+        rows: [K] rows of the points to pair.
+        edges: [E, 2] pairs of points that must stay separate.
+        reach: largest distance, metres.
     """
     none = np.zeros(0, dtype=np.int64)
     pairs = KDTree(points[rows]).query_pairs(reach, output_type="ndarray") if len(rows) else none
@@ -90,9 +91,9 @@ def _first(points: Floats) -> tuple[float, ...]:
 
 
 def stitched(points: Floats, pairs: Sequence[Matches]) -> tuple[Floats, Bools]:
-    """[P, 3] points after all pairs are merged at once, in whatever order they come, and [P] which have moved.
+    """[P, 3] points after all pairs are merged at once, in any order, and [P] whether each has moved.
 
-    Points that several pairs connect come to lie on the one that most of them keep.
+    Points connected by several pairs move to the one that most of the pairs keep.
     """
     kept = np.concatenate([np.zeros(0, np.int64), *(each.kept for each in pairs)])
     moved = np.concatenate([np.zeros(0, np.int64), *(each.moved for each in pairs)])

@@ -1,1 +1,1 @@
-"""Lower bounds of the energy: strips, chains and the prices that they agree on."""
+"""Lower bounds of the energy: strips, chains and prices for their agreement."""

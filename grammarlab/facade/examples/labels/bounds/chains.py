@@ -1,4 +1,4 @@
-"""Cheapest sequence of states when each cost is of three states that follow each other."""
+"""Cheapest sequence of states for costs of three consecutive states."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ Costs = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class SequenceTally:
-    """Sums that a sequence keeps within limits: how often labels come in it."""
+    """Sums over a sequence with upper limits, such as counts of labels."""
 
     weight: tuple[NDArray[np.int64], ...]
-    """By place: [states, sums] what each state adds."""
+    """By place: [states, sums] contribution of each state."""
     least: tuple[int, ...]
     most: tuple[int, ...]
 
@@ -26,18 +26,18 @@ class Chain:
     """A sequence of states."""
 
     states: NDArray[np.int64]
-    """[places]"""
+    """[places] states."""
     cost: float
-    """Infinite where no sequence is allowed."""
+    """Infinite if no sequence is allowed."""
 
 
 def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
     """The cheapest sequence, by dynamic programming over pairs of neighbours.
 
     Args:
-        costs: by place: [states before, states here, states after] cost of three neighbours; one state lies before the
-            first place and one after the last.
-        own: by place: [states] cost of a state alone; infinite where it is not allowed.
+        costs: by place: [states before, states here, states after] cost of three neighbours; there is one state before
+            the first place and one after the last.
+        own: by place: [states] cost of a single state; infinite if it is not allowed.
         tally: limits of sums over the sequence.
     """
     if tally is not None:
@@ -58,14 +58,14 @@ def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally 
 
 
 def _tallied(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally) -> Chain:
-    """The same with limits: sums up to each limit are part of the state, one more stands for too much."""
+    """The cheapest sequence with limits: the sums, capped just above each limit, are part of the state."""
     sizes = np.array(tally.most) + 1
     sums = np.stack([axis.ravel() for axis in np.indices(sizes.tolist())], axis=1)  # [totals, sums]
     radix = np.concatenate([np.cumprod(sizes[::-1])[::-1][1:], [1]])
     totals = len(sums)
 
     def added(place: int) -> NDArray[np.int64]:
-        """[totals, states] total after a state, or `totals` when a limit is passed."""
+        """[totals, states] total after a state, or `totals` if it exceeds a limit."""
         after = sums[:, None, :] + tally.weight[place][None, :, :]
         return np.where((after < sizes).all(axis=2), after @ radix, totals)
 

@@ -1,4 +1,4 @@
-"""Lower bounds of the energy: strips that each choose labels of their own, with prices that make them agree."""
+"""Lower bounds of the energy: strips that choose labels independently, with prices that make them agree."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from grammarlab.facade.examples.labels.demands import LabelDemands
 from grammarlab.facade.examples.labels.problem import WINDOW, Problem
 
 _ROUNDING = 0.01
-"""Energies are whole numbers; this much below one is taken to be it."""
+"""Largest rounding error of a bound; it is subtracted before a bound is rounded up to an integer energy."""
 _LARGEST = 1e8
-"""Sums that solving different strips may take."""
+"""Largest number of additions to solve all different strips."""
 _PATIENCE = 3
 """Steps without a better bound before steps become smaller."""
 _SHRINK = 0.7
 
 
 def least_work(problem: Problem) -> float:
-    """Sums that one bound takes: three rows of all strips, three patches that follow each other at every column."""
+    """Additions for one bound: for three rows of all strips, three consecutive patches at every column."""
     most = max(len(patches) for patches in problem.patches)
     return float(most) ** 3 * problem.rows * problem.columns * WINDOW
 
 
 def strips_alone(problem: Problem) -> int:
-    """What no grid's energy is below: all strips at their best, each by itself; equal strips are solved once.
+    """Lower bound of the energy of every grid: the sum of the independent optima of all strips.
 
-    It is 0 where that would take too long.
+    Equal strips are solved once. The bound is 0 if it would take too long.
     """
     first: dict[bytes, int] = {}
     same = []
@@ -66,20 +66,20 @@ class Dual:
 
     @property
     def whole(self) -> int:
-        """The bound, as energies are whole."""
+        """The bound, rounded up to an integer."""
         return ceil(self.bound - _ROUNDING) if np.isfinite(self.bound) else 0
 
     def sweep(self, sweeps: int) -> None:
-        """Let strips pass on what they know of prices."""
+        """Improves the prices by message passing between strips."""
         tolls = self._tolls()
         self.prices = swept(self.problem, self.prices + tolls, sweeps) - tolls
 
     def steps(self, target: float, most: int) -> Iterator[Labels]:
-        """Better and better bounds; after each step, the labels that most strips want.
+        """Improves the bound; yields after each step the labels that most strips choose.
 
         Args:
-            target: energy of a grid that is known; steps become small as the bound comes near.
-            most: steps.
+            target: energy of a known grid; steps become small as the bound approaches it.
+            most: largest number of steps.
         """
         scale, waited = 1.0, 0
         for _ in range(most):
@@ -97,7 +97,7 @@ class Dual:
             self.tolls += step * toll_slopes
 
     def _evaluated(self) -> tuple[float, Costs, Costs, Labels]:
-        """The bound at these prices, its slopes by prices and by tolls, and the labels that most strips want."""
+        """The bound at these prices, its subgradients by prices and tolls, and the labels that most strips choose."""
         energies, labels = self.strips.least(self.prices + self._tolls())
         chosen = (labels[..., None] == np.arange(self.problem.num_labels)).astype(float)
         mean = self._gathered(chosen) / self.copies[..., None]
@@ -116,7 +116,7 @@ class Dual:
         return value, slopes, toll_slopes, mean.argmax(axis=2)
 
     def _tolls(self) -> Costs:
-        """[strips, 3, columns, labels] what each label that is counted costs in addition."""
+        """[strips, 3, columns, labels] additional cost of each counted label."""
         found = np.zeros_like(self.prices)
         share = self._spread(1.0 / self.copies)
         for (label, _, _), toll in zip(self.demands.counts, self.tolls, strict=True):

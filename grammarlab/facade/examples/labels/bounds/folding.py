@@ -1,4 +1,4 @@
-"""Chains that read the same from both ends, as chains of half the length."""
+"""Palindromic chains, as chains of half the length."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from grammarlab.facade.examples.labels.bounds.chains import Chain, Costs, Sequen
 
 
 def cheapest_palindrome(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
-    """The cheapest sequence whose place k and whose place -1 - k have one state.
+    """The cheapest sequence whose places k and -1 - k have the same state.
 
     Args:
-        costs: as in `cheapest`; the same states at all places.
-        own: as in `cheapest`.
+        costs: see `cheapest`; the same states at all places.
+        own: see `cheapest`.
         tally: limits of sums over the sequence.
     """
     size = len(costs)
@@ -26,7 +26,7 @@ def cheapest_palindrome(costs: Sequence[Costs], own: Sequence[Costs], tally: Seq
     folded = [costs[place] + costs[-1 - place].transpose(2, 1, 0) for place in range(half - 1)]
     middle = costs[half - 1]
     states = np.arange(middle.shape[1])
-    if odd:  # the last is the middle one; the state after it is the one before it
+    if odd:  # the last place is the middle: its neighbours are equal
         last = middle[states[:, None], states[None, :], states[:, None]]
     else:
         after = costs[half]

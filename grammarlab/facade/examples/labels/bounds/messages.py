@@ -1,4 +1,4 @@
-"""Prices of labels that strips of windows pass on, so that what one border asks for is known at the other."""
+"""Prices of labels that strips of windows pass on, so that conditions of one border reach the other."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from grammarlab.facade.examples.labels.bounds.strips import CellWants
 from grammarlab.facade.examples.labels.problem import AWAY, WINDOW, Problem
 
 _PART = 0.5
-"""Part of what a strip knows that it passes on; with all of it, sweeps end at a worse bound."""
+"""Share of its min-marginals that a strip passes on; with all of them, sweeps end at a worse bound."""
 
 
 def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
-    """Prices with which the bound of the strips is better: block coordinate ascent, upwards and downwards in turn.
+    """Prices with a better bound of the strips: block coordinate ascent, upwards and downwards in turn.
 
-    A strip's min-marginals of a cell, how much more it costs when the cell has this label, are its price of the label:
-    half of it moves to the next strip over the same cell. No step lowers the bound.
+    The price of a label is a strip's min-marginal of a cell, the additional cost if the cell has this label: half of it
+    moves to the next strip over the same cell. No step lowers the bound.
 
     Args:
-        problem: what windows are compared with.
-        start: [strips, 3, columns, labels] prices to begin with.
-        sweeps: over all strips.
+        problem: the windows and their patches.
+        start: [strips, 3, columns, labels] initial prices.
+        sweeps: number of sweeps over all strips.
 
     Returns:
-        [strips, 3, columns, labels]; over a cell they add up to what they did.
+        [strips, 3, columns, labels] prices; their sums over a cell do not change.
     """
     prices = start.copy()
     known: dict[tuple[int, int], _Wants] = {}
@@ -41,16 +41,16 @@ def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
 
 @dataclass(frozen=True, slots=True)
 class _Wants:
-    """What the patches of a list want in one of their columns."""
+    """Labels that the patches of a list have in one of their columns."""
 
     label: Labels
-    """[3, patches]"""
+    """[3, patches] labels."""
     order: Labels
     """[3, patches] patches sorted by their label."""
     starts: tuple[Labels, ...]
-    """By row: where the patches of another label begin."""
+    """By row: first patch of each label in that order."""
     first: tuple[Labels, ...]
-    """By row: these labels; the number behind the last one stands for nothing wanted."""
+    """By row: these labels; one number above the last label means no label."""
 
     @classmethod
     def of(cls, patches: Labels, column: int, num_labels: int) -> _Wants:
@@ -62,7 +62,7 @@ class _Wants:
 
 
 class _Strip:
-    """One row of windows, at the prices of the moment."""
+    """One row of windows, at the current prices."""
 
     def __init__(
         self,
@@ -78,10 +78,10 @@ class _Strip:
         differ[np.arange(problem.num_labels), np.arange(problem.num_labels)] = 0.0
         differ[:, -1] = 0.0
         self.differ = differ
-        """[labels, wanted labels]"""
+        """[labels, target labels] 0 for equal labels and for no target label, 1 otherwise."""
 
     def pass_on(self, step: int) -> None:
-        """Move prices to the strip above (1) or below (-1), cell after cell."""
+        """Moves prices to the strip above (1) or below (-1), cell by cell."""
         columns = self.problem.columns
         costs = [{up: self._cost(column, up) for up in self.inside} for column in range(columns)]
         after = [np.zeros((1, 1))] * columns
@@ -103,11 +103,11 @@ class _Strip:
             before = (before[:, :, None] + sum(costs[column].values())).min(axis=0)
 
     def _own(self, column: int, up: int) -> Costs:
-        """[labels] price of each label of a cell; infinite where it is not allowed."""
+        """[labels] price of each label of a cell; infinite if it is not allowed."""
         return np.where(self.problem.domain[self.row + up - 1, column], self.prices[self.row, up, column], np.inf)
 
     def _cost(self, column: int, up: int) -> Costs:
-        """[before, here, after] least cost of a cell, given the patches of three windows."""
+        """[before, here, after] least cost of a cell for given patches of three windows."""
         kinds = [
             int(self.problem.kind[self.row, k]) if 0 <= k < self.problem.columns else -2
             for k in range(column - 1, column + 2)
@@ -128,11 +128,11 @@ class _Strip:
         return (sorts + differ).min(axis=(1, 2, 3)) + self._own(column, up)
 
     def _wanted(self, column: int) -> tuple[_Wants, _Wants, _Wants]:
-        """What the windows before, about and after a column want of its cells."""
+        """Labels of the patches of the windows before, at and after a column, in its cells."""
         return self._of(column - 1, 2), self._of(column, 1), self._of(column + 1, 0)
 
     def _of(self, column: int, side: int) -> _Wants:
-        """What the patches of a window want in one of their columns; beyond the grid, one that wants nothing."""
+        """Labels of the patches of a window in one of their columns; none outside of the grid."""
         kind = int(self.problem.kind[self.row, column]) if 0 <= column < self.problem.columns else -1
         if (kind, side) not in self.known:
             patches = self.problem.patches[kind] if kind >= 0 else np.full((1, WINDOW, WINDOW), AWAY)

@@ -1,4 +1,4 @@
-"""Rows of windows, each by itself: their least energies, over all labels of the three rows that each covers."""
+"""Independent rows of windows: their least energies, over all labels of the three rows that each covers."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ _Kind = TypeVar("_Kind", bound=np.generic)
 
 @dataclass(frozen=True, slots=True)
 class WindowStrips:
-    """Some rows of windows of a problem."""
+    """Rows of windows of a problem."""
 
     problem: Problem
     rows: NDArray[np.int64]
-    """[strips] row of the centres of each."""
+    """[strips] row of the centres of each strip."""
     wants: Labels
-    """[strips, columns + 2, patches, 3, 3] what the patches of each window want; one place before and after wants
-    nothing, and the first patch comes again where a cell has fewer than others."""
+    """[strips, columns + 2, patches, 3, 3] labels of the patches of each window; the places before and after have no
+    labels, and the first patch is repeated in windows with fewer patches."""
     allowed: NDArray[np.bool_]
     """[strips, 3, columns, labels] labels that the cells may have."""
     inside: NDArray[np.bool_]
-    """[strips, 3] which rows of each strip are in the grid."""
+    """[strips, 3] whether each row of a strip is in the grid."""
     known: dict[bytes, list[CellWants]] = field(default_factory=dict)
-    """What was made of `wants` so far."""
+    """Cached tables from `wants`."""
 
     @classmethod
     def of(cls, problem: Problem, rows: Sequence[int]) -> WindowStrips:
@@ -48,10 +48,10 @@ class WindowStrips:
         return cls(problem, chosen, np.array(filled)[kinds], allowed, inside)
 
     def least(self, prices: Costs) -> tuple[Costs, Labels]:
-        """The least energy of each strip, and the labels that have it.
+        """The least energy of each strip, and its labels.
 
-        The chain is of patches: when three patches that follow each other are chosen, so is the best label of each
-        cell between them. It is exact.
+        The chain is of patches: three consecutive patches determine the best label of each cell between them. The
+        result is exact.
 
         Args:
             prices: [strips, 3, columns, labels] added for each label of each cell.
@@ -70,7 +70,7 @@ class WindowStrips:
             choice = through.argmin(axis=1)
             value = np.take_along_axis(through, choice[:, None], axis=1)[:, 0]
             choices.append(choice)
-        # The place after the last column is one state; so is the one before the first.
+        # The place after the last column has one state; so has the one before the first.
         last = value[:, :, 0]
         place = np.arange(len(self.rows))
         after, here = np.zeros(len(self.rows), dtype=np.int64), last.argmin(axis=1)
@@ -84,14 +84,14 @@ class WindowStrips:
         return energies, labels
 
     def _wanted(self, column: int) -> tuple[Labels, Labels, Labels]:
-        """[strips, states, 3 rows] what the windows before, about and after a column want of its cells."""
+        """[strips, states, 3 rows] labels of the patches of the windows before, at and after a column, in its cells."""
         before, here, after = (self.wants[:, column + step] for step in range(3))
         before = before[:, :1] if column == 0 else before
         after = after[:, :1] if column == self.problem.columns - 1 else after
         return before[..., 2], here[..., 1], after[..., 0]
 
     def _cost(self, own: Costs, column: int) -> NDArray[np.float32]:
-        """[strips, before, here, after] least cost of the cells of a column, given the patches of three windows."""
+        """[strips, before, here, after] least cost of the cells of a column for given patches of three windows."""
         wants = self._cells(column)
         total = wants[0].costs(own[:, 0, column].astype(np.float32))
         for row in range(1, WINDOW):
@@ -99,7 +99,7 @@ class WindowStrips:
         return total
 
     def _cells(self, column: int) -> list[CellWants]:
-        """What is wanted of the three cells of each strip in a column; columns between others alike share it."""
+        """Target labels of the three cells of each strip in a column; columns with equal neighbours share them."""
         kinds = self.problem.kind[self.rows]
         key = kinds[:, max(0, column - 1) : column + 2].tobytes() + bytes([column == 0])
         if key not in self.known:
@@ -108,7 +108,7 @@ class WindowStrips:
         return self.known[key]
 
     def _labels(self, own: Costs, column: int, states: Sequence[NDArray[np.int64]]) -> Labels:
-        """[strips, 3] the best label of each cell of a column, given the patches of three windows."""
+        """[strips, 3] the best label of each cell of a column for given patches of three windows."""
         place = np.arange(len(self.rows))
         cost = own[:, :, column].copy()
         for wanted, state in zip(self._wanted(column), states, strict=True):
@@ -119,14 +119,14 @@ class WindowStrips:
 
 @dataclass(frozen=True, slots=True)
 class CellWants:
-    """What the patches of the windows before, about and after a cell want of it: all that prices do not change."""
+    """Labels of a cell in the patches of the windows before, at and after it: all data that do not depend on prices."""
 
     wanted: tuple[Labels, ...]
-    """Three of [strips, states]."""
+    """Three arrays [strips, states]."""
     others: tuple[NDArray[np.float32], ...]
-    """For each of the three: [strips, before, here, after] how many of the other two want the same, and one for it."""
+    """For each of the three: [strips, before, here, after] how many of the three have the same label."""
     number: NDArray[np.float32]
-    """[strips, before, here, after] how many want anything."""
+    """[strips, before, here, after] how many have a label."""
 
     @classmethod
     def of(cls, wanted: Sequence[Labels]) -> CellWants:
@@ -140,10 +140,10 @@ class CellWants:
         return cls(tuple(wanted), tuple(others), number)
 
     def costs(self, prices: NDArray[np.float32]) -> NDArray[np.float32]:
-        """[strips, before, here, after] least cost of the cell: of a label its price, and 1 for each window it fails.
+        """[strips, before, here, after] least cost of the cell: a label's price plus 1 for each window that differs.
 
         Args:
-            prices: [strips, labels] of its labels.
+            prices: [strips, labels] prices of its labels.
         """
         strips = np.arange(len(prices))[:, None]
         least = prices.min(axis=1)[:, None, None, None]

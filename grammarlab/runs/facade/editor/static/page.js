@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source 7fec85ac120bcf9b */
+/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source c192caeb9de870d0 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -259,7 +259,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -275,7 +275,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -292,7 +292,7 @@ var Channel = class {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${this.#count += 1}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -753,7 +753,7 @@ function handle(name) {
     "aria-label": name,
     "aria-orientation": name === "Width" ? "horizontal" : "vertical",
     "aria-valuemin": "0",
-    title: `${name}: drag, or use the arrow keys. Shift keeps the shape while dragging`
+    title: `${name}: drag, or use the arrow keys. Shift keeps the aspect ratio while dragging`
   });
 }
 function corner() {
@@ -933,15 +933,15 @@ function listenToKeysOf(page, drag, save, plain) {
 
 // editor/keyboard.js
 var KEYS = [
-  ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
-  ["Tab", "to the facade, its handles, the variations and the panel"],
-  ["Arrows on the facade", "from part to part"],
-  ["Alt and arrows there", "move the part by 0.05 m, with Shift by 0.5 m"],
-  ["Space on the facade", "put the part into the grid, or take it out"],
+  ["Arrows", "make the facade wider, narrower, higher or lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
+  ["Tab", "go to the facade, its handles, the variations and the panel"],
+  ["Arrows on the facade", "go from part to part"],
+  ["Alt and arrows on the facade", "move the selected part by 0.05 m, with Shift by 0.5 m"],
+  ["Space on the facade", "add the selected part to the grid, or remove it"],
   ["W, H, A", "lock or unlock width, height, aspect of the selected part"],
   ["P", "select the part around the selected one"],
-  ["G", "clicks change the grid, or select"],
-  ["V", "to the variations; Enter accepts one"],
+  ["G", "switch whether a click changes the grid or selects a part"],
+  ["V", "go to the variations; Enter accepts one"],
   ["Ctrl Z, Ctrl Y", "undo, redo"],
   ["Ctrl S", "save"],
   ["Escape", "select nothing, end a drag"],
@@ -1015,7 +1015,7 @@ function makePanel(page, acts) {
   const tied = element("input", { type: "checkbox", onchange: () => page.tied = tied.checked });
   const grids = element("ul", { class: "fe-grids", "aria-label": "Grids" });
   const gridding = textButton("Change by clicking", acts.toggleGridding, {
-    title: "A click puts a part into the active grid, or takes it out (G)"
+    title: "A click adds a part to the active grid, or removes it (G)"
   });
   const hint = element("p", { class: "gl-hint" });
   const part = element("div", { class: "fe-part" });
@@ -1031,7 +1031,7 @@ function makePanel(page, acts) {
     height.set(state.drawing.height, isLocked(page, 0, "height"));
     gridding.setAttribute("aria-pressed", String(page.gridding));
     gridding.disabled = !state.active;
-    hint.textContent = page.gridding ? `Click parts to put them into “${state.active}”, or to take them out.` : "Draw a rectangle on the facade to make a grid of what lies in it.";
+    hint.textContent = page.gridding ? `Click parts to add them to “${state.active}”, or to remove them.` : "Draw a rectangle on the facade to make a grid of the parts inside it.";
     updateGrids();
     updatePart();
     locks.replaceChildren(
@@ -1059,7 +1059,7 @@ function makePanel(page, acts) {
       ...found.map(({ name, rows, columns, nodes }) => {
         const size = `${rows} × ${columns}`;
         const empty = rows * columns - nodes.length;
-        const label = `${name}, ${rows} rows, ${columns} columns${empty ? `, ${empty} places empty` : ""}`;
+        const label = `${name}, ${rows} rows, ${columns} columns${empty ? `, ${empty} empty places` : ""}`;
         return element(
           "li",
           { class: "fe-grid" },
@@ -1118,7 +1118,7 @@ function makePanel(page, acts) {
         element(
           "p",
           { class: "gl-hint" },
-          "Click a part to see its size and to lock it; then drag it to move it with all that is aligned."
+          "Click a part to see its size or to lock it. Drag the selected part to move it with all aligned parts."
         )
       );
       return;
@@ -1143,7 +1143,7 @@ function makePanel(page, acts) {
       element(
         "div",
         { class: "gl-row" },
-        element("span", { class: "fe-unit" }, "Width to height"),
+        element("span", { class: "fe-unit" }, "Width / height"),
         element("span", { class: "gl-space" }),
         element("span", {}, (w / h).toFixed(2)),
         aspect.element
@@ -1152,10 +1152,10 @@ function makePanel(page, acts) {
         "div",
         { class: "gl-row gl-wrap" },
         grid ? textButton(
-          inside ? `Take out of ${grid.name}` : `Put into ${grid.name}`,
+          inside ? `Remove from ${grid.name}` : `Add to ${grid.name}`,
           () => void page.ask("press", { node: selected })
         ) : null,
-        selected > 0 ? textButton("Part around it", () => page.select(state.parent[selected])) : null
+        selected > 0 ? textButton("Enclosing part", () => page.select(state.parent[selected])) : null
       )
     );
   }
@@ -1168,7 +1168,7 @@ function makePanel(page, acts) {
         "Facade",
         width.element,
         height.element,
-        element("label", { class: "gl-check" }, tied, "Keep the shape of the whole")
+        element("label", { class: "gl-check" }, tied, "Keep the aspect ratio")
       ),
       card(
         "Grids",
@@ -1178,7 +1178,7 @@ function makePanel(page, acts) {
           { class: "gl-row gl-wrap" },
           gridding,
           textButton("Propose", () => void page.ask("propose"), {
-            title: "Grids from labels, places and sizes, in place of these"
+            title: "Replace the grids by new ones, found from labels, places and sizes"
           })
         ),
         hint
@@ -1252,7 +1252,7 @@ var Pictures = class {
       });
     }
   }
-  /** Whatever was under way is asked for anew. */
+  /** Requests pictures that were under way again. */
   again() {
     this.#asked = this.images.filter(Boolean).length === this.#asked ? this.#asked : 0;
   }
@@ -1289,9 +1289,9 @@ function makeStrip(page) {
     if (wanted === shown) return;
     shown = wanted;
     list.classList.add("fe-old");
-    about.textContent = active ? "Trying them…" : "";
+    about.textContent = active ? "Computing variations…" : "";
     if (!active)
-      return show([], 0, "Draw a rectangle around some windows to make a grid; then its variations are here.");
+      return show([], 0, "Draw a rectangle around some windows to make a grid. Its variations will appear here.");
     page.channel.request("vary", { axis: kind.axis, change: kind.change, most }).then(
       ({ result, buffers }) => {
         if (wanted !== shown) return;
@@ -1380,12 +1380,12 @@ function makeStrip(page) {
 
 // editor/main.js
 var KINDS2 = {
-  json: "facade, to open again",
+  json: "facade, can be opened again",
   svg: "drawing",
   png: "picture",
   glb: "model",
   obj: "model",
-  cga: "rules that derive it"
+  cga: "rules of the facade"
 };
 function build(root, channel, first) {
   const notes = makeNotes();
@@ -1453,7 +1453,7 @@ function build(root, channel, first) {
   const panel = makePanel(page, acts);
   const help = makeHelp(
     KEYS,
-    "Drag the handles at the right and at the top to change the size. Click a part to select it, draw a rectangle to make a grid. Click a picture below to accept a variation."
+    "Drag the handles at the right and at the top to change the size. Click a part to select it. Draw a rectangle to make a grid. Click a picture below to accept a variation."
   );
   listenToPointer(page, stage, drag);
   listenToKeys(page, stage, drag, acts);

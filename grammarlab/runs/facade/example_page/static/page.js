@@ -1,4 +1,4 @@
-/* Built from shared, example by pages/bundle.js; do not edit. Source f616ac32980f0422 */
+/* Built from shared, example by pages/bundle.js; do not edit. Source 62788289db024f6f */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -32,7 +32,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -48,7 +48,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -65,7 +65,7 @@ var Channel = class {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${this.#count += 1}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -292,9 +292,9 @@ function makeStage(page, colorOf) {
   return {
     element: stage,
     draw,
-    /** Forgets what is dragged. */
+    /** Cancels a drag. */
     cancel: () => void (dragged = null),
-    /** The chosen line a little. @param {string} key @returns {boolean} whether it means something */
+    /** Moves the chosen line a little. @param {string} key @returns {boolean} whether the key has a meaning */
     nudge(key) {
       const upright = key === "ArrowUp" || key === "ArrowDown";
       if (!page.line || !STEPS[key] || upright !== (page.line.axis === "rows")) return false;
@@ -321,7 +321,7 @@ function build(root, channel, first) {
       [page.cells, page.line] = [cells, line];
       draw();
     },
-    /** Shown at once, so that a key that is held goes on from there; taken back where it is refused. */
+    /** Shown at once, so that a held key continues from there; restored if the change is refused. */
     async moveLine({ axis, line }, at) {
       const lines = page.current()[axis];
       const before = lines[line];
@@ -401,7 +401,7 @@ function build(root, channel, first) {
   async function ask(command, parameters = {}) {
     try {
       const answer = await channel.request(command, parameters);
-      status.textContent = answer.result.words ? `undone or done again: ${answer.result.words}` : "";
+      status.textContent = answer.result.words ? `undone or redone: ${answer.result.words}` : "";
       status.className = "ex-note";
       return answer;
     } catch (error) {
@@ -436,7 +436,7 @@ function build(root, channel, first) {
     const answer = await ask("synthesize", { rows: +rows.value, columns: +columns.value, seed });
     if (!answer) return void (figures.textContent = "");
     const { rows: high, columns: wide, energy, bound, watertight, triangles } = answer.result;
-    const proven = energy === bound ? "proven least" : `at least ${bound}`;
+    const proven = energy === bound ? "proven to be the least" : `at least ${bound}`;
     figures.textContent = `${high} × ${wide} units, energy ${energy} (${proven}), ${triangles.toLocaleString()} triangles, ${watertight ? "closed" : "open"}`;
     URL.revokeObjectURL(result.src);
     result.src = pngUrl(answer.buffers[0]);

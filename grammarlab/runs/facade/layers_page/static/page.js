@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages/bundle.js; do not edit. Source 14b680c2ac344c24 */
+/* Built from shared, stage, layers by pages/bundle.js; do not edit. Source f7b2e6a2bf739cf3 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -259,7 +259,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -275,7 +275,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -292,7 +292,7 @@ var Channel = class {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${this.#count += 1}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -802,7 +802,7 @@ function handle(name) {
     "aria-label": name,
     "aria-orientation": name === "Width" ? "horizontal" : "vertical",
     "aria-valuemin": "0",
-    title: `${name}: drag, or use the arrow keys. Shift keeps the shape while dragging`
+    title: `${name}: drag, or use the arrow keys. Shift keeps the aspect ratio while dragging`
   });
 }
 function corner() {
@@ -871,10 +871,10 @@ function listenToKeysOf(page, drag, save, plain) {
 
 // layers/keyboard.js
 var KEYS = [
-  ["Arrows", "wider, narrower, higher, lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
-  ["Tab", "to the handles, the layouts and the panel"],
-  ["L", "to the layouts; Enter chooses one"],
-  ["T", "to the text; Escape leaves it"],
+  ["Arrows", "make the canvas wider, narrower, higher or lower by 0.1 m; with Shift by 1 m, with Alt by 0.01 m"],
+  ["Tab", "go to the handles, the layouts and the panel"],
+  ["L", "go to the layouts; Enter chooses one"],
+  ["T", "go to the text; Escape leaves it"],
   ["Ctrl Z, Ctrl Y", "undo, redo"],
   ["Ctrl S", "save"],
   ["Escape", "end a drag"],
@@ -941,9 +941,9 @@ function countersOf({ counters }) {
 // layers/panel.js
 var FLAGS = [
   ["opaque", "opaque", "covers all of its place"],
-  ["attached", "attached", "its neighbours stay beside it"],
-  ["unoccludable", "unoccl.", "nothing lies over it that covers only a part"],
-  ["transparent", "transp.", "a placeholder that is never seen"]
+  ["attached", "attached", "its neighbours stay next to it"],
+  ["unoccludable", "unoccl.", "nothing may cover only a part of it"],
+  ["transparent", "transp.", "a placeholder that is never visible"]
 ];
 function makePanel(page, text) {
   const width = sizeRow("Width", "width", (width2) => page.ask("resize", { width: width2, height: page.state.height }));
@@ -983,7 +983,7 @@ function makePanel(page, text) {
       counters.replaceChildren(
         ...(now ? now.split(", ") : []).map((each) => element("span", { class: "fl-counter" }, each))
       );
-    energy.textContent = layout ? `Energy ${layout.energy.toPrecision(4)}, ${layout.proven ? "proven to be the least" : "maybe not the least"}` : "";
+    energy.textContent = layout ? `Energy ${layout.energy.toPrecision(4)}, ${layout.proven ? "proven to be the least" : "not proven to be the least"}` : "";
     const { layers: found, symbols: known } = page.state;
     const what = JSON.stringify([found, known]);
     if (what !== drawn) drawDesign();
@@ -1013,7 +1013,7 @@ function makePanel(page, text) {
       ...axes.map(
         ({ pattern, symbols: symbols2, seen }, axis) => element(
           "div",
-          { class: "fl-axis", role: "group", "aria-label": `What is seen of ${name} along ${"xy"[axis]}` },
+          { class: "fl-axis", role: "group", "aria-label": `Visible symbols of ${name} along ${"xy"[axis]}` },
           element("code", { class: "fl-pattern", title: "xy"[axis] }, pattern),
           ...symbols2.map((symbol) => {
             const shows = seen === null || seen.includes(symbol);
@@ -1029,10 +1029,10 @@ function makePanel(page, text) {
     const { name, size } = symbol;
     const now = new Text("–");
     sizes.set(name, now);
-    const wished = size === null ? "what is left" : `of ${Number(size.toFixed(3))} m`;
+    const target = size === null ? "the rest" : `of ${Number(size.toFixed(3))} m`;
     return [
       element("span", { class: "fl-symbol" }, name),
-      element("span", { class: "fl-size" }, now, element("small", {}, wished)),
+      element("span", { class: "fl-size" }, now, element("small", {}, target)),
       element(
         "span",
         { class: "fl-flags" },
@@ -1055,7 +1055,7 @@ function makePanel(page, text) {
     element: element(
       "section",
       { class: "gl-side fe-side fl-side", "aria-label": "Design" },
-      element("div", { class: "fl-tabs", role: "group", "aria-label": "How the design is shown" }, ...tabs),
+      element("div", { class: "fl-tabs", role: "group", "aria-label": "View of the design" }, ...tabs),
       design,
       text.element
     ),
@@ -1137,12 +1137,12 @@ function makeText(page) {
 // layers/main.js
 var EMPTY = { label: [], picture: [], outlines: [], columns: new Float64Array(), colors: [""] };
 var KINDS = {
-  json: "facade, to open and to edit",
+  json: "facade, can be opened and edited",
   svg: "drawing",
   png: "picture",
   glb: "model with the depth of layers",
   obj: "model with the depth of layers",
-  cga: "rules that derive it"
+  cga: "rules of the facade"
 };
 function withColumns(layouts, buffers) {
   layouts.forEach((layout, number) => layout.columns = new Float64Array(buffers[number]));
@@ -1212,7 +1212,7 @@ function build(root, channel, first) {
   const panel = makePanel(page, text);
   const help = makeHelp(
     KEYS,
-    "Drag the handles at the right and at the top: the layers are laid out for each size. Click a picture below to choose a layout."
+    "Drag the handles at the right and at the top. The layers are laid out for each size. Click a picture below to choose a layout."
   );
   const acts = {
     save: () => frame.save(),

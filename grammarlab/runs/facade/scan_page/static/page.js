@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages/bundle.js; do not edit. Source 6806e82baa28a49b */
+/* Built from shared, scan by pages/bundle.js; do not edit. Source c0bebc713b36dd80 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -32,7 +32,7 @@ var Refusal = class extends Error {
 var Channel = class {
   connected = false;
   #transport;
-  /** Several views of one widget hear each other's answers, so every page marks its own requests. */
+  /** Several views of one widget receive each other's answers, so every page marks its own requests. */
   #mark = Math.random().toString(36).slice(2, 8);
   #count = 0;
   /** @type {Map<string, { resolve: (answer: any) => void, reject: (error: Error) => void }>} */
@@ -48,7 +48,7 @@ var Channel = class {
   on(event, listener) {
     this.#listeners.set(event, listener);
   }
-  /** Begins; `changed` hears of every connection won or lost. @param {(connected: boolean) => void} changed */
+  /** Begins; `changed` is called for every connection made or lost. @param {(connected: boolean) => void} changed */
   open(changed) {
     this.#transport.watch((connected) => {
       if (!connected) this.#abandon();
@@ -65,7 +65,7 @@ var Channel = class {
    * @throws {Refusal | ConnectionLost}
    */
   request(command, parameters = {}, buffers = []) {
-    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python now."));
+    if (!this.connected) return Promise.reject(new ConnectionLost("There is no connection to Python."));
     const id = `${this.#mark}-${this.#count += 1}`;
     return new Promise((resolve, reject) => {
       this.#waiting.set(id, { resolve, reject });
@@ -321,7 +321,7 @@ function build(root, channel, state) {
     },
     /** @param {boolean} connected */
     connection(connected) {
-      lost.textContent = connected ? "" : "The connection is lost; try again when it is back.";
+      lost.textContent = connected ? "" : "The connection is lost. Try again when it is restored.";
     }
   };
 }

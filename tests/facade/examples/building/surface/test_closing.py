@@ -1,4 +1,4 @@
-"""New buildings of units: closed, of the right size, and made of nothing but units."""
+"""New buildings of units: closed, of the right size, and made only of units."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ SIZES = [(8, 15), (1, 7), (5, 1), (1, 1), (6, 6)]
 def random_building(
     known: House, path: Path, rows: int, columns: int, seed: int
 ) -> tuple[Example, BuildingCut, list[Tiling], UnstitchedPieces]:
-    """A building whose units follow each other in no order at all: no two neighbours fit."""
+    """A building whose units are in random order: no two neighbours fit."""
     random = np.random.default_rng(seed)
     example = analyse(read_mesh(known.write(path / "house.obj")))
 
@@ -61,7 +61,7 @@ def test_a_closed_house_makes_closed_buildings_of_any_size(rows: int, columns: i
     assert num_boundary_edges(surface) == 0
     heights = mesh.area_faces * 2.0 / mesh.edges_unique_length[mesh.faces_unique_edges].max(axis=1)
     assert heights.min() > TOLERANCE / 20.0
-    # The walls keep their place: the building is as large as its units and the rest make it.
+    # The walls stay in place: the building is as large as its units and the rest.
     size = np.ptp(example.surface.points, axis=0)
     grown = [
         np.ptp(each) - np.ptp(old)
@@ -91,7 +91,7 @@ def test_every_unit_is_a_unit_of_the_example_up_to_its_size(tmp_path: Path) -> N
             assert tiling.region.grid.labels[*source] == tiling.grid.labels[row, column]
             unit = cut.cells[wall][source[0]][source[1]]
             own = pieces.surface.points[pieces.first[piece] : pieces.first[piece + 1]]
-            # One scale per axis takes the unit to its place, and its points are still there in the end.
+            # One scale per axis moves the unit to its place, and its points are still there after stitching.
             scale = np.ptp(own, axis=0)
             assert len(own) == len(unit.points)
             assert np.sort(scale)[::-1][:2] == pytest.approx(
@@ -125,7 +125,7 @@ def test_a_house_without_a_roof_makes_buildings_without_one(tmp_path: Path) -> N
 
 
 def open_points(surface: Surface) -> np.ndarray:
-    """Points of edges that one triangle has."""
+    """Points of edges with only one triangle."""
     edges = np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     unique, count = np.unique(edges, axis=0, return_counts=True)
     return surface.points[np.unique(unique[count == 1])]

@@ -1,4 +1,4 @@
-"""Connection points of the paper: what is merged, and what stays."""
+"""Connection points of the paper: merged and unmerged pairs."""
 
 import numpy as np
 import pytest

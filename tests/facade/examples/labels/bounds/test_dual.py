@@ -82,7 +82,7 @@ def test_bounds_know_counts_and_symmetry(symmetric: bool) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_sweeps_only_raise_the_bound(seed: int) -> None:
-    """What strips pass on adds up to nothing over a cell, so that the bound stays one."""
+    """Prices that strips pass on sum to 0 over a cell, so that the bound stays valid."""
     example = shop_house() if seed == 0 else drawn(4, 4, 3, seed)
     size = (5, 8) if seed == 0 else (3, 4)
     problem = bordered([example], everywhere(*size))
