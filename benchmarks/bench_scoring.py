@@ -18,7 +18,7 @@ from grammarlab.scoring.session import Session
 from grammarlab.scoring.shown.knowledge import ModelPool
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
 from tests.browser.driver import ScoringPage, Server
-from tests.browser.test_simulated_person import Person
+from tests.browser.scoring.test_simulated_person import Person
 from tests.runs.processes import descendants
 
 ABOUT = About("toy", "Lot --> extrude(3)", 5, 100)

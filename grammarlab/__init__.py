@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from grammarlab.runs.facade.show import show_facade
     from grammarlab.runs.learn.labels import learn_from_labels
     from grammarlab.runs.pictures.render import render
+    from grammarlab.runs.requests.examples import examples_folder
     from grammarlab.runs.requests.loading import load
     from grammarlab.runs.requests.request import SampleRequest
     from grammarlab.runs.sampling.sample import sample_run
@@ -68,6 +69,7 @@ __all__ = [
     "count",
     "derive",
     "edit_facade",
+    "examples_folder",
     "extract",
     "facade_grammar",
     "fit",
@@ -108,6 +110,7 @@ _HOMES = {
     "count": "features.counting.counts",
     "derive": "derivation.derive",
     "edit_facade": "runs.facade.edit:edit",
+    "examples_folder": "runs.requests.examples",
     "extract": "features.columns.vocabulary",
     "facade_grammar": "runs.facade.grammar:grammar_of",
     "fit": "preference.fitting",

@@ -90,9 +90,11 @@ class ScoringSession(anywidget.AnyWidget):
     same actions with `do`. A cell that is run again continues the open session: widgets of one file share it until the
     newest of them is closed.
 
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
+    >>> import grammarlab as gl
     >>> with TemporaryDirectory() as folder:
-    ...     session = ScoringSession("toy", path=Path(folder) / "towers.db", jobs=0)
+    ...     session = gl.ScoringSession("toy", path=Path(folder) / "towers.db", jobs=0)
     ...     models = session.do("state")["grids"][0]["models"]
     ...     _ = session.do("score", models=models[:2], score=80)
     ...     scores = session.labels.scores

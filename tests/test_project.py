@@ -68,6 +68,25 @@ def test_paths_that_the_documents_name_exist():
             assert (ROOT / path).exists(), f"{document.name}: {path}"
 
 
+def below(folder: Path, name: str) -> bool:
+    """Whether a file or folder has this name, or path, at any depth below a folder."""
+    return any(folder.rglob(name.rstrip("/")))
+
+
+def test_files_and_rooms_that_the_documents_name_are_there():
+    """Names in code font: below the folder of the README or of the row of the map; of files on pages, anywhere."""
+    map_text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    texts = re.findall(r"^\| `(grammarlab/[a-z/]+/)` \| (.*) \|$", map_text, re.MULTILINE)
+    readmes = (ROOT / "grammarlab").glob("**/README.md")
+    texts += [(path.parent.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")) for path in readmes]
+    named = [(folder, name) for folder, text in texts for name in re.findall(r"`([\w./-]+(?:\.py|/))`", text)]
+    pages = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("**/*.md"))
+    named += [(top, name) for name in set(re.findall(r"`([\w./-]+\.py)`", pages)) for top in ["grammarlab", "tests"]]
+    there = {(folder, name) for folder, name in named if below(ROOT / folder, name) or (ROOT / name).exists()}
+    found = {name for folder, name in there if folder in {"grammarlab", "tests"}}
+    assert {f"{folder}: {name}" for folder, name in {*named} - there if name not in found} == set()
+
+
 def test_contributors_are_told_where_twenty_things_are():
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     table = re.search(r"## Where is …\?\n\n(.*?)\n\n", text, re.DOTALL)

@@ -1,6 +1,8 @@
 """The names of `import grammarlab as gl`: all there, each with an example, and nothing is loaded early."""
 
 import ast
+import builtins
+import doctest
 import inspect
 import subprocess
 import sys
@@ -10,6 +12,8 @@ import pytest
 
 import grammarlab as gl
 
+RETURNED = {"Facade", "Forest", "LearnedDensity", "Scene"}
+"""Names of values that functions return; their examples make one."""
 SOURCE = Path(gl.__file__).read_text(encoding="utf-8")
 
 
@@ -25,6 +29,22 @@ def test_every_public_name_is_documented_with_an_example(name):
     public = getattr(gl, name)
     assert public.__module__.startswith("grammarlab.")
     assert ">>> " in (inspect.getdoc(public) or "")
+
+
+@pytest.mark.parametrize("name", gl.__all__)
+def test_the_example_of_a_public_name_can_be_pasted(name):
+    """It imports what it uses, and of this package only the public names; that it runs is tested with all examples."""
+    found = doctest.DocTestParser().get_examples(inspect.getdoc(getattr(gl, name)) or "")
+    nodes = [node for each in found for node in ast.walk(ast.parse(each.source))]
+    used = [node for node in nodes if isinstance(node, ast.Name)]
+    imported = [alias for node in nodes if isinstance(node, ast.Import | ast.ImportFrom) for alias in node.names]
+    given = {alias.asname or alias.name for alias in imported}
+    given |= {node.id for node in used if isinstance(node.ctx, ast.Store)}
+    given |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    given |= {node.name for node in nodes if isinstance(node, ast.ExceptHandler) and node.name}
+    assert {node.id for node in used} <= given | set(dir(builtins))
+    assert not any("from grammarlab" in each.source for each in found)
+    assert any(isinstance(node, ast.Attribute) and node.attr == name for node in nodes) or name in RETURNED
 
 
 @pytest.mark.parametrize("name", ["nonsense", "numpy"])

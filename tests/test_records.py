@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from dataclasses import fields, is_dataclass
 from importlib import import_module
-from inspect import getmembers
+from inspect import getmembers, isclass
 from pathlib import Path
 
 import grammarlab
@@ -15,20 +15,22 @@ MOST = 6
 """Fields of a record that may be made without keywords."""
 
 
+def num_fields(each: type) -> int:
+    """Number of fields of a dataclass or of a named tuple; 0 for other classes."""
+    return len(fields(each)) if is_dataclass(each) else len(getattr(each, "_fields", ()))
+
+
 def nameless(file: Path) -> list[str]:
-    """Calls that make a large record of arguments without names; those that copy one whole, by a star, may."""
+    """Calls that make a large record of arguments without names."""
     called = [
         node
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.args
-        if not any(isinstance(each, ast.Starred) for each in node.args)
     ]
     if not called:
         return []
     module = import_module(".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"))
-    large = {
-        name for name, each in getmembers(module, is_dataclass) if isinstance(each, type) and len(fields(each)) > MOST
-    }
+    large = {name for name, each in getmembers(module, isclass) if num_fields(each) > MOST}
     return [
         f"{file}:{node.lineno}: {node.func.id}"
         for node in called

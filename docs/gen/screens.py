@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect, sync_playwright
 
 from tests.browser.chromium import ARGUMENTS, CHROMIUM
 from tests.browser.driver import ScoringPage, Server, settle
-from tests.browser.editing import EditorPage
+from tests.browser.facades.editing import EditorPage
 
 IMAGES = Path(__file__).parents[1] / "images"
 FACADES = "grammars/facades"

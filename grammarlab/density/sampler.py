@@ -77,8 +77,9 @@ def sample(grammar: Grammar, num_models: int, seed: int = 0, *, assets: Path | N
         seed: 0 <= seed < 2**64; the same seed gives the same models.
         assets: folder of meshes and images.
 
-    >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
-    >>> sample(grammar, 5, seed=1).num_models
+    >>> import grammarlab as gl
+    >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> gl.sample(grammar, 5, seed=1).num_models
     5
     """
     return GrammarSampler(grammar, assets).sample(num_models, seed)

@@ -89,8 +89,8 @@ def derive(
         DerivationError: If a rule cannot be applied.
         BudgetError: If a model exceeds the budget.
 
-    >>> from grammarlab.language.grammar import Grammar
-    >>> forest = derive(Grammar.parse("Lot --> 50%: extrude(3) Low else: extrude(9) High"), 100, seed=5)
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50%: extrude(3) Low else: extrude(9) High"), 100, seed=5)
     >>> len(forest.nodes), forest.leaves.size[:, 1].max()
     (200, np.float64(9.0))
     """

@@ -85,9 +85,10 @@ class AttributeColumn:
 class Lots:
     """N models to derive.
 
-    >>> lots = Lots.concatenate([Lots.of(2, seed=5), Lots.of(1, seed=7, first_model=4, footprint=(9.0, 12.0))])
-    >>> len(lots), lots.model.tolist(), len(lots.footprints), str(lots.take(np.array([2])))
-    (3, [0, 1, 4], 2, 'model 4 of seed 7')
+    >>> import grammarlab as gl
+    >>> lots = gl.Lots.concatenate([gl.Lots.of(2, seed=5), gl.Lots.of(1, seed=7, first_model=4)])
+    >>> len(lots), lots.model.tolist(), lots.name(2)
+    (3, [0, 1, 4], 'model 4 of seed 7')
     """
 
     seed: NDArray[np.uint64]

@@ -36,7 +36,7 @@ class LikedModels:
     """The first ones of the labelled set; none if it has none."""
 
 
-def example_models(source: Source, num: int) -> tuple[LikedModels, ...]:
+def models_for_scores(source: Source, num: int) -> tuple[LikedModels, ...]:
     """Models of the labelled set for every case of a scenario, the cases in their order and the others last.
 
     A product of factors has one group per score, an expression one per band of scores.

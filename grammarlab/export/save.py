@@ -34,7 +34,8 @@ REUSES: tuple[str, ...] = get_args(Reuse)
 class SaveOptions:
     """Options of writing files.
 
-    >>> SaveOptions(columns=4).columns
+    >>> import grammarlab as gl
+    >>> gl.SaveOptions(columns=4).columns
     4
     """
 
@@ -80,7 +81,7 @@ def save(
     >>> from tempfile import TemporaryDirectory
     >>> scene = gl.realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) Tower"), 4, seed=1))
     >>> with TemporaryDirectory() as folder:
-    ...     save(scene, Path(folder) / "towers.glb").stat().st_size > 500
+    ...     gl.save(scene, Path(folder) / "towers.glb").stat().st_size > 500
     True
     """
     target = Path(path)

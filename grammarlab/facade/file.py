@@ -44,7 +44,7 @@ _REACH = 0.5 + 1e-6
 _ALL = [0.0, 0.0, 1.0, 1.0]
 
 
-def save_facade(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
+def save_facade(facade: Facade, path: Path | str, locks: Sequence[Wish] = ()) -> Path:
     """Write a facade with its locks, and its pictures into the same folder.
 
     Raises:
@@ -53,32 +53,31 @@ def save_facade(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
     >>> import grammarlab as gl
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
-    >>> from grammarlab.runs.requests.examples import examples_folder
-    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
     >>> with TemporaryDirectory() as folder:
-    ...     file = save_facade(arcade, Path(folder) / "arcade.json")
+    ...     file = gl.save_facade(arcade, Path(folder) / "arcade.json")
     ...     len(gl.load_facade(file)) == len(arcade)
     True
     """
+    path = Path(path)
     text = dumps(check(facade), locks)
     store_pictures(facade.pictures, path.parent)
     write_text(path, text)
     return path
 
 
-def load_facade(path: Path) -> Facade:
+def load_facade(path: Path | str) -> Facade:
     """Read a facade with its pictures.
 
     Raises:
         FacadeError: If the file is not a facade, or too large; with the position of the mistake.
 
     >>> import grammarlab as gl
-    >>> from grammarlab.runs.requests.examples import examples_folder
-    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
     >>> [grid.name for grid in arcade.grids]
     ['arched window', 'band', 'square window']
     """
-    return load_locked(path)[0]
+    return load_locked(Path(path))[0]
 
 
 def load_locked(path: Path) -> tuple[Facade, tuple[Wish, ...]]:

@@ -45,8 +45,7 @@ class Facade:
     never divided along the axis of its parent, and never into a single part.
 
     >>> import grammarlab as gl
-    >>> from grammarlab.runs.requests.examples import examples_folder
-    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
     >>> len(arcade), len(arcade.leaves), arcade.width, arcade.height
     (66, 57, 21.0, 12.4)
     """

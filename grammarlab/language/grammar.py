@@ -24,7 +24,8 @@ _T = TypeVar("_T")
 class Grammar:
     """A rule file without syntax errors; grammars of equal text are equal.
 
-    >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> import grammarlab as gl
+    >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
     >>> [rule.name for rule in grammar.start_rules]
     ['Lot']
     """

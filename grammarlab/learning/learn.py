@@ -94,10 +94,9 @@ def learn(
         UsageError: If the budget is below 1, or scores have another number or range.
         GrammarlabError: If nothing is liked, or the density cannot be made.
 
-    >>> from grammarlab.features import count
-    >>> from grammarlab.features.patterns.text import parse
-    >>> grammar = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
-    >>> found = learn(grammar, lambda forest: 100 * count(forest, [parse("High")])[:, 0], 16)
+    >>> import grammarlab as gl
+    >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+    >>> found = gl.learn(grammar, lambda forest: 100 * gl.count(forest, [gl.pattern("High")])[:, 0], 16)
     >>> found.learned.sample(50, seed=1).leaves.size[:, 1].min()
     np.float64(9.0)
     """

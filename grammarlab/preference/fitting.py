@@ -64,7 +64,9 @@ def fit(
     Raises:
         UsageError: If an argument is wrong or a library is missing; the message says where and what to do.
 
-    >>> likes_the_second = fit([[0.0, 1.0], [1.0, 0.0], [0.0, 0.0], [1.0, 1.0]], [100.0, 0.0, 0.0, 100.0], method="kde")
+    >>> import grammarlab as gl
+    >>> rows, scores = [[0.0, 1.0], [1.0, 0.0], [0.0, 0.0], [1.0, 1.0]], [100.0, 0.0, 0.0, 100.0]
+    >>> likes_the_second = gl.fit(rows, scores, method="kde")
     >>> likes_the_second.predict([[0.0, 1.0], [0.0, 0.0]]).mean.round().tolist()
     [100.0, 0.0]
     """

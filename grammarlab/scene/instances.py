@@ -62,7 +62,7 @@ def realize(forest: Forest) -> Scene:
     Materials are ordered by their appearance, since their order in a forest depends on the other models in it.
 
     >>> import grammarlab as gl
-    >>> len(realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) split(y) { ~1 : A | ~1 : B }"), 4, seed=1)))
+    >>> len(gl.realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) split(y) { ~1 : A | ~1 : B }"), 4, seed=1)))
     8
     """
     leaves = forest.leaves

@@ -121,15 +121,15 @@ def _template(shaded: ShadedMeshes, mesh: int, placed: PlacedTriangles) -> _Temp
     points, point = _distinct(shaded.points[vertices])
     directions, direction = _distinct(shaded.normals[vertices])
     return _Template(
-        points,
-        point,
-        directions,
-        direction,
-        corners.astype(np.uint32).ravel(),
-        bool(shaded.axis_aligned[mesh]),
-        _windows(placed.vertices, len(point)),
-        _windows(placed.normals, len(point)),
-        _windows(placed.triangles, len(corners)),
+        points=points,
+        point=point,
+        directions=directions,
+        direction=direction,
+        corners=corners.astype(np.uint32).ravel(),
+        axis_aligned=bool(shaded.axis_aligned[mesh]),
+        vertices=_windows(placed.vertices, len(point)),
+        normals=_windows(placed.normals, len(point)),
+        triangles=_windows(placed.triangles, len(corners)),
     )
 
 

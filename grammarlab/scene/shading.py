@@ -65,7 +65,7 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     np.minimum.at(first_corner, vertex_of_corner, np.arange(len(corner_keys)))
     vertex_key = corner_keys[first_corner]
     corner_face = corner_keys // num_points
-    normals = unit(_sums(vertex_of_corner, outward[corner_face], num_vertices))
+    normals = unit_or_up(_sums(vertex_of_corner, outward[corner_face], num_vertices))
 
     mesh_of_face = meshes.mesh_of_face()
     mesh_vertices = offsets_from_counts(np.bincount(mesh_of_face[vertex_key // num_points], minlength=len(meshes)))
@@ -83,7 +83,7 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     )
 
 
-def unit(vectors: Floats) -> Floats:
+def unit_or_up(vectors: Floats) -> Floats:
     """The vectors [N, 3] at length one; straight up if there is no direction."""
     length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
     return np.where(length[:, None] > 0, vectors / np.where(length > 0, length, 1.0)[:, None], (0.0, 1.0, 0.0))
@@ -106,7 +106,7 @@ def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outwar
     order = np.argsort(edge, kind="stable")
     same = np.flatnonzero(edge[order][:-1] == edge[order][1:])
     one, other = order[same], order[same + 1]
-    normals = unit(outward)
+    normals = unit_or_up(outward)
     turn = np.einsum("ij,ij->i", normals[face[one]], normals[face[other]])
     solid = np.einsum("ij,ij->i", outward, outward) > 0
     smooth = (turn > np.cos(crease_angle)) & solid[face[one]] & solid[face[other]]

@@ -7,6 +7,8 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
+from grammarlab.cli.evaluate import PERSONS_HELP
+from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.runs.evaluate.disk.store import STORE
 from grammarlab.runs.evaluate.reporting import grids as grid_pictures
 
@@ -63,6 +65,10 @@ def evaluate(run, folder, tmp_path):
         return run("evaluate", path, *few, "-o", tmp_path / "out", *options, code=code)
 
     return call
+
+
+def test_the_help_names_every_person():
+    assert f"How models are scored: {', '.join(RESPONDENTS)}." == PERSONS_HELP
 
 
 def test_json_is_one_object_about_the_scenario(evaluate):

@@ -6,7 +6,12 @@ import pytest
 import trimesh
 
 from grammarlab.cli import sample as sample_module
+from grammarlab.export import FORMATS
 from tests.runs.grammars import BROKEN, TOWER
+
+
+def test_the_formats_are_those_of_the_writers():
+    assert tuple(sample_module.FileFormat) == FORMATS
 
 
 def test_a_shipped_grammar_is_sampled_by_name_with_a_picture(run, tmp_path):

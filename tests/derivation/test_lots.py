@@ -15,7 +15,7 @@ from grammarlab.derivation.state.meshes import MeshTable
 from grammarlab.derivation.values.frames import FrameTable
 from grammarlab.errors import DerivationError, UsageError
 from grammarlab.language.grammar import Grammar
-from tests.derivation.test_addressing import fingerprint
+from tests.derivation.engine.test_addressing import fingerprint
 from tests.oracle.comparison import assert_same_trees, tree_of_model, trees_of_forest
 from tests.oracle.interpreter import interpret
 from tests.oracle.shape import initial_shape

@@ -44,6 +44,8 @@ def test_every_public_name_is_on_the_site_with_its_documentation(site):
         value = getattr(grammarlab, name)
         assert f'id="{name}"' in page
         assert inspect.getdoc(value), f"grammarlab.{name} is not documented"
+    assert "Edited" in {each.__name__ for each in api.returned()}
+    assert all(f'id="{each.__name__}"' in page and inspect.getdoc(each) for each in api.returned())
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from grammarlab.evaluation.pages import BANDS, OTHERS, example_models
+from grammarlab.evaluation.pages import BANDS, OTHERS, models_for_scores
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import load, parse
 from grammarlab.features.counting.counts import count
@@ -29,7 +29,7 @@ def scores(source, models):
 @pytest.mark.parametrize("name", ["F1", "F3xF4", "S2", "L1", "L5"])
 def test_every_model_has_the_score_of_its_group(name):
     source = source_of(load(ROOT / "scenarios" / f"{name}.toml"))
-    groups = example_models(source, 3)
+    groups = models_for_scores(source, 3)
     for group in groups:
         assert len(group.models) == 3
         assert list(group.models) == sorted(set(group.models))
@@ -38,7 +38,7 @@ def test_every_model_has_the_score_of_its_group(name):
 
 def test_there_is_a_group_for_each_case_and_one_for_the_others():
     source = source_of(load(ROOT / "scenarios" / "F1.toml"))
-    groups = example_models(source, 2)
+    groups = models_for_scores(source, 2)
     assert [(group.score, group.means) for group in groups] == [
         (70, "stands on one leg"),
         (20, "stands on two legs"),
@@ -49,13 +49,13 @@ def test_there_is_a_group_for_each_case_and_one_for_the_others():
 
 def test_a_product_has_a_group_for_each_score():
     source = source_of(load(ROOT / "scenarios" / "F3xF4.toml"))
-    assert [group.score for group in example_models(source, 1)] == [49, 21, 9, 0]
+    assert [group.score for group in models_for_scores(source, 1)] == [49, 21, 9, 0]
 
 
 def test_an_expression_has_bands():
     text = 'name = "a"\ntitle = "a"\ngrammar = "toy"\npreference = "25 * ($h1 - 1)"'
     source = source_of(parse(text))
-    groups = example_models(source, 4)
+    groups = models_for_scores(source, 4)
     assert [group.score for group in groups] == list(BANDS)
     for group in groups:
         assert all(group.score <= score <= group.score + 20 for score in scores(source, group.models))
@@ -64,6 +64,6 @@ def test_an_expression_has_bands():
 
 def test_a_group_may_be_empty_or_short():
     scenario = replace(load(ROOT / "scenarios" / "S1.toml"), num_models=5)
-    groups = example_models(source_of(scenario), 9)
+    groups = models_for_scores(source_of(scenario), 9)
     together = [model for group in groups for model in group.models]
     assert sorted(together) == [0, 1, 2, 3, 4]

@@ -77,9 +77,25 @@ def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], b
         code = expressions.with_selectors(words).expression(node)
         used = frozenset(inner.identifier for inner in walk(node) if isinstance(inner, Name)) & words
         condition = Condition(code, used, block)
-        return Constant(Head(NO_ARGUMENT, part.inclusive, group, part.connected, condition, expression(node)))
+        return Constant(
+            Head(
+                argument=NO_ARGUMENT,
+                joined=part.inclusive,
+                group=group,
+                connected=part.connected,
+                condition=condition,
+                text=expression(node),
+            )
+        )
     value = argument(expressions, node, words)
-    made = Head(NO_ARGUMENT, part.inclusive, group, part.connected, None, expression(node) if words else "")
+    made = Head(
+        argument=NO_ARGUMENT,
+        joined=part.inclusive,
+        group=group,
+        connected=part.connected,
+        condition=None,
+        text=expression(node) if words else "",
+    )
     if isinstance(value, Constant):
         return Constant(made._replace(argument=value.value))
     return lambda shapes, workspace: made._replace(argument=value(shapes, workspace))

@@ -21,7 +21,7 @@ from grammarlab.derivation.state.shapes import (
 )
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
-from grammarlab.language.checking.percentages import branch_weights
+from grammarlab.language.checking.percentages import weights_of_percentages
 from grammarlab.randomness import uniforms
 
 _Payload = TypeVar("_Payload")
@@ -142,7 +142,7 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
         weights = np.stack([number_column(value, shapes.num) for value in given], axis=1)
     else:
         weights = np.array(given)
-    weights = branch_weights(weights, choice.percentages[-1] is None)
+    weights = weights_of_percentages(weights, choice.percentages[-1] is None)
     if not (np.isfinite(weights).all() and (weights >= 0.0).all() and (weights.sum(axis=-1) > 0.0).all()):
         raise DerivationError(
             f"expected percentages that are not negative and not all zero, found {weights.min()}", choice.location

@@ -218,7 +218,17 @@ class ExpressionCompiler:
             values = tuple([argument(shapes, workspace) for argument in arguments])
             if refuses and any(is_table(value) for value in values):
                 raise DerivationError(f"{name} takes no arrays", location, "take a cell of the array, as in a[0]")
-            return evaluate(FunctionCall(name, shapes, values, workspace, address, site, location))
+            return evaluate(
+                FunctionCall(
+                    name=name,
+                    shapes=shapes,
+                    arguments=values,
+                    workspace=workspace,
+                    address=address,
+                    site=site,
+                    location=location,
+                )
+            )
 
         return call
 

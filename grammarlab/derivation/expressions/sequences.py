@@ -143,7 +143,7 @@ class SequenceCompiler:
         """Code for ``scatter``, which has two blocks: the keys of the points, and the keys of their positions."""
         number, where = next(self._blocks), next(self._blocks)
         arguments = together(self._arguments("scatter", item.arguments, operation, item.location))
-        heads = Constant((Head(NO_ARGUMENT, block=where),))
+        heads = Constant((Head(argument=NO_ARGUMENT, block=where),))
         return self._parted(item, "scatter", number, operation, arguments, heads, [item.body])
 
     def _parted(

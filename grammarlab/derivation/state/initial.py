@@ -28,7 +28,19 @@ def initial_shapes(lots: Lots, frames: FrameTable, meshes: MeshTable) -> Shapes:
     position, size, frame, mesh = _scopes(Footprints(corners, lots.footprints.offsets), frames, meshes)
     on, frame = lots.footprint, frame[lots.footprint]
     keys, material = root_keys(lots.seed, lots.model), np.zeros(len(lots), dtype=np.int32)
-    return Shapes(rows, rows, keys, position[on], size[on], frame, frame, mesh[on], material, {}, ())
+    return Shapes(
+        node=rows,
+        model=rows,
+        key=keys,
+        position=position[on],
+        size=size[on],
+        frame=frame,
+        pivot=frame,
+        mesh=mesh[on],
+        material=material,
+        state={},
+        locals=(),
+    )
 
 
 def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tuple[Floats, Floats, Ids, Ids]:

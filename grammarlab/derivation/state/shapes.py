@@ -67,12 +67,36 @@ class Shapes(NamedTuple):
     def as_children(self, node: Ids, key: Keys | None, parameters: tuple[Value, ...]) -> Shapes:
         """The same shapes as new nodes, with their own keys and parameters."""
         _, model, _, position, size, frame, pivot, mesh, material, state, _ = self
-        return Shapes(node, model, key, position, size, frame, pivot, mesh, material, state, parameters)
+        return Shapes(
+            node=node,
+            model=model,
+            key=key,
+            position=position,
+            size=size,
+            frame=frame,
+            pivot=pivot,
+            mesh=mesh,
+            material=material,
+            state=state,
+            locals=parameters,
+        )
 
     def rescoped(self, position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
         """The same shapes with another scope and geometry."""
         node, model, key, _, _, _, pivot, _, material, state, parameters = self
-        return Shapes(node, model, key, position, size, frame, pivot, mesh, material, state, parameters)
+        return Shapes(
+            node=node,
+            model=model,
+            key=key,
+            position=position,
+            size=size,
+            frame=frame,
+            pivot=pivot,
+            mesh=mesh,
+            material=material,
+            state=state,
+            locals=parameters,
+        )
 
     def resized(self, size: Floats) -> Shapes:
         """The same shapes with scopes of another size."""
@@ -95,17 +119,17 @@ class Shapes(NamedTuple):
     def place(self, rows: NDArray[np.integer], position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
         """Shapes made from the ones at these rows, with another scope and geometry."""
         return Shapes(
-            self.node.take(rows),
-            self.model.take(rows),
-            None if self.key is None else self.key.take(rows),
-            position,
-            size,
-            frame,
-            self.pivot.take(rows),
-            mesh,
-            self.material.take(rows),
-            {name: take_value(value, rows) for name, value in self.state.items()} if self.state else self.state,
-            tuple([take_value(value, rows) for value in self.locals]) if self.locals else (),
+            node=self.node.take(rows),
+            model=self.model.take(rows),
+            key=None if self.key is None else self.key.take(rows),
+            position=position,
+            size=size,
+            frame=frame,
+            pivot=self.pivot.take(rows),
+            mesh=mesh,
+            material=self.material.take(rows),
+            state={name: take_value(value, rows) for name, value in self.state.items()} if self.state else self.state,
+            locals=tuple([take_value(value, rows) for value in self.locals]) if self.locals else (),
         )
 
 
@@ -131,17 +155,17 @@ def concatenate(chunks: Sequence[Shapes], strings: StringTable) -> Shapes:
     keys = [chunk.key for chunk in chunks if chunk.key is not None]
     counts = [chunk.num for chunk in chunks]
     return Shapes(
-        np.concatenate([chunk.node for chunk in chunks]),
-        np.concatenate([chunk.model for chunk in chunks]),
-        np.concatenate(keys) if len(keys) == len(chunks) else None,
-        np.concatenate([chunk.position for chunk in chunks]),
-        np.concatenate([chunk.size for chunk in chunks]),
-        np.concatenate([chunk.frame for chunk in chunks]),
-        np.concatenate([chunk.pivot for chunk in chunks]),
-        np.concatenate([chunk.mesh for chunk in chunks]),
-        np.concatenate([chunk.material for chunk in chunks]),
-        {name: join_values([chunk.state[name] for chunk in chunks], counts, strings) for name in chunks[0].state},
-        tuple(
+        node=np.concatenate([chunk.node for chunk in chunks]),
+        model=np.concatenate([chunk.model for chunk in chunks]),
+        key=np.concatenate(keys) if len(keys) == len(chunks) else None,
+        position=np.concatenate([chunk.position for chunk in chunks]),
+        size=np.concatenate([chunk.size for chunk in chunks]),
+        frame=np.concatenate([chunk.frame for chunk in chunks]),
+        pivot=np.concatenate([chunk.pivot for chunk in chunks]),
+        mesh=np.concatenate([chunk.mesh for chunk in chunks]),
+        material=np.concatenate([chunk.material for chunk in chunks]),
+        state={name: join_values([chunk.state[name] for chunk in chunks], counts, strings) for name in chunks[0].state},
+        locals=tuple(
             join_values(list(values), counts, strings)
             for values in zip(*(chunk.locals for chunk in chunks), strict=True)
         ),

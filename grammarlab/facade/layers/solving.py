@@ -12,6 +12,7 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.alignment.align import Alignment
+from grammarlab.facade.layers.groups import Group, sharing_groups
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.shelves import SearchBudget, Shelf
 from grammarlab.facade.layers.sizing.demands import demands_alone, least_error
@@ -36,9 +37,6 @@ _STEPS_OF_BRANCH = 3
 """Cost of a branch, in steps of effort."""
 _MOST_ENERGY = 4.0
 """Largest cap, in metres of error per metre of the canvas; above it, there is no cap."""
-
-Group = tuple[int, str]
-"""An axis, 0 for x and 1 for y, and the name of an alignment group on it."""
 
 
 @dataclass(frozen=True)
@@ -383,23 +381,3 @@ def _look(aligned: Sequence[Alignment], sizing: SymbolSizes) -> bytes:
         for seen in ([at for at, letter in enumerate(word) if not letter.transparent],)
     ]
     return b"".join(np.round(place, 7).astype(np.float32).tobytes() for place in places)
-
-
-def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
-    """For each group, the number of groups of several words that share symbols with it, directly or through others.
-
-    Their size errors are one and the same, so that each group may count only its share.
-    """
-    parts: list[tuple[set[Group], set[str]]] = []
-    for group, rows in words.items():
-        groups, symbols = {group}, {letter.symbol for word in rows for letter in word if letter.size is not None}
-        apart = []
-        for part in parts:
-            if part[1].isdisjoint(symbols):
-                apart.append(part)
-            else:
-                groups, symbols = groups | part[0], symbols | part[1]
-        parts = [*apart, (groups, symbols)]
-    return {
-        group: max(sum(len(set(words[other])) > 1 for other in groups), 1) for groups, _ in parts for group in groups
-    }

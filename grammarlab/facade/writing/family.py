@@ -16,7 +16,7 @@ from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, ru
 from grammarlab.facade.writing.structure.cells import Cell
 from grammarlab.facade.writing.structure.kinds import KindPattern, pattern_of
 from grammarlab.facade.writing.structure.storeys import Storeys, storeys_of
-from grammarlab.facade.writing.structure.walks import LONGEST, Walks, WalkState, shortest, walks
+from grammarlab.facade.writing.structure.walks import LONGEST, Walks, WalkState, narrowest, walks
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -82,7 +82,8 @@ def write_pattern(
     Raises:
         FacadeError: If no such facade is within these ranges; the message has the possible sizes.
     """
-    return _FamilyWriter(pattern, *_ways(pattern, widths, heights), leaf).write()
+    storeys, found = _ways(pattern, widths, heights)
+    return _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf).write()
 
 
 def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
@@ -90,7 +91,7 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
     storeys = storeys_of(pattern.rows, *heights)
     found = walks(pattern.columns, *widths)
     if found is None:
-        some = shortest(pattern.columns, widths[1])
+        some = narrowest(pattern.columns, widths[1])
         told = "it has no window and no door"
         if some:
             told = (
@@ -101,7 +102,8 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
 
 
 def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
-    writer = _FamilyWriter(pattern, *own_member(pattern, storeys, found), leaf_body)
+    own_storeys, own_walks = own_member(pattern, storeys, found)
+    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaf_body)
     grammar = Grammar.parse(writer.write().text)
     error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
     return error if isfinite(error) else None

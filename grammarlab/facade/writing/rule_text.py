@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from grammarlab.facade.looks import THICKNESS, look_of
-from grammarlab.facade.writing.structure.repeats import find_repeats
+from grammarlab.facade.writing.structure.repeats import repeated_runs
 
 AROUND = "Around"
 """Symbol of the wall around an outline in the box of a leaf."""
@@ -76,7 +76,7 @@ def split_body(axis: str, parts: Sequence[tuple[str, str]], *, repeats: bool = T
     'split(x) { { ~1 : Pier | 2 : Bay }* | ~1 : Pier }'
     """
     words = [f"{size} : {name}" for size, name in parts]
-    for found in reversed(find_repeats(words) if repeats else []):
+    for found in reversed(repeated_runs(words) if repeats else []):
         group = " | ".join(words[found.start : found.start + found.period])
         words[found.start : found.end] = [f"{{ {group} }}*"]
     return f"split({axis}) {{ {' | '.join(words)} }}"

@@ -134,7 +134,7 @@ def extract(forests: Forest | Sequence[Forest], options: Options | None = None) 
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B"), 8, seed=1)
-    >>> extract([forest]).rows().shape
+    >>> gl.extract([forest]).rows().shape
     (8, 1)
     """
     vocabulary, counts = _find(_listed(forests), options or Options())

@@ -46,7 +46,7 @@ def count(forest: Forest | Trees, features: Sequence[Feature]) -> Floats:
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B B"), 3, seed=1)
-    >>> count(forest, [gl.pattern("A"), gl.pattern("B")]).tolist()
+    >>> gl.count(forest, [gl.pattern("A"), gl.pattern("B")]).tolist()
     [[1.0, 0.0], [0.0, 2.0], [0.0, 2.0]]
     """
     counter = _Counter(forest if isinstance(forest, Trees) else Trees(forest))

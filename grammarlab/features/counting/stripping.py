@@ -16,7 +16,7 @@ def without_geometry(forest: Forest) -> Forest:
     reports = forest.reports
     return replace(
         forest,
-        leaves=Leaves(*(_emptied(getattr(forest.leaves, field.name)) for field in fields(Leaves))),
+        leaves=Leaves(**{each.name: _emptied(getattr(forest.leaves, each.name)) for each in fields(Leaves)}),
         reports=Reports(_emptied(reports.node), _emptied(reports.key), _emptied(reports.value), ()),
         frames=_emptied(forest.frames),
         meshes=forest.meshes.take(np.zeros(0, np.int64)),

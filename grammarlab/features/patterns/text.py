@@ -59,7 +59,7 @@ def parse(text: str) -> Pattern:
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("Lot --> split(x) { { ~2 : Window }* }"), 2, seed=1)
-    >>> gl.count(forest, [parse("Lot > Window")]).tolist()
+    >>> gl.count(forest, [gl.pattern("Lot > Window")]).tolist()
     [[10.0], [10.0]]
     """
     if len(text) > MAX_CHARACTERS:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import offsets_from_counts, row_of_value, take_rows
 from grammarlab.geometry.cuts.rejoin import Walk, rejoined
 from grammarlab.geometry.meshes.mesh import Floats, Indices
-from grammarlab.geometry.meshes.ragged import distinct, next_in_row, sum_rows
+from grammarlab.geometry.meshes.ragged import distinct_keys, next_in_row, sum_rows
 from grammarlab.geometry.meshes.soup import Soup
 
 Flags = NDArray[np.bool_]
@@ -75,7 +75,7 @@ def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[Walk, Floats
 def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -> tuple[Indices, Floats]:
     """For directed edges [X], the number of their new point, and the new points, one for each undirected edge."""
     low, high = np.minimum(start, end), np.maximum(start, end)
-    first, number = distinct(low * len(points) + high)
+    first, number = distinct_keys(low * len(points) + high)
     low, high = low.take(first), high.take(first)
     share = distance.take(low) / (distance.take(low) - distance.take(high))
     begin = points.take(low, axis=0)

@@ -44,10 +44,10 @@ def all_rows(flags: NDArray[np.bool_], offsets: Indices) -> NDArray[np.bool_]:
     return ~any_rows(~flags, offsets)
 
 
-def distinct(keys: Indices) -> tuple[Indices, Indices]:
+def distinct_keys(keys: NDArray[np.integer]) -> tuple[Indices, Indices]:
     """Index of one occurrence of each different key, in ascending order of keys, and the number of each key.
 
-    >>> where, number = distinct(np.array([7, 3, 7]))
+    >>> where, number = distinct_keys(np.array([7, 3, 7]))
     >>> np.array([7, 3, 7])[where].tolist(), number.tolist()
     ([3, 7], [1, 0, 1])
     """

@@ -55,7 +55,8 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
         UsageError: If the text is none of these.
         AssetError: If a polygon is self-intersecting, degenerate or out of bounds, or a file is broken.
 
-    >>> read_footprints("20x12")[0].polygon[:, [0, 2]].tolist()
+    >>> import grammarlab as gl
+    >>> gl.read_footprints("20x12")[0].polygon[:, [0, 2]].tolist()
     [[0.0, 12.0], [20.0, 12.0], [20.0, 0.0], [0.0, 0.0]]
     """
     if size := _SIZE.fullmatch(text):

@@ -112,7 +112,8 @@ class Wavefront:
         born = []
         for a, b in pairs:
             pace = velocity(a, b)
-            born.append(Corner(a, b, node, x, y, time, *(pace or (0.0, 0.0)), is_stuck=pace is None))
+            vx, vy = pace or (0.0, 0.0)
+            born.append(Corner(before=a, after=b, node=node, x=x, y=y, time=time, vx=vx, vy=vy, is_stuck=pace is None))
         for corner in born:
             self._corners[corner] = None
             corner.after.corners[corner] = None

@@ -17,7 +17,7 @@ from grammarlab.geometry.meshes.edges import edges as edge_table
 from grammarlab.geometry.meshes.edges import faces_at_boundary
 from grammarlab.geometry.meshes.measure import corner_edges, face_normals
 from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Floats, Indices, Meshes
-from grammarlab.geometry.meshes.ragged import distinct
+from grammarlab.geometry.meshes.ragged import distinct_keys
 from grammarlab.geometry.meshes.vectors import any_normal, apply, apply_transposed, cross, dot, has_length, norm, unit
 from grammarlab.geometry.parts.roof_edges import NO_ROOF_EDGE, roof_edges
 
@@ -212,7 +212,7 @@ def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
     where, face_offsets = take_rows(meshes.face_offsets, chosen)
     rows = meshes.corner_points()[where]
     corner_set = np.repeat(row_of_value(sizes), np.diff(face_offsets))
-    where, corners = distinct(corner_set * max(len(meshes.points), 1) + rows)
+    where, corners = distinct_keys(corner_set * max(len(meshes.points), 1) + rows)
     point_set = corner_set[where]
     mesh_points = offsets_from_counts(np.bincount(point_set, minlength=len(sizes)))
     return Meshes(

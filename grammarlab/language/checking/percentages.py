@@ -40,7 +40,7 @@ def _combine(operator: str, left: float, right: float) -> float:
     return left / right if right else math.nan
 
 
-def branch_weights(percentages: NDArray[np.float64], has_else: bool) -> NDArray[np.float64]:
+def weights_of_percentages(percentages: NDArray[np.float64], has_else: bool) -> NDArray[np.float64]:
     """Weights of branches [..., B]: their percentages; ``else`` has the rest to 100, at least 0.
 
     Args:
@@ -58,7 +58,7 @@ def probabilities(choice: Stochastic) -> tuple[float, ...] | None:
     given = [0.0 if node is None else constant(node) for node in choice.percentages]
     if any(value is None or not value >= 0.0 for value in given):
         return None
-    weights = branch_weights(np.array(given, dtype=np.float64), choice.percentages[-1] is None)
+    weights = weights_of_percentages(np.array(given, dtype=np.float64), choice.percentages[-1] is None)
     total = weights.sum()
     return tuple((weights / total).tolist()) if 0.0 < total < np.inf else None
 

@@ -92,7 +92,7 @@ class Step:
     """Divergence in nats between the density before it and after it, on the pool."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LearnedDensity(Generic[Designs]):
     """A learned density with its sampler.
 
@@ -101,6 +101,8 @@ class LearnedDensity(Generic[Designs]):
     >>> found = gl.learn(grammar, lambda forest: 100 * gl.count(forest, [gl.pattern("High")])[:, 0], budget=16)
     >>> print(found.learned.text.strip().splitlines()[-1])
     Lot --> extrude(9) High
+    >>> found
+    <LearnedDensity: 1 rule, 2 before. Likes: Lot ≠ Low (100). Does not like: Lot = Low (0).>
     """
 
     learned: Learned[Designs]
@@ -113,6 +115,13 @@ class LearnedDensity(Generic[Designs]):
     steps: tuple[Step, ...]
     measured: Measured
     """Comparison with the predicted density, on the pool."""
+
+    def __repr__(self) -> str:
+        """Number of rules, likes, dislikes, and remarks about how it was made."""
+        learned, words = self.learned, self.predicted.words
+        remarks = " ".join([*words.lines, *(f"{each[:1].upper()}{each[1:]}." for each in learned.findings)])
+        size = f"{learned.rules_after} rule{'s' * (learned.rules_after != 1)}, {learned.rules_before} before."
+        return f"<LearnedDensity: {size} {remarks}>"
 
 
 class AbstractTargetWriter(ABC, Generic[Designs]):

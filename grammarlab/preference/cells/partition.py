@@ -48,7 +48,7 @@ _ROUNDS = 3
 _MANY = 160
 """Number of labels above which fewer trees are enough: a third of the trees and of the rounds is left out."""
 _NUM_SKETCHES = 4
-_GUIDE = (15.0, 0.05)
+GUIDE = (15.0, 0.05)
 """Noise and blunders of the guide."""
 _COOL, _WARM = 0.5, 1.0
 """Temperatures of the draws of splits."""
@@ -145,7 +145,7 @@ class PartitionPreference(AbstractPreference):
         cells = ScoreCells(
             splits=splits, scores=scores, grid=self.cells.grid, noise=self.noise, blunders=self.blunders, said=said
         )
-        guides = (ScoreCells(splits, scores, self.cells.grid, *_GUIDE, said=said),)
+        guides = (replace(cells, noise=GUIDE[0], blunders=GUIDE[1]),)
         growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
@@ -311,7 +311,8 @@ def _erring(
 ) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
     """Error model, guide and tree: the best of several starts."""
     grid, every = grid_of(scores), np.arange(len(scores))
-    guides = (ScoreCells(splits, scores, grid, *_GUIDE, said=said),)
+    guide = ScoreCells(splits=splits, scores=scores, grid=grid, noise=GUIDE[0], blunders=GUIDE[1], said=said)
+    guides = (guide,)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
         cells, seen = (

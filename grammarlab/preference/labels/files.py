@@ -55,7 +55,7 @@ def save_labels(labels: Labels, path: Path | str) -> None:
     >>> from tempfile import TemporaryDirectory
     >>> labels = gl.Labels((gl.Label(1, 17, "overall", 80.0, "0" * 64),))
     >>> with TemporaryDirectory() as folder:
-    ...     _ = save_labels(labels, Path(folder) / "labels.csv")
+    ...     _ = gl.save_labels(labels, Path(folder) / "labels.csv")
     ...     gl.read_labels(Path(folder) / "labels.csv") == labels
     True
     """
@@ -79,7 +79,7 @@ def read_labels(path: Path | str) -> Labels:
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "labels.csv"
     ...     gl.save_labels(gl.Labels((gl.Label(1, 17, "overall", 80.0, "0" * 64),)), file)
-    ...     read_labels(file).scores.tolist()
+    ...     gl.read_labels(file).scores.tolist()
     [80.0]
     """
     path = Path(path)

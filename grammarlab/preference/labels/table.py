@@ -56,7 +56,8 @@ class Label:
     Raises:
         UsageError: If a value is out of range; the message names the field.
 
-    >>> label = Label(seed=1, model=17, factor=OVERALL, score=80.0, grammar="0" * 64)
+    >>> import grammarlab as gl
+    >>> label = gl.Label(seed=1, model=17, factor="overall", score=80.0, grammar="0" * 64)
     >>> label.kind, label.score
     ('score', 80.0)
     """
@@ -121,7 +122,8 @@ class Label:
 class Labels:
     """A table of labels.
 
-    >>> labels = Labels(tuple(Label(1, model, OVERALL, 50.0 * model, "0" * 64) for model in range(3)))
+    >>> import grammarlab as gl
+    >>> labels = gl.Labels(tuple(gl.Label(1, model, "overall", 50.0 * model, "0" * 64) for model in range(3)))
     >>> labels.scores.tolist(), labels.factors
     ([0.0, 50.0, 100.0], ('overall',))
     """

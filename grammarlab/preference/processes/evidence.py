@@ -78,7 +78,12 @@ def padded(observations: Observations, num_columns_padded: int, num_rows_padded:
         return np.concatenate([values, np.zeros(n - num_rows)])
 
     beside = observations.beside
-    data = Data(filled(observations.rows), column(observations.means), column(observations.counts), observations.spread)
+    data = Data(
+        rows=filled(observations.rows),
+        means=column(observations.means),
+        counts=column(observations.counts),
+        spread=observations.spread,
+    )
     if beside is None:
         return data
     others, compared, variances = filled(beside.others), column(beside.compared), column(beside.variances)

@@ -173,7 +173,10 @@ def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle:
     _, means, variances = matched(said, others, left + looks, 0.0, 0.0)
     seen, _ = _observations(judgements, means, np.maximum(variances, looks))
     bounds = intervals_of(judgements.scores[judgements.plain]) + said
-    return Understood(observations, seen, of, bounds, *_for_cells(judgements, said, sites, mean, covariance))
+    rows, scores, alone, label = _for_cells(judgements, said, sites, mean, covariance)
+    return Understood(
+        observations=observations, seen=seen, of=of, bounds=bounds, rows=rows, scores=scores, said=alone, label=label
+    )
 
 
 def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float:

@@ -66,9 +66,11 @@ _TOGETHER = 256
 class Situation:
     """State of knowledge when models are chosen.
 
+    >>> import numpy as np
+    >>> import grammarlab as gl
     >>> nothing = np.empty(0)
-    >>> start = Situation(np.eye(4), np.ones(4, bool), nothing.astype(int), nothing, preference=None)
-    >>> len(propose("default", start, 2, seed=1))
+    >>> start = gl.Situation(np.eye(4), np.ones(4, bool), nothing.astype(int), nothing, preference=None)
+    >>> len(gl.propose("default", start, 2, seed=1))
     2
     """
 
@@ -118,8 +120,10 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
     Raises:
         UsageError: If the strategy is unknown.
 
-    >>> known = Situation(np.eye(4), np.ones(4, bool), np.array([0]), np.array([70.0]), preference=None)
-    >>> sorted(propose("uniform", known, 3, seed=1).tolist())
+    >>> import numpy as np
+    >>> import grammarlab as gl
+    >>> known = gl.Situation(np.eye(4), np.ones(4, bool), np.array([0]), np.array([70.0]), preference=None)
+    >>> sorted(gl.propose("uniform", known, 3, seed=1).tolist())
     [1, 2, 3]
     """
     if way not in WAYS:

@@ -10,6 +10,8 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from grammarlab.geometry.meshes.ragged import distinct_keys
+
 Floats = NDArray[np.floating]
 
 
@@ -61,12 +63,8 @@ def welded(vertices: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[
     bits = np.ascontiguousarray(vertices).view(np.uint32).astype(np.uint64)
     key = (bits[:, 0] << np.uint64(32) | bits[:, 1]) * np.uint64(0x9E3779B97F4A7C15)
     key ^= bits[:, 2] * np.uint64(0xBF58476D1CE4E5B9)
-    order = np.argsort(key)
-    is_first = np.ones(len(key), bool)
-    np.not_equal(key[order[1:]], key[order[:-1]], out=is_first[1:])
-    place = np.empty(len(key), np.int32)
-    place[order] = np.cumsum(is_first) - 1
-    different = vertices[order[is_first]]
+    first, number = distinct_keys(key)
+    different, place = vertices[first], number.astype(np.int32)
     if np.array_equal(different.take(place, axis=0), vertices):
         return different, place
     return vertices, np.arange(len(vertices), dtype=np.int32)

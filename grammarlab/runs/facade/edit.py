@@ -111,9 +111,8 @@ def edit(
         FacadeError: If lengths are out of range, the grid is unknown, or columns and rows cannot be added or removed.
 
     >>> import grammarlab as gl
-    >>> from grammarlab.runs.requests.examples import examples_folder
-    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
-    >>> [edited.facade.width for edited in edit(arcade, width=31.5, most=1)]
+    >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
+    >>> [edited.facade.width for edited in gl.edit_facade(arcade, width=31.5, most=1)]
     [31.5]
     """
     if width is None and height is None and not columns and not rows:

@@ -47,9 +47,8 @@ def grammar_of(
         FacadeError: If there is no such grammar.
 
     >>> import grammarlab as gl
-    >>> from grammarlab.runs.requests.examples import examples_folder
-    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
-    >>> gl.Grammar.parse(grammar_of(arcade).text).start_rules[0].name
+    >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
+    >>> gl.Grammar.parse(gl.facade_grammar(arcade).text).start_rules[0].name
     'Lot'
     """
     if widths is None and heights is None:

@@ -17,10 +17,11 @@ from grammarlab.facade.tree import Facade
 
 @dataclass(frozen=True, slots=True)
 class ReadResult:
-    """A facade from another format, and the file that it was written to."""
+    """A facade from another format."""
 
     facade: Facade
-    file: Path
+    file: Path | None
+    """Written file; None if there is none."""
     snapped: float
     """Largest move of a side by snapping, metres."""
     notes: tuple[str, ...]
@@ -30,8 +31,8 @@ class ReadResult:
 
 
 def read_facade(
-    path: Path,
-    output: Path,
+    path: Path | str,
+    output: Path | str | None = None,
     *,
     wall: str = "",
     width: float | None = None,
@@ -39,11 +40,11 @@ def read_facade(
     tolerance: float | None = None,
     split: bool = False,
 ) -> ReadResult:
-    """Read the facade of a file, propose grids for it, and write it as a facade file.
+    """Read the facade of a file, propose grids for it, and write it as a facade file if there is an `output`.
 
     Args:
         path: CMP XML, CityGML, COCO or LabelMe JSON, or CSV; see docs/facades.md.
-        output: where to write; the picture goes into the same folder.
+        output: file to write; its picture is written into the same folder. By default nothing is written.
         wall: name of the wall or image in a file with several.
         width: metres; from the file when left out.
         height: metres; from the width and the aspect ratio of the picture when left out.
@@ -61,13 +62,15 @@ def read_facade(
     >>> boxes = ["label,x,y,width,height", "wall,0,0,4,3", "window,1,1,1,1", "window,2.5,1,1,1"]
     >>> with TemporaryDirectory() as folder:
     ...     _ = (Path(folder) / "wall.csv").write_text(chr(10).join(boxes))
-    ...     facade = read_facade(Path(folder) / "wall.csv", Path(folder) / "wall.json", width=4.0).facade
+    ...     facade = gl.read_facade(Path(folder) / "wall.csv", width=4.0).facade
     >>> facade.width, facade.labels
     (4.0, ('wall', 'window'))
     """
     start = time.perf_counter()
-    if output.exists() and output.samefile(path):
-        raise UsageError(f"{output} is the input file: write to another one.")
+    path = Path(path)
+    file = None if output is None else Path(output)
+    if file is not None and file.exists() and file.samefile(path):
+        raise UsageError(f"{file} is the input file: write to another one.")
     annotation = read_annotation(path, wall)
     picture = pixels = None
     if is_plain(annotation.picture) and (path.parent / annotation.picture).is_file():
@@ -82,7 +85,8 @@ def read_facade(
         picture=picture,
         pixels=pixels,
     )
-    output.parent.mkdir(parents=True, exist_ok=True)
     facade = with_proposals(made.facade)
-    save_facade(facade, output)
-    return ReadResult(facade, output, made.moved, made.notes, time.perf_counter() - start)
+    if file is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        save_facade(facade, file)
+    return ReadResult(facade, file, made.moved, made.notes, time.perf_counter() - start)

@@ -20,7 +20,7 @@ PIXELS_PER_METRE = 50.0
 ENDINGS = ("svg", "png", *FORMATS)
 
 
-def show_facade(facade: Facade, path: Path, pixels_per_metre: float = PIXELS_PER_METRE) -> Path:
+def show_facade(facade: Facade, path: Path | str, pixels_per_metre: float = PIXELS_PER_METRE) -> Path:
     """Write a facade as a drawing, a picture or a model, by the suffix of the file.
 
     Raises:
@@ -30,12 +30,12 @@ def show_facade(facade: Facade, path: Path, pixels_per_metre: float = PIXELS_PER
     >>> import grammarlab as gl
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
-    >>> from grammarlab.runs.requests.examples import examples_folder
-    >>> arcade = gl.load_facade(examples_folder() / "facades" / "arcade.json")
+    >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
     >>> with TemporaryDirectory() as folder:
-    ...     show_facade(arcade, Path(folder) / "arcade.png", 10).stat().st_size > 1000
+    ...     gl.show_facade(arcade, Path(folder) / "arcade.png", 10).stat().st_size > 1000
     True
     """
+    path = Path(path)
     ending = path.suffix.lower().removeprefix(".")
     if ending not in ENDINGS:
         raise UsageError(f"{path.name!r}: expected a file that ends in one of .{', .'.join(ENDINGS)}.")

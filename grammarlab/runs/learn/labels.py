@@ -75,7 +75,7 @@ class LabelsResult:
 def learn_from_labels(
     grammar: str,
     labels: Labels,
-    file: Path,
+    file: Path | str,
     making: Making | None = None,
     *,
     labels_from: str,
@@ -112,11 +112,11 @@ def learn_from_labels(
     >>> with TemporaryDirectory() as folder:
     ...     rules = Path(folder) / "tower.cga"
     ...     _ = rules.write_text(grammar.text)
-    ...     found = learn_from_labels(str(rules), labels, Path(folder) / "high.cga", labels_from="labels.csv")
+    ...     found = gl.learn_from_labels(str(rules), labels, Path(folder) / "high.cga", labels_from="labels.csv")
     >>> found.learned.rules_after <= 2
     True
     """
-    begun, making = perf_counter(), making or Making()
+    begun, making, file = perf_counter(), making or Making(), Path(file)
     source = find_rules(grammar)
     space = opened(source.suffix, source.text(), source.name, source.assets)
     writer = domain_of(source.suffix).writer(space)

@@ -60,7 +60,12 @@ class RuleSource:
 
 
 def examples_folder() -> Path:
-    """Folder of the shipped rule files: inside an installed package, or beside it in a checkout."""
+    """Folder of the shipped rule files: inside an installed package, or beside it in a checkout.
+
+    >>> import grammarlab as gl
+    >>> gl.load(gl.examples_folder() / "toy.cga").start_rules[0].name
+    'Start'
+    """
     inside = PACKAGE / "grammars"
     return inside if inside.is_dir() else PACKAGE.parent / "grammars"
 

@@ -19,7 +19,8 @@ def load(grammar: str | os.PathLike[str]) -> Grammar:
         UsageError: If there is no such file or grammar; it names the nearest.
         LanguageError: If the file has errors; it lists all of them.
 
-    >>> load("toy").start_rules[0].name
+    >>> import grammarlab as gl
+    >>> gl.load("toy").start_rules[0].name
     'Start'
     """
     source = find_rules(os.fspath(grammar))

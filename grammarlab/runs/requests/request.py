@@ -12,13 +12,14 @@ from typing import Any, Literal, Self, TypedDict, Unpack, get_args
 import numpy as np
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.export import FORMATS
+from grammarlab.export.save import Format
 from grammarlab.geometry.outlines.footprints import Footprint, read_footprints
 from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.rendering.choice import RendererName
 from grammarlab.runs.requests.domains import DEFAULT
 from grammarlab.runs.requests.examples import find_rules
 
-FileFormat = Literal["glb", "obj", "ply"]
 Instancing = Literal["none", "nodes", "gpu"]
 Scale = Literal["same", "each"]
 
@@ -34,7 +35,7 @@ class RequestOptions(TypedDict, total=False):
     seed: int
     attributes: Mapping[str, AttributeValue]
     start_rule: str
-    file_format: FileFormat
+    file_format: Format
     single_file: bool
     instancing: Instancing
     image: bool
@@ -47,7 +48,10 @@ class RequestOptions(TypedDict, total=False):
 class SampleRequest:
     """A request of a run. Equal requests make equal files, bit for bit, with equal versions of all libraries.
 
-    >>> SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4, seed=1).num_models
+    >>> from pathlib import Path
+    >>> import grammarlab as gl
+    >>> request = gl.SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4)
+    >>> request.num_models
     4
     """
 
@@ -69,7 +73,7 @@ class SampleRequest:
     """Empty for the rule file's own."""
     footprints: tuple[Footprint, ...] = ()
     """Empty for the default footprint."""
-    file_format: FileFormat = "glb"
+    file_format: Format = "glb"
     single_file: bool = False
     """One file with all models instead of one each."""
     instancing: Instancing = "none"
@@ -92,7 +96,7 @@ class SampleRequest:
         _check_range("number of models", self.num_models * max(len(self.footprints), 1), 1, MAX_MODELS)
         _check_range("seed", self.seed, 0, 2**64 - 1)
         _check_range("number of columns", self.columns, 0, 1000)
-        _check_choice("format", self.file_format, get_args(FileFormat))
+        _check_choice("format", self.file_format, FORMATS)
         _check_choice("instancing", self.instancing, get_args(Instancing))
         _check_choice("scale", self.scale, get_args(Scale))
         _check_choice("renderer", self.renderer, get_args(RendererName))

@@ -67,7 +67,19 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
         strict=True,
     )
     models = tuple(
-        ModelRecord(batch.first_model + k, file, request.seed, *values) for k, (file, *values) in enumerate(columns)
+        ModelRecord(
+            index=batch.first_model + k,
+            file=file,
+            seed=request.seed,
+            shapes=shapes,
+            triangles=triangles,
+            log_probability=log_probability,
+            reports=reports,
+            origin=origin,
+            tries=tries,
+            accepted=accepted,
+        )
+        for k, (file, shapes, triangles, log_probability, reports, origin, tries, accepted) in enumerate(columns)
     )
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
     images = _missing_images(scene, request.assets)

@@ -94,7 +94,7 @@ def sample_run(
     >>> rules = "Lot --> extrude(3) Tower"
     >>> request = gl.SampleRequest(name="tower", text=rules, assets=Path(), num_models=2, image=False)
     >>> with TemporaryDirectory() as folder:
-    ...     run = sample_run(request, Path(folder) / "towers")
+    ...     run = gl.sample_run(request, Path(folder) / "towers")
     ...     sorted(file.name for file in run.folder.glob("*.glb"))
     ['tower-00000.glb', 'tower-00001.glb']
     """

@@ -82,7 +82,8 @@ class Processes(AbstractExecutor):
     A process that dies is replaced and its task done again. A single task runs in this process, since
     starting another takes longer than most tasks. In a script, use it below ``if __name__ == "__main__":``.
 
-    >>> Processes(2).results(abs, [-1, 2, -3])
+    >>> import grammarlab as gl
+    >>> gl.Processes(2).results(abs, [-1, 2, -3])
     [1, 2, 3]
     """
 

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grammarlab.arrays import offsets_from_counts
-from grammarlab.geometry.meshes.ragged import all_rows, any_rows, cycles, distinct, max_rows, next_in_row, sum_rows
+from grammarlab.geometry.meshes.ragged import all_rows, any_rows, cycles, distinct_keys, max_rows, next_in_row, sum_rows
 
 QUICK = settings(max_examples=60, deadline=None)
 ragged = st.lists(st.lists(st.integers(-9, 9), max_size=5), min_size=1, max_size=6)
@@ -34,7 +34,7 @@ def test_the_successor_of_the_last_value_is_the_first(rows):
 @QUICK
 @given(st.lists(st.integers(-9, 9), max_size=30))
 def test_distinct_numbers_equal_keys_alike_in_ascending_order(keys):
-    where, number = distinct(np.array(keys, dtype=np.int64))
+    where, number = distinct_keys(np.array(keys, dtype=np.int64))
     assert [keys[k] for k in where] == sorted(set(keys))
     assert [keys[where[k]] for k in number] == keys
 

@@ -118,7 +118,15 @@ class _BoxFaces(AbstractComponents):
         each = np.arange(len(chosen))
         if self._kind == FACE:
             position = shapes.position[row]
-            return ComponentShapes(row, position, whole * [1.0, 1.0, 0.0], parent, mesh, each, position)
+            return ComponentShapes(
+                row=row,
+                position=position,
+                size=whole * [1.0, 1.0, 0.0],
+                frame=parent,
+                mesh=mesh,
+                first=each,
+                pivot=position,
+            )
         first = face[0] if len(face) else 0
         if (face == first).all():
             frame = frames.turned(parent, int(_BOX_CUBES[first]))
@@ -131,7 +139,9 @@ class _BoxFaces(AbstractComponents):
         if self._kind == FOOTPRINT:
             origin[:, 1] = 0.0
         position = shapes.position[row] + frames.to_world(parent, origin)
-        return ComponentShapes(row, position, size, frame, mesh, each, position)
+        return ComponentShapes(
+            row=row, position=position, size=size, frame=frame, mesh=mesh, first=each, pivot=position
+        )
 
 
 class _MeshComponents(AbstractComponents):
@@ -174,7 +184,9 @@ class _MeshComponents(AbstractComponents):
         unit, _, _ = normalized(components.shapes)
         mesh = add_faces(workspace.meshes, unit)
         corner = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.pivot)
-        return ComponentShapes(row, position, components.size, frame, mesh, first, corner)
+        return ComponentShapes(
+            row=row, position=position, size=components.size, frame=frame, mesh=mesh, first=first, pivot=corner
+        )
 
 
 class _MixedComponents(AbstractComponents):
@@ -203,7 +215,7 @@ class _MixedComponents(AbstractComponents):
                 placed.append(part._replace(row=rows[part.row], first=turns[own][part.first]))
         columns = [np.concatenate(column) for column in zip(*placed, strict=True)]
         order = np.argsort(columns[0], kind="stable")
-        return ComponentShapes(*(column[order] for column in columns))
+        return ComponentShapes._make(column[order] for column in columns)
 
 
 def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:

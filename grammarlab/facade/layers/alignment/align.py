@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from grammarlab.errors import FacadeError
+from grammarlab.facade.layers.alignment.columns import column_size
 from grammarlab.facade.layers.alignment.naming import Element, named_columns
 from grammarlab.facade.layers.alignment.pairs import PairProblem, Prices
 from grammarlab.facade.layers.alignment.rows import EMPTY, RowStep, build_rows, unit_of
-from grammarlab.facade.layers.alignment.search import Path, column_size, search
+from grammarlab.facade.layers.alignment.search import Path, search
 from grammarlab.facade.layers.alignment.spreads import Spreads
 from grammarlab.facade.layers.alignment.strains import Strains
 from grammarlab.facade.layers.letters import Word

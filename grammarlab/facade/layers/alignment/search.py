@@ -17,6 +17,7 @@ from itertools import combinations
 from operator import itemgetter
 from typing import NamedTuple
 
+from grammarlab.facade.layers.alignment.columns import START, Column
 from grammarlab.facade.layers.alignment.pairs import Bounds, PairProblem
 from grammarlab.facade.layers.alignment.rough import Path, rough_paths
 from grammarlab.facade.layers.alignment.rows import EMPTY, OPAQUE, PARTIAL, TRANSPARENT, AlignedRow, RowStep
@@ -65,27 +66,6 @@ class _Node(NamedTuple):
     """Lower bound of the cost of size changes, for the worst column only; part of `cost`."""
     before: _Node | None
     column: tuple[RowStep, ...]
-
-
-class _Column(NamedTuple):
-    """A column, or the upper elements of one."""
-
-    steps: tuple[RowStep, ...]
-    low: int
-    """Smallest fixed element, units; 0 for an unexplained gap; -1 before the first."""
-    high: int
-    """Widest element, units."""
-    fixed: bool
-    opaque: bool
-    partial: int
-    """Rows with elements that cover only a part, as bits."""
-    protected: int
-    """Rows whose elements must not cover only a part, as bits."""
-    price: int
-    """Price of merged letters."""
-
-
-_START = _Column((), -1, 0, fixed=False, opaque=False, partial=0, protected=0, price=0)
 
 
 def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundPaths:
@@ -203,14 +183,24 @@ class _Tree:
         """The state before all columns."""
         start = tuple(0 for _ in self.rows)
         return _Node(
-            guess, 0, 0, 0, 0, start, elastic=False, widths=self.spreads.start, strain=0, before=None, column=()
+            guess=guess,
+            ahead=0,
+            number=0,
+            cost=0,
+            span=0,
+            states=start,
+            elastic=False,
+            widths=self.spreads.start,
+            strain=0,
+            before=None,
+            column=(),
         )
 
     def price(self, path: Path) -> int | None:
         """Cost of a path; None if it is not an alignment or costs more than the limit."""
         node = self._first(0)
         for steps in path:
-            column = _START
+            column = START
             for at, step in enumerate(steps):
                 wider = self._with(column, step, at)
                 if wider is None or self._error(wider) > self.problem.tolerance:
@@ -234,7 +224,7 @@ class _Tree:
             if after is not None:
                 yield after
 
-    def _after(self, node: _Node, column: _Column, states: tuple[int, ...], least: int) -> _Node | None:
+    def _after(self, node: _Node, column: Column, states: tuple[int, ...], least: int) -> _Node | None:
         """The state after a column; None if letters of a symbol differ too much, or the cost exceeds the limit."""
         widths, span, strain = node.widths, node.span + column.high, node.strain
         if self.spreads.rows:
@@ -253,17 +243,17 @@ class _Tree:
             return None
         self.number += 1
         return _Node(
-            least + more,
-            -sum(states),
-            self.number,
-            cost,
-            span,
-            states,
-            node.elastic or not column.fixed,
-            widths,
-            strain,
-            node,
-            column.steps,
+            guess=least + more,
+            ahead=-sum(states),
+            number=self.number,
+            cost=cost,
+            span=span,
+            states=states,
+            elastic=node.elastic or not column.fixed,
+            widths=widths,
+            strain=strain,
+            before=node,
+            column=column.steps,
         )
 
     def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
@@ -302,16 +292,16 @@ class _Tree:
             most = max(most, rest)
         return most
 
-    def _error(self, column: _Column) -> int:
+    def _error(self, column: Column) -> int:
         return column.high - column.low if column.low >= 0 else 0
 
-    def _columns(self, node: _Node) -> Iterator[tuple[_Column, tuple[int, ...], int]]:
+    def _columns(self, node: _Node) -> Iterator[tuple[Column, tuple[int, ...], int]]:
         """All possible next columns, with the states after them and a lower bound of the total cost."""
-        yield from self._more(node, _START, (), 0, 0)
+        yield from self._more(node, START, (), 0, 0)
 
     def _more(
-        self, node: _Node, column: _Column, states: tuple[int, ...], rest: int, left: int
-    ) -> Iterator[tuple[_Column, tuple[int, ...], int]]:
+        self, node: _Node, column: Column, states: tuple[int, ...], rest: int, left: int
+    ) -> Iterator[tuple[Column, tuple[int, ...], int]]:
         at = len(states)
         if at == self.num:
             if column.opaque and (column.fixed or column.low < 0):
@@ -348,7 +338,7 @@ class _Tree:
                 return False
         return len(seen) == 1
 
-    def _steps(self, node: _Node, column: _Column, at: int) -> Iterator[RowStep]:
+    def _steps(self, node: _Node, column: Column, at: int) -> Iterator[RowStep]:
         """Elements of a row whose error is within the limit."""
         steps = self.rows[at].steps(node.states[at])
         if steps.empty is not None:
@@ -365,7 +355,7 @@ class _Tree:
         yield from steps.fixed[first:last]
         yield from steps.elastic[:last_elastic]
 
-    def _with(self, column: _Column, step: RowStep, at: int) -> _Column | None:
+    def _with(self, column: Column, step: RowStep, at: int) -> Column | None:
         """A column with one more element; None if that is not allowed."""
         low, bit = column.low, 1 << at
         if step.kind == EMPTY:
@@ -378,27 +368,16 @@ class _Tree:
             return None
         if step.fixed:
             low = step.size if low < 0 else min(low, step.size)
-        return _Column(
-            (*column.steps, step),
-            low,
-            max(column.high, step.size),
-            column.fixed or step.fixed,
-            column.opaque or step.kind == OPAQUE,
-            column.partial | (bit if step.kind == PARTIAL else 0),
-            column.protected | (self.over[at] if step.protected else 0),
-            column.price + self.prices.merge * len(self.rows[at].layers) * step.merged,
+        return Column(
+            steps=(*column.steps, step),
+            low=low,
+            high=max(column.high, step.size),
+            fixed=column.fixed or step.fixed,
+            opaque=column.opaque or step.kind == OPAQUE,
+            partial=column.partial | (bit if step.kind == PARTIAL else 0),
+            protected=column.protected | (self.over[at] if step.protected else 0),
+            price=column.price + self.prices.merge * len(self.rows[at].layers) * step.merged,
         )
-
-
-def column_size(column: Sequence[RowStep]) -> tuple[int, int, bool]:
-    """Error and width of a column, in units, and whether an element of it is fixed."""
-    low, high, fixed, opaque = -1, 0, False, False
-    for step in column:
-        if step.fixed and (step.kind != EMPTY or not opaque):
-            low = step.size if low < 0 else min(low, step.size)
-        high, opaque = max(high, step.size), opaque or step.kind == OPAQUE
-        fixed = fixed or (step.fixed and step.kind != EMPTY)
-    return (high - low if low >= 0 else 0), high, fixed
 
 
 def _path(node: _Node) -> Path:

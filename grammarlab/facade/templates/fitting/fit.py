@@ -58,7 +58,7 @@ class Fits:
 
     def of(self, which: NDArray[Any]) -> Fits:
         """The fits of some elements."""
-        return Fits(*(getattr(self, each.name)[which] for each in fields(self)))
+        return Fits(**{each.name: getattr(self, each.name)[which] for each in fields(self)})
 
 
 def fit_all(clouds: Clouds, stack: Stack) -> Fits:
@@ -76,7 +76,7 @@ def fit_all(clouds: Clouds, stack: Stack) -> Fits:
         made.append(_fit(elements, tuple(jnp.asarray(each[which], jnp.float32) for each in columns)))
     order = np.argsort(np.concatenate([which for _, which in groups]))
     whole = (np.concatenate(each, axis=1, dtype=np.float64) for each in zip(*made, strict=True))
-    return Fits(*(each[:number, order] for each in whole))
+    return Fits(**{each.name: column[:number, order] for each, column in zip(fields(Fits), whole, strict=True)})
 
 
 def _by_size(count: Ints) -> list[tuple[int, Ints]]:

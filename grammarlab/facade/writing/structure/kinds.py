@@ -9,7 +9,7 @@ from grammarlab.facade.looks import is_door
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.writing.structure.bands import SAME_PLACE, Band, bands
 from grammarlab.facade.writing.structure.cells import Cell, alike, cell_of, nodes_between
-from grammarlab.facade.writing.structure.repeats import find_repeats
+from grammarlab.facade.writing.structure.repeats import repeated_runs
 
 WALL_STRETCH = 1.0 / 3.0
 """Largest relative difference of walls between equal elements."""
@@ -83,7 +83,7 @@ def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -
 
 def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
     """The bands, with each repeated group of several columns, such as a bay of windows, merged into one."""
-    for run in find_repeats(kinds):
+    for run in repeated_runs(kinds):
         if sum(band.stands for band in found[run.start : run.start + run.period]) > 1:
             turns = range(run.start, run.end, run.period)
             bays = [Band(found[k].start, found[k + run.period - 1].end, stands=True) for k in turns]

@@ -22,15 +22,15 @@ class Repeat(NamedTuple):
         return self.start + self.period * self.turns
 
 
-def find_repeats(items: Sequence[Hashable]) -> list[Repeat]:
+def repeated_runs(items: Sequence[Hashable]) -> list[Repeat]:
     """Runs that do not overlap, in their order: the one that saves the most items, and others with as many turns.
 
     A split divides its room evenly among its repeats, so that repeats with different numbers of turns cannot share a
     split.
 
-    >>> find_repeats("abcbcbcd"), find_repeats("abc")
+    >>> repeated_runs("abcbcbcd"), repeated_runs("abc")
     ([Repeat(start=1, period=2, turns=3)], [])
-    >>> [run.start for run in find_repeats("wwdwwdwww")]
+    >>> [run.start for run in repeated_runs("wwdwwdwww")]
     [0, 6]
     """
     numbers = {item: place for place, item in enumerate(dict.fromkeys(items))}

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.writing.structure.kinds import KindSequence
-from grammarlab.facade.writing.structure.repeats import Repeat, find_repeats
+from grammarlab.facade.writing.structure.repeats import Repeat, repeated_runs
 
 MOST_TIMES = 100
 """Largest number of turns of a run."""
@@ -73,7 +73,7 @@ def _runs(rows: KindSequence) -> tuple[Repeat, ...]:
     found: list[Repeat] = []
     kinds = list(rows.kind)
     while True:
-        longest = [run for run in find_repeats(kinds) if not any(rows.doors[kind] for kind in _turn(rows, run))]
+        longest = [run for run in repeated_runs(kinds) if not any(rows.doors[kind] for kind in _turn(rows, run))]
         if not longest:
             break
         run = longest[0]

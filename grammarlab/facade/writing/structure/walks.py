@@ -93,7 +93,7 @@ def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
     return found
 
 
-def shortest(columns: KindSequence, up_to: float) -> list[float]:
+def narrowest(columns: KindSequence, up_to: float) -> list[float]:
     """Width of the narrowest walk for each number of columns, metres, up to a little above a length; for messages."""
     found = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))
     return [] if found is None else [least for least, _ in found.sizes.values()]

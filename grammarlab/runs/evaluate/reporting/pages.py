@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grammarlab.evaluation.pages import LikedModels, example_models
+from grammarlab.evaluation.pages import LikedModels, models_for_scores
 from grammarlab.evaluation.preparation import Source
 from grammarlab.runs.evaluate.reporting.grids import TILE_AREA, save_picture, tiles_of
 from grammarlab.runs.pictures.sheet_page import PAPER, draw_page, lay_out
@@ -32,7 +32,7 @@ def draw_examples(scenario: Path, folder: Path, executor: AbstractExecutor) -> P
         GrammarlabError: If the scenario or its grammar has an error.
     """
     source = load_source(scenario)
-    groups = [group for group in example_models(source, COLUMNS) if group.models]
+    groups = [group for group in models_for_scores(source, COLUMNS) if group.models]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{source.scenario.name}-scores.jpg"
     save_picture(_draw(source, groups, executor), path)

@@ -6,7 +6,7 @@ import asyncio
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -20,10 +20,9 @@ from grammarlab.runs.facade.layers import solve_design
 from grammarlab.runs.facade.layers_page.commands import COMMANDS
 from grammarlab.runs.facade.layers_page.designer import PAGE, Designer
 from grammarlab.runs.facade.layers_page.solver import Job, Solver, SolverOutcome
-from grammarlab.runs.serving.server import serving
 from tests.facade.layers.samples import RESIDENTIAL, residential
 from tests.runs.facade.editor.windows import RefusedError, Window
-from tests.scoring.test_server import Page
+from tests.runs.facade.served import served
 from tests.waiting import PATIENCE
 
 
@@ -207,24 +206,11 @@ def test_of_what_is_wished_for_the_latest_is_solved():
 
 
 async def visit(designer: Designer) -> None:
-    ready: asyncio.Future[str] = asyncio.get_running_loop().create_future()
-    task = asyncio.create_task(serving(designer, PAGE, 0, ready.set_result))
-    try:
-        page = Page(await ready)
-        index = await page.get(f"/?{page.query}")
-        for name in PAGE.files:
-            assert f'"{name}?{page.query}"'.encode() in index.body
-            assert (await page.get(f"/{name}?{page.query}")).code == 200
-            assert (await page.get(f"/{name}")).code == 403
+    async with served(designer, PAGE) as page:
         window = await page.connect()
         await window.hear(lambda message: message.get("event") == "state")
         await window.send({"id": 1, "command": "skip"})
         await window.hear(lambda message: message.get("id") == 1)
-        await page.leave()
-    finally:
-        task.cancel()
-        with suppress(asyncio.CancelledError):
-            await task
 
 
 def test_the_page_is_served_to_those_who_know_its_address(designer: Designer):

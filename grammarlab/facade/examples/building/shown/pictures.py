@@ -51,7 +51,9 @@ def building_picture(
 ) -> Image.Image:
     """A building from the front right."""
     batch = triangle_batch(surface, colors)
-    options = RenderOptions(*size, samples=2, openness_rays=2, ground=True, view=_VIEW, look=Look())
+    options = RenderOptions(
+        width=size[0], height=size[1], samples=2, openness_rays=2, ground=True, view=_VIEW, look=Look()
+    )
     camera = frame(batch.vertices, size[0] / size[1], _VIEW)
     return Image.fromarray(RaycastRenderer().render(batch, camera, options))
 

@@ -9,7 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Callable
 
-from tests.evaluation.truth import (
+from tests.evaluation.scenarios.truth import (
     BLACK,
     DARK,
     FOUR,

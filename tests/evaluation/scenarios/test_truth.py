@@ -12,10 +12,10 @@ from grammarlab.features.counting.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.targets.divergence import jensen_shannon
-from tests.evaluation.forests import forest_of
-from tests.evaluation.truth import TRUTH, Model, models
+from tests.evaluation.scenarios.forests import forest_of
+from tests.evaluation.scenarios.truth import TRUTH, Model, models
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SCENARIOS = {path.stem: load(path) for path in sorted((ROOT / "scenarios").glob("*.toml"))}
 
 

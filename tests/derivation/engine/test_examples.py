@@ -11,7 +11,7 @@ from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import compile_grammar, derive_chunks
 from grammarlab.language.importing import load
 
-GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
+GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
 ASSETS = AssetFolder(GRAMMARS[0].parent / "assets")
 NUM_MODELS = 10_000
 

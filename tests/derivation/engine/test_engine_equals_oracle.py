@@ -16,7 +16,7 @@ from tests.oracle.interpreter import interpret
 from tests.oracle.shape import Mesh
 from tests.oracle.strategies import rule_files
 
-GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
+GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
 ASSETS = AssetFolder(GRAMMARS[0].parent / "assets")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.test_page import contrast
+from tests.browser.scoring.test_page import contrast
 
 RENDER = """
 async () => {

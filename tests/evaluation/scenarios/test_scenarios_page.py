@@ -15,7 +15,7 @@ from grammarlab.features.patterns.text import parse as parse_pattern
 from grammarlab.features.rules.expression import FUNCTIONS, MAX_CHARACTERS, MAX_FEATURES, Expression
 from grammarlab.language.grammar import Grammar
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "scenarios.md").read_text()
 
 

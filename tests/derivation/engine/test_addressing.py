@@ -17,7 +17,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.oracle.strategies import rule_files
 
-GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
+GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
 ASSETS = AssetFolder(GRAMMARS[0].parent / "assets")
 
 

@@ -17,11 +17,11 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.find import named_scenarios, shipped_scenarios
-from tests.evaluation.taste_truth import TASTE_TRUTH
-from tests.evaluation.truth import Model
-from tests.evaluation.truth import models as plain
+from tests.evaluation.scenarios.taste_truth import TASTE_TRUTH
+from tests.evaluation.scenarios.truth import Model
+from tests.evaluation.scenarios.truth import models as plain
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "scenarios" / "tastes"
 PATHS = sorted(FOLDER.glob("*/*.toml"))
 HALVES = ("tuning", "once")

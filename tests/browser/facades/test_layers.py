@@ -15,8 +15,8 @@ from grammarlab.facade.layers.designs.file import load_design
 from grammarlab.runs.facade.layers_page.designer import PAGE, Designer
 from tests.browser.driver import Server
 from tests.browser.in_process import PageThread
-from tests.browser.test_page import contrast
-from tests.browser.test_touch import Hand
+from tests.browser.scoring.test_page import contrast
+from tests.browser.scoring.test_touch import Hand
 from tests.facade.layers.samples import RESIDENTIAL
 
 

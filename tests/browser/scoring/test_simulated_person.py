@@ -15,7 +15,7 @@ from grammarlab.scoring.session import Session
 from tests.browser.driver import Server
 from tests.scoring.windows import Window, shown_models
 
-SCENARIOS = Path(__file__).parents[2] / "scenarios"
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
 ROUNDS = (16, 16)
 """Scores given before each update."""
 

@@ -16,7 +16,7 @@ from grammarlab.evaluation.toml_file import MAX_BYTES
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PATHS = sorted((ROOT / "scenarios").glob("*.toml"))
 
 SMALL = """\

@@ -18,10 +18,10 @@ from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.runs.facade.editor.editor import Editor
 from grammarlab.runs.facade.editor.server import PAGE
 from grammarlab.runs.requests.examples import examples_folder
-from tests.browser.editing import EditorPage, EditorServer
+from tests.browser.facades.editing import EditorPage, EditorServer
 from tests.browser.in_process import PageThread
-from tests.browser.test_page import contrast
-from tests.browser.test_touch import Hand
+from tests.browser.scoring.test_page import contrast
+from tests.browser.scoring.test_touch import Hand
 
 FACADES = examples_folder() / "facades"
 WINDOWS = "french window"

@@ -12,7 +12,7 @@ from grammarlab.derivation import Budget, derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.language.grammar import Grammar
 
-GRAMMARS = Path(__file__).parents[2] / "grammars"
+GRAMMARS = Path(__file__).parents[3] / "grammars"
 TEXTS = [(GRAMMARS / f"{name}.cga").read_text(encoding="utf-8") for name in ("toy", "furniture", "airplane")]
 ASSETS = AssetFolder(GRAMMARS / "assets")
 TOKENS = [
