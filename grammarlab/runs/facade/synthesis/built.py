@@ -150,7 +150,7 @@ def build(
 
 
 def _bent(surface: Surface, example: Example, main: Tiling) -> Surface:
-    """The building; along an arc it is bent back, and cut at the lines of columns, so that long edges follow the arc."""
+    """The building; along an arc it is bent back, and cut at the lines of columns: long edges follow the arc."""
     for at in main.columns:
         plane = plane_of(main.region.side, 0, float(at))
         surface = sliced(surface, plane.axis, plane.at, TOLERANCE)
