@@ -13,7 +13,7 @@ import numpy as np
 
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import UsageError
-from grammarlab.facade.templates.elements import Elements, Floats, Ints, Truth
+from grammarlab.facade.templates.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Floats, Ints, Truth
 
 _GAP = 0.6
 """Metres between boxes."""
@@ -60,8 +60,10 @@ def rectangles(options: SceneOptions, seed: int) -> Elements:
     Raises:
         UsageError: for numbers that no scene has.
     """
-    if not (1 <= options.kinds <= options.elements <= 100_000) or options.noise < 0.0 or options.points < 1:
+    if not (1 <= options.kinds <= options.elements) or options.noise < 0.0 or options.points < 1:
         raise UsageError("a scene has at least one element, kind and point, not more kinds than elements, noise >= 0.")
+    if options.elements > MOST_ELEMENTS or options.elements * options.points > MOST_POINTS:
+        raise UsageError(f"a scene has at most {MOST_ELEMENTS:,} elements with {MOST_POINTS:,} points together.")
     random = np.random.default_rng(seed)
     sizes = _shared_sizes(options.kinds, random)
     if options.rows:

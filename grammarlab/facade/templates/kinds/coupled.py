@@ -146,7 +146,7 @@ def _draws(element: Ints, size: int, seed: int) -> ParticleDraws:
     shapes = ((PARTICLES, begin), (STEPS,), (STEPS, PARTICLES, moves))
     drawn = []
     for each in element.tolist():
-        random = np.random.Generator(np.random.Philox(key=[seed, each]))
+        random = np.random.Generator(np.random.Philox(key=np.array([seed, each], dtype=np.uint64)))
         drawn.append([random.random(shape, dtype=np.float32) for shape in shapes])
     return ParticleDraws(*(jnp.asarray(np.stack(each)) for each in zip(*drawn, strict=True)))
 
