@@ -45,8 +45,8 @@ _LARGER, _SMALLER = 1.5, 0.6
 """Sizes that are thought of, in parts of those that are seen."""
 _NOISE = np.array([0.4, 2.5])
 """Of an element, in parts of the median of all."""
-_FEW, _TOGETHER = 8, 32
-"""Elements of a batch."""
+_TOGETHER = 8
+"""Elements of a batch: all have one size, so that one is compiled."""
 
 
 def couple(elements: Elements, templates: Sequence[Template], seed: int, corrections: Corrections = ()) -> Match:
@@ -136,8 +136,8 @@ def _samples(
 
 
 def _filled(rows: NDArray[Any]) -> NDArray[Any]:
-    """Rows repeated up to a whole batch, so that few sizes of a batch have to be compiled."""
-    return rows[np.arange(_TOGETHER) % len(rows)] if len(rows) > _FEW else rows[np.arange(_FEW) % len(rows)]
+    """Rows repeated up to a whole batch."""
+    return rows[np.arange(_TOGETHER) % len(rows)]
 
 
 def _draws(element: Ints, size: int, seed: int) -> ParticleDraws:
