@@ -33,7 +33,9 @@ class SceneOptions:
     noise: float = 0.02
     """Metres, standard deviation of each coordinate."""
     occluded: float = 0.3
-    """Part of the elements that are partly hidden; each hides .1 to .6 of its outline."""
+    """Part of the elements that are partly hidden."""
+    hidden: tuple[float, float] = (0.1, 0.6)
+    """Least and greatest part of the points that each of these hides."""
     points: int = 64
     """Points of an element of which nothing is hidden."""
     rows: int = 0
@@ -161,10 +163,10 @@ def _observed(
         if tree is not None:
             away = middle[element] - tree[0]
             facing = -away / max(float(np.linalg.norm(away)), 1e-9)
-            points = _cut(points, facing, random) if tree[1][element] else points
+            points = _cut(points, facing, options.hidden, random) if tree[1][element] else points
         elif hidden[element]:
             angle = random.uniform(0.0, 2.0 * np.pi)
-            points = _cut(points, np.array([np.cos(angle), np.sin(angle)]), random)
+            points = _cut(points, np.array([np.cos(angle), np.sin(angle)]), options.hidden, random)
         points = points + random.normal(scale=options.noise, size=points.shape) if options.noise else points
         stray = random.binomial(len(points), _OUTLIERS) if options.noise else 0
         reach = size[kind[element]] / 2 + _MARGIN
@@ -192,10 +194,10 @@ def _on_outline(outline: Floats, count: int, random: np.random.Generator) -> Flo
     return outline[segment, 0] * (1.0 - part) + outline[segment, 1] * part
 
 
-def _cut(points: Floats, direction: Floats, random: np.random.Generator) -> Floats:
-    """What a half-plane leaves that hides .1 to .6 of the points in a direction."""
+def _cut(points: Floats, direction: Floats, hidden: tuple[float, float], random: np.random.Generator) -> Floats:
+    """What a half-plane leaves that hides a part of the points in a direction."""
     along = points @ direction
-    return points[along <= np.quantile(along, 1.0 - random.uniform(0.1, 0.6))]
+    return points[along <= np.quantile(along, 1.0 - random.uniform(*hidden))]
 
 
 def _behind_tree(middle: Floats, part: float) -> tuple[Floats, np.ndarray]:
