@@ -3,8 +3,8 @@
     python benchmarks/measure_scans.py --scenes 5 --setting rows
 
 A scene has 32 rectangles of at most 5 kinds and takes about 3 s. Settings: `single`, elements without rows; `rows`, a
-facade of 4 x 8 whose rows agree in 85 %; `tree`, such a facade with neighbours hidden together; `half`, rows that agree,
-with one half of every second window hidden. Prints a line for each amount of noise.
+facade of 4 x 8 whose rows agree in 85 %; `tree`, such a facade with neighbours hidden together; `half`, rows that
+agree, with one half of every second window hidden. Prints a line for each amount of noise.
 """
 
 from __future__ import annotations
