@@ -18,7 +18,7 @@ Column: TypeAlias = Any
 """An array of JAX where samples are drawn, of NumPy where they are used."""
 
 TEMPERATURES = 10
-MOVES = 2
+MOVES = 3
 """At each temperature."""
 LAST_MOVES = 6
 """At the posterior itself; the samples after each of them are kept."""
@@ -28,6 +28,8 @@ STEPS = TEMPERATURES * MOVES + LAST_MOVES
 NEAREST, FARTHEST = -0.3, 2.0
 """Of the half-plane from the middle of an element, in parts of its half extent; beyond 1 nothing is hidden."""
 
+_WIDE = 0.3
+"""Part of the moves that move one side by up to the largest size: where a side is hidden, others say nothing of it."""
 _OUTERMOST = 4
 """Points in a direction behind which a half-plane may begin; the others beyond it are outliers."""
 
@@ -102,12 +104,13 @@ class ParticleDraws(NamedTuple):
     resampling: Array
     """[STEPS] even in 0 to 1."""
     moves: Array
-    """[STEPS, Q, 5 + 2 (5 + D)] even in 0 to 1: partners, part of the coordinates, acceptance, which ones, jitter."""
+    """[STEPS, Q, 8 + 2 (5 + D)] even in 0 to 1: partners, part of the coordinates, one of them, acceptance, whether one
+    side moves, which one and how far; then for all coordinates which ones, and jitter."""
 
 
 def num_draws(size: int) -> tuple[int, int]:
     """Last axes of `ParticleDraws.begin` and `ParticleDraws.moves` for D parameters."""
-    return 10 + size, 5 + 2 * (5 + size)
+    return 10 + size, 8 + 2 * (5 + size)
 
 
 def _start(draw: Array, task: CenteredElement, bounds: Bounds) -> tuple[Array, Array]:
@@ -160,6 +163,7 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
     size = len(bounds.low)
     number = len(draws.begin)
     dimension = 5 + size
+    largest = jnp.concatenate([jnp.repeat(bounds.high[:2], 2), jnp.zeros(dimension - 4)])
 
     def log_like(state: Array) -> Array:
         corner = jnp.stack([state[0], state[2]])
@@ -171,7 +175,8 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
         return priors, jnp.where(jnp.isfinite(priors), jax.vmap(log_like)(states), -1e9)
 
     def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
-        """Weigh, resample, and one Metropolis step along differences of others in some of the coordinates."""
+        """Weigh, resample, and one Metropolis step: along differences of others in some of the coordinates, or of one
+        side by any distance."""
         states, priors, likes, evidence = carry
         offset, draw, before, after, first = now
         log_weight = (after - before) * likes + first
@@ -181,11 +186,12 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
         partner = (draw[:, 0:2] * number).astype(jnp.int32)
         part = 2.0 ** -jnp.floor(3.0 * draw[:, 2:3])
         always = jnp.floor(draw[:, 3:4] * dimension) == jnp.arange(dimension)
-        moved = (draw[:, 5 : 5 + dimension] < part) | always
+        moved = (draw[:, 8 : 8 + dimension] < part) | always
         count = moved.sum(axis=1, keepdims=True)
         away = 2.38 / jnp.sqrt(2.0 * count) * (states[partner[:, 0]] - states[partner[:, 1]])
-        away += 4e-4 * (draw[:, 5 + dimension :] - 0.5)
-        proposed = states + jnp.where(moved, away, 0.0)
+        away += 4e-4 * (draw[:, 8 + dimension :] - 0.5)
+        far = largest * (jnp.floor(4.0 * draw[:, 6:7]) == jnp.arange(dimension)) * (2.0 * draw[:, 7:8] - 1.0) ** 3
+        proposed = states + jnp.where(draw[:, 5:6] < _WIDE, far, jnp.where(moved, away, 0.0))
         new_priors, new_likes = measure(proposed)
         taken = jnp.log(draw[:, 4]) < new_priors - priors + after * (new_likes - likes)
         states = jnp.where(taken[:, None], proposed, states)
