@@ -48,7 +48,7 @@ def match(
             dir_okay=False,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of all random numbers.", min=0)] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of all random numbers.", min=0, max=2**64 - 1)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about what was found.")] = False,
 ) -> None:
     """Match templates to the elements of a scan.

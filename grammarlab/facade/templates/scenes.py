@@ -13,7 +13,7 @@ import numpy as np
 
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import UsageError
-from grammarlab.facade.templates.elements import Elements, Floats, Ints, Truth
+from grammarlab.facade.templates.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Floats, Ints, Truth
 
 _GAP = 0.6
 """Distance between boxes, metres."""
@@ -33,7 +33,9 @@ class SceneOptions:
     noise: float = 0.02
     """Standard deviation of each coordinate, metres."""
     occluded: float = 0.3
-    """Fraction of partly hidden elements; 0.1 to 0.6 of the outline of each is hidden."""
+    """Fraction of partly hidden elements."""
+    hidden: tuple[float, float] = (0.1, 0.6)
+    """Range of the fraction of points that each of these hides."""
     points: int = 64
     """Number of points of an element without hidden parts."""
     rows: int = 0
@@ -60,8 +62,10 @@ def rectangles(options: SceneOptions, seed: int) -> Elements:
     Raises:
         UsageError: If the options are invalid.
     """
-    if not (1 <= options.kinds <= options.elements <= 100_000) or options.noise < 0.0 or options.points < 1:
+    if not (1 <= options.kinds <= options.elements) or options.noise < 0.0 or options.points < 1:
         raise UsageError("expected at least one element, kind and point, not more kinds than elements, noise >= 0.")
+    if options.elements > MOST_ELEMENTS or options.elements * options.points > MOST_POINTS:
+        raise UsageError(f"expected at most {MOST_ELEMENTS:,} elements with {MOST_POINTS:,} points together.")
     random = np.random.default_rng(seed)
     sizes = _shared_sizes(options.kinds, random)
     if options.rows:
@@ -159,10 +163,10 @@ def _observed(
         if tree is not None:
             away = middle[element] - tree[0]
             facing = -away / max(float(np.linalg.norm(away)), 1e-9)
-            points = _cut(points, facing, random) if tree[1][element] else points
+            points = _cut(points, facing, options.hidden, random) if tree[1][element] else points
         elif hidden[element]:
             angle = random.uniform(0.0, 2.0 * np.pi)
-            points = _cut(points, np.array([np.cos(angle), np.sin(angle)]), random)
+            points = _cut(points, np.array([np.cos(angle), np.sin(angle)]), options.hidden, random)
         points = points + random.normal(scale=options.noise, size=points.shape) if options.noise else points
         stray = random.binomial(len(points), _OUTLIERS) if options.noise else 0
         reach = size[kind[element]] / 2 + _MARGIN
@@ -190,10 +194,10 @@ def _on_outline(outline: Floats, count: int, random: np.random.Generator) -> Flo
     return outline[segment, 0] * (1.0 - part) + outline[segment, 1] * part
 
 
-def _cut(points: Floats, direction: Floats, random: np.random.Generator) -> Floats:
-    """The visible points if a half-plane in a direction hides 0.1 to 0.6 of them."""
+def _cut(points: Floats, direction: Floats, hidden: tuple[float, float], random: np.random.Generator) -> Floats:
+    """The visible points if a half-plane in a direction hides a fraction of them from a range."""
     along = points @ direction
-    return points[along <= np.quantile(along, 1.0 - random.uniform(0.1, 0.6))]
+    return points[along <= np.quantile(along, 1.0 - random.uniform(*hidden))]
 
 
 def _behind_tree(middle: Floats, part: float) -> tuple[Floats, np.ndarray]:

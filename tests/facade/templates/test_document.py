@@ -1,6 +1,8 @@
 """Files of elements: round trips and error messages."""
 
+import io
 import json
+import zipfile
 
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ import pytest
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.templates.elements import too_poor
 from grammarlab.facade.templates.reading.boxes import cut_out, read_boxes
-from grammarlab.facade.templates.reading.document import loads, save_elements
+from grammarlab.facade.templates.reading.document import load_arrays, loads, save_elements
 from grammarlab.facade.templates.reading.files import load_elements
 from grammarlab.facade.templates.scenes import SceneOptions, house, rectangles
 
@@ -51,6 +53,35 @@ def test_scenes_are_the_same_for_the_same_seed_and_count_as_the_figure():
 def test_what_is_wrong_is_said_with_its_place(elements, message):
     with pytest.raises(FacadeError, match=message):
         loads(json.dumps({"elements": elements}).encode())
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        ({"points": np.zeros((4, 2), dtype=complex)}, "points: expected rows of real numbers"),
+        ({"offsets": np.array([0.0, np.nan])}, "offsets: expected a list of whole numbers"),
+        ({"boxes": np.array(3.0)}, "boxes: expected rows"),
+        ({"kind": np.array([10**15])}, r"boxes \[N, 4\]"),
+        ({"points": np.array([[None, 1]] * 4)}, "allow_pickle"),
+    ],
+)
+def test_arrays_of_other_numbers_are_refused(columns, message):
+    buffer = io.BytesIO()
+    fine = {"offsets": np.array([0, 4]), "points": np.zeros((4, 2)), "boxes": np.array([[0, 0, 1, 1]])}
+    np.savez(buffer, **{**fine, **columns})
+    with pytest.raises(FacadeError, match=message):
+        load_arrays(buffer.getvalue())
+
+
+def test_an_archive_that_unfolds_to_too_much_is_not_unfolded():
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("points.npy", b"")
+    packed = bytearray(buffer.getvalue())
+    place = packed.index(b"PK\x01\x02") + 24
+    packed[place : place + 4] = (2**32 - 2).to_bytes(4, "little")
+    with pytest.raises(FacadeError, match="unfolds to 4,294,967,294 bytes"):
+        load_arrays(bytes(packed))
 
 
 def test_poor_elements_are_told_apart():

@@ -54,6 +54,15 @@ def test_counts_make_a_template_for_each_value():
         (f"template t {SIZE} repeat i 1 to 999 line (0, 0) -> (width, i) end end", "too-many"),
         (f"template t {SIZE} line (0, 0) -> (width, 1) end " * 2, "twice"),
         ("template t param width " + "(" * 5000 + "1", "syntax"),
+        (f"template t {SIZE} line (0, 0) -> (width{'+0' * 5000}, 1) end", "too-deep"),
+        (f"template t {SIZE} line (0, 0) -> (width*1e999, 1) end", "too-large"),
+        (f"template t {SIZE} {'count n 0 to 20 ' * 2} line (0, 0) -> (width, 1) end", "twice"),
+        (
+            f"template t {SIZE} {' '.join(f'count n{i} 0 to 20' for i in range(9))} line (0, 0) -> (width, 1) end",
+            "too-many",
+        ),
+        (f"template t {SIZE} {' '.join(f'repeat i{i} 1 to 99' for i in range(9))} {'end ' * 9} end", "too-many"),
+        (f"template t {SIZE} {'require width <= height ' * 300} line (0, 0) -> (width, 1) end", "too-many"),
     ],
 )
 def test_mistakes_are_said_with_their_place(text, code):

@@ -19,7 +19,7 @@ Column: TypeAlias = Any
 """An array of JAX during sampling, of NumPy afterwards."""
 
 TEMPERATURES = 10
-MOVES = 2
+MOVES = 3
 """Moves at each temperature."""
 LAST_MOVES = 6
 """Moves at the posterior itself; the samples after each of them are kept."""
@@ -29,6 +29,8 @@ STEPS = TEMPERATURES * MOVES + LAST_MOVES
 NEAREST, FARTHEST = -0.3, 2.0
 """Range of the half-plane's distance from the centre of an element, in half extents; beyond 1 nothing is hidden."""
 
+_WIDE = 0.3
+"""Fraction of moves of one side by up to the largest size: other samples do not help where a side is hidden."""
 _OUTERMOST = 4
 """Number of outermost points in a direction at which a half-plane may begin; points beyond it are outliers."""
 
@@ -103,12 +105,13 @@ class ParticleDraws(NamedTuple):
     resampling: Array
     """[STEPS] uniform in 0 to 1."""
     moves: Array
-    """[STEPS, Q, 5 + 2 (5 + D)] uniform in 0 to 1: partners, number and choice of coordinates, acceptance, jitter."""
+    """[STEPS, Q, 8 + 2 (5 + D)] uniform in 0 to 1: partners, fraction of the coordinates, one of them, acceptance,
+    whether one side moves, which one and how far; then for all coordinates which ones, and jitter."""
 
 
 def num_draws(size: int) -> tuple[int, int]:
     """Last axes of `ParticleDraws.begin` and `ParticleDraws.moves` for D parameters."""
-    return 10 + size, 5 + 2 * (5 + size)
+    return 10 + size, 8 + 2 * (5 + size)
 
 
 def _start(draw: Array, task: CenteredElement, bounds: Bounds) -> tuple[Array, Array]:
@@ -161,6 +164,7 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
     size = len(bounds.low)
     number = len(draws.begin)
     dimension = 5 + size
+    largest = jnp.concatenate([jnp.repeat(bounds.high[:2], 2), jnp.zeros(dimension - 4)])
 
     def log_like(state: Array) -> Array:
         corner = jnp.stack([state[0], state[2]])
@@ -172,7 +176,8 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
         return priors, jnp.where(jnp.isfinite(priors), jax.vmap(log_like)(states), -1e9)
 
     def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
-        """Weights, resampling, and one Metropolis step along differences of other samples in some coordinates."""
+        """Weights, resampling, and one Metropolis step: along differences of other samples in some coordinates, or of
+        one side by any distance."""
         states, priors, likes, evidence = carry
         offset, draw, before, after, first = now
         log_weight = (after - before) * likes + first
@@ -182,11 +187,12 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
         partner = (draw[:, 0:2] * number).astype(jnp.int32)
         part = 2.0 ** -jnp.floor(3.0 * draw[:, 2:3])
         always = jnp.floor(draw[:, 3:4] * dimension) == jnp.arange(dimension)
-        moved = (draw[:, 5 : 5 + dimension] < part) | always
+        moved = (draw[:, 8 : 8 + dimension] < part) | always
         count = moved.sum(axis=1, keepdims=True)
         away = 2.38 / jnp.sqrt(2.0 * count) * (states[partner[:, 0]] - states[partner[:, 1]])
-        away += 4e-4 * (draw[:, 5 + dimension :] - 0.5)
-        proposed = states + jnp.where(moved, away, 0.0)
+        away += 4e-4 * (draw[:, 8 + dimension :] - 0.5)
+        far = largest * (jnp.floor(4.0 * draw[:, 6:7]) == jnp.arange(dimension)) * (2.0 * draw[:, 7:8] - 1.0) ** 3
+        proposed = states + jnp.where(draw[:, 5:6] < _WIDE, far, jnp.where(moved, away, 0.0))
         new_priors, new_likes = measure(proposed)
         taken = jnp.log(draw[:, 4]) < new_priors - priors + after * (new_likes - likes)
         states = jnp.where(taken[:, None], proposed, states)

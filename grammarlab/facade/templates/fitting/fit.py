@@ -64,19 +64,25 @@ class Fits:
 def fit_all(clouds: Clouds, stack: Stack) -> Fits:
     """Fits of all templates to all elements; templates with few pieces are fitted separately, for speed."""
     number = len(clouds)
-    # Whole batches, so that few shapes are compiled.
-    filled = np.arange(-(-number // _TOGETHER) * _TOGETHER) % max(number, 1)
-    columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
-    elements = tuple(jnp.asarray(each[filled], jnp.float32) for each in columns)
-    count = stack.num_pieces
-    groups = _by_size(count)
+    # Whole batches of one size, so that one is compiled whatever the number of elements.
+    batches = np.split(
+        np.arange(-(-number // _TOGETHER) * _TOGETHER) % max(number, 1), range(_TOGETHER, number, _TOGETHER)
+    )
+    groups = _by_size(stack.num_pieces)
     made = []
     for most, which in groups:
         columns = (stack.pieces[:, :most], stack.usual, stack.low, stack.high, stack.limits, stack.used)
-        made.append(_fit(elements, tuple(jnp.asarray(each[which], jnp.float32) for each in columns)))
+        templates = tuple(jnp.asarray(each[which], jnp.float32) for each in columns)
+        fits = [_fit(_elements(clouds, batch), templates) for batch in batches]
+        made.append([np.concatenate(each, dtype=np.float64) for each in zip(*fits, strict=True)])
     order = np.argsort(np.concatenate([which for _, which in groups]))
-    whole = (np.concatenate(each, axis=1, dtype=np.float64) for each in zip(*made, strict=True))
+    whole = (np.concatenate(each, axis=1) for each in zip(*made, strict=True))
     return Fits(**{each.name: column[:number, order] for each, column in zip(fields(Fits), whole, strict=True)})
+
+
+def _elements(clouds: Clouds, which: Ints) -> tuple[Array, ...]:
+    columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
+    return tuple(jnp.asarray(each[which], jnp.float32) for each in columns)
 
 
 def _by_size(count: Ints) -> list[tuple[int, Ints]]:

@@ -45,8 +45,8 @@ _LARGER, _SMALLER = 1.5, 0.6
 """Largest and least candidate sizes, as multiples of the visible ones."""
 _NOISE = np.array([0.4, 2.5])
 """Range of the noise of an element, as multiples of the median of all."""
-_FEW, _TOGETHER = 8, 32
-"""Number of elements of a batch."""
+_TOGETHER = 8
+"""Number of elements of a batch; all batches have this size, so that only one is compiled."""
 
 
 def couple(elements: Elements, templates: Sequence[Template], seed: int, corrections: Corrections = ()) -> Match:
@@ -136,8 +136,8 @@ def _samples(
 
 
 def _filled(rows: NDArray[Any]) -> NDArray[Any]:
-    """Rows repeated up to a whole batch, so that few batch sizes are compiled."""
-    return rows[np.arange(_TOGETHER) % len(rows)] if len(rows) > _FEW else rows[np.arange(_FEW) % len(rows)]
+    """Rows repeated up to a whole batch."""
+    return rows[np.arange(_TOGETHER) % len(rows)]
 
 
 def _draws(element: Ints, size: int, seed: int) -> ParticleDraws:
@@ -146,7 +146,7 @@ def _draws(element: Ints, size: int, seed: int) -> ParticleDraws:
     shapes = ((PARTICLES, begin), (STEPS,), (STEPS, PARTICLES, moves))
     drawn = []
     for each in element.tolist():
-        random = np.random.Generator(np.random.Philox(key=[seed, each]))
+        random = np.random.Generator(np.random.Philox(key=np.array([seed, each], dtype=np.uint64)))
         drawn.append([random.random(shape, dtype=np.float32) for shape in shapes])
     return ParticleDraws(*(jnp.asarray(np.stack(each)) for each in zip(*drawn, strict=True)))
 

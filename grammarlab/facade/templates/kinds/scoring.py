@@ -7,8 +7,21 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from grammarlab.facade.templates.elements import Truth
+from grammarlab.facade.templates.elements import Ints, Truth
 from grammarlab.facade.templates.kinds.match import SURE, UNKNOWN, Match
+
+
+def agreeing(match: Match, truth: Truth) -> tuple[np.ndarray, Ints]:
+    """[N] whether the kind of each element is correct, and [N] its kind; unknown elements have a kind of their own."""
+    found = np.where(match.kind == UNKNOWN, match.kind.max() + 1, match.kind)
+    table = np.zeros((found.max() + 1, truth.kind.max() + 1))
+    np.add.at(table, (found, truth.kind), 1.0)
+    table[match.kind.max() + 1 :] = 0.0
+    rows, columns = linear_sum_assignment(-table)
+    partner = np.full(len(table), -1)
+    partner[rows] = columns
+    right = (partner[found] == truth.kind) & (match.kind != UNKNOWN)
+    return right, found
 
 
 def compare(match: Match, truth: Truth) -> dict[str, Any]:
@@ -18,14 +31,7 @@ def compare(match: Match, truth: Truth) -> dict[str, Any]:
     """
     from sklearn.metrics import adjusted_mutual_info_score  # noqa: PLC0415 scikit-learn takes a second to load
 
-    found = np.where(match.kind == UNKNOWN, match.kind.max() + 1, match.kind)
-    table = np.zeros((found.max() + 1, truth.kind.max() + 1))
-    np.add.at(table, (found, truth.kind), 1.0)
-    table[match.kind.max() + 1 :] = 0.0
-    rows, columns = linear_sum_assignment(-table)
-    partner = np.full(len(table), -1)
-    partner[rows] = columns
-    right = (partner[found] == truth.kind) & (match.kind != UNKNOWN)
+    right, found = agreeing(match, truth)
     sure = (match.probability >= SURE) & (match.kind != UNKNOWN)
     return {
         "adjusted_mutual_information": float(adjusted_mutual_info_score(truth.kind, found)),

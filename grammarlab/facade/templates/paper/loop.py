@@ -11,6 +11,7 @@ from grammarlab.facade.templates.clock import Clock
 from grammarlab.facade.templates.clouds import Clouds, clouds_of
 from grammarlab.facade.templates.elements import Elements, Floats, Ints, too_poor
 from grammarlab.facade.templates.fitting.fit import Fits, fit_all
+from grammarlab.facade.templates.kinds.choosing import description
 from grammarlab.facade.templates.kinds.match import Match
 from grammarlab.facade.templates.kinds.plain import fitting, from_labels, unfit
 from grammarlab.facade.templates.kinds.relations import THRESHOLD, couplings, replicas
@@ -27,7 +28,7 @@ BEST = 3
 W_S = 0.1
 _LABEL_COST = 0.2
 """Cost of a template, as a fraction of the mean data cost."""
-_SPACE = 10.0
+_SPACE = 4.0
 """Unit of Equation 5.2, which the paper does not give, as a multiple of the similarity threshold."""
 
 
@@ -53,7 +54,7 @@ def match_as_paper(elements: Elements, templates: Sequence[Template]) -> Match:
     iterations = 0
     while len(which) and iterations < MOST_ITERATIONS:
         iterations += 1
-        field, label_values, label_corner = _field(clouds, stacked, fits, state, threshold)
+        field, label_values, label_corner = _field(clouds, templates, stacked, fits, state, threshold)
         clock.lap("subspace")
         labels, _ = label(field)
         clock.lap("labelling")
@@ -73,13 +74,17 @@ def match_as_paper(elements: Elements, templates: Sequence[Template]) -> Match:
     )
 
 
-def _field(clouds: Clouds, stacked: Stack, fits: Fits, state: Floats, threshold: float) -> tuple[Field, Floats, Floats]:
+def _field(
+    clouds: Clouds, templates: Sequence[Template], stacked: Stack, fits: Fits, state: Floats, threshold: float
+) -> tuple[Field, Floats, Floats]:
     """The field of Equation 5.3, the parameters [L, D] of its labels and their corners [L, N, 2] on each element."""
-    best = np.argsort(np.where(fits.cost < 1e5, fits.distance, np.inf), axis=1)[:, :BEST]
+    against = fits.noise.min(axis=1, keepdims=True) * _against(clouds, templates, fits)
+    best = np.argsort(against, axis=1)[:, :BEST]
     element = np.repeat(np.arange(len(best)), best.shape[1])
     owner = best.reshape(-1).astype(np.int64)
     values = state[element, owner, 2:]
     data, corner = place_labels(clouds, stacked, state, owner, values, 10.0 * threshold)
+    data += np.minimum(against, 10.0 * threshold)[:, owner]
     away = np.linalg.norm(values[:, None] - values[None], axis=2)
     other = max(float(away.max(initial=0.0)) / 2.0, 1e-3)
     same = owner[:, None] == owner[None]
@@ -89,3 +94,9 @@ def _field(clouds: Clouds, stacked: Stack, fits: Fits, state: Floats, threshold:
     near = similarity(merged(weights, min(dimensions_of(weights), len(best))))
     cost = np.full(len(stacked.usual), _LABEL_COST * float(data.min(axis=1).mean()))
     return Field(data, W_S * near, distance, owner, cost), values, corner
+
+
+def _against(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Floats:
+    """[N, T] nats per point that each template describes an element worse by than the best one."""
+    costs = description(clouds, templates, fits)[:, :-1]
+    return (costs - costs.min(axis=1, keepdims=True)) / clouds.weight.sum(axis=1, keepdims=True)

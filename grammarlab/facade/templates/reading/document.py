@@ -12,7 +12,7 @@ import numpy as np
 
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import FacadeError
-from grammarlab.facade.templates.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Floats, Ints, Truth, check
+from grammarlab.facade.templates.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Floats, Truth, check
 from grammarlab.facade.values import a_list, a_number, a_text, a_whole_number, an_object, numbers, parse_json
 from grammarlab.files import write_bytes, write_text
 
@@ -21,6 +21,11 @@ VERSION = 1
 _MARGIN = 0.1
 """Margin of a box made from the points of an element, as a fraction of its extent."""
 _MOST_KINDS = 10_000
+_MOST_UNPACKED = 1 << 31
+"""Bytes of all arrays of an NPZ file, which may be packed a thousandfold."""
+_COLUMNS = {"offsets": "iu", "points": "iuf", "boxes": "iuf", "row": "iu", "column": "iu", "kind": "iu"}
+"""Arrays of an NPZ file, and which kinds of numbers each may have."""
+_DTYPES = {"iu": "a list of whole numbers", "iuf": "rows of real numbers"}
 
 
 def dumps(elements: Elements) -> str:
@@ -156,30 +161,24 @@ def load_arrays(content: bytes) -> Elements:
     Raises:
         FacadeError: If it is not such a file.
     """
-    try:
-        with np.load(BytesIO(content), allow_pickle=False) as archive:
-            columns = {name: archive[name] for name in archive.files}
-    except (ValueError, OSError, zipfile.BadZipFile, EOFError, KeyError) as error:
-        raise FacadeError(f"This is not a valid NPZ file: {error}.") from error
+    columns = _columns(content)
     missing = [name for name in ("offsets", "points", "boxes") if name not in columns]
     if missing:
         raise FacadeError(f"Arrays: expected offsets, points and boxes, found no {', '.join(missing)}.")
-    number = len(columns["boxes"])
-    none = np.full(number, -1)
-    try:
-        offsets, points = columns["offsets"].astype(np.int64), columns["points"].astype(np.float64)
-        boxes = columns["boxes"].astype(np.float64)
-        row, column = (columns.get(name, none).astype(np.int64) for name in ("row", "column"))
-        kind: Ints | None = columns["kind"].astype(np.int64) if "kind" in columns else None
-    except (ValueError, TypeError) as error:
-        raise FacadeError(f"Arrays: expected numbers: {error}.") from error
+    for name, values in columns.items():
+        if values.dtype.kind not in _COLUMNS[name] or not values.ndim:
+            raise FacadeError(f"Arrays: {name}: expected {_DTYPES[_COLUMNS[name]]}, found {values.dtype}.")
+    offsets, points, boxes = columns["offsets"].astype(np.int64), columns["points"].astype(float), columns["boxes"]
+    boxes, number = boxes.astype(float), len(boxes)
+    row, column = (columns.get(name, np.full(number, -1)).astype(np.int64) for name in ("row", "column"))
+    kind = columns["kind"].astype(np.int64) if "kind" in columns else None
     fits = (
         boxes.shape == (number, 4)
         and offsets.shape == (number + 1,)
         and points.ndim == 2
         and points.shape[1] in {2, 3}
         and row.shape == column.shape == (number,)
-        and (kind is None or (kind.shape == (number,) and (kind >= 0).all()))
+        and (kind is None or (kind.shape == (number,) and ((kind >= 0) & (kind < _MOST_KINDS)).all()))
         and offsets[0] == 0
         and offsets[-1] == len(points)
         and (np.diff(offsets) >= 0).all()
@@ -192,3 +191,22 @@ def load_arrays(content: bytes) -> Elements:
             offsets=offsets, points=points, low=boxes[:, :2], high=boxes[:, 2:], row=row, column=column, truth=truth
         )
     )
+
+
+def _columns(content: bytes) -> dict[str, np.ndarray]:
+    """The arrays of an NPZ file that elements are made of.
+
+    Raises:
+        FacadeError: when it cannot be read, or unfolds to too many bytes.
+    """
+    try:
+        with zipfile.ZipFile(BytesIO(content)) as packed:
+            size = sum(each.file_size for each in packed.infolist())
+        fits = size <= _MOST_UNPACKED
+        with np.load(BytesIO(content), allow_pickle=False) as archive:
+            columns = {name: np.asarray(archive[name]) for name in _COLUMNS if fits and name in archive.files}
+    except Exception as error:  # zipfile, zlib and NumPy raise whatever they trip over
+        raise FacadeError(f"This is not an NPZ file that can be read: {error}.") from error
+    if not fits:
+        raise FacadeError(f"This NPZ file unfolds to {size:,} bytes; expected at most {_MOST_UNPACKED:,}.")
+    return columns

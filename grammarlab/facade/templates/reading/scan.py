@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
+from grammarlab.assets.gltf_guard import check_gltf
 from grammarlab.errors import FacadeError
 from grammarlab.extras import require
 from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
 from grammarlab.facade.templates.reading.boxes import FacadePlane
 from grammarlab.facade.templates.reading.plane import facades
+from grammarlab.facade.values import read_bounded
 
 MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
 SCANS = (".las", ".laz")
@@ -20,6 +23,7 @@ _EDGE = np.radians(20.0)
 _SPACING = 0.02
 """Distance of sample points on meshes and their edges, metres."""
 _MOST_SAMPLES = 2_000_000
+_MOST_BYTES = 1 << 31
 _COARSEST = 0.02
 """Largest rounding step of coordinates, metres."""
 
@@ -51,7 +55,11 @@ def read_surfaces(path: Path) -> Iterator[FacadePlane]:
 def _mesh(path: Path) -> tuple[Floats, int]:
     """[P, 3] points of a scan, or on the faces of a mesh; and the number of points at the end that are on its edges."""
     try:
-        loaded = trimesh.load(path, process=False)
+        content = read_bounded(path, _MOST_BYTES)
+        if path.suffix.lower() == ".glb":
+            check_gltf(content, path.name, MOST_POINTS)
+        # From memory, so that no other file is opened that this one names: only its geometry counts.
+        loaded = trimesh.load(BytesIO(content), file_type=path.suffix[1:].lower(), process=False)
     except Exception as error:  # readers raise any exception for a broken file
         raise FacadeError(f"{path.name} cannot be read: {error}.") from error
     if isinstance(loaded, trimesh.Scene):

@@ -43,7 +43,8 @@ def evaluate(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
 def _value(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
     size = 1 + len(scope.names)
     if tree.data == "number":
-        return np.eye(size)[0] * float(str(tree.children[0]))
+        # A text may hold 1e999: not infinity, which times 0 is no number.
+        return np.eye(size)[0] * min(float(str(tree.children[0])), 2.0 * _LARGEST)
     if tree.data == "name":
         return _named(cast("Token", tree.children[0]), scope, complain)
     parts = [evaluate(each, scope, complain) for each in tree.children]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from pathlib import Path
 from typing import cast
@@ -17,6 +18,8 @@ from grammarlab.facade.templates.text.linear import NameScope, evaluate, whole
 
 MOST_CHARACTERS = 1_000_000
 MOST_TEMPLATES, MOST_WIRES, MOST_PARAMETERS, MOST_COUNT = 1_000, 200, 12, 20
+_MOST_REPEATS = 2_000
+"""Of all repeats of a template, also those inside of each other."""
 
 
 @cache
@@ -35,7 +38,7 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
     if len(text) > MOST_CHARACTERS:
         raise _error("too-long", f"expected at most {MOST_CHARACTERS:,} characters", Location(file=file), text)
     try:
-        tree = _parser().parse(text)
+        return _templates(_parser().parse(text), text, file)
     except UnexpectedInput as error:
         found = getattr(error, "token", None)
         what = f"unexpected {str(found)!r}" if found else "unexpected character or end of the text"
@@ -47,6 +50,9 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
         raise _error("syntax", what, where, text, hint) from error
     except RecursionError as error:
         raise _error("too-deep", "expressions are nested too deep", Location(file=file), text) from error
+
+
+def _templates(tree: Tree, text: str, file: str) -> tuple[Template, ...]:
     made: list[Template] = []
     seen: set[str] = set()
     for each in cast("list[Tree]", tree.children):
@@ -73,6 +79,7 @@ class _TemplateReader:
     def __init__(self, text: str, file: str) -> None:
         self.text = text
         self.file = file
+        self.num_repeats = 0
 
     def error(self, code: str, message: str, place: Token | Tree, hint: str = "") -> LanguageError:
         """An error at a token or a part of the tree."""
@@ -104,8 +111,13 @@ class _TemplateReader:
                 if not 0 <= first <= last <= MOST_COUNT:
                     raise self.error("count", f"expected an ascending range of counts from 0 to {MOST_COUNT}", each)
                 counts.append((str(each.children[0]), first, last))
+                if str(each.children[0]) in {*names, *(known for known, *_ in counts[:-1])}:
+                    raise self.error("twice", f"{str(each.children[0])!r} is a parameter or a count already", each)
+        if math.prod(last - first + 1 for _, first, last in counts) > MOST_TEMPLATES:
+            raise self.error("too-many", f"expected counts that make at most {MOST_TEMPLATES:,} templates", name)
         made = []
         for values in _combinations(counts):
+            self.num_repeats = 0
             made.append(self._made(name, statements, parameters, names, values))
         return made
 
@@ -163,6 +175,8 @@ class _TemplateReader:
                 left, sign, right = each.children
                 difference = evaluate(right, scope, self.error) - evaluate(left, scope, self.error)
                 limits.append(difference if sign == "<=" else -difference)
+                if len(limits) > MOST_WIRES:
+                    raise self.error("too-many", f"expected at most {MOST_WIRES} constraints", each)
             elif each.data == "repeat":
                 self._repeat(each, scope, wires, limits)
             elif scope.inner:
@@ -173,8 +187,9 @@ class _TemplateReader:
         low, high = (whole(evaluate(each, scope, self.error), each, self.error) for each in (first, last))
         if str(name) in scope.names or str(name) in scope.values:
             raise self.error("twice", f"{str(name)!r} is already a parameter, a count or a repeat", name)
-        if high - low >= MOST_WIRES:
-            raise self.error("too-many", f"expected at most {MOST_WIRES} repeats", tree)
+        self.num_repeats += max(high - low + 1, 1)
+        if self.num_repeats > _MOST_REPEATS:
+            raise self.error("too-many", f"expected at most {_MOST_REPEATS:,} repeats", tree)
         for value in range(low, high + 1):
             inner = NameScope(scope.names, {**scope.values, str(name): value}, inner=True)
             self._run(statements, inner, wires, limits)

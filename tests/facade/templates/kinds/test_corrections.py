@@ -20,7 +20,7 @@ from grammarlab.facade.templates.kinds.coupled import couple
 from grammarlab.facade.templates.library import named
 
 SAID = (
-    Correction("template", (0,), "arch"),
+    Correction("template", (0,), "diamond"),
     Correction("same", (2, 3)),
     Correction("ignore", (4,)),
     Correction("share", (5, 6), "width", 1.1),
@@ -35,19 +35,19 @@ def outlines():
     clouds = []
     for place, (width, height) in enumerate(sizes):
         corners = np.array([[0, 0], [width, 0], [width, height], [0, height]])
-        part = random.uniform(size=(4, 12, 1))
+        part = random.uniform(size=(4, 16, 1))
         cloud = (corners[:, None] * part + np.roll(corners, -1, axis=0)[:, None] * (1 - part)).reshape(-1, 2)
         clouds.append(cloud + random.normal(0, 0.01, cloud.shape) + [3 * place, 0])
     low = np.array([each.min(axis=0) for each in clouds]) - 0.1
     high = np.array([each.max(axis=0) for each in clouds]) + 0.1
     none = np.full(len(clouds), -1)
-    return Elements(offsets_from_counts(np.full(7, 48)), np.vstack(clouds), low, high, row=none, column=none)
+    return Elements(offsets_from_counts(np.full(7, 64)), np.vstack(clouds), low, high, row=none, column=none)
 
 
 def test_what_a_person_says_holds_in_the_match():
-    bound = couple(outlines(), named("rectangle,arch"), 0, SAID)
+    bound = couple(outlines(), named("rectangle,diamond"), 0, SAID)
     assert bound.template_of(bound.kind[1]).name == "rectangle"
-    assert bound.template_of(bound.kind[0]).name == "arch"
+    assert bound.template_of(bound.kind[0]).name == "diamond"
     assert bound.kind[2] == bound.kind[3] >= 0
     assert bound.kind[4] == -1
     assert bound.reasons[4] == LEFT_OUT
@@ -85,10 +85,10 @@ def test_mistakes_in_a_file_are_said_with_their_place(tmp_path, said, message):
     [
         (Correction("ignore", (9,)),),
         (Correction("template", (0,), "door"),),
-        (Correction("template", (0,), "arch"), Correction("template", (0, 1), "rectangle")),
+        (Correction("template", (0,), "diamond"), Correction("template", (0, 1), "rectangle")),
     ],
 )
 def test_corrections_about_what_is_not_there_are_refused(said):
     with pytest.raises(FacadeError, match="Corrections"):
-        check_corrections(said, 7, named("rectangle,arch"))
+        check_corrections(said, 7, named("rectangle,diamond"))
     assert as_dict(said[0])["elements"]

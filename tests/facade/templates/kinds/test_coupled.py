@@ -15,7 +15,8 @@ from grammarlab.facade.templates.library import named
 from grammarlab.facade.templates.scenes import SceneOptions, of_sizes, rectangles
 
 FIGURE = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
-RECTANGLE = named("rectangle")
+TEMPLATES = named("rectangle,diamond")
+"""Of as many wires and parameters each, so that one sampler is compiled for both."""
 
 
 def figure(noise: float) -> Elements:
@@ -35,7 +36,7 @@ def mislabelled(match: Match) -> int:
 
 @pytest.mark.parametrize("noise", [0.0, 4.0])
 def test_rectangles_of_figure_5_2_share_what_they_share_with_noise_of_four_spacings(noise):
-    found = couple(figure(noise), RECTANGLE, 0)
+    found = couple(figure(noise), TEMPLATES, 0)
     assert mislabelled(found) == 0
     assert len(found.values) == 4
     made = np.array(found.parameters)
@@ -49,7 +50,7 @@ def test_rectangles_of_figure_5_2_share_what_they_share_with_noise_of_four_spaci
 def test_heights_five_centimetres_apart_are_two_kinds_that_share_their_width():
     sizes = np.array([[0.95, 1.54], [0.95, 1.49]])
     options = SceneOptions(noise=0.01, occluded=0.0)
-    found = couple(of_sizes(sizes, np.array([0, 0, 0, 0, 0, 1, 1, 1]), options, 4), RECTANGLE, 0)
+    found = couple(of_sizes(sizes, np.array([0, 0, 0, 0, 0, 1, 1, 1]), options, 4), TEMPLATES, 0)
     assert mislabelled(found) == 0
     assert [each["shared_parameters"] for each in groups(found)] == [["width"], ["width"]]
 
@@ -58,7 +59,7 @@ def test_kinds_found_together_agree_more_with_the_truth_than_those_of_k_means():
     scene = rectangles(SceneOptions(), 1)
     assert scene.truth is not None
     together, alone = (
-        compare(each, scene.truth) for each in (couple(scene, RECTANGLE, 0), match_alone(scene, RECTANGLE, 5))
+        compare(each, scene.truth) for each in (couple(scene, TEMPLATES, 0), match_alone(scene, TEMPLATES, 5))
     )
     assert together["adjusted_mutual_information"] > alone["adjusted_mutual_information"] + 0.1
     assert together["sure_and_right"] >= 0.9 * together["sure"] > 0

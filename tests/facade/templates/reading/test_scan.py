@@ -131,3 +131,19 @@ def test_outlines_of_a_line_or_of_nothing_are_none():
     line = np.column_stack([np.arange(9.0), np.zeros(9)])
     for wall_points in (line, line[:1], line[:0]):
         assert [each.shape for each in outlines(wall_points, line[:0], 2.0)] == [(0, 2), (0, 2)]
+
+
+def test_a_mesh_opens_no_other_file(tmp_path, monkeypatch):
+    opened, usual = [], open
+
+    def recorded(file, *options, **more):
+        opened.append(str(file))
+        return usual(file, *options, **more)
+
+    monkeypatch.setattr("builtins.open", recorded)
+    (tmp_path / "wall.mtl").write_text("newmtl a\n")
+    corners = "v 0 0 0\nv 9 0 0\nv 9 0 7\nv 0 0 7\n"
+    (tmp_path / "wall.obj").write_text(f"mtllib wall.mtl\n{corners}usemtl a\nf 1 2 3\nf 1 3 4\n")
+    with pytest.raises(FacadeError, match="No element was found"):
+        load_elements(tmp_path / "wall.obj")
+    assert not any("wall.mtl" in each for each in opened)
