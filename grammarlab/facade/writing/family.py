@@ -11,8 +11,10 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, is_door, look_of
 from grammarlab.facade.tree import LEAF, Facade
 from grammarlab.facade.writing.leaf_error import thing_error
+from grammarlab.facade.writing.leaves import FacadeLeaves
 from grammarlab.facade.writing.member import own_member
-from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name, split_body
+from grammarlab.facade.writing.outlines import OutlinedLeaf
+from grammarlab.facade.writing.rule_text import RuleNames, number, rule_name, split_body
 from grammarlab.facade.writing.structure.cells import Cell
 from grammarlab.facade.writing.structure.kinds import KindPattern, pattern_of
 from grammarlab.facade.writing.structure.storeys import Storeys, storeys_of
@@ -44,6 +46,8 @@ class WrittenFamily:
     error: float | None = None
     """Metres by which a side of a thing of the facade itself is missed at most when its own columns and rows are drawn,
     whether or not these are among the choices; None for a pattern, and where things are missing or too many."""
+    outlined: tuple[OutlinedLeaf, ...] = ()
+    """Whose meshes it refers to."""
 
 
 def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
@@ -51,7 +55,8 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
 
     First the storeys are drawn, then a column after the other; so all columns have the same rows, and all rows the
     same columns. Things have the sizes that they have in the facade, and so has the wall between them (the mean where
-    it varies): a facade is as wide and as high as what was drawn. Pictures are left out.
+    it varies): a facade is as wide and as high as what was drawn. Each thing has the outline and shows the part of the
+    picture that the first of its kind does.
 
     Args:
         facade: what it is the family of.
@@ -64,20 +69,20 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     """
     pattern = pattern_of(facade, stretch)
     storeys, found = _ways(pattern, widths, heights)
-    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf_body).write()
-    return replace(written, error=_own_error(facade, pattern, storeys, found))
+    leaves = FacadeLeaves(facade)
+    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaves.body).write()
+    error = _own_error(facade, pattern, storeys, found)
+    return replace(written, error=error, outlined=leaves.outlined)
 
 
-def write_pattern(
-    pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[str], str] = leaf_body
-) -> WrittenFamily:
+def write_pattern(pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[Cell], str]) -> WrittenFamily:
     """The family of a pattern of columns and rows.
 
     Args:
         pattern: what it is the family of.
         widths: metres.
         heights: metres.
-        leaf: what makes a thing of that name, in CGA.
+        leaf: what makes a thing, in CGA.
 
     Raises:
         FacadeError: when no such facade is in these ranges; says what sizes there are.
@@ -101,9 +106,9 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
 
 
 def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
-    writer = _FamilyWriter(pattern, *own_member(pattern, storeys, found), leaf_body)
-    grammar = Grammar.parse(writer.write().text)
-    error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
+    leaves = FacadeLeaves(facade)
+    writer = _FamilyWriter(pattern, *own_member(pattern, storeys, found), leaves.body)
+    error = thing_error(facade, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
     return error if isfinite(error) else None
 
 
@@ -114,10 +119,12 @@ class _FamilyWriter:
     pattern: KindPattern
     storeys: Storeys
     walks: Walks
-    leaf: Callable[[str], str]
+    leaf: Callable[[Cell], str]
     names: RuleNames = field(default_factory=RuleNames)
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
+    labels: dict[str, str] = field(default_factory=dict)
+    """What the symbols of leaves stand for."""
 
     def write(self) -> WrittenFamily:
         attributes = [self._attribute(run.start, run.end) for run in self.storeys.runs]
@@ -220,7 +227,7 @@ class _FamilyWriter:
                 turn = [(self._row_size(row), self._cell(row, kind)) for row in bands[place : place + run.period]]
                 height = sum(self.pattern.rows.size[row] for row in bands[place : place + run.period])
                 rule = turn[0][1]
-                if any(name != rule for _, name in turn) or not self._gives(rule):
+                if any(name != rule for _, name in turn) or not self._stretches(rule):
                     group = " | ".join(f"{size} : {name}" for size, name in turn)
                     rule = f"split(y) {{ {{ {group} }}* }}"
                 self._append(parts, f"{attribute} * {number(height, _DIGITS)}", rule)
@@ -236,7 +243,7 @@ class _FamilyWriter:
 
     def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
         """One more part of a column; walls that follow each other are one."""
-        if parts and parts[-1][1] == rule and self._gives(rule):
+        if parts and parts[-1][1] == rule and self._stretches(rule):
             parts[-1][0].append(size)
         else:
             parts.append(([size], rule))
@@ -245,6 +252,10 @@ class _FamilyWriter:
         return any(
             name == rule and cell.axis == LEAF and look_of(cell.label).gives for cell, name in self.cells.items()
         )
+
+    def _stretches(self, rule: str) -> bool:
+        """Whether several such rows are one: walls without a picture, which would be stretched with them."""
+        return self._gives(rule) and not any(cell.shows for cell, name in self.cells.items() if name == rule)
 
     def _row_size(self, row: int) -> str:
         return number(self.pattern.rows.size[row], _DIGITS)
@@ -259,7 +270,13 @@ class _FamilyWriter:
                 rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
             )
             if cell.axis == LEAF:
-                self.lines.append(f"{name} --> {self.leaf(cell.label)}")
+                body, terminal = self.leaf(cell), name
+                if cell.outline:
+                    # What follows a part of its own is a leaf without a name.
+                    terminal = self.names.new(f"{name}Shape")
+                    body += f" {terminal}."
+                self.labels[terminal] = cell.label
+                self.lines.append(f"{name} --> {body}")
             else:
                 floats = [part.gives(cell.axis) for _, part in cell.parts]
                 sizes = [

@@ -44,7 +44,9 @@ def leaf_error(
     return float(np.abs(_corners(found)[nearest] - _corners(expected)).max())
 
 
-def thing_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> float:
+def thing_error(
+    facade: Facade, grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
+) -> float:
     """Metres by which a side of a leaf that is no wall is missed at most, when rules may cut it.
 
     A derived leaf is a piece of the leaf of its label that holds its middle.
@@ -53,11 +55,12 @@ def thing_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> 
         facade: the leaves that are expected.
         grammar: what derives them; of its models the first counts.
         labels: what the symbols of derived leaves stand for.
+        outlined: whose meshes the grammar refers to.
 
     Returns:
         Infinity where things are missing or too many; 0 where there are none.
     """
-    found, called = _derived(grammar, labels)
+    found, called = _derived(grammar, labels, outlined)
     things = np.array([not look_of(facade.name_of(leaf)).gives for leaf in facade.leaves.tolist()], dtype=bool)
     pieces = np.array([not look_of(label).gives for label in called], dtype=bool)
     expected, names = _expected(facade)[things], [facade.name_of(leaf) for leaf in facade.leaves[things].tolist()]

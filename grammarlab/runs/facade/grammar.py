@@ -68,7 +68,7 @@ def grammar_of(
         "rows": {name: list(often) for name, often in family.rows.items()},
         "facades": family.facades,
     }
-    return GrammarResult(family.text, family.rules, family.error, choices)
+    return GrammarResult(family.text, family.rules, family.error, choices, family.outlined)
 
 
 def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
@@ -78,7 +78,7 @@ def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
         FacadeError: when another picture of such a name is there.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if not result.choices and (facade.pictures or result.outlined):
+    if facade.pictures or result.outlined:
         assets = path.parent / "assets"
         assets.mkdir(exist_ok=True)
         store_as_assets(facade, assets)
