@@ -10,9 +10,9 @@ from math import isfinite
 from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, is_door, look_of
 from grammarlab.facade.tree import LEAF, Facade
-from grammarlab.facade.writing.leaf_error import thing_error
 from grammarlab.facade.writing.leaves import FacadeLeaves
 from grammarlab.facade.writing.member import own_member
+from grammarlab.facade.writing.member_error import member_error
 from grammarlab.facade.writing.outlines import OutlinedLeaf
 from grammarlab.facade.writing.rule_text import RuleNames, number, rule_name, split_body
 from grammarlab.facade.writing.structure.cells import Cell
@@ -45,7 +45,7 @@ class WrittenFamily:
     """How many different ones there are."""
     error: float | None = None
     """Metres by which a side of a thing of the facade itself is missed at most when its own columns and rows are drawn,
-    whether or not these are among the choices; None for a pattern, and where things are missing or too many."""
+    whether or not these are among the choices; None for a pattern, and where things are too thin for the rules."""
     outlined: tuple[OutlinedLeaf, ...] = ()
     """Whose meshes it refers to."""
 
@@ -108,7 +108,7 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
 def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
     leaves = FacadeLeaves(facade)
     writer = _FamilyWriter(pattern, *own_member(pattern, storeys, found), leaves.body)
-    error = thing_error(facade, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
+    error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
     return error if isfinite(error) else None
 
 

@@ -167,5 +167,5 @@ def alike(one: Cell, other: Cell, stretch: float) -> bool:
 
 def _miss(one: Cell, other: Cell) -> float:
     """Part of a box in which the outlines of two things differ."""
-    shapes = [shapely.make_valid(shapely.Polygon(cell.outline or _UNIT)) for cell in (one, other)]
-    return float(shapely.area(shapely.symmetric_difference(*shapes)))
+    shape, another = (shapely.make_valid(shapely.Polygon(cell.outline or _UNIT)) for cell in (one, other))
+    return shape.symmetric_difference(another).area

@@ -29,6 +29,8 @@ class KindSequence:
     """[K] whether doors are in it."""
     ends: tuple[int, ...] = ()
     """Kinds that stand at an end and never follow themselves."""
+    edges: tuple[float, ...] = ()
+    """[B + 1] metres at which the bands of a facade begin and end; empty for a pattern without a facade."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,4 +122,5 @@ def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> K
         stands.append(those[0].stands)
         size.append(those[0].size if those[0].stands else sum(band.size for band in those) / len(those))
     doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
-    return KindSequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors))
+    edges = (found[0].start, *(band.end for band in found))
+    return KindSequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors), edges=edges)
