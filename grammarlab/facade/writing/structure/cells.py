@@ -16,7 +16,7 @@ _SAME_AREA = 1e-9
 """Part of a box by which equal outlines may differ."""
 _SAME_PLACE = 1e-7
 """Part of a picture by which neighbours may miss each other and still show it as one."""
-_DIGITS = 9
+_DIGITS = 12
 """Decimals of windows of pictures, so that equal leaves are equal cells."""
 
 

@@ -94,7 +94,7 @@ def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
 
 
 def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
-    """[B] the kind of each band. Walls may differ more in size, but those at the ends are of kinds of their own."""
+    """[B] the kind of each band. Walls may differ more in size, but each at an end is of a kind of its own."""
     kinds: list[int] = []
     first: list[int] = []
     """The first band of each kind."""
@@ -102,7 +102,7 @@ def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) 
     for place, band in enumerate(found):
         for earlier in first:
             other = found[earlier]
-            if band.stands != other.stands or (not band.stands and (place in ends) != (earlier in ends)):
+            if band.stands != other.stands or (not band.stands and (place in ends or earlier in ends)):
                 continue
             differ = stretch if band.stands else WALL_STRETCH
             if abs(band.size - other.size) <= differ * max(band.size, other.size) and same(earlier, place):
