@@ -51,7 +51,7 @@ def test_a_learner_is_measured_on_it_like_on_any_other() -> None:
 def test_the_liked_facades_are_a_grammar_exactly() -> None:
     source = load_source(SCENARIO)
     forest = derive(source.grammar, 60, seed=3, assets=source.assets)
-    learned = Target.of_score(source.grammar, source.scenario.score).compiled(forest)
+    learned = Target.of_score(source.grammar, source.scenario.score, assets=source.assets).compiled(forest)
     sampled = learned.sample(40, 1)
     assert (source.scenario.score.evaluate(count(sampled, source.scenario.score.features)) > 0.0).all()
 

@@ -88,9 +88,7 @@ def test_all_samples_show_things_whole_and_walls_as_long_as_they_are() -> None:
     leaves = forest.leaves
     low, size = leaves.position, leaves.size
     first, last = (
-        np.einsum(
-            "kij,kj->ki", forest.texture_maps[leaves.texture_map], np.column_stack([xyz, np.ones(len(xyz))])
-        )
+        np.einsum("kij,kj->ki", forest.texture_maps[leaves.texture_map], np.column_stack([xyz, np.ones(len(xyz))]))
         for xyz in (low, low + size)
     )
     for leaf in range(len(leaves)):
