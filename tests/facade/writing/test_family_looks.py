@@ -105,5 +105,5 @@ def test_a_picture_with_seams_changes_neither_columns_nor_rows() -> None:
     window = np.sort(np.random.default_rng(1).uniform(size=(len(facade), 2, 2)), axis=1).reshape(-1, 4)
     seamed, plain = family(replace(pictured(facade), window=window)), family(facade)
     assert replace(seamed, text="", rules=0) == replace(plain, text="", rules=0)
-    sizes = [[sample.size.tolist() for sample in samples(written.text)] for written in (seamed, plain)]
-    assert np.allclose(*sizes)
+    one, other = ([sample.size.tolist() for sample in samples(written.text)] for written in (seamed, plain))
+    assert np.allclose(one, other)
