@@ -66,13 +66,14 @@ pictures: $(VENV)/.dev
 FACADES := grammars/facades
 FACE    := $(BIN)/grammarlab facade read $(FACADES)/houses.cga --face front --seed 1
 facades: $(VENV)/.dev
-	rm -f $(FACADES)/*.json $(FACADES)/*.png
+	rm -f $(FACADES)/*.json $(FACADES)/*.png $(FACADES)/*.obj
 	$(FACE) --start Townhouse --parts FrenchWindow,Shop,HouseDoor,Cornice,Band,Frieze,Plinth -o $(FACADES)/townhouse.json
 	$(FACE) --start Arcade --parts ArchedWindow,SquareWindow,Portal,Cornice,Band,Plinth -o $(FACADES)/arcade.json
 	$(FACE) --start School --parts Light,Pilaster,Belt,Cornice,Plinth -o $(FACADES)/school.json
 	$(BIN)/python -m docs.gen.school_grids $(FACADES)/school.json
 	$(FACE) --start Flats --parts WideWindow,Balcony,BalconyWindow,StairLight,EntranceDoor,Coping -o $(FACADES)/flats.json
 	$(BIN)/grammarlab facade grammar $(FACADES)/arcade.json --widths 10:27 --heights 10:24 -o $(FACADES)/arcade_family.cga
+	mv $(FACADES)/assets/*.obj $(FACADES)/ && rm -r $(FACADES)/assets  # the picture is there already
 	for width in 14.7 21 31.5 42; do \
 		$(BIN)/grammarlab facade edit $(FACADES)/arcade.json --width $$width -n 1 -o out/arcade/$$width && \
 		$(BIN)/grammarlab facade show out/arcade/$$width/001.facade.json --pixels 20 -o out/arcade/$$width.png || exit 1; done

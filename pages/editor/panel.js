@@ -1,6 +1,7 @@
 import { element, iconButton } from "../shared/element.js";
 import { textButton } from "../shared/menu.js";
 import { card, sizeRow } from "../stage/size_row.js";
+import { aspectRow } from "./aspect.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").What} What */
@@ -156,21 +157,19 @@ export function makePanel(page, acts) {
     const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
     const rows = [row("Width", "width", w), row("Height", "height", h)];
     if (selected) rows.push(row("From the left", "left", left), row("Above ground", "bottom", bottom));
-    const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
-    aspect.set(isLocked(page, selected, "aspect"));
+    const tie = lockButton("part aspect", () => acts.toggleLock("aspect"));
+    tie.set(isLocked(page, selected, "aspect"));
+    const aspect = aspectRow(
+      (least, most) => page.ask("give", { node: selected, what: "aspect", least, most }),
+      tie.element,
+    );
+    aspect.set(lockOf(page, selected, "aspect")?.range ?? [w / h, w / h]);
     const grid = state.grids.find(({ name }) => name === state.active);
     const inside = grid?.nodes.includes(selected);
     part.replaceChildren(
       element("p", { class: "fe-label" }, nameOf(page, selected)),
       ...rows,
-      element(
-        "div",
-        { class: "gl-row" },
-        element("span", { class: "fe-unit" }, "Width / height"),
-        element("span", { class: "gl-space" }),
-        element("span", {}, (w / h).toFixed(2)),
-        aspect.element,
-      ),
+      aspect.element,
       element(
         "div",
         { class: "gl-row gl-wrap" },
@@ -258,7 +257,12 @@ function lockButton(label, onclick) {
 
 /** @param {Page} page @param {number} node @param {What} what */
 export function isLocked(page, node, what) {
-  return page.state.locks.some((lock) => lock.node === node && lock.what === what);
+  return lockOf(page, node, what) !== undefined;
+}
+
+/** @param {Page} page @param {number} node @param {What} what */
+function lockOf(page, node, what) {
+  return page.state.locks.find((lock) => lock.node === node && lock.what === what);
 }
 
 /** @param {Page} page @param {number} node */

@@ -4,7 +4,7 @@
  * @typedef {import("../stage/types.js").Drawing} Drawing
  * @typedef {import("../stage/types.js").Grid} Grid
  * @typedef {import("../stage/types.js").What} What
- * @typedef {import("../stage/types.js").Lock} Lock
+ * @typedef {import("../stage/types.js").Lock & { range: number[] }} Lock with the range of an aspect
  * @typedef {import("../shared/frame.js").FileState & EditorState} State
  *
  * @typedef {object} EditorState

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -85,6 +86,7 @@ def read(
         from grammarlab.runs.facade.face import read_face
         from grammarlab.runs.facade.read import read_facade
 
+        _check_sizes({"--width": width, "--height": height})
         target = output or Path(f"{file.stem}.facade.json")
         if file.suffix.lower() == ".cga":
             _refuse_sizes(wall, width, height)
@@ -113,6 +115,12 @@ def read(
             say(f"{result.facade.width:.2f} x {result.facade.height:.2f} m, {values['leaves']} leaves")
             say(f"boxes were moved by {result.snapped:.3f} m at most")
             typer.echo(result.file)
+
+
+def _check_sizes(sizes: dict[str, float | None]) -> None:
+    for option, metres in sizes.items():
+        if metres is not None and not 0.0 < metres < math.inf:
+            raise UsageError(f"{option}: expected metres above 0, found {metres:g}.")
 
 
 def _refuse_sizes(wall: str, width: float | None, height: float | None) -> None:

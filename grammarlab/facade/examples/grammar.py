@@ -68,7 +68,7 @@ def write_label_family(grid: LabelGrid, units: Units, widths: Range, heights: Ra
     names = [_unit_name(name, label) for label, name in enumerate(grid.names)]
     cells = tuple(tuple(Cell(names[labels[r, c]], LEAF, ()) for c in column) for r in row)
     bodies = dict(zip(names, units.bodies, strict=True))
-    return write_pattern(KindPattern(columns, rows, cells), widths, heights, bodies.__getitem__)
+    return write_pattern(KindPattern(columns, rows, cells), widths, heights, lambda cell: bodies[cell.label])
 
 
 def _unit_name(name: str, label: int) -> str:

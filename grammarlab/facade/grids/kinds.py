@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from grammarlab.facade.tree import Facade, X, Y
@@ -31,13 +32,14 @@ def types(facade: Facade) -> Ints:
 
 
 def kinds(facade: Facade) -> Ints:
-    """[N] kind of each node: equal for nodes of one type with nearly equal widths and heights.
+    """[N] kind of each node: equal for nodes of one type with nearly equal widths, heights and outlines.
 
-    Ascending sizes of one type are divided where the next one is larger by more than `SAME_SIZE`.
+    Ascending sizes of one type are divided where the next one is larger by more than `SAME_SIZE`. So are the fractions
+    of boxes that outlines fill: an arch and a rectangle are of two kinds.
     """
     found = types(facade)
-    for along in (X, Y):
-        found = _divided(found, facade.size[:, along])
+    for measure in (facade.size[:, X], facade.size[:, Y], _filled(facade)):
+        found = _divided(found, measure)
     return found
 
 
@@ -45,6 +47,17 @@ def is_background(facade: Facade) -> NDArray[np.bool_]:
     """[N] whether a node's label is one of `BACKGROUND`, or empty."""
     plain = np.array([name.lower() in BACKGROUND for name in facade.labels] + [True])
     return plain[facade.label]
+
+
+def _filled(facade: Facade) -> Floats:
+    """[N] the part of its box that the outline of a leaf fills; of other nodes the least of their leaves."""
+    filled = np.ones(len(facade))
+    for leaf in np.flatnonzero(np.diff(facade.outline_offsets)).tolist():
+        filled[leaf] = shapely.Polygon(facade.outline(leaf)).area
+    for node in range(len(facade) - 1, 0, -1):
+        above = facade.parent[node]
+        filled[above] = min(filled[above], filled[node])
+    return filled
 
 
 def _divided(group: Ints, size: Floats) -> Ints:

@@ -25,7 +25,9 @@ def read_cmp(content: bytes, name: str) -> BoxAnnotation:
     """
     objects = list(parse_xml(content, fragments=True).iter("object"))
     if not objects:
-        raise FacadeError('This XML has no elements "object"; the CMP facade database has one box in each.')
+        raise FacadeError(
+            'This is XML with no elements "object", or no XML; the CMP facade database has one box in each.'
+        )
     check_count(len(objects))
     boxes = np.array([_box(each, number) for number, each in enumerate(objects, start=1)])
     names = [(each.findtext("labelname") or "").strip() for each in objects]

@@ -10,9 +10,11 @@ from math import isfinite
 from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import THICKNESS, is_door, look_of
 from grammarlab.facade.tree import LEAF, Facade
-from grammarlab.facade.writing.leaf_error import thing_error
+from grammarlab.facade.writing.leaves import FacadeLeaves
 from grammarlab.facade.writing.member import own_member
-from grammarlab.facade.writing.rule_text import RuleNames, leaf_body, number, rule_name, split_body
+from grammarlab.facade.writing.member_error import member_error
+from grammarlab.facade.writing.outlines import OutlinedLeaf
+from grammarlab.facade.writing.rule_text import RuleNames, number, rule_name, split_body
 from grammarlab.facade.writing.structure.cells import Cell
 from grammarlab.facade.writing.structure.kinds import KindPattern, pattern_of
 from grammarlab.facade.writing.structure.storeys import Storeys, storeys_of
@@ -43,7 +45,9 @@ class WrittenFamily:
     """Number of different facades."""
     error: float | None = None
     """Largest difference of the sides of elements, metres, in the derivation of the facade's own columns and rows, even
-    if these are not among the choices; None for a pattern, and if elements are missing or surplus."""
+    if these are not among the choices; None for a pattern, and if elements are too thin for the rules."""
+    outlined: tuple[OutlinedLeaf, ...] = ()
+    """Leaves whose meshes the grammar refers to."""
 
 
 def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
@@ -51,7 +55,8 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
 
     First the storeys are drawn, then one column after the other; so all columns have the same rows, and all rows the
     same columns. Elements have their sizes in the facade, and so have the walls between them (their mean if they vary):
-    the width and height of a facade follow from the draws. Pictures are left out.
+    the width and height of a facade follow from the draws. Each element has the outline, and shows the part of the
+    picture, of the first of its kind.
 
     Args:
         facade: the facade.
@@ -64,20 +69,20 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     """
     pattern = pattern_of(facade, stretch)
     storeys, found = _ways(pattern, widths, heights)
-    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf_body).write()
-    return replace(written, error=_own_error(facade, pattern, storeys, found))
+    leaves = FacadeLeaves(facade)
+    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaves.body).write()
+    error = _own_error(facade, pattern, storeys, found)
+    return replace(written, error=error, outlined=leaves.outlined)
 
 
-def write_pattern(
-    pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[str], str] = leaf_body
-) -> WrittenFamily:
+def write_pattern(pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[Cell], str]) -> WrittenFamily:
     """The family of a pattern of columns and rows.
 
     Args:
         pattern: the pattern.
         widths: least and largest width, metres.
         heights: least and largest height, metres.
-        leaf: function from a label to CGA that makes an element.
+        leaf: function that makes the CGA of an element.
 
     Raises:
         FacadeError: If no such facade is within these ranges; the message has the possible sizes.
@@ -102,10 +107,10 @@ def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys,
 
 
 def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
+    leaves = FacadeLeaves(facade)
     own_storeys, own_walks = own_member(pattern, storeys, found)
-    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaf_body)
-    grammar = Grammar.parse(writer.write().text)
-    error = thing_error(facade, grammar, {name: cell.label for cell, name in writer.cells.items() if cell.axis == LEAF})
+    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body)
+    error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
     return error if isfinite(error) else None
 
 
@@ -116,10 +121,12 @@ class _FamilyWriter:
     pattern: KindPattern
     storeys: Storeys
     walks: Walks
-    leaf: Callable[[str], str]
+    leaf: Callable[[Cell], str]
     names: RuleNames = field(default_factory=RuleNames)
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
+    labels: dict[str, str] = field(default_factory=dict)
+    """What the symbols of leaves stand for."""
 
     def write(self) -> WrittenFamily:
         attributes = [self._attribute(run.start, run.end) for run in self.storeys.runs]
@@ -222,7 +229,7 @@ class _FamilyWriter:
                 turn = [(self._row_size(row), self._cell(row, kind)) for row in bands[place : place + run.period]]
                 height = sum(self.pattern.rows.size[row] for row in bands[place : place + run.period])
                 rule = turn[0][1]
-                if any(name != rule for _, name in turn) or not self._gives(rule):
+                if any(name != rule for _, name in turn) or not self._stretches(rule):
                     group = " | ".join(f"{size} : {name}" for size, name in turn)
                     rule = f"split(y) {{ {{ {group} }}* }}"
                 self._append(parts, f"{attribute} * {number(height, _DIGITS)}", rule)
@@ -238,7 +245,7 @@ class _FamilyWriter:
 
     def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
         """Appends a part of a column; adjacent walls are merged."""
-        if parts and parts[-1][1] == rule and self._gives(rule):
+        if parts and parts[-1][1] == rule and self._stretches(rule):
             parts[-1][0].append(size)
         else:
             parts.append(([size], rule))
@@ -247,6 +254,10 @@ class _FamilyWriter:
         return any(
             name == rule and cell.axis == LEAF and look_of(cell.label).gives for cell, name in self.cells.items()
         )
+
+    def _stretches(self, rule: str) -> bool:
+        """Whether several such rows are one: walls without a picture, which would be stretched with them."""
+        return self._gives(rule) and not any(cell.shows for cell, name in self.cells.items() if name == rule)
 
     def _row_size(self, row: int) -> str:
         return number(self.pattern.rows.size[row], _DIGITS)
@@ -261,7 +272,13 @@ class _FamilyWriter:
                 rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
             )
             if cell.axis == LEAF:
-                self.lines.append(f"{name} --> {self.leaf(cell.label)}")
+                body, terminal = self.leaf(cell), name
+                if cell.outline:
+                    # What follows a part of its own is a leaf without a name.
+                    terminal = self.names.new(f"{name}Shape")
+                    body += f" {terminal}."
+                self.labels[terminal] = cell.label
+                self.lines.append(f"{name} --> {body}")
             else:
                 floats = [part.gives(cell.axis) for _, part in cell.parts]
                 sizes = [

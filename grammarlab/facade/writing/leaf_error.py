@@ -7,11 +7,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-import shapely
 from scipy.spatial import KDTree
 
 from grammarlab.derivation import derive
-from grammarlab.facade.looks import look_of
 from grammarlab.facade.tree import Facade, Floats
 from grammarlab.facade.writing.outlines import OutlinedLeaf, store_shapes
 from grammarlab.facade.writing.rule_text import AROUND
@@ -32,49 +30,19 @@ def leaf_error(
     Returns:
         Infinity if leaves are missing, surplus, or of other labels.
     """
-    found, called = _derived(grammar, labels, outlined)
+    found, called = derived_leaves(grammar, labels, outlined)
     if len(found) != len(facade.leaves):
         return np.inf
-    expected = _expected(facade)
+    expected = leaf_boxes(facade)
     nearest = np.asarray(KDTree(found).query(expected)[1])
     if len(np.unique(nearest)) != len(nearest):
         return np.inf
     if any(called[near] != facade.name_of(leaf) for near, leaf in zip(nearest, facade.leaves.tolist(), strict=True)):
         return np.inf
-    return float(np.abs(_corners(found)[nearest] - _corners(expected)).max())
+    return float(np.abs(corners(found)[nearest] - corners(expected)).max())
 
 
-def thing_error(facade: Facade, grammar: Grammar, labels: Mapping[str, str]) -> float:
-    """Largest difference of the sides of leaves that are not walls, metres, if rules may cut them.
-
-    A derived leaf is a piece of the leaf of its label that contains its centre.
-
-    Args:
-        facade: the expected leaves.
-        grammar: the grammar, of which the first model is measured.
-        labels: labels of the symbols of derived leaves.
-
-    Returns:
-        Infinity if elements are missing or surplus; 0 if there are none.
-    """
-    found, called = _derived(grammar, labels)
-    things = np.array([not look_of(facade.name_of(leaf)).gives for leaf in facade.leaves.tolist()], dtype=bool)
-    pieces = np.array([not look_of(label).gives for label in called], dtype=bool)
-    expected, names = _expected(facade)[things], [facade.name_of(leaf) for leaf in facade.leaves[things].tolist()]
-    found, called = found[pieces], [label for label, piece in zip(called, pieces, strict=True) if piece]
-    middle = shapely.points(found[:, :2] + found[:, 2:] / 2.0)
-    piece, thing = shapely.STRtree(shapely.box(*_corners(expected).T)).query(middle, predicate="intersects")
-    same = np.array([called[a] == names[b] for a, b in zip(piece, thing, strict=True)], dtype=bool)
-    piece, thing = piece[same], thing[same]
-    if len(np.unique(piece)) < len(found) or len(np.unique(thing)) < len(expected):
-        return np.inf
-    reach = np.full((len(expected), 4), np.inf)
-    low, high = np.split(_corners(found)[piece], 2, axis=1)
-    np.minimum.at(reach, thing, np.hstack([low, -high]))
-    return float(np.abs(reach * [1.0, 1.0, -1.0, -1.0] - _corners(expected)).max(initial=0.0))
-
-
-def _derived(
+def derived_leaves(
     grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
 ) -> tuple[Floats, list[str]]:
     """[D, 4] left, bottom, width and height of the leaves of the first model, and their labels; none of `AROUND`."""
@@ -92,11 +60,11 @@ def _derived(
     return box[own], [labels.get(symbol, "") for symbol in symbols if symbol != AROUND]
 
 
-def _expected(facade: Facade) -> Floats:
+def leaf_boxes(facade: Facade) -> Floats:
     """[L, 4] left, bottom, width and height of the leaves of a facade."""
     return np.concatenate([facade.position - facade.position[0], facade.size], axis=1)[facade.leaves]
 
 
-def _corners(boxes: Floats) -> Floats:
+def corners(boxes: Floats) -> Floats:
     """[K, 4] left, bottom, right and top of boxes."""
     return np.concatenate([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], axis=1)

@@ -65,12 +65,18 @@ def outlined_leaves(facade: Facade) -> dict[int, OutlinedLeaf]:
         outline = facade.outline(leaf)
         key = outline.tobytes()
         if key not in made:
-            inside, rest = (_shape(each) for each in prisms(outline))
-            whole = inside is not None and np.abs([inside.low, inside.size - 1.0]).max() <= _WHOLE
-            made[key] = OutlinedLeaf(inside, rest) if inside is not None and whole else None
+            made[key] = outlined_leaf(outline)
         if (one := made[key]) is not None:
             found[leaf] = one
     return found
+
+
+def outlined_leaf(outline: Floats) -> OutlinedLeaf | None:
+    """What a leaf with an outline [P, 2] is made of; None if the outline misses a side of the box."""
+    inside, rest = (_shape(each) for each in prisms(outline))
+    if inside is None or np.abs([inside.low, inside.size - 1.0]).max() > _WHOLE:
+        return None
+    return OutlinedLeaf(inside, rest)
 
 
 def store_shapes(leaves: Iterable[OutlinedLeaf], folder: Path) -> None:

@@ -61,13 +61,22 @@ def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
     place = (facade.position[node] - facade.position[0]) / facade.size[0]
     part = facade.size[node] / facade.size[0]
     low, whole = shows.window[node, :2], shows.window[node, 2:] - shows.window[node, :2]
-    first, extent = low + place * whole, part * whole
+    return window_projection(picture_file(facade, int(shows.picture[node])), low + place * whole, part * whole)
+
+
+def window_projection(file: str, first: Floats, extent: Floats) -> str:
+    """The operations that lay a window of a picture on a rectangle; empty for one that has no area.
+
+    Args:
+        file: name of the picture in the folder of assets.
+        first: [2] left and bottom of the window, as parts of the picture.
+        extent: [2] width and height of the window.
+    """
     if (np.abs(extent) < SAME).any():
         return ""
     sizes = ", ".join(f"'{number(value, _DIGITS)}" for value in (1.0 / extent).tolist())
     offsets = ", ".join(f"'{number(value, _DIGITS)}" for value in (first / extent).tolist())
-    name = picture_file(facade, int(shows.picture[node]))
-    return f'texture("{name}") setupProjection(0, scope.xy, {sizes}, {offsets})'
+    return f'texture("{file}") setupProjection(0, scope.xy, {sizes}, {offsets})'
 
 
 def store_as_assets(facade: Facade, folder: Path) -> None:

@@ -67,7 +67,7 @@ def grammar_of(
         "rows": {name: list(often) for name, often in family.rows.items()},
         "facades": family.facades,
     }
-    return GrammarResult(family.text, family.rules, family.error, choices)
+    return GrammarResult(family.text, family.rules, family.error, choices, family.outlined)
 
 
 def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
@@ -77,7 +77,7 @@ def save_grammar(result: GrammarResult, facade: Facade, path: Path) -> None:
         FacadeError: If a file with the name of a picture has other content.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if not result.choices and (facade.pictures or result.outlined):
+    if facade.pictures or result.outlined:
         assets = path.parent / "assets"
         assets.mkdir(exist_ok=True)
         store_as_assets(facade, assets)

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from grammarlab.facade.file import load_facade, save_facade
+from grammarlab.facade.file import load_facade, load_locked, save_facade
 from grammarlab.facade.grids.editing import grid_of
+from grammarlab.facade.sizes.wishes import Aspect
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.runs.facade.editor.editor import Editor
 from grammarlab.runs.facade.editor.server import PAGE
@@ -189,6 +190,39 @@ def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house:
     expect(house.page.locator(".fe-conflict")).to_be_hidden()
     locks.get_by_role("button", name=re.compile("^Unlock")).click()
     expect(locks).to_be_hidden()
+
+
+def test_a_place_and_a_range_of_aspects_that_are_typed_are_locked_and_undone(house: EditorPage):
+    house.page.mouse.click(*house.element(0))
+    place = house.page.get_by_label("part left in metres")
+    left = float(place.input_value())
+    place.fill(f"{left + 0.2:.2f}")
+    place.press("Enter")
+    locks = house.page.get_by_role("list", name="Locks").get_by_role("listitem")
+    expect(locks).to_have_count(1)
+    least, largest = (house.page.get_by_label(f"{end} part width to height") for end in ("Least", "Largest"))
+    now = float(largest.input_value())
+    assert least.input_value() == largest.input_value()
+    largest.fill(f"{0.9 * now:.3f}")
+    largest.press("Enter")
+    expect(locks).to_have_count(2)
+    least.fill(f"{0.8 * now:.3f}")
+    least.press("Enter")
+    expect(locks.last).to_contain_text("times as wide as high")
+    house.save()
+    facade, wishes = load_locked(house.file)
+    node = grid_of(facade, WINDOWS).node[0]
+    assert facade.position[node, X] == pytest.approx(left + 0.2, abs=0.005)
+    assert facade.size[node, X] / facade.size[node, Y] == pytest.approx(0.9 * now, abs=1e-3)
+    (aspect,) = (wish for wish in wishes if isinstance(wish, Aspect))
+    assert (aspect.least, aspect.most) == pytest.approx((0.8 * now, 0.9 * now), abs=1e-3)
+    least.fill("0")
+    least.press("Enter")
+    expect(least).to_have_value(f"{0.8 * now:.2f}")
+    for _ in range(3):
+        house.button("Undo").click()
+    expect(locks).to_have_count(0)
+    assert np.array_equal(house.save().size, load_facade(FACADES / "townhouse.json").size)
 
 
 def test_a_part_that_is_dragged_takes_its_column_along(house: EditorPage):

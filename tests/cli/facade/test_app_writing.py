@@ -42,7 +42,10 @@ def test_a_family_is_told_in_words_and_numbers(run, facade: Path, tmp_path: Path
     told = run(*options)
     assert told.stdout.strip() == str(rules)
     assert "3 to 5 columns" in told.stderr
-    assert not (tmp_path / "assets").exists()
+    assert (tmp_path / "assets" / "a.png").is_file()
+    run("sample", rules, "-n", 1, "--jobs", 1, "--no-image", "-o", tmp_path / "out")
+    model: Any = trimesh.load(tmp_path / "out" / "family-00000.glb", force="mesh")
+    assert model.visual.material.baseColorTexture is not None
 
 
 @pytest.mark.parametrize("value", ["10", "10:4", "a:b", "nan:10", "-1:5", "0:0", "1:inf", "1:2:3"])

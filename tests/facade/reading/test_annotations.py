@@ -49,6 +49,22 @@ def test_the_x_of_cmp_runs_down_the_picture(tmp_path):
         assert np.array_equal(read(tmp_path, around, ".xml").low[0], found.low[0])
 
 
+def test_circles_of_labelme_are_outlines_and_lines_are_left_out(tmp_path):
+    shapes = [
+        {"label": "window", "shape_type": "circle", "points": [[40, 50], [40, 70]]},
+        {"label": "door", "shape_type": "rectangle", "points": [[70, 60], [80, 100]]},
+        {"label": "axis", "shape_type": "line", "points": [[40, 0], [40, 100]]},
+        {"label": "corner", "shape_type": "point", "points": [[1, 1]]},
+    ]
+    (tmp_path / "a.json").write_text(json.dumps({"imageHeight": 100, "imageWidth": 100, "shapes": shapes}))
+    annotation = read_annotation(tmp_path / "a.json")
+    assert annotation.names == ("window", "door")
+    assert annotation.notes == ("2 points and lines have no area and are left out",)
+    assert annotation.low[0] == pytest.approx([20, 30])
+    assert annotation.high[0] == pytest.approx([60, 70])
+    assert np.hypot(*(annotation.outlines[0] - [40, 50]).T) == pytest.approx(20)
+
+
 def test_polygons_are_outlines_and_rectangles_are_none(tmp_path):
     arch = [[10, 90], [10, 40], [30, 10], [50, 40], [50, 90]]
     square = [[60, 10], [90, 10], [90, 30], [60, 30]]
@@ -124,7 +140,7 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
         (".json", b'{"shapes": 3, "imageHeight": 1, "imageWidth": 1}', "shapes: expected a list"),
         (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
         (".json", b'{"shapes": [], "imageWidth": 1}', "imageHeight: expected a finite number, found nothing"),
-        (".json", b'{"shapes": [{"shape_type": "circle"}], "imageHeight": 1, "imageWidth": 1}', "found 'circle'"),
+        (".json", b'{"shapes": [{"shape_type": "mask"}], "imageHeight": 1, "imageWidth": 1}', "found 'mask'"),
         (".json", b'{"images": [], "annotations": [], "categories": []}', "choose one of the 0 images"),
         (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
         (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),

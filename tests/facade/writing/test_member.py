@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grammarlab.facade.looks import look_of
-from grammarlab.facade.tree import Facade, X, check, laid_out
+from grammarlab.facade.tree import Facade, X, Y, check, laid_out
 from grammarlab.facade.writing.family import write_family
 from tests.facade.writing.houses import house, of_columns
 from tests.facade.writing.test_family import samples
@@ -61,3 +61,16 @@ def test_ranges_that_leave_out_the_facade_itself_do_not_change_its_error():
         wide, high = (widths[0] * width, widths[1] * width), (heights[0] * height, heights[1] * height)
         written = write_family(facade, wide, high)
         assert written.error == pytest.approx(0.0, abs=1e-9)
+
+
+def test_rows_whose_walls_differ_are_compared_one_by_one():
+    facade = of_columns(["WWWW"] * 4)
+    wanted, gaps = facade.size.copy(), facade.children[0][[4, 6]]
+    wanted[gaps, Y] *= [1.25, 0.8]
+    position, size = laid_out(facade.parent, facade.axis, wanted)
+    facade = check(replace(facade, position=position, size=size))
+    width, height = facade.size[0].tolist()
+    walls = wanted[facade.children[0][2:9:2], Y]
+    moved = np.cumsum(walls - walls.mean())  # the walls of the family have their mean
+    written = write_family(facade, (0.7 * width, 1.5 * width), (0.7 * height, 1.5 * height))
+    assert written.error == pytest.approx(np.abs(moved).max(), abs=1e-5)

@@ -176,8 +176,7 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
         return priors, jnp.where(jnp.isfinite(priors), jax.vmap(log_like)(states), -1e9)
 
     def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
-        """Weights, resampling, and one Metropolis step: along differences of other samples in some coordinates, or of
-        one side by any distance."""
+        """Weights, resampling, and one Metropolis step along differences of other samples or of one side."""
         states, priors, likes, evidence = carry
         offset, draw, before, after, first = now
         log_weight = (after - before) * likes + first

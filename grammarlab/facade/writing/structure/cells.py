@@ -6,9 +6,29 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from grammarlab.facade.looks import look_of
-from grammarlab.facade.tree import LEAF, Facade, Ints
+from grammarlab.facade.tree import LEAF, Facade, Floats, Ints
+
+_UNIT = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+_SAME_AREA = 1e-9
+"""Part of a box by which equal outlines may differ."""
+_SAME_PLACE = 1e-7
+"""Part of a picture by which neighbours may miss each other and still show it as one."""
+_DIGITS = 12
+"""Decimals of windows of pictures, so that equal leaves are equal cells."""
+
+
+class PictureWindow(NamedTuple):
+    """The part of a picture that a thing shows."""
+
+    picture: int
+    """Index into the pictures of the facade."""
+    low: tuple[float, float]
+    """Left and bottom, as parts of the picture."""
+    high: tuple[float, float]
+    """Right and top."""
 
 
 class Cell(NamedTuple):
@@ -20,6 +40,10 @@ class Cell(NamedTuple):
     """Axis of the parts; -1 for an element."""
     parts: tuple[tuple[float, Cell], ...]
     """For each part, its size along the axis, metres, and its content."""
+    outline: tuple[tuple[float, float], ...] = ()
+    """Corners of an element that is not a rectangle, as in `Facade`; none if the cell cuts the element."""
+    shows: PictureWindow | None = None
+    """Part of a picture on an element; None without a picture."""
 
     def gives(self, axis: int) -> bool:
         """Whether it can be stretched along an axis with only walls changing."""
@@ -45,6 +69,8 @@ def nodes_between(facade: Facade, axis: int, low: float, high: float, least: flo
 def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[float], least: Sequence[float]) -> Cell:
     """The content between two corners; equal adjacent walls are merged.
 
+    Such a wall shows what both do where the picture goes on, else what the larger one does.
+
     Args:
         facade: the facade.
         nodes: [K] nodes that may overlap the rectangle, ascending.
@@ -63,7 +89,7 @@ def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[fl
         along = int(facade.axis[node])
         parts = inner.pop(node, [])
         if along == LEAF:
-            made[node] = Cell(facade.name_of(node), LEAF, ())
+            made[node] = _thing(facade, node, np.asarray(low), np.asarray(high), np.asarray(least))
         elif parts:
             made[node] = _together(along, [(extents[part][along], made.pop(part)) for part in parts])
         if node in made and node:
@@ -71,16 +97,56 @@ def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[fl
     return made.get(0, Cell("", LEAF, ()))
 
 
+def _thing(facade: Facade, leaf: int, low: Floats, high: Floats, least: Floats) -> Cell:
+    """What a leaf is between two corners."""
+    picture = int(facade.picture[leaf])
+    if picture < 0 and not len(facade.outline(leaf)):
+        return Cell(facade.name_of(leaf), LEAF, ())
+    size, start = facade.size[leaf], facade.position[leaf] - facade.position[0]
+    first, last = np.maximum(low - start, 0.0) / size, np.minimum(high - start, size) / size
+    whole = ((first <= least / size) & (last >= 1.0 - least / size)).all()
+    outline = facade.outline(leaf).tolist() if whole else []
+    shows = None
+    if picture >= 0:
+        origin, extent = facade.window[leaf, :2], facade.window[leaf, 2:] - facade.window[leaf, :2]
+        (left, bottom), (right, top) = (
+            (origin + part * extent).round(_DIGITS).tolist() for part in ((0.0, 1.0) if whole else (first, last))
+        )
+        shows = PictureWindow(picture, (left, bottom), (right, top))
+    return Cell(facade.name_of(leaf), LEAF, (), tuple((x, y) for x, y in outline), shows)
+
+
 def _together(along: int, parts: list[tuple[float, Cell]]) -> Cell:
     """Parts in a row as one cell."""
     joined: list[tuple[float, Cell]] = []
     for size, part in parts:
-        for each in [(size, part)] if part.axis != along else _shares(size, part):
-            if joined and joined[-1][1] == each[1] and each[1].axis == LEAF and each[1].gives(along):
-                joined[-1] = (joined[-1][0] + each[0], each[1])
+        for length, each in [(size, part)] if part.axis != along else _shares(size, part):
+            before, last = joined[-1] if joined else (0.0, None)
+            if last and each.axis == LEAF and _plain(last) == _plain(each) and not each.outline and each.gives(along):
+                larger = last if before >= length else each
+                shows = _over_both(last.shows, each.shows, along) or larger.shows
+                joined[-1] = (before + length, each._replace(shows=shows))
             else:
-                joined.append(each)
+                joined.append((length, each))
     return joined[0][1] if len(joined) == 1 else Cell("", along, tuple(joined))
+
+
+def _plain(cell: Cell) -> Cell:
+    """A thing without its picture."""
+    return cell._replace(shows=None)
+
+
+def _over_both(before: PictureWindow | None, after: PictureWindow | None, along: int) -> PictureWindow | None:
+    """The window of two walls that follow each other along an axis, if one picture goes on in both."""
+    if before is None or after is None or before.picture != after.picture:
+        return None
+    across = 1 - along
+    misses = (
+        before.high[along] - after.low[along],
+        before.low[across] - after.low[across],
+        before.high[across] - after.high[across],
+    )
+    return PictureWindow(before.picture, before.low, after.high) if max(map(abs, misses)) <= _SAME_PLACE else None
 
 
 def _shares(size: float, part: Cell) -> list[tuple[float, Cell]]:
@@ -90,9 +156,16 @@ def _shares(size: float, part: Cell) -> list[tuple[float, Cell]]:
 
 
 def alike(one: Cell, other: Cell, stretch: float) -> bool:
-    """Whether two cells have the same contents, with relative differences of sizes up to this value."""
+    """Whether two cells have the same contents, with relative differences of sizes and outlines up to this value."""
     return (
         (one.label, one.axis, len(one.parts)) == (other.label, other.axis, len(other.parts))
         and all(abs(a - b) <= stretch * max(a, b) for (a, _), (b, _) in zip(one.parts, other.parts, strict=True))
         and all(alike(a, b, stretch) for (_, a), (_, b) in zip(one.parts, other.parts, strict=True))
+        and (one.outline == other.outline or _miss(one, other) <= stretch + _SAME_AREA)
     )
+
+
+def _miss(one: Cell, other: Cell) -> float:
+    """Part of a box in which the outlines of two things differ."""
+    shape, another = (shapely.make_valid(shapely.Polygon(cell.outline or _UNIT)) for cell in (one, other))
+    return shape.symmetric_difference(another).area

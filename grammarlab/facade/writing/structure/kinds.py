@@ -29,6 +29,8 @@ class KindSequence:
     """[K] whether it contains doors."""
     ends: tuple[int, ...] = ()
     """Kinds at an end, which never follow themselves."""
+    edges: tuple[float, ...] = ()
+    """[B + 1] bounds of the bands of a facade, metres; empty for a pattern without a facade."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +94,7 @@ def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
 
 
 def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
-    """[B] the kind of each band. Walls may differ more in size, but those at the ends are of separate kinds."""
+    """[B] the kind of each band. Walls may differ more in size, but each wall at an end has its own kind."""
     kinds: list[int] = []
     first: list[int] = []
     """The first band of each kind."""
@@ -100,7 +102,7 @@ def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) 
     for place, band in enumerate(found):
         for earlier in first:
             other = found[earlier]
-            if band.stands != other.stands or (not band.stands and (place in ends) != (earlier in ends)):
+            if band.stands != other.stands or (not band.stands and (place in ends or earlier in ends)):
                 continue
             differ = stretch if band.stands else WALL_STRETCH
             if abs(band.size - other.size) <= differ * max(band.size, other.size) and same(earlier, place):
@@ -120,4 +122,5 @@ def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> K
         stands.append(those[0].stands)
         size.append(those[0].size if those[0].stands else sum(band.size for band in those) / len(those))
     doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
-    return KindSequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors))
+    edges = (found[0].start, *(band.end for band in found))
+    return KindSequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors), edges=edges)

@@ -90,7 +90,9 @@ def _moved(desk: EditorDesk, request: Request) -> tuple[Document, Sizing]:
 
 def _give(desk: EditorDesk, request: Request) -> Message:
     what = _what(request)
-    desk.do(f"set {what}", arranged(desk.document, _place(desk, request), {what: request.number("value")}))
+    is_range = what == "aspect"
+    value = (request.number("least"), request.number("most")) if is_range else request.number("value")
+    desk.do(f"set {what}", arranged(desk.document, _place(desk, request), {what: value}))
     return _done(desk)
 
 

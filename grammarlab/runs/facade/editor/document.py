@@ -15,6 +15,9 @@ from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.facade.variations.inheriting import inherited
 from grammarlab.facade.variations.single import Variation
 
+LockValue = float | tuple[float, float]
+"""Metres; of an aspect the least and the most of width / height."""
+
 
 @dataclass(frozen=True, eq=False)
 class Document:
@@ -71,7 +74,7 @@ def unlocked(document: Document, node: int, what: str) -> Document:
     return replace(document, locks=tuple(lock for lock in document.locks if (lock.node, kind_of(lock)) != (node, what)))
 
 
-def with_locks(document: Document, node: int, values: Mapping[str, float]) -> Document:
+def with_locks(document: Document, node: int, values: Mapping[str, LockValue]) -> Document:
     """The document with these locks of a node; sizes are not solved for.
 
     Raises:
@@ -84,7 +87,7 @@ def with_locks(document: Document, node: int, values: Mapping[str, float]) -> Do
     return document
 
 
-def arranged(document: Document, node: int, values: Mapping[str, float]) -> Document:
+def arranged(document: Document, node: int, values: Mapping[str, LockValue]) -> Document:
     """The document with a size or position of a node set and locked; the size of the facade is preserved.
 
     Raises:
@@ -105,14 +108,16 @@ def varied(document: Document, variation: Variation, along: int) -> tuple[Docume
     return replace(made, facade=resized.facade), resized
 
 
-def _lock(node: int, what: str, value: float) -> Wish:
-    if what == "aspect":
-        return Aspect(node, value, value)
+def _lock(node: int, what: str, value: LockValue) -> Wish:
+    if isinstance(value, tuple):
+        return Aspect(node, *value)
     kind, axis = LENGTHS[what]
     return kind(node, axis, value)
 
 
-def _value(facade: Facade, node: int, what: str) -> float:
-    (left, bottom), (width, height) = facade.position[node] - facade.position[0], facade.size[node]
-    values = {"width": width, "height": height, "left": left, "bottom": bottom, "aspect": width / height}
-    return float(values[what])
+def _value(facade: Facade, node: int, what: str) -> LockValue:
+    left, bottom = (facade.position[node] - facade.position[0]).tolist()
+    width, height = facade.size[node].tolist()
+    if what == "aspect":
+        return width / height, width / height
+    return {"width": width, "height": height, "left": left, "bottom": bottom}[what]

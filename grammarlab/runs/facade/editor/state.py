@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grammarlab.facade.locks import kind_of
-from grammarlab.facade.sizes.wishes import in_words
+from grammarlab.facade.sizes.wishes import Aspect, in_words
 from grammarlab.runs.facade.editor.columns import boxes, colors, drawing
 from grammarlab.runs.facade.editor.desk import EditorDesk
 from grammarlab.runs.facade.editor.exporting import FORMATS
@@ -46,7 +46,13 @@ def state_of(desk: EditorDesk) -> tuple[Message, tuple[bytes, bytes]]:
         ],
         "active": desk.active,
         "locks": [
-            {"node": lock.node, "what": kind_of(lock), "words": in_words(lock, facade)} for lock in document.locks
+            {
+                "node": lock.node,
+                "what": kind_of(lock),
+                "words": in_words(lock, facade),
+                "range": [lock.least, lock.most] if isinstance(lock, Aspect) else [],
+            }
+            for lock in document.locks
         ],
         "formats": FORMATS,
         "drawing": values,

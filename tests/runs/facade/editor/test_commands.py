@@ -84,6 +84,26 @@ def test_a_part_that_is_dragged_is_kept_where_it_was_shown(window: Window):
     assert not buffers
 
 
+def test_a_range_of_aspects_holds_while_sides_are_dragged(window: Window):
+    node = window.state["grids"][0]["nodes"][1]
+    width, height = window.boxes[node, 2:].tolist()
+    window.ask("give", node=node, what="aspect", least=0.7 * width / height, most=0.9 * width / height)
+    assert [lock["range"] for lock in window.state["locks"]] == [[0.7 * width / height, 0.9 * width / height]]
+    assert np.divide(*window.boxes[node, 2:]) == pytest.approx(0.9 * width / height)
+    drawing = window.state["drawing"]
+    for part in (0.6, 0.8, 1.3):
+        shown, (columns,) = window.ask("drag", width=part * drawing["width"], height=drawing["height"])
+        assert not shown["conflict"]
+        aspect = np.divide(*np.frombuffer(columns, dtype="<f8").reshape(-1, 4)[node, 2:]) * height / width
+        assert 0.7 - 1e-6 <= aspect <= 0.9 + 1e-6
+    for least, most in ((0.0, 1.0), (2.0, 1.0), (-1.0, -0.5)):
+        with pytest.raises(RefusedError, match="expected a range above 0"):
+            window.ask("give", node=node, what="aspect", least=least, most=most)
+    window.ask("undo")
+    assert not window.state["locks"]
+    assert window.boxes[node, 2:].tolist() == [width, height]
+
+
 def test_of_large_facades_contradictions_are_explained_at_the_end(window: Window, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(commands, "MOST_EXPLAINED", 0)
     state = window.state

@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source c192caeb9de870d0 */
+/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source acb7c1c2456ad426 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -998,6 +998,48 @@ function listenToKeys(page, stage, drag, acts) {
   }
 }
 
+// editor/aspect.js
+function aspectRow(typed, lock) {
+  let [least, most] = [0, 0];
+  const low = field("Least part width to height", () => give(low, (value) => [value, Math.max(value, most)]));
+  const high = field("Largest part width to height", () => give(high, (value) => [Math.min(value, least), value]));
+  async function give(input, range) {
+    const [from, to] = range(Number(input.value));
+    if (!(from > 0) || !await typed(from, to)) show();
+  }
+  function show() {
+    low.value = least.toFixed(2);
+    high.value = most.toFixed(2);
+  }
+  return {
+    element: element(
+      "div",
+      { class: "gl-row" },
+      element("span", { class: "fe-unit" }, "Width / height"),
+      element("span", { class: "gl-space" }),
+      low,
+      "to",
+      high,
+      lock
+    ),
+    /** @param {number[]} range */
+    set(range) {
+      [least, most] = range;
+      show();
+    }
+  };
+}
+function field(label, typed) {
+  return element("input", {
+    class: "gl-input fe-number fe-ratio",
+    type: "number",
+    min: "0",
+    step: "any",
+    "aria-label": label,
+    onchange: typed
+  });
+}
+
 // editor/panel.js
 function makePanel(page, acts) {
   const width = lockableRow(
@@ -1133,21 +1175,19 @@ function makePanel(page, acts) {
     const [left, bottom] = state.boxes.subarray(4 * selected, 4 * selected + 2);
     const rows = [row("Width", "width", w), row("Height", "height", h)];
     if (selected) rows.push(row("From the left", "left", left), row("Above ground", "bottom", bottom));
-    const aspect = lockButton("part aspect", () => acts.toggleLock("aspect"));
-    aspect.set(isLocked(page, selected, "aspect"));
+    const tie = lockButton("part aspect", () => acts.toggleLock("aspect"));
+    tie.set(isLocked(page, selected, "aspect"));
+    const aspect = aspectRow(
+      (least, most) => page.ask("give", { node: selected, what: "aspect", least, most }),
+      tie.element
+    );
+    aspect.set(lockOf(page, selected, "aspect")?.range ?? [w / h, w / h]);
     const grid = state.grids.find(({ name }) => name === state.active);
     const inside = grid?.nodes.includes(selected);
     part.replaceChildren(
       element("p", { class: "fe-label" }, nameOf(page, selected)),
       ...rows,
-      element(
-        "div",
-        { class: "gl-row" },
-        element("span", { class: "fe-unit" }, "Width / height"),
-        element("span", { class: "gl-space" }),
-        element("span", {}, (w / h).toFixed(2)),
-        aspect.element
-      ),
+      aspect.element,
       element(
         "div",
         { class: "gl-row gl-wrap" },
@@ -1219,7 +1259,10 @@ function lockButton(label, onclick) {
   };
 }
 function isLocked(page, node, what) {
-  return page.state.locks.some((lock) => lock.node === node && lock.what === what);
+  return lockOf(page, node, what) !== void 0;
+}
+function lockOf(page, node, what) {
+  return page.state.locks.find((lock) => lock.node === node && lock.what === what);
 }
 function nameOf({ state }, node) {
   if (node === 0) return "the whole facade";

@@ -1,0 +1,127 @@
+"""How far the things of a facade are from those of its own member of its family."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from grammarlab.facade.looks import look_of
+from grammarlab.facade.tree import Facade, Floats, Ints
+from grammarlab.facade.writing.leaf_error import corners, derived_leaves, leaf_boxes
+from grammarlab.facade.writing.outlines import OutlinedLeaf
+from grammarlab.facade.writing.structure.bands import SAME_PLACE
+from grammarlab.facade.writing.structure.kinds import KindPattern, KindSequence
+from grammarlab.language.grammar import Grammar
+
+
+def member_error(
+    facade: Facade,
+    pattern: KindPattern,
+    grammar: Grammar,
+    labels: Mapping[str, str],
+    outlined: Collection[OutlinedLeaf] = (),
+) -> float:
+    """Metres by which a side of a leaf that is not wall is missed at most, when columns and rows may cut it.
+
+    A derived leaf is a piece of a leaf of its label, in the same column and row: of several, those are paired whose
+    places in the column and row are nearest.
+
+    Args:
+        facade: the leaves that are expected.
+        pattern: of the facade.
+        grammar: what derives its own columns and rows; the first of its models counts.
+        labels: what the symbols of derived leaves stand for.
+        outlined: whose meshes the grammar refers to.
+
+    Returns:
+        Infinity where things are missing or too many; 0 where there are none.
+    """
+    boxes, called = derived_leaves(grammar, labels, outlined)
+    pieces = np.array([not look_of(label).gives for label in called], dtype=bool)
+    found = corners(boxes[pieces])
+    names = [facade.name_of(leaf) for leaf in facade.leaves.tolist()]
+    things = np.array([not look_of(name).gives for name in names], dtype=bool)
+    expected = corners(leaf_boxes(facade)[things])
+    number = {label: place for place, label in enumerate(dict.fromkeys((*names, *called)))}
+    found_label, label = (
+        np.array([number[name] for name, one in zip(all_names, some, strict=True) if one], dtype=np.int64)
+        for all_names, some in ((called, pieces), (names, things))
+    )
+    edges = [np.array(lines.edges) for lines in (pattern.columns, pattern.rows)]
+    thing, band = _cut(expected, edges, SAME_PLACE * facade.size[0])
+    own_edges = [_own_edges(lines) for lines in (pattern.columns, pattern.rows)]
+    own_band = _bands(found, own_edges)
+    piece, cut = _pairs(
+        (own_band, found_label, _middle(found) - _starts(own_edges, own_band)),
+        (band, label[thing], _middle(_clipped(expected[thing], edges, band)) - _starts(edges, band)),
+    )
+    if len(piece) < max(len(found), len(thing)) or len(np.unique(thing)) < len(expected):
+        return np.inf
+    reach = np.full((len(expected), 4), np.inf)
+    np.minimum.at(reach, thing[cut], found[piece] * _OUTWARDS)
+    return float(np.abs(reach * _OUTWARDS - expected).max(initial=0.0))
+
+
+_OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
+"""Of left, bottom, right and top, so that the outermost of several is the least."""
+
+
+def _own_edges(lines: KindSequence) -> Floats:
+    """[B + 1] metres at which the columns or rows of the facade's own member begin and end."""
+    return np.cumsum([0.0, *(lines.size[kind] for kind in lines.kind)])
+
+
+def _cut(box: Floats, edges: list[Floats], least: Floats) -> tuple[Ints, Ints]:
+    """Pieces of boxes [T, 4] in columns and rows: of each piece [P] its box, and [P, 2] its column and row."""
+    inside = [
+        np.minimum(box[:, None, 2 + axis], edges[axis][1:]) - np.maximum(box[:, None, axis], edges[axis][:-1])
+        > least[axis]
+        for axis in range(2)
+    ]
+    found = np.argwhere(inside[0][:, :, None] & inside[1][:, None, :])
+    return found[:, 0], found[:, 1:]
+
+
+def _bands(box: Floats, edges: list[Floats]) -> Ints:
+    """[P, 2] the column and row in which the middles of boxes [P, 4] are."""
+    middle = _middle(box)
+    found = [np.searchsorted(edges[axis], middle[:, axis]).clip(1, len(edges[axis]) - 1) - 1 for axis in range(2)]
+    return np.stack(found, axis=1)
+
+
+def _clipped(box: Floats, edges: list[Floats], band: Ints) -> Floats:
+    low, high = _starts(edges, band), _starts(edges, band + 1)
+    return np.hstack([np.maximum(box[:, :2], low), np.minimum(box[:, 2:], high)])
+
+
+def _starts(edges: list[Floats], band: Ints) -> Floats:
+    """[P, 2] left and bottom of columns and rows."""
+    return np.stack([edges[axis][band[:, axis]] for axis in range(2)], axis=1)
+
+
+def _middle(box: Floats) -> Floats:
+    return (box[:, :2] + box[:, 2:]) / 2.0
+
+
+_Pieces = tuple[Ints, Ints, Floats]
+"""[P, 2] column and row, [P] label and [P, 2] place in them."""
+
+
+def _pairs(one: _Pieces, other: _Pieces) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs of pieces of one label in one column and row, as indices into both."""
+    keys = np.concatenate([np.column_stack(pieces[:2]) for pieces in (one, other)])
+    group = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+    groups = []
+    for numbers in (group[: len(one[0])], group[len(one[0]) :]):
+        order = np.argsort(numbers, kind="stable")
+        groups.append(np.split(order, np.searchsorted(numbers[order], np.arange(1, group.max(initial=0) + 1))))
+    first, second = [np.zeros(0, dtype=np.intp)], [np.zeros(0, dtype=np.intp)]
+    for here, there in zip(*groups, strict=True):
+        cost = np.abs(one[2][here][:, None] - other[2][there][None]).sum(axis=2)
+        rows, columns = linear_sum_assignment(cost)
+        first.append(here[rows])
+        second.append(there[columns])
+    return np.concatenate(first), np.concatenate(second)
