@@ -27,7 +27,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Design
 from grammarlab.learning.designs.made import MadePool
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.designs.tables import Columns, DesignTable, DesignTables
-from grammarlab.learning.growth import path_length
+from grammarlab.learning.growth import further, path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.factors import ProductPreference
@@ -210,7 +210,10 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
     extra: dict[Feature, None] = {}
     for rows, scores in scored:
         if np.ptp(scores) > 0.0:
-            found = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
+            designs_of = tables.designs(rows, elsewhere)
+            found = tables.space.search(designs_of, scores, settings.features)
+            if settings.grows and settings.fit == "blended":
+                found += further(tables.space, designs_of, scores, settings.features, found)
             extra |= dict.fromkeys(found)
     columns = replace(columns, extra=tuple(extra))
     if settings.grows:

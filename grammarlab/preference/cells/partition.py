@@ -48,7 +48,7 @@ _ROUNDS = 3
 _MANY = 160
 """Number of labels above which fewer trees are enough: a third of the trees and of the rounds is left out."""
 _NUM_SKETCHES = 4
-_GUIDE = (15.0, 0.05)
+GUIDE = (15.0, 0.05)
 """Noise and blunders of the guide."""
 _COOL, _WARM = 0.5, 1.0
 """Temperatures of the draws of splits."""
@@ -145,7 +145,7 @@ class PartitionPreference(AbstractPreference):
         cells = ScoreCells(
             splits=splits, scores=scores, grid=self.cells.grid, noise=self.noise, blunders=self.blunders, said=said
         )
-        guides = (ScoreCells(splits, scores, self.cells.grid, *_GUIDE, said=said),)
+        guides = (ScoreCells(splits, scores, self.cells.grid, *GUIDE, said=said),)
         growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
@@ -249,7 +249,7 @@ def fit(
         some = np.sort(by_score[np.arange(MAX_ROWS_TO_FIT) * len(values) // MAX_ROWS_TO_FIT])
         table, values = table[some], values[some]
         said = None if said is None else said.take(some)
-    shares_of = _sums(table, numbers, drawn)
+    shares_of = sums_of(table, numbers, drawn)
     splits = splits_of(table, numbers, drawn, shares_of)
     every = np.arange(len(values))
     num_trees, num_around, num_doubtful = (_enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
@@ -283,7 +283,7 @@ def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:
     return np.concatenate([rows, *parts], axis=1)
 
 
-def _sums(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
+def sums_of(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
     """Groups whose counts have different sums: the share of a column may be relevant."""
     found = []
     for group in np.unique(groups[~continuous]).tolist():
@@ -311,7 +311,7 @@ def _erring(
 ) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
     """Error model, guide and tree: the best of several starts."""
     grid, every = grid_of(scores), np.arange(len(scores))
-    guides = (ScoreCells(splits, scores, grid, *_GUIDE, said=said),)
+    guides = (ScoreCells(splits, scores, grid, *GUIDE, said=said),)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
         cells, seen = (
