@@ -16,8 +16,10 @@ from grammarlab.preference.cells.splits import Flags, Splits
 
 PRICE = 5.0
 """Smallest gain of the log-posterior in nats: the prior odds that no further column is needed."""
-NOISES = (0.5, 5.0, 15.0)
+NOISES = (0.5, 5.0, 15.0, 28.0)
 """Candidate standard deviations of the noise in points; the most likely one counts."""
+FEWEST = 24
+"""Smallest number of labels; with fewer, some column of thousands explains them."""
 MOST_ROWS = 256
 """Largest number of labels; of more, an even selection by score is used."""
 _COOL = 0.5
@@ -36,6 +38,8 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
     Returns:
         Ascending indices; empty if trees of the known columns explain scores about as well.
     """
+    if len(scores) < FEWEST:
+        return np.zeros(0, dtype=np.int64)
     if len(scores) > MOST_ROWS:
         some = np.sort(np.argsort(scores, kind="stable")[np.arange(MOST_ROWS) * len(scores) // MOST_ROWS])
         rows, scores = rows[some], scores[some]
