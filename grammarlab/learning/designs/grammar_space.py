@@ -155,8 +155,9 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
         # A comparison of two draws has no bound to narrow.
-        bounded = isinstance(feature, Threshold) or (isinstance(feature, HalfSpace) and feature.bound != 0.0)
-        return margins(designs, feature) if bounded else None
+        if not isinstance(feature, Threshold | HalfSpace) or (isinstance(feature, HalfSpace) and feature.bound == 0.0):
+            return None
+        return margins(designs, feature)
 
     def realize(self, addresses: Sequence[Address]) -> Realized:
         forest = self.derive(addresses)
