@@ -22,6 +22,9 @@ FEWEST = 24
 """Smallest number of labels; with fewer, some column of thousands explains them."""
 MOST_ROWS = 256
 """Largest number of labels; of more, an even selection by score is used."""
+_NUM_GUIDED = 8, 1
+"""Number of guided trees per noise, of known columns and of all columns. The search of known columns is more careful:
+otherwise columns are added that only make up for a poor search, as on B1 and F1."""
 _COOL = 0.5
 
 
@@ -45,8 +48,8 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         rows, scores = rows[some], scores[some]
     shares_of = sums_of(rows[:, :known], groups[:known], continuous[:known])
     trees = [
-        _most_likely(splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of), scores)
-        for width in (known, rows.shape[1])
+        _most_likely(splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of), scores, guided)
+        for width, guided in zip((known, rows.shape[1]), _NUM_GUIDED, strict=True)
     ]
     if trees[1].log_posterior < trees[0].log_posterior + PRICE:
         return np.zeros(0, dtype=np.int64)
@@ -54,11 +57,11 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
     return np.array(sorted(column for column in used if known <= column < rows.shape[1]), dtype=np.int64)
 
 
-def _most_likely(splits: Splits, scores: Floats) -> Tree:
+def _most_likely(splits: Splits, scores: Floats, num_guided: int) -> Tree:
     """The most likely of a few trees."""
     randomness, every, grid = np.random.default_rng(0), np.arange(len(scores)), grid_of(scores)
     guides = (ScoreCells(splits, scores, grid, *GUIDE),)
     errors = [ScoreCells(splits, scores, grid, noise, BLUNDERS[1]) for noise in NOISES]
-    growths = (Growth(1e-2), Growth(_COOL, 0.0, guides))
+    growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
     trees = [grow(cells, every, growth, randomness) for cells in errors for growth in growths]
     return max(trees, key=lambda tree: tree.log_posterior)
