@@ -30,6 +30,7 @@ from grammarlab.learning.designs.tables import Columns, DesignTable, DesignTable
 from grammarlab.learning.growth import further, path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
+from grammarlab.preference.cells.needed import selected
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
 from grammarlab.preference.questions.liked import liked_are_rare, noise_of
@@ -210,10 +211,11 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
     extra: dict[Feature, None] = {}
     for rows, scores in scored:
         if np.ptp(scores) > 0.0:
-            designs_of = tables.designs(rows, elsewhere)
-            found = tables.space.search(designs_of, scores, settings.features)
+            found = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
             if settings.grows and settings.fit == "blended":
-                found += further(tables.space, designs_of, scores, settings.features, found)
+                some = selected(scores)
+                compared = tables.designs(rows[some], elsewhere)
+                found += further(tables.space, compared, scores[some], settings.features, found)
             extra |= dict.fromkeys(found)
     columns = replace(columns, extra=tuple(extra))
     if settings.grows:

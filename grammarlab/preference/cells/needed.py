@@ -21,11 +21,17 @@ NOISES = (0.5, 5.0, 15.0, 28.0)
 FEWEST = 24
 """Smallest number of labels; with fewer, some column of thousands explains them."""
 MOST_ROWS = 256
-"""Largest number of labels; of more, an even selection by score is used."""
+"""Largest number of labels that are compared."""
 _NUM_GUIDED = 8, 1
 """Number of guided trees per noise, of known columns and of all columns. The search of known columns is more careful:
 otherwise columns are added that only make up for a poor search, as on B1 and F1."""
 _COOL = 0.5
+
+
+def selected(scores: Floats) -> Ints:
+    """Ascending indices of at most `MOST_ROWS` labels, an even selection by score."""
+    num = min(MOST_ROWS, len(scores))
+    return np.sort(np.argsort(scores, kind="stable")[np.arange(num) * len(scores) // max(num, 1)])
 
 
 def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, known: int) -> Ints:
@@ -43,9 +49,6 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
     """
     if len(scores) < FEWEST:
         return np.zeros(0, dtype=np.int64)
-    if len(scores) > MOST_ROWS:
-        some = np.sort(np.argsort(scores, kind="stable")[np.arange(MOST_ROWS) * len(scores) // MOST_ROWS])
-        rows, scores = rows[some], scores[some]
     shares_of = sums_of(rows[:, :known], groups[:known], continuous[:known])
     trees = [
         _most_likely(splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of), scores, guided)

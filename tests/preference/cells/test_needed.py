@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.needed import FEWEST, MOST_ROWS, needed
+from grammarlab.preference.cells.needed import FEWEST, MOST_ROWS, needed, selected
 
 KNOWN, WIDTH = 8, 40
 
@@ -33,6 +33,15 @@ def test_nothing_is_needed_for_scores_without_a_reason(seed):
     assert asked(lambda rows: np.random.default_rng(seed + 9).uniform(0.0, 100.0, len(rows)), seed=seed) == []
 
 
-def test_few_labels_need_nothing_and_many_are_selected():
+def test_few_labels_need_nothing():
     assert asked(lambda rows: 80.0 * rows[:, 20], num=FEWEST - 1) == []
-    assert asked(lambda rows: 80.0 * rows[:, 20], num=2 * MOST_ROWS) == [20]
+
+
+@pytest.mark.parametrize("num", [0, 1, MOST_ROWS, MOST_ROWS + 1, 5000])
+def test_of_many_labels_an_even_selection_by_score_is_used(num):
+    scores = np.random.default_rng(num).uniform(0.0, 100.0, num)
+    some = selected(scores)
+    assert len(some) == min(num, MOST_ROWS)
+    assert (np.diff(some) > 0).all()
+    if num > MOST_ROWS:
+        assert np.abs(np.sort(scores[some]) - np.quantile(scores, np.linspace(0.0, 1.0, MOST_ROWS))).max() < 3.0
