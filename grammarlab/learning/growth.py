@@ -1,4 +1,4 @@
-"""Growth of columns if they cannot explain the scores: features found by a search, and longer paths.
+"""Growth of columns if they cannot explain the scores: features of further kinds, and longer paths.
 
 Both are functions of the scored designs and their scores only, independent of their order.
 """
@@ -14,9 +14,43 @@ from numpy.typing import NDArray
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
+from grammarlab.preference.cells.needed import needed
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+
+FURTHER = ("paths", "symbols", "skips", "counts", "comparisons")
+"""Kinds of features of which those that the scores need are added."""
+
+
+def further(
+    space: AbstractDesignSpace[Designs],
+    designs: Sequence[Designs],
+    scores: Floats,
+    features: FeatureOptions,
+    extra: tuple[Feature, ...],
+) -> tuple[Feature, ...]:
+    """Features of `FURTHER` kinds without which cells do not explain scores; () if there are none.
+
+    Args:
+        space: the design space.
+        designs: all n scored designs.
+        scores: [n] their scores.
+        features: the features that are used in any case.
+        extra: features found by a search, which are used in any case.
+    """
+    known = space.vocabulary(designs, features).apply(designs)
+    others = space.vocabulary(designs, replace(features, families=FURTHER)).apply(designs)
+    new = [place for place, feature in enumerate(others.features) if feature not in known.features]
+    if not new:
+        return ()
+    values = [known.counts.toarray(), space.values(designs, extra), others.counts[:, new].toarray()]
+    rows, width = np.column_stack(values), len(known.features) + len(extra)
+    groups = np.concatenate([np.arange(len(extra)), len(extra) + others.groups[new]]) + len(known.group_names)
+    continuous = np.any(rows % 1.0 != 0.0, axis=0)
+    found = needed(rows, scores, groups=np.append(known.groups, groups), continuous=continuous, known=width)
+    return tuple(others.features[new[column - width]] for column in found.tolist())
 
 
 def path_length(

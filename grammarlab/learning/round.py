@@ -27,9 +27,10 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Design
 from grammarlab.learning.designs.made import MadePool
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.designs.tables import Columns, DesignTable, DesignTables
-from grammarlab.learning.growth import path_length
+from grammarlab.learning.growth import further, path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
+from grammarlab.preference.cells.needed import selected
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
 from grammarlab.preference.questions.liked import liked_are_rare, noise_of
@@ -211,6 +212,10 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
     for rows, scores in scored:
         if np.ptp(scores) > 0.0:
             found = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
+            if settings.grows and settings.fit == "blended":
+                some = selected(scores)
+                compared = tables.designs(rows[some], elsewhere)
+                found += further(tables.space, compared, scores[some], settings.features, found)
             extra |= dict.fromkeys(found)
     columns = replace(columns, extra=tuple(extra))
     if settings.grows:

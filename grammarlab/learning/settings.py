@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # these load JAX, which sampling does not need
     from grammarlab.preference.questions.queries import Way
 
 
-FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees")
+FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees", "counts", "comparisons")
 """Kinds of features."""
 MAX_PATH_LENGTH = 4
 POOL_SIZE = 5000
@@ -38,7 +38,8 @@ class Settings:
     query: Way = "default"
     """Query strategy."""
     grows: bool = True
-    """Whether longer paths are added if designs with equal rows got different scores."""
+    """Whether longer paths are added if designs with equal rows got different scores, and the default method adds
+    features of further kinds that scores need."""
     widens: bool = True
     """Whether the pool is widened if liked designs are rare (`grammarlab.learning.designs.pool`)."""
     warm: bool = False

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from grammarlab.derivation import derive
 from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern
 from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.learning.growth import num_conflicts, path_length
+from grammarlab.learning.growth import further, num_conflicts, path_length
 from grammarlab.learning.settings import FeatureOptions
 
 STACKS = Grammar.parse(
@@ -73,3 +74,33 @@ def test_paths_do_not_grow_for_scores_that_no_path_explains():
     twice = [(np.arange(200), scores)]
     length = path_length(SPACE, [forest, forest], twice, FeatureOptions(4, ("paths",)), ())
     assert length == 4
+
+
+def test_a_choice_far_below_an_edge_is_added_where_scores_need_it():
+    forest, features = derive(STACKS, 120, 1), FeatureOptions(2, ("paths", "symbols"))
+    top_black = scored(forest, parse("Stack > *@1 >> Paint:0"))
+    found = further(SPACE, [forest], top_black, features, ())
+    assert {str(feature).split(">>")[0] for feature in found} == {"Stack:0 > *@1 ", "Stack:1 > *@1 "}
+    assert further(SPACE, [forest], top_black, features, found) == ()
+    assert further(SPACE, [forest], scored(forest, parse("Piece:0")), features, ()) == ()
+
+
+def test_counts_and_comparisons_of_draws_are_added_where_scores_need_them():
+    grammar = Grammar.parse(
+        """
+attr width = rand(1, 9)
+attr depth = rand(1, 9)
+attr tall = rand(90, 99)
+Lot --> s(width, tall, depth) split(x) { ~1 : split(z) { ~1 : Bay }* }*
+Bay --> Window.
+"""
+    )
+    space, forest = GrammarSpace(grammar, Path()), derive(grammar, 80, 1)
+    features = FeatureOptions(2, ("paths", "symbols", "draws"))
+    width, depth = space.values([forest], [Draw("width"), Draw("depth")]).T
+    (found,) = further(space, [forest], np.where(width < depth, 100.0, 0.0), features, ())
+    assert found == HalfSpace(("width", "depth"), (1.0, -1.0), 0.0)
+    assert space.margins([forest], found) is None
+    bays = count(forest, [Pattern("Bay")])
+    (found,) = further(space, [forest], np.where(bays[:, 0] > 24.0, 100.0, 0.0), features, ())
+    assert np.array_equal(count(forest, [found]), bays)

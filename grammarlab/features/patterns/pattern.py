@@ -110,6 +110,8 @@ class HalfSpace:
     """A draw that is not above 0 fails the condition."""
 
     def __str__(self) -> str:
+        if self.weights == (1.0, -1.0) and self.bound == 0.0:
+            return " < ".join(self.sites)
         sites = [f"log({site})" if self.logarithmic else site for site in self.sites]
         terms = [f"{weight:.4g} {site}" for weight, site in zip(self.weights, sites, strict=True)]
         return f"{' + '.join(terms)} < {self.bound:.6g}"

@@ -23,7 +23,7 @@ from grammarlab.errors import UsageError
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.counting.counts import count
 from grammarlab.features.counting.stripping import without_geometry
-from grammarlab.features.patterns.pattern import Feature, HalfSpace, Pattern, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Threshold
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import Accepted, derive_accepted
 from grammarlab.features.search.patterns import search_patterns
@@ -136,6 +136,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             draws="draws" in families,
             far_pairs="skips" in families,
             adjacent_pairs="siblings" in families,
+            repeats="count" if "counts" in families else "present",
+            extra=self._comparisons(designs) if "comparisons" in families else (),
         )
         return Vocabulary.find(designs, options)
 
@@ -152,7 +154,10 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
 
     def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
-        return margins(designs, feature) if isinstance(feature, Threshold | HalfSpace) else None
+        # A comparison of two draws has no bound to narrow.
+        if not isinstance(feature, Threshold | HalfSpace) or (isinstance(feature, HalfSpace) and feature.bound == 0.0):
+            return None
+        return margins(designs, feature)
 
     def realize(self, addresses: Sequence[Address]) -> Realized:
         forest = self.derive(addresses)
@@ -166,13 +171,27 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
         """Bounds on continuous draws: on several together if they explain scores, else a sum and single bounds."""
-        names = list(dict.fromkeys(site.name for site in self.program.sites if site.kind == "uniform"))
+        names = self._drawn
         liked = scores > (scores.min() + scores.max()) / 2
         together = find_half_space(forests, np.asarray(liked), names) if names else None
         if together is not None and len(together.sites) > 1:
             return (together,)
         summed = find_sum(forests, scores, names, self._readers)
         return (*find_thresholds(forests, scores, names), *(() if summed is None else (summed,)))
+
+    @cached_property
+    def _drawn(self) -> list[str]:
+        """Names of continuous draws."""
+        return list(dict.fromkeys(site.name for site in self.program.sites if site.kind == "uniform"))
+
+    def _comparisons(self, forests: Sequence[Forest]) -> tuple[HalfSpace, ...]:
+        """Comparisons of two continuous draws, either of which may be the smaller one."""
+        values = self.values(forests, [Draw(name) for name in self._drawn])
+        smaller = values[:, :, None] < values[:, None, :]
+        varying = np.triu(smaller.any(axis=0) & ~smaller.all(axis=0), 1)
+        return tuple(
+            HalfSpace((self._drawn[one], self._drawn[other]), (1.0, -1.0), 0.0) for one, other in np.argwhere(varying)
+        )
 
     @cached_property
     def _readers(self) -> dict[str, tuple[Pattern, ...]]:

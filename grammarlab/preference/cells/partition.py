@@ -249,7 +249,7 @@ def fit(
         some = np.sort(by_score[np.arange(MAX_ROWS_TO_FIT) * len(values) // MAX_ROWS_TO_FIT])
         table, values = table[some], values[some]
         said = None if said is None else said.take(some)
-    shares_of = _sums(table, numbers, drawn)
+    shares_of = sums_of(table, numbers, drawn)
     splits = splits_of(table, numbers, drawn, shares_of)
     every = np.arange(len(values))
     num_trees, num_around, num_doubtful = (_enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
@@ -283,7 +283,7 @@ def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:
     return np.concatenate([rows, *parts], axis=1)
 
 
-def _sums(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
+def sums_of(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
     """Groups whose counts have different sums: the share of a column may be relevant."""
     found = []
     for group in np.unique(groups[~continuous]).tolist():

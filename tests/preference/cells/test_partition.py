@@ -1,6 +1,7 @@
 """Partitions: the best tree by brute force, persons who err, and laws of predictions."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -101,3 +102,41 @@ def test_a_covariance_has_no_negative_direction():
     mean, covariance = found.joint(coins(40, 6, 15))
     assert mean.shape == (40,)
     assert np.linalg.eigvalsh(covariance).min() > -1e-6
+
+
+def exact_labels(seed):
+    """Rows, scores without noise that four columns decide, and which labels are not held out."""
+    rows = coins(60, 8, seed)
+    scores = 100.0 * (rows[:, 0] * rows[:, 1] + (1.0 - rows[:, 0]) * rows[:, 2] * rows[:, 3])
+    return rows, scores, np.arange(60) % 3 > 0
+
+
+def test_exact_scores_that_are_held_out_leave_no_mark():
+    rows, scores, known = exact_labels(2)
+    continuous = np.zeros(8, dtype=bool)
+    preference = partition.fit(rows, scores)
+    other = partition.fit(rows, np.where(known, scores, 100.0 - scores))
+    assert preference.noise == partition.NOISES[0]
+    parts = [
+        replace(preference, trees=trees).without(rows[known], scores[known], continuous)
+        for trees in (preference.trees, other.trees)
+    ]
+    assert np.array_equal(*(part.predict(rows).mean for part in parts))
+
+
+def test_without_some_exact_scores_the_best_tree_is_grown_again():
+    rows, scores, known = exact_labels(2)
+    part = partition.fit(rows, scores).without(rows[known], scores[known], np.zeros(8, dtype=bool))
+    grown, again = (max(t.log_posterior for t in some) for some in (part.trees[:4], part.trees[4:]))
+    assert again > grown + 1.0
+
+
+def test_splits_that_errors_hide_from_few_labels_are_kept():
+    rows, scores, known = exact_labels(0)
+    noisy = np.clip(scores + np.random.default_rng(0).normal(0.0, 10.0, 60), 0.0, 100.0)
+    preference = partition.fit(rows, noisy)
+    assert preference.noise > partition.NOISES[0]
+    part = preference.without(rows[known], noisy[known], np.zeros(8, dtype=bool))
+    found = [{column for node in tree.nodes() if node.split for column in node.split.columns} for tree in part.trees]
+    assert all({0, 1, 2, 3} <= columns for columns in found[4:])
+    assert not all({0, 1, 2, 3} <= columns for columns in found[:4])

@@ -1,0 +1,70 @@
+"""Columns of further kinds that cells need: those that the most likely tree splits by.
+
+Most persons need none of them, and among many columns some fit any scores. So trees with and without these columns are
+compared by their posterior, in which each group of columns has its share of the prior mass.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.preference.base import Floats, Ints
+from grammarlab.preference.cells.cells import ScoreCells, grid_of
+from grammarlab.preference.cells.growing import Growth, Tree, grow
+from grammarlab.preference.cells.partition import BLUNDERS, GUIDE, splits_of, sums_of
+from grammarlab.preference.cells.splits import Flags, Splits
+
+PRICE = 5.0
+"""Smallest gain of the log-posterior in nats: the prior odds that no further column is needed."""
+NOISES = (0.5, 5.0, 15.0, 28.0)
+"""Candidate standard deviations of the noise in points; the most likely one counts."""
+FEWEST = 24
+"""Smallest number of labels; with fewer, some column of thousands explains them."""
+MOST_ROWS = 256
+"""Largest number of labels that are compared."""
+_NUM_GUIDED = 8, 1
+"""Number of guided trees per noise, of known columns and of all columns. The search of known columns is more careful:
+otherwise columns are added that only make up for a poor search, as on B1 and F1."""
+_COOL = 0.5
+
+
+def selected(scores: Floats) -> Ints:
+    """Ascending indices of at most `MOST_ROWS` labels, an even selection by score."""
+    num = min(MOST_ROWS, len(scores))
+    return np.sort(np.argsort(scores, kind="stable")[np.arange(num) * len(scores) // max(num, 1)])
+
+
+def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, known: int) -> Ints:
+    """Indices of the columns beyond the first ``known`` ones that the most likely tree of all columns splits by.
+
+    Args:
+        rows: [n, F].
+        scores: [n] 0-100.
+        groups: [F] group numbers.
+        continuous: [F] whether columns are continuous instead of counts.
+        known: number of columns that are used in any case.
+
+    Returns:
+        Ascending indices; empty if trees of the known columns explain scores about as well.
+    """
+    if len(scores) < FEWEST:
+        return np.zeros(0, dtype=np.int64)
+    shares_of = sums_of(rows[:, :known], groups[:known], continuous[:known])
+    trees = [
+        _most_likely(splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of), scores, guided)
+        for width, guided in zip((known, rows.shape[1]), _NUM_GUIDED, strict=True)
+    ]
+    if trees[1].log_posterior < trees[0].log_posterior + PRICE:
+        return np.zeros(0, dtype=np.int64)
+    used = {column for node in trees[1].nodes() if node.split is not None for column in node.split.columns}
+    return np.array(sorted(column for column in used if known <= column < rows.shape[1]), dtype=np.int64)
+
+
+def _most_likely(splits: Splits, scores: Floats, num_guided: int) -> Tree:
+    """The most likely of a few trees."""
+    randomness, every, grid = np.random.default_rng(0), np.arange(len(scores)), grid_of(scores)
+    guides = (ScoreCells(splits=splits, scores=scores, grid=grid, noise=GUIDE[0], blunders=GUIDE[1]),)
+    errors = [ScoreCells(splits, scores, grid, noise, BLUNDERS[1]) for noise in NOISES]
+    growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
+    trees = [grow(cells, every, growth, randomness) for cells in errors for growth in growths]
+    return max(trees, key=lambda tree: tree.log_posterior)

@@ -1,0 +1,47 @@
+"""Columns of further kinds: needed where they explain scores that others do not, and only there."""
+
+import numpy as np
+import pytest
+
+from grammarlab.preference.cells.needed import FEWEST, MOST_ROWS, needed, selected
+
+KNOWN, WIDTH = 8, 40
+
+
+def asked(scores_of, num=60, noise=0.0, seed=0):
+    """Indices of needed columns for scores that are a function of coins, with normal noise."""
+    randomness = np.random.default_rng(seed)
+    rows = randomness.integers(0, 2, (num, WIDTH)).astype(float)
+    scores = np.clip(scores_of(rows) + randomness.normal(0.0, noise, num), 0.0, 100.0)
+    return needed(rows, scores, groups=np.arange(WIDTH), continuous=np.zeros(WIDTH, dtype=bool), known=KNOWN).tolist()
+
+
+@pytest.mark.parametrize("noise", [0.0, 10.0])
+def test_a_column_that_alone_explains_scores_is_needed(noise):
+    assert asked(lambda rows: 80.0 * rows[:, 20], noise=noise) == [20]
+    assert asked(lambda rows: 80.0 * rows[:, 1] * rows[:, 20], noise=noise) == [20]
+
+
+@pytest.mark.parametrize("noise", [0.0, 10.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_needed_where_known_columns_explain_scores(noise, seed):
+    assert asked(lambda rows: 80.0 * rows[:, 0] * rows[:, 1], noise=noise, seed=seed) == []
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_needed_for_scores_without_a_reason(seed):
+    assert asked(lambda rows: np.random.default_rng(seed + 9).uniform(0.0, 100.0, len(rows)), seed=seed) == []
+
+
+def test_few_labels_need_nothing():
+    assert asked(lambda rows: 80.0 * rows[:, 20], num=FEWEST - 1) == []
+
+
+@pytest.mark.parametrize("num", [0, 1, MOST_ROWS, MOST_ROWS + 1, 5000])
+def test_of_many_labels_an_even_selection_by_score_is_used(num):
+    scores = np.random.default_rng(num).uniform(0.0, 100.0, num)
+    some = selected(scores)
+    assert len(some) == min(num, MOST_ROWS)
+    assert (np.diff(some) > 0).all()
+    if num > MOST_ROWS:
+        assert np.abs(np.sort(scores[some]) - np.quantile(scores, np.linspace(0.0, 1.0, MOST_ROWS))).max() < 3.0
