@@ -1,4 +1,4 @@
-"""How far the things of a facade are from those of its own member of its family."""
+"""Differences between the elements of a facade and those of its own member of its family."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ def member_error(
     labels: Mapping[str, str],
     outlined: Collection[OutlinedLeaf] = (),
 ) -> float:
-    """Metres by which a side of a leaf that is not wall is missed at most, when columns and rows may cut it.
+    """Largest difference of the sides of leaves that are not walls, metres; columns and rows may cut them.
 
-    A derived leaf is a piece of a leaf of its label, in the same column and row: of several, those are paired whose
-    places in the column and row are nearest.
+    A derived leaf is a piece of a leaf of its label in the same column and row. Of several, those with the nearest
+    places are paired.
 
     Args:
-        facade: the leaves that are expected.
-        pattern: of the facade.
-        grammar: what derives its own columns and rows; the first of its models counts.
-        labels: what the symbols of derived leaves stand for.
-        outlined: whose meshes the grammar refers to.
+        facade: the expected leaves.
+        pattern: the pattern of the facade.
+        grammar: the grammar of its own columns and rows, of which the first model is measured.
+        labels: labels of the symbols of derived leaves.
+        outlined: leaves whose meshes the grammar refers to.
 
     Returns:
-        Infinity where things are missing or too many; 0 where there are none.
+        Infinity if elements are missing or surplus; 0 if there are none.
     """
     boxes, called = derived_leaves(grammar, labels, outlined)
     pieces = np.array([not look_of(label).gives for label in called], dtype=bool)
@@ -66,7 +66,7 @@ def member_error(
 
 
 _OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
-"""Of left, bottom, right and top, so that the outermost of several is the least."""
+"""Signs of left, bottom, right and top; with them, the outermost of several is the least."""
 
 
 def _own_edges(lines: KindSequence) -> Floats:
