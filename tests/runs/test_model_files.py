@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from grammarlab.rendering.camera import View, frame
 from grammarlab.rendering.engines.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.pictures.tiles import seen_points
-from grammarlab.runs.requests.request import FileFormat, SampleRequest
+from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.runs.sampling.sample import sample_run
 from grammarlab.runs.work.executors import executor_of
 from grammarlab.scene import realize, triangles
@@ -73,7 +73,7 @@ def test_the_files_of_a_model_do_not_depend_on_its_batch(program, tmp_path):
 
 def test_the_files_of_a_run_do_not_depend_on_its_size_or_jobs(tmp_path):
     """66 models are two batches, and so two tasks of the processes."""
-    for suffix in get_args(FileFormat):
+    for suffix in FORMATS:
         contents = []
         for number, jobs in ((66, 2), (66, 1), (2, 1)):
             folder = tmp_path / f"{suffix}-{number}-{jobs}"

@@ -121,7 +121,8 @@ def test_exact_scores_that_are_held_out_leave_no_mark():
         replace(preference, trees=trees).without(rows[known], scores[known], continuous)
         for trees in (preference.trees, other.trees)
     ]
-    assert np.array_equal(*(part.predict(rows).mean for part in parts))
+    own, others = (part.predict(rows).mean for part in parts)
+    assert np.array_equal(own, others)
 
 
 def test_without_some_exact_scores_the_best_tree_is_grown_again():
