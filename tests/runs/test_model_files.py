@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save_each
+from grammarlab.export.save import Format
 from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.importing import load
 from grammarlab.rendering.camera import View, frame
@@ -73,7 +74,7 @@ def test_the_files_of_a_model_do_not_depend_on_its_batch(program, tmp_path):
 
 def test_the_files_of_a_run_do_not_depend_on_its_size_or_jobs(tmp_path):
     """66 models are two batches, and so two tasks of the processes."""
-    for suffix in FORMATS:
+    for suffix in get_args(Format):
         contents = []
         for number, jobs in ((66, 2), (66, 1), (2, 1)):
             folder = tmp_path / f"{suffix}-{number}-{jobs}"
