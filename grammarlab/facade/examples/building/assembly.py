@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.analysis.example import Example, Region
-from grammarlab.facade.examples.building.stretching import Stretch
+from grammarlab.facade.examples.building.stretching import Knots, Stretch, row_knots
 from grammarlab.facade.examples.building.units import BuildingCut
 from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.mesh.surface import Floats, Ints, Surface, joined
@@ -126,7 +126,12 @@ def stretch_for(
             )
     middle = (low + high) / 2.0
     new_low = np.array([middle[0] - size[0] / 2.0, low[1], middle[2] - size[2] / 2.0])
-    return Stretch(low, high, new_low, new_low + size)
+    new_high = new_low + size
+    across, deep = (
+        Knots(np.array([low[axis], high[axis]]), np.array([new_low[axis], new_high[axis]])) for axis in (0, 2)
+    )
+    rows = new_low[1] + np.concatenate([[0.0], np.cumsum(height)]) / height.sum() * size[1]
+    return Stretch((across, row_knots(main.rows.line, rows), deep))
 
 
 def place_of(region: Region, stretch: Stretch) -> tuple[Floats, Floats, float]:
@@ -197,7 +202,7 @@ def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> U
         tilings: one for each of the example's regions, in their order.
         stretch: stretch of the rest.
     """
-    pieces = [cut.rest.moved(stretch.points(cut.rest.points))]
+    pieces = [stretch.moved(cut.rest)]
     for tiling in tilings:
         for row, column in np.ndindex(tiling.grid.labels.shape):
             wall, *source = tiling.sources[row, column].tolist()

@@ -46,7 +46,7 @@ def building_rules(
     title: str,
 ) -> Written:
     """The rules of one building; its lowest corner lies at the corner of the lot."""
-    rest = cut.rest.moved(stretch.points(cut.rest.points))
+    rest = stretch.moved(cut.rest)
     origin = rest.points.min(axis=0) if len(rest) else np.zeros(3)
     names, terminals = RuleNames(), []
     start, rules = [], []
