@@ -149,7 +149,9 @@ class _FamilyWriter:
         times = list(zip(*self.storeys.times, strict=True))
         rows = {name: (min(found), max(found)) for name, found in zip(attributes, times, strict=True)}
         num = len(self.storeys.times) * self.walks.total
-        return WrittenFamily(text, len(Grammar.parse(text).rules), self.walks.sizes, rows, num)
+        return WrittenFamily(
+            text=text, rules=len(Grammar.parse(text).rules), columns=self.walks.sizes, rows=rows, facades=num
+        )
 
     def _title(self) -> str:
         sizes = [size for found in self.walks.sizes.values() for size in found]

@@ -64,7 +64,9 @@ def _most_likely(splits: Splits, scores: Floats, num_guided: int) -> Tree:
     """The most likely of a few trees."""
     randomness, every, grid = np.random.default_rng(0), np.arange(len(scores)), grid_of(scores)
     guides = (ScoreCells(splits=splits, scores=scores, grid=grid, noise=GUIDE[0], blunders=GUIDE[1]),)
-    errors = [ScoreCells(splits, scores, grid, noise, BLUNDERS[1]) for noise in NOISES]
+    errors = [
+        ScoreCells(splits=splits, scores=scores, grid=grid, noise=noise, blunders=BLUNDERS[1]) for noise in NOISES
+    ]
     growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
     trees = [grow(cells, every, growth, randomness) for cells in errors for growth in growths]
     return max(trees, key=lambda tree: tree.log_posterior)
