@@ -71,7 +71,7 @@ export function makeLook(page, backToGrid) {
   });
 
   dialog.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
     const score = scoreOfKey(scaleOf(page), event.key);
     const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
     if (movement) view?.move(...movement);

@@ -266,7 +266,7 @@ function build(root, channel, first) {
 
 /** @param {KeyboardEvent} event */
 function inDialog({ target }) {
-  return target instanceof Element && target.closest("dialog") !== null;
+  return target instanceof Element && target.closest("dialog[open]") !== null;
 }
 
 /** Whether the page has a window of its own. */

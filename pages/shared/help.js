@@ -30,6 +30,7 @@ export function makeHelp(keys, pointing) {
   button.setAttribute("aria-haspopup", "dialog");
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   dialog.addEventListener("keydown", (event) => {
+    if (!dialog.open) return; // until the next frame the focus can still be in a dialog that has closed
     event.stopPropagation(); // the keys have no effect in the help
     if (event.key === "?") dialog.close();
     else if (event.key !== "Tab") return; // the one button keeps the focus; without this Tab leads out of the page

@@ -44,7 +44,7 @@ export function listenToKeysOf(page, drag, save, plain) {
     const means =
       event.ctrlKey || event.metaKey
         ? withCommand(event, typing)
-        : !typing && !on.closest("dialog, [popover]") && plain(event, on, nudge);
+        : !typing && !on.closest("dialog[open], :popover-open") && plain(event, on, nudge);
     if (means) event.preventDefault();
   });
   document.addEventListener("keyup", (event) => {

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source 2e1c53349d272788 */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source bd5c492cbe3d94ed */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -738,6 +738,7 @@ function makeHelp(keys, pointing) {
   button.setAttribute("aria-haspopup", "dialog");
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   dialog.addEventListener("keydown", (event) => {
+    if (!dialog.open) return;
     event.stopPropagation();
     if (event.key === "?") dialog.close();
     else if (event.key !== "Tab") return;
@@ -1280,7 +1281,7 @@ function makeLook(page, backToGrid) {
     backToGrid();
   });
   dialog.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
     const score = scoreOfKey(scaleOf(page), event.key);
     const movement = MOVEMENTS[`${event.shiftKey && event.key.startsWith("Arrow") ? "Shift " : ""}${event.key}`];
     if (movement) view?.move(...movement);
@@ -2393,7 +2394,7 @@ function build(root, channel, first) {
   };
 }
 function inDialog({ target }) {
-  return target instanceof Element && target.closest("dialog") !== null;
+  return target instanceof Element && target.closest("dialog[open]") !== null;
 }
 function isAlone() {
   return document.body.classList.contains("gl-alone");

@@ -26,6 +26,11 @@ from tests.browser.scoring.test_touch import Hand
 
 FACADES = examples_folder() / "facades"
 WINDOWS = "french window"
+LATE = """
+() => document.querySelector('dialog button').dispatchEvent(
+  new KeyboardEvent('keydown', { key: 's', ctrlKey: true, bubbles: true }))
+"""
+"""Ctrl S as it comes before the next frame, when what had the focus before the help is gone."""
 
 
 @pytest.fixture
@@ -307,6 +312,15 @@ def test_everything_can_be_done_with_keys_alone(house: EditorPage):
     expect(house.page.get_by_role("dialog", name="Keys")).to_be_visible()
     house.press("Escape")
     assert house.save().width == pytest.approx(11.7)
+
+
+def test_a_key_that_reaches_the_help_after_it_was_closed_has_its_effect(house: EditorPage):
+    house.width.focus()
+    house.press("ArrowLeft")
+    house.expect_size(11.5, 15.2)
+    house.page.evaluate(LATE)
+    expect(house.status).to_have_text("saved")
+    assert house.saved().width == pytest.approx(11.5)
 
 
 def test_fingers_drag_sides_and_draw_rectangles(edited: Callable[..., EditorPage]):

@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source acb7c1c2456ad426 */
+/* Built from shared, stage, editor by pages/bundle.js; do not edit. Source 582d66b0cd646cbe */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -191,6 +191,7 @@ function makeHelp(keys, pointing) {
   button.setAttribute("aria-haspopup", "dialog");
   dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
   dialog.addEventListener("keydown", (event) => {
+    if (!dialog.open) return;
     event.stopPropagation();
     if (event.key === "?") dialog.close();
     else if (event.key !== "Tab") return;
@@ -909,7 +910,7 @@ function listenToKeysOf(page, drag, save, plain) {
   document.addEventListener("keydown", (event) => {
     const on = event.target instanceof Element ? event.target : document.body;
     const typing = on instanceof HTMLTextAreaElement || on instanceof HTMLInputElement && on.type !== "checkbox";
-    const means = event.ctrlKey || event.metaKey ? withCommand(event, typing) : !typing && !on.closest("dialog, [popover]") && plain(event, on, nudge);
+    const means = event.ctrlKey || event.metaKey ? withCommand(event, typing) : !typing && !on.closest("dialog[open], :popover-open") && plain(event, on, nudge);
     if (means) event.preventDefault();
   });
   document.addEventListener("keyup", (event) => {

@@ -1,4 +1,4 @@
-/* Built from shared, example by pages/bundle.js; do not edit. Source 62788289db024f6f */
+/* Built from shared, example by pages/bundle.js; do not edit. Source 0de9df20767e5e18 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages/bundle.js; do not edit. Source c0bebc713b36dd80 */
+/* Built from shared, scan by pages/bundle.js; do not edit. Source 819c750651f07805 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
