@@ -100,9 +100,9 @@ def synthesize(
         ),
     ] = True,
     widths: Annotated[
-        str, typer.Option("--widths", help="Widths in metres of the facades that family.cga samples, such as 10:40.")
+        str, typer.Option("--widths", help="Widths in metres of the main walls that family.cga samples, such as 10:40.")
     ] = "",
-    heights: Annotated[str, typer.Option("--heights", help="Heights in metres of these facades, such as 8:30.")] = "",
+    heights: Annotated[str, typer.Option("--heights", help="Heights in metres of these walls, such as 8:30.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the results.")] = False,
 ) -> None:
     """Make buildings of other sizes from one example.
@@ -148,7 +148,7 @@ def synthesize(
                 say(f"  {note}")
             typer.echo(each["files"]["glb"])
         if report["family"]:
-            say(f"{report['family']['facades']:,.0f} facades of other sizes:")
+            say(f"{report['family']['facades']:,.0f} buildings of other sizes:")
             typer.echo(report["family"]["file"])
 
 

@@ -21,7 +21,7 @@ from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import check
 from grammarlab.runs.facade.synthesis.built import build
 from grammarlab.runs.requests.examples import examples_folder
-from tests.facade.examples.houses import house
+from tests.facade.examples.houses import BASE, MARGIN, RECESS, TOP, WINDOW, house
 
 
 @pytest.fixture(scope="module")
@@ -100,10 +100,32 @@ def test_wishes_are_kept_and_the_family_is_ready_to_be_sampled(run, building: Pa
     run("sample", family["file"], "-n", 3, "--seed", 1, "-o", tmp_path / "samples", "--no-image", "--jobs", 1)
     for path in sorted((tmp_path / "samples").glob("*.glb")):
         mesh: Any = trimesh.load(path, force="mesh")
-        width = np.ptp(mesh.vertices[:, 0])
+        width = np.ptp(mesh.vertices[:, 0]) - 2.0 * MARGIN
         assert family["widths"][0] - 1e-3 <= width <= family["widths"][1] + 1e-3
         # Whole columns, 3 m each, and units that fill them.
         assert width / 3.0 == pytest.approx(round(width / 3.0), abs=1e-3)
+
+
+def test_samples_of_the_family_are_closed_houses_with_windows_on_all_sides(run, tmp_path: Path) -> None:
+    """The volume of a house follows from its numbers of rows and columns: a box less the recesses of its windows."""
+    file = house(4, 3, 2, door=None).write(tmp_path / "house.obj")
+    family = report(run, file, "--rows", 4, "--columns", 5, "-o", tmp_path / "out")["family"]
+    run("sample", family["file"], "-n", 5, "--seed", 2, "-o", tmp_path / "samples", "--no-image", "--jobs", 1)
+    sizes = set()
+    for path in sorted((tmp_path / "samples").glob("*.glb")):
+        mesh: Any = trimesh.load(path, force="mesh", process=False)
+        width, height, depth = np.ptp(mesh.vertices, axis=0)
+        columns, rows = (width - 2.0 * MARGIN) / 3.0, (height - BASE - TOP) / 3.0
+        assert depth == pytest.approx(2.0 * MARGIN + 6.0, abs=1e-3)
+        assert [columns, rows] == pytest.approx([round(columns), round(rows)], abs=1e-3)
+        windows = 2.0 * (columns + 2.0) * rows
+        assert mesh.volume == pytest.approx(width * height * depth - windows * RECESS * np.prod(WINDOW), rel=1e-4)
+        # Units and parts of the rest are closed solids that touch.
+        read = edge_numbers(read_mesh(path).surface)
+        assert read.closed
+        assert read.boundary == 0
+        sizes.add((round(columns), round(rows)))
+    assert len(sizes) > 2
 
 
 def test_parts_are_made_after_the_example_that_a_map_names(run, building: Path, tmp_path: Path) -> None:
@@ -133,6 +155,11 @@ def test_shops_keep_their_ground_floor_and_their_door(run, tmp_path: Path) -> No
     assert (labels == door).sum() == (labels[0] == door).sum() == 1
     assert (labels == shop).sum() == (labels[0] == shop).sum() == 6
     assert made["watertight"]
+    # One cornice, 0.3 m high, stands out over the shops; the windows of the rows above it come from higher rows.
+    mesh: Any = trimesh.load(made["files"]["glb"], force="mesh")
+    corners = mesh.vertices
+    front = corners[corners[:, 2] > corners[:, 2].max() - 0.01]
+    assert np.ptp(front[:, 1]) == pytest.approx(0.3, abs=0.02)
 
 
 @pytest.mark.parametrize("start", ["Block", "Shops", "Corner", "Curved"])

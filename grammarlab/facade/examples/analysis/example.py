@@ -32,6 +32,13 @@ _PANES = 2
 """Ratio of panes to elements in relief from which panes are units."""
 MOST_LINES = 200
 """Largest number of rows or columns."""
+OUTSIDE = -2
+"""Label of the neighbours of cells at a border."""
+_ANY = -3
+INSIDE = (_ANY, _ANY, _ANY, _ANY)
+"""Neighbours of a cell at no border."""
+_BESIDE, _BORDER = np.array([3, 3, 1, 1]), 9
+"""Weights of differing labels below, above, to the left and to the right, and of a differing border."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,19 +83,24 @@ class Region:
         """[K, 4] boxes of the elements in a cell."""
         return self.elements[(self.rows.member == row) & (self.columns.member == column)]
 
-    def source(
-        self, label: int, borders: tuple[bool, bool, bool, bool] = (False, False, False, False)
-    ) -> tuple[int, int]:
-        """Row and column of the unit that represents a label: one with the same borders, near the middle of such units.
+    def source(self, label: int, around: tuple[int, int, int, int] = INSIDE) -> tuple[int, int]:
+        """Row and column of the unit that represents a label: one with equal neighbours, near the middle of such units.
+
+        The same borders are most important, then the labels below and above: bands, such as a cornice, run along rows.
 
         Args:
             label: the label.
-            borders: whether the unit will be at the bottom, the top, the left and the right border.
+            around: the labels below, above, to the left and to the right of the new cell; `OUTSIDE` beyond a border.
         """
         places = np.argwhere(self.grid.labels == label)
-        rows, columns = self.grid.labels.shape
-        ends = np.array([[0, rows - 1, 0, columns - 1]])
-        misses = ((places[:, [0, 0, 1, 1]] == ends) != np.array(borders)).sum(axis=1)
+        framed = np.pad(self.grid.labels, 1, constant_values=OUTSIDE)
+        row, column = places.T + 1
+        beside = np.stack(
+            [framed[row - 1, column], framed[row + 1, column], framed[row, column - 1], framed[row, column + 1]], axis=1
+        )
+        target = np.array(around)
+        borders = ((beside == OUTSIDE) != (target == OUTSIDE)).sum(axis=1)
+        misses = _BORDER * borders + (beside != target) @ _BESIDE
         places = places[misses == misses.min()]
         return tuple(places[np.abs(places - places.mean(axis=0)).sum(axis=1).argmin()].tolist())
 

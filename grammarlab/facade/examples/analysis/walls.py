@@ -80,8 +80,9 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
             break
         plane = float(np.median(map_.depth[flat]))
         near = (map_.depth >= plane - BEHIND) & (map_.depth <= plane + BEFORE)
-        # Pieces of wall between windows belong together, and so do windows, which may be holes.
-        found: Any = ndimage.label(near, structure=np.ones((3, 3)))
+        # Pieces of wall between windows belong together, and so do windows, which may be holes; narrow gaps are none.
+        bridged: Any = ndimage.binary_closing(near, structure=np.ones((_NARROW, _NARROW)))
+        found: Any = ndimage.label(near | bridged, structure=np.ones((3, 3)))
         pieces, num = found
         if not num:
             break

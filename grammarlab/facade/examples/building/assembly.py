@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.examples.analysis.example import Example, Region
+from grammarlab.facade.examples.analysis.example import OUTSIDE, Example, Region
 from grammarlab.facade.examples.building.stretching import Knots, Stretch, row_knots
 from grammarlab.facade.examples.building.units import BuildingCut
 from grammarlab.facade.examples.label_grid import LabelGrid
@@ -59,12 +59,13 @@ def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, 
         grid: labels of the new grid.
         regions: [R, C] index in `choice` of the preferred wall of each cell.
     """
-    rows, columns = grid.labels.shape
-    known: dict[tuple[int, int, tuple[bool, bool, bool, bool]], tuple[int, int, int]] = {}
-    found = np.zeros((rows, columns, 3), dtype=np.int64)
-    for row, column in np.ndindex(rows, columns):
+    known: dict[tuple[int, int, tuple[int, int, int, int]], tuple[int, int, int]] = {}
+    found = np.zeros((*grid.labels.shape, 3), dtype=np.int64)
+    framed = np.pad(grid.labels, 1, constant_values=OUTSIDE).tolist()
+    for row, column in np.ndindex(grid.labels.shape):
         label, first = int(grid.labels[row, column]), 0 if regions is None else int(regions[row, column])
-        key = label, first, (row == 0, row == rows - 1, column == 0, column == columns - 1)
+        middle = framed[row + 1]
+        key = label, first, (framed[row][column + 1], framed[row + 2][column + 1], middle[column], middle[column + 2])
         if key not in known:
             wall = next(each for each in (choice[first], *choice) if (walls[each].grid.labels == label).any())
             known[key] = (wall, *walls[wall].source(label, key[2]))

@@ -1,43 +1,150 @@
-"""A solved grid of units as a stochastic grammar: facades of other sizes with its rows and columns."""
+"""A new building as a stochastic grammar: buildings of other sizes with the rows and columns of its walls."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
 import numpy as np
 
+from grammarlab.facade.examples.analysis.example import Region
 from grammarlab.facade.examples.building.assembly import Tiling
-from grammarlab.facade.examples.building.grammar import Terminal, Written, unit_body
-from grammarlab.facade.examples.building.stock import UnitStock
-from grammarlab.facade.examples.grammar import Units, write_label_family
-from grammarlab.facade.writing.family import Range, WrittenFamily
+from grammarlab.facade.examples.building.grammar import Color, Terminal, Written, inserted_parts, unit_body
+from grammarlab.facade.examples.building.growth import Grown, grown
+from grammarlab.facade.examples.building.solid_parts import BuildingParts, halves
+from grammarlab.facade.examples.building.stretching import Stretch
+from grammarlab.facade.examples.grammar import Units, label_pattern, write_label_family
+from grammarlab.facade.examples.mesh.surface import Floats, Surface
+from grammarlab.facade.examples.mesh.views import VIEWS
+from grammarlab.facade.looks import THICKNESS
+from grammarlab.facade.writing.family import HEIGHT, WIDTH, Around, Range, WrittenFamily
+from grammarlab.facade.writing.rule_text import RuleNames, number, rule_name
+from grammarlab.facade.writing.structure.kinds import KindSequence
+from grammarlab.facade.writing.structure.repeats import Repeat, repeated_runs
+from grammarlab.facade.writing.structure.storeys import storeys_of
+
+_DIGITS = 6
 
 
-def unit_family(stock: UnitStock, tiling: Tiling, widths: Range, heights: Range) -> tuple[WrittenFamily, Written]:
-    """The family of a new wall, and the same rules with the meshes that they insert.
+def building_family(
+    parts: BuildingParts, tilings: Sequence[Tiling], stretch: Stretch, widths: Range, heights: Range
+) -> tuple[WrittenFamily, Written]:
+    """The family of a building, and the same rules with the meshes that they insert.
+
+    The main wall gets other rows and columns; the other walls get as many as fit, and the rest is stretched with them.
 
     Args:
-        stock: units of the wall.
-        tiling: the wall.
-        widths: least and largest width of facades, metres.
+        parts: units and the rest of the examples.
+        tilings: walls of the building, the main one first.
+        stretch: stretch of the rest.
+        widths: least and largest width of the main wall, metres.
         heights: least and largest height, metres.
 
     Raises:
-        FacadeError: If no facade of the family has such a size.
+        FacadeError: If no building of the family has such a size.
     """
-    terminals: list[Terminal] = []
-    bodies = []
-    for label in range(len(tiling.grid.names)):
-        source = _source(stock, tiling, label)
-        bodies.append(unit_body(stock.cut, stock.walls, source, stock.colors, terminals) if source else "NIL")
-    units = Units(np.diff(tiling.columns), np.diff(tiling.rows), tuple(bodies))
-    family = write_label_family(tiling.grid, units, widths, heights)
-    return family, Written(family.text, tuple(terminals))
+    writer = _Writer(parts, stretch.moved(parts.rest))
+    main = tilings[0]
+
+    def around(rows: KindSequence) -> Around:
+        growth = grown(main, rows, storeys_of(rows, *heights))
+        return writer.around(tilings, growth)
+
+    family = write_label_family(main.grid, writer.units(main), widths, heights, around)
+    return family, Written(family.text, tuple(writer.terminals))
 
 
-def _source(stock: UnitStock, tiling: Tiling, label: int) -> list[int] | None:
-    """The unit of most cells with a label; if there is none, that of a wall; None for a name without a unit."""
-    used = tiling.sources[tiling.grid.labels == label]
-    if len(used):
-        units, often = np.unique(used, axis=0, return_counts=True)
-        return units[often.argmax()].tolist()
-    wall = next((each for each in stock.choice if (stock.walls[each].grid.labels == label).any()), None)
-    return None if wall is None else [wall, *stock.walls[wall].source(label)]
+@dataclass
+class _Writer:
+    """The rules around the main wall, and all meshes."""
+
+    parts: BuildingParts
+    rest: Surface
+    """The rest of the building that the family is made from."""
+    names: RuleNames = field(default_factory=RuleNames)
+    terminals: list[Terminal] = field(default_factory=list)
+
+    @property
+    def colors(self) -> Sequence[Color]:
+        return self.parts.stock.colors
+
+    def units(self, tiling: Tiling) -> Units:
+        """The units of a wall."""
+        sources, unit = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
+        bodies = tuple(self._unit(tiling.walls[wall], wall, row, column) for wall, row, column in sources.tolist())
+        return Units(np.diff(tiling.columns), np.diff(tiling.rows), bodies, unit.reshape(tiling.grid.labels.shape))
+
+    def _unit(self, region: Region, wall: int, row: int, column: int) -> str:
+        surface = self.parts.cell(wall, row, column)
+        return unit_body(surface, region, row, column, self.colors, self.terminals, "family-")
+
+    def around(self, tilings: Sequence[Tiling], growth: Grown) -> Around:
+        """The other walls and the rest."""
+        for name in (WIDTH, HEIGHT):
+            self.names.new(name)
+        low = np.vstack([growth.corner, self.rest.points]).min(axis=0)
+        rule, lines, parts = self.names.new("Others"), [], [f"t(0 - {WIDTH}, 0, 0)"]
+        for tiling in tilings[1:]:
+            wall = self.names.new(rule_name(tiling.region.name))
+            parts.append(_wall(tiling, growth, wall))
+            lines += self._wall_rules(tiling, wall)
+        pieces = [self.rest] if len(self.rest) else []
+        for each in growth.growths:
+            for at in (each.low, each.high):
+                pieces = [half for piece in pieces for half in halves(piece, each.axis, at)]
+        for place, piece in enumerate(pieces):
+            name = self.names.new("Rest")
+            parts.append(f"[ {name} ]")
+            body = inserted_parts(
+                f"family-rest-{place}", piece, lambda a, b: _placed(growth, a, b), self.colors, self.terminals
+            )
+            lines.append(f"{name} -->\n{body}")
+        x, y, z = (number(float(each), _DIGITS) for each in growth.corner - low - [0.0, 0.0, THICKNESS])
+        start = f"t({x}, {y}, {z})"
+        return Around(start, rule, (f"{rule} --> {' '.join([*parts, 'NIL'])}", *lines), self.names)
+
+    def _wall_rules(self, tiling: Tiling, wall: str) -> list[str]:
+        """The rules of another wall: columns, as many as fit, of rows, as many as fit."""
+        pattern, bodies = label_pattern(tiling.grid, self.units(tiling))
+        units = {label: self.names.new(f"{wall}{rule_name(label)}") for label in bodies}
+        columns = [self.names.new(f"{wall}Column") for _ in pattern.columns.size]
+        lines = [f"{wall} --> {_fitting('x', pattern.columns, columns)}"]
+        for kind, name in enumerate(columns):
+            cells = [units[row[kind].label] for row in pattern.cells]
+            lines.append(f"{name} --> {_fitting('y', pattern.rows, cells)}")
+        used = {cell.label for row in pattern.cells for cell in row}
+        return lines + [f"{units[label]} -->\n{body}" for label, body in bodies.items() if label in used]
+
+
+def _wall(tiling: Tiling, growth: Grown, rule: str) -> str:
+    """CGA of a wall: the front of a box behind it, which splits need."""
+    side = tiling.region.side
+    low, high = (np.array([tiling.columns[end], tiling.rows[end], tiling.plane]) @ VIEWS[side] for end in (0, -1))
+    width, height, depth = growth.size(np.minimum(low, high), np.maximum(low, high))
+    turn = f" r(0, {90 * side}, 0)" if side else ""
+    size = f"{depth if side % 2 else width}, {height}, 1"
+    at = ", ".join(growth.place(low))
+    return f"[ t({at}){turn} t(0, 0, -1) s({size}) primitiveCube() comp(f) {{ front : {rule} }} ]"
+
+
+def _placed(growth: Grown, low: Floats, high: Floats) -> tuple[str, str]:
+    return ", ".join(growth.place(low)), ", ".join(growth.size(low, high))
+
+
+def _fitting(axis: str, lines: KindSequence, rules: Sequence[str]) -> str:
+    """A split into lines; the longest run, or a line in the middle without a door, is repeated as often as it fits."""
+    words = [f"~{number(lines.size[kind], _DIGITS)} : {rules[kind]}" for kind in lines.kind]
+    run = _repeat(lines)
+    if run is not None:
+        group = " | ".join(words[run.start : run.start + run.period])
+        words[run.start : run.end] = [f"{{ {group} }}*"]
+    return f"split({axis}) {{ {' | '.join(words)} }}"
+
+
+def _repeat(lines: KindSequence) -> Repeat | None:
+    runs = repeated_runs(lines.kind)
+    if runs:
+        return max(runs, key=lambda run: run.period * run.turns)
+    free = [place for place, kind in enumerate(lines.kind) if not lines.doors[kind]]
+    inner = [place for place in free if 0 < place < len(lines.kind) - 1] or free
+    return Repeat(inner[len(inner) // 2], 1, 1) if inner else None

@@ -5,7 +5,7 @@ The rules make the building without stitching, accurate to the millimetre.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,9 @@ from grammarlab.facade.examples.mesh.views import VIEWS
 from grammarlab.facade.writing.rule_text import RuleNames, number, rule_name
 
 _DIGITS = 6
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ def building_rules(
     cut: BuildingCut,
     tilings: Sequence[Tiling],
     stretch: Stretch,
-    colors: Sequence[tuple[float, float, float, float]],
+    colors: Sequence[Color],
     title: str,
 ) -> Written:
     """The rules of one building; its lowest corner lies at the corner of the lot."""
@@ -52,7 +55,10 @@ def building_rules(
     start, rules = [], []
     if len(rest):
         start.append(f"[ {names.new('Rest')} ]")
-        rules.append(f"Rest -->\n{_inserted('rest', rest, rest.points.min(axis=0), None, colors, terminals)}")
+        body = inserted_parts(
+            "rest", rest, lambda low, high: (_list(low - origin), _list(high - low)), colors, terminals
+        )
+        rules.append(f"Rest -->\n{body}")
     for tiling in tilings:
         rule = names.new(rule_name(tiling.region.name))
         low = np.array([tiling.columns[0], tiling.rows[0], tiling.plane]) @ VIEWS[tiling.region.side] - origin
@@ -72,7 +78,7 @@ def _rows(
     cut: BuildingCut,
     tiling: Tiling,
     names: RuleNames,
-    colors: Sequence[tuple[float, float, float, float]],
+    colors: Sequence[Color],
     terminals: list[Terminal],
 ) -> list[str]:
     """The rules of one wall: its rows, each different row, each unit."""
@@ -94,58 +100,73 @@ def _rows(
         split = _split([(float(width), unit[place]) for width, place in zip(widths, row, strict=True)])
         rules.append(f"{name} -->\n    split(x) {{ {split} }}")
     for name, source in zip(unit, units.tolist(), strict=True):
-        rules.append(f"{name} -->\n{unit_body(cut, tiling.walls, source, colors, terminals)}")
+        wall, row, column = source
+        unit_of = tiling.walls[wall]
+        body = unit_body(cut.cells[wall][row][column], unit_of, row, column, colors, terminals)
+        rules.append(f"{name} -->\n{body}")
     return rules
 
 
 def unit_body(
-    cut: BuildingCut,
-    walls: Sequence[Region],
-    source: Sequence[int],
-    colors: Sequence[tuple[float, float, float, float]],
+    surface: Surface,
+    region: Region,
+    row: int,
+    column: int,
+    colors: Sequence[Color],
     terminals: list[Terminal],
+    kind: str = "",
 ) -> str:
     """CGA that makes a unit in the scope of its cell; its meshes are added to the terminals.
 
     Args:
-        cut: pieces of the example.
-        walls: walls of the units.
-        source: wall, row and column of the unit.
+        surface: the unit, in the coordinates of the view.
+        region: its wall.
+        row: its row in this wall.
+        column: its column.
+        colors: colors of materials.
+        terminals: meshes so far.
+        kind: start of the names of files.
+    """
+    if not len(surface):
+        return "    NIL"
+    low, high = region.cell(row, column)
+    corner, cell = np.array([*low, region.plane]), high - low
+
+    def place(start: Floats, end: Floats) -> tuple[str, str]:
+        at, size = start - corner, end - start
+        return (
+            _list([*(at[:2] / cell), at[2]], ("scope.sx * ", "scope.sy * ", "")),
+            _list([*(size[:2] / cell), size[2]], ("'", "'", "")),
+        )
+
+    name = f"{kind}{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
+    return inserted_parts(name, surface, place, colors, terminals)
+
+
+def inserted_parts(
+    file: str,
+    surface: Surface,
+    place: Callable[[Floats, Floats], tuple[str, str]],
+    colors: Sequence[Color],
+    terminals: list[Terminal],
+) -> str:
+    """CGA that inserts a surface, one mesh per material.
+
+    Args:
+        file: name of its files, without the start and the end that all share.
+        surface: the surface.
+        place: the CGA of the position and size in the scope of a box, given by its low and high corner [3].
         colors: colors of materials.
         terminals: meshes so far.
     """
-    wall, row, column = source
-    region = walls[wall]
-    low, high = region.cell(row, column)
-    surface = cut.cells[wall][row][column]
-    if not len(surface):
-        return "    NIL"
-    name = f"{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
-    return _inserted(name, surface, np.array([*low, region.plane]), high - low, colors, terminals)
-
-
-def _inserted(
-    file: str,
-    surface: Surface,
-    corner: Floats,
-    cell: Floats | None,
-    colors: Sequence[tuple[float, float, float, float]],
-    terminals: list[Terminal],
-) -> str:
-    """CGA that inserts a surface, one mesh per material, relative to a corner and to the width and height of a cell."""
     lines = []
     used = np.unique(surface.material).tolist()
-    for place, material in enumerate(used):
+    for number_of, material in enumerate(used):
         part = surface.part(surface.material == material)
-        low, size = part.points.min(axis=0) - corner, np.ptp(part.points, axis=0)
-        name = f"unit-{file}{f'-{place}' if len(used) > 1 else ''}.glb"
+        name = f"unit-{file}{f'-{number_of}' if len(used) > 1 else ''}.glb"
         terminals.append(Terminal(name, part))
-        if cell is None:
-            at, scope = _list(low), _list(size)
-        else:
-            at = _list([*(low[:2] / cell), low[2]], ("scope.sx * ", "scope.sy * ", ""))
-            scope = _list([*(size[:2] / cell), size[2]], ("'", "'", ""))
-        lines.append(f'    [ color("{_hex(colors[material])}") t({at}) s({scope}) i("{name}") Mesh. ]')
+        at, size = place(part.points.min(axis=0), part.points.max(axis=0))
+        lines.append(f'    [ color("{_hex(colors[material])}") t({at}) s({size}) i("{name}") Mesh. ]')
     return "\n".join([*lines, "    NIL"])
 
 
@@ -157,5 +178,5 @@ def _list(values: Sequence[float] | Floats, before: Sequence[str] = ("", "", "")
     return ", ".join(f"{head}{number(float(value), _DIGITS)}" for head, value in zip(before, values, strict=True))
 
 
-def _hex(color: tuple[float, float, float, float]) -> str:
+def _hex(color: Color) -> str:
     return "#" + "".join(f"{round(255 * each):02X}" for each in color[:3])

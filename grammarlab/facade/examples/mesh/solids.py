@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from manifold3d import Error, Manifold, Mesh64, OpType
@@ -57,32 +57,66 @@ def united(surface: Surface, tolerance: float) -> Surface:
     bodies = _bodies(surface)
     if bodies is None or bodies.number < 2:
         return surface
-    solids, sheets, inside_out = [], [], set[bool]()
-    order = np.argsort(bodies.body, kind="stable")
-    for rows in np.split(order, np.flatnonzero(np.diff(bodies.body[order])) + 1):
-        used, corners = np.unique(bodies.triangles[rows], return_inverse=True)
-        corners = corners.reshape(-1, 3)
-        points = bodies.points[used]
-        volume = _volume(points, corners)
-        if abs(volume) <= _LEAST * float(np.ptp(points, axis=0).max()) ** 3:
-            sheets.append(surface.part(np.isin(np.arange(len(surface)), rows)))
-            continue
-        negative = volume < 0.0
-        inside_out.add(negative)
-        material = surface.material[rows].astype(np.uint64)
-        turned = corners[:, ::-1] if negative else corners
-        solids.append(Manifold(Mesh64(points, np.ascontiguousarray(turned, dtype=np.uint64), face_id=material)))
-    if len(inside_out) != 1 or any(each.status() != Error.NoError for each in solids) or _too_tangled(solids):
+    volume, longest = _volumes(bodies), _longest(bodies)
+    flat = np.abs(volume) <= _LEAST * longest**3
+    inside_out = volume[~flat] < 0.0
+    if not len(inside_out) or inside_out.any() != inside_out.all():
         return surface
-    mesh = Manifold.batch_boolean(solids, OpType.Add).to_mesh64()
-    triangles = np.asarray(mesh.tri_verts).astype(np.int64).reshape(-1, 3)
-    outside = Surface(
-        np.array(mesh.vert_properties, dtype=np.float64)[:, :3],
-        triangles[:, ::-1] if inside_out.pop() else triangles,
+    rows = ~flat[bodies.body]
+    solids = _solids(bodies, surface.material, np.flatnonzero(~flat), inside_out=bool(inside_out[0]))
+    if any(each.status() != Error.NoError for each in solids) or _too_tangled(solids):
+        return surface
+    outside = surface_of(Manifold.batch_boolean(solids, OpType.Add))
+    if inside_out[0]:
+        outside = replace(outside, triangles=outside.triangles[:, ::-1])
+    outside = without_folds(without_slivers(welded(outside, tolerance), tolerance))
+    return welded(joined([outside, surface.part(~rows)]), tolerance) if flat.any() else outside
+
+
+def solid_of(surface: Surface) -> Manifold | None:
+    """A closed surface as a solid, with its materials as numbers of faces; None if it is open or too large."""
+    bodies = _bodies(surface) if 0 < len(surface) <= _MOST else None
+    if bodies is None:
+        return None
+    inside_out = _volumes(bodies).sum() < 0.0
+    corners = bodies.triangles[:, ::-1] if inside_out else bodies.triangles
+    solid = Manifold(
+        Mesh64(
+            bodies.points,
+            np.ascontiguousarray(corners, dtype=np.uint64),
+            face_id=surface.material.astype(np.uint64),
+        )
+    )
+    return solid if solid.status() == Error.NoError and not solid.is_empty() else None
+
+
+def surface_of(solid: Manifold) -> Surface:
+    """The surface of a solid; materials are the numbers of its faces."""
+    mesh = solid.to_mesh64()
+    return Surface(
+        np.array(mesh.vert_properties, dtype=np.float64).reshape(-1, 3),
+        np.asarray(mesh.tri_verts).astype(np.int64).reshape(-1, 3),
         np.asarray(mesh.face_id).astype(np.int64),
     )
-    outside = without_folds(without_slivers(welded(outside, tolerance), tolerance))
-    return welded(joined([outside, *sheets]), tolerance) if sheets else outside
+
+
+def _solids(bodies: _Bodies, material: Ints, chosen: Ints, *, inside_out: bool) -> list[Manifold]:
+    """Some of the bodies as solids, with the materials [T] of their triangles as numbers of faces."""
+    of = np.empty(len(bodies.points), dtype=np.int64)
+    of[bodies.triangles] = bodies.body[:, None]
+    ends = [np.concatenate([[0], np.cumsum(np.bincount(each, minlength=bodies.number))]) for each in (of, bodies.body)]
+    order, rows = (np.argsort(each, kind="stable") for each in (of, bodies.body))
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    triangles = (place[bodies.triangles] - ends[0][bodies.body, None])[rows].astype(np.uint64)
+    if inside_out:
+        triangles = np.ascontiguousarray(triangles[:, ::-1])
+    points, faces = bodies.points[order], material[rows].astype(np.uint64)
+    found = []
+    for k in chosen.tolist():
+        own = slice(ends[1][k], ends[1][k + 1])
+        found.append(Manifold(Mesh64(points[ends[0][k] : ends[0][k + 1]], triangles[own], face_id=faces[own])))
+    return found
 
 
 def _too_tangled(solids: list[Manifold]) -> bool:
@@ -98,9 +132,21 @@ def _too_tangled(solids: list[Manifold]) -> bool:
     return bool(pairs > _MOST_PAIRS)
 
 
-def _volume(points: Floats, triangles: Ints) -> float:
-    a, b, c = (points[column] - points[0] for column in triangles.T)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)))
+def _volumes(bodies: _Bodies) -> Floats:
+    """[B] volume of each body; below 0 if it is inside out."""
+    first = np.zeros(bodies.number, dtype=np.int64)
+    first[bodies.body[::-1]] = bodies.triangles[::-1, 0]
+    a, b, c = (bodies.points[column] - bodies.points[first[bodies.body]] for column in bodies.triangles.T)
+    return np.bincount(bodies.body, np.einsum("ij,ij->i", a, np.cross(b, c)), bodies.number) / 6.0
+
+
+def _longest(bodies: _Bodies) -> Floats:
+    """[B] longest side of the box of each body, metres."""
+    low, high = np.full((bodies.number, 3), np.inf), np.full((bodies.number, 3), -np.inf)
+    for column in bodies.triangles.T:
+        np.minimum.at(low, bodies.body, bodies.points[column])
+        np.maximum.at(high, bodies.body, bodies.points[column])
+    return (high - low).max(axis=1)
 
 
 def _bodies(surface: Surface) -> _Bodies | None:

@@ -15,9 +15,10 @@ from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.examples.analysis.correction import corrected, dumps
 from grammarlab.facade.examples.analysis.example import MOST_LINES, Example, analyse
 from grammarlab.facade.examples.building.bridge import facade_of, facade_of_tiling
-from grammarlab.facade.examples.building.family import unit_family
+from grammarlab.facade.examples.building.family import building_family
 from grammarlab.facade.examples.building.grammar import Written, building_rules
 from grammarlab.facade.examples.building.shown.pictures import building_picture, label_picture
+from grammarlab.facade.examples.building.solid_parts import parts_of
 from grammarlab.facade.examples.building.stock import UnitStock, stock_of
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import edge_numbers
@@ -62,7 +63,7 @@ class SynthesisRequest:
     corrections: tuple[Path, ...] = ()
     """Corrected files of earlier runs, for the first example and those after it, with lines and labels."""
     widths: Range | None = None
-    """Widths of the facades of the family, metres; about those of the example and the first result if None."""
+    """Widths of the main walls of the family, metres; about those of the example and the first result if None."""
     heights: Range | None = None
 
 
@@ -114,7 +115,7 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
         written = _write(each, stock, folder, f"{number:03}", picture, each.seconds)
         results.append({**each.as_dict(), "files": written})
     _remove_later(folder, len(built))
-    family, told = _write_family(built[0], stock, folder, task)
+    family, told = _write_family(built[0], examples, stock, folder, task)
     notes = []
     for file, each in zip(files, examples, strict=True):
         notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in each.notes]
@@ -181,9 +182,9 @@ def _write_rules(written: Written, stock: UnitStock, file: Path) -> None:
 
 
 def _write_family(
-    built: Built, stock: UnitStock, folder: Path, task: SynthesisRequest
+    built: Built, examples: Sequence[Example], stock: UnitStock, folder: Path, task: SynthesisRequest
 ) -> tuple[dict[str, Any] | None, list[str]]:
-    """Write rules of the main wall in other sizes, and report on them; None and the reason if there are none."""
+    """Write rules of the building in other sizes, and report on them; None and the reason if there are none."""
     tiling, main = built.tilings[0], stock.walls[0]
     file = folder / "family.cga"
     ranges = []
@@ -194,7 +195,7 @@ def _write_family(
         sizes = float(new[-1] - new[0]), float(old[-1] - old[0])
         ranges.append(asked or (_LOWER * min(sizes), _HIGHER * max(sizes)))
     try:
-        family, written = unit_family(stock, tiling, *ranges)
+        family, written = building_family(parts_of(examples, stock), built.tilings, built.stretch, *ranges)
     except FacadeError as error:
         file.unlink(missing_ok=True)
         return None, [f"no family: {error}"]
