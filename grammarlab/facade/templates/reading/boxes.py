@@ -12,15 +12,16 @@ from scipy import ndimage
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import FacadeError
 from grammarlab.facade.templates.elements import FARTHEST, MOST_ELEMENTS, Elements, Floats, Ints
+from grammarlab.facade.templates.reading.cells import DEEP, Bools, Cells, cells_of
 from grammarlab.facade.templates.reading.outlines import outlines
+from grammarlab.facade.templates.reading.repetition import borders, completed, overlapping, repeated, visible_part
 
-_DEEP = 0.04
-"""Least distance from the wall of a point that is not part of it, metres."""
 _LEAST, _MOST = 0.25, 6.0
 """Least and largest side of an element, metres."""
 _MARGIN = 0.12
 """Margin of a box around its element, metres."""
-_MOST_CELLS = 4_000_000
+_OUTLINED = 0.7
+"""Least visible part of the outline of a box that its element fills; one that is joined with a shadow shows less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,48 +34,80 @@ class FacadePlane:
     """[Q, 3] points on sharp edges of a mesh; none for a scan."""
 
 
-def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats]:
-    """Boxes [N, 4] (left, bottom, right, top), and the points [Q, 2] on the outlines of all elements; possibly none.
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Connected parts of a facade that are not part of the wall, larger than 25 cm."""
 
-    Elements are connected parts of the facade, larger than 25 cm, with points behind or in front of the wall, or
-    without points, that do not touch its border.
+    label: Ints
+    """[W, H] number of the part of each cell; 0 for the wall."""
+    number: Ints
+    """[N] number of each part."""
+    box: Floats
+    """[N, 4] left, bottom, right, top, metres."""
+    is_element: Bools
+    """[N] whether they have the size of an element and do not touch the border."""
+
+
+def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats, int]:
+    """Elements of a facade, found by depth and by repetition.
+
+    By depth: connected parts, larger than 25 cm, with points behind or in front of the wall, or without points, that do
+    not touch its border. By repetition: at least four equal shallow parts in rows or columns, and partly hidden
+    elements that a row and a column lack.
+
+    Returns:
+        The boxes [N, 4] (left, bottom, right, top); the points [Q, 2] on the outlines of all elements; and the number
+        of boxes at the end that were found by repetition.
     """
-    flat, low = surface.points[:, :2], surface.points[:, :2].min(axis=0)
-    wall = np.abs(surface.points[:, 2]) < _DEEP
-    cell = _cell(flat[wall])
-    shape = np.ceil((flat.max(axis=0) - low) / cell).astype(np.int64) + 1
+    cells = cells_of(surface.points)
+    shallow = np.asarray(ndimage.binary_closing(cells.raised | cells.sparse, np.ones((3, 3))), dtype=bool)
+    off = cells.empty | shallow
+    deep, flat = _parts(cells.empty, cells), _parts(shallow, cells)
+    outlined = np.array([visible_part(each, off, cells) >= _OUTLINED for each in deep.box], dtype=bool)
+    single, ragged = (deep.box[deep.is_element & each] for each in (outlined, ~outlined))
+    often = repeated(single, cells.side)
+    firm, single = single[often], single[~often]
+    # A shallow part that repeats is more than a fragment of it that is deep.
+    others = np.flatnonzero(flat.is_element & ~overlapping(flat.box, firm))
+    others = others[repeated(np.vstack([firm, flat.box[others]]), cells.side)[len(firm) :]]
+    single = single[~overlapping(single, flat.box[others])]
+    known = np.vstack([firm, single, flat.box[others]])
+    aligned, lacking = completed(known, deep.box[outlined & ~deep.is_element], off, cells)
+    ragged = ragged[~overlapping(ragged, np.vstack([flat.box[others], lacking]))]
+    num_deep = len(firm) + len(single)
+    found = np.vstack([aligned[:num_deep], ragged, aligned[num_deep:], lacking])
+    found += _MARGIN * np.array([-1.0, -1.0, 1.0, 1.0])
+    outline = surface.edges[:, :2]
+    if not len(outline):
+        is_deep = np.bincount(flat.label.ravel(), weights=cells.empty.ravel()) > 0
+        of_flat = np.vstack([flat.box[others], lacking])
+        is_deep[flat.number[others]] = False
+        outline = np.vstack([_deep_outlines(surface, cells), borders(of_flat, shallow & ~is_deep[flat.label], cells)])
+    return found, outline, len(others) + len(lacking)
 
-    def place_of(points: Floats) -> tuple[Ints, Ints]:
-        place = np.clip(((points - low) / cell).astype(np.int64), 0, shape - 1)
-        return place[:, 0], place[:, 1]
 
-    count = np.bincount(np.ravel_multi_index(place_of(flat[wall]), shape), minlength=int(shape.prod())).reshape(shape)
-    # A hole of one cell is a gap between points.
-    empty = np.logical_not(ndimage.binary_closing(count > 0, iterations=1))
-    parts = np.asarray(ndimage.label(empty)[0])  # pyright: ignore[reportIndexIssue] its stub forgets the pair
-    boxes = []
-    for part in ndimage.find_objects(parts)[: 10 * MOST_ELEMENTS]:
-        first = np.array([side.start for side in part])
-        last = np.array([side.stop for side in part])
-        size = (last - first) * cell
-        inside = (first > 0).all() and (last < shape).all()
-        if inside and (size >= _LEAST).all() and (size <= _MOST).all():
-            boxes.append([*(low + first * cell), *(low + last * cell)])
-    found = np.array(boxes).reshape(-1, 4) + _MARGIN * np.array([-1.0, -1.0, 1.0, 1.0])
-    if len(surface.edges):
-        return found, surface.edges[:, :2]
-    border = np.logical_and(*(ndimage.binary_dilation(each, iterations=2) for each in (empty, ~empty)))
-    near = border[place_of(flat)]
-    points, outward = outlines(flat[wall & near], flat[~wall & near], cell)
+def _parts(off: Bools, cells: Cells) -> _Parts:
+    """The connected parts of the cells [W, H] that are not part of the wall."""
+    label = np.asarray(ndimage.label(off)[0], dtype=np.int64)  # pyright: ignore[reportIndexIssue] its stub forgets the pair
+    places = ndimage.find_objects(label)[: 10 * MOST_ELEMENTS]
+    first, last = (
+        np.array([[getattr(side, end) for side in place] for place in places]).reshape(-1, 2)
+        for end in ("start", "stop")
+    )
+    size = (last - first) * cells.side
+    large = np.flatnonzero((size >= _LEAST).all(axis=1))
+    box = np.hstack([cells.low + first * cells.side, cells.low + last * cells.side])
+    fits = np.all((first > 0) & (last < np.array(label.shape)) & (size <= _MOST), axis=1)
+    return _Parts(label, large + 1, box[large], fits[large])
+
+
+def _deep_outlines(surface: FacadePlane, cells: Cells) -> Floats:
+    flat, wall = surface.points[:, :2], np.abs(surface.points[:, 2]) < DEEP
+    border = np.logical_and(*(ndimage.binary_dilation(each, iterations=2) for each in (cells.empty, ~cells.empty)))
+    near = border[cells.place(flat)]
+    points, outward = outlines(flat[wall & near], flat[~wall & near], cells.side)
     # Single points behind the wall are noise: an outline has a hole beyond it.
-    return found, points[empty[place_of(points + cell * outward)]]
-
-
-def _cell(flat: Floats) -> float:
-    """Cell size such that a wall has some points in every cell, metres."""
-    extent = np.maximum(np.ptp(flat, axis=0), 1e-6)
-    dense = float(np.sqrt(extent.prod() / max(len(flat), 1)))
-    return max(2.2 * dense, 0.02, float(np.sqrt(extent.prod() / _MOST_CELLS)))
+    return points[cells.empty[cells.place(points + cells.side * outward)]]
 
 
 def read_boxes(content: bytes) -> Floats:

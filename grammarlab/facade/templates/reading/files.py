@@ -72,10 +72,11 @@ def _on_facade(path: Path, given: Floats | None) -> Elements:
     """The elements of the first facade of a scan or mesh that has any."""
     size = np.zeros(2)
     for surface in read_surfaces(path):
-        found, outline = find_boxes(surface)
+        found, outline, num_repeated = find_boxes(surface)
         size = np.maximum(size, np.ptp(surface.points[:, :2], axis=0))
         if given is None and len(found):
-            return cut_out(outline, found, (f"{len(found)} boxes were found on the facade",))
+            of_these = f", {num_repeated} of them by repetition" if num_repeated else ""
+            return cut_out(outline, found, (f"{len(found)} boxes were found on the facade{of_these}",))
         if given is not None:
             elements = cut_out(outline, given, (f"{len(given)} boxes are given on the facade",))
             if elements.counts.any():
@@ -85,8 +86,8 @@ def _on_facade(path: Path, given: Floats | None) -> Elements:
         where += "Expected metres; the unit may be the millimetre. "
     if given is None:
         raise FacadeError(
-            f"{where}No element was found on the facade: expected holes of 0.25 to 6 m, or parts at least 4 cm in "
-            "front of or behind the wall. Use --boxes."
+            f"{where}No element was found on the facade: expected holes of 0.25 to 6 m, parts at least 4 cm in "
+            "front of or behind the wall, or at least four equal flatter parts in rows or columns. Use --boxes."
         )
     raise FacadeError(
         f"{where}No outline lies in any of the boxes. Coordinates are metres from the left end of the wall, and "
