@@ -99,6 +99,8 @@ class FittingWords:
             self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
         if tolerance not in self._found:
             found, whole = self.problem.within(tolerance)
+            if self.problem.ambiguous:  # the first fit of all that have the same words: unused counters change nothing
+                found = list({tuple(w.word for w in fit.words.values()): fit for fit in reversed(found)}.values())[::-1]
             self._found[tolerance] = sorted(found, key=lambda fit: (fit.bound, fit.gap)), whole
         return self._found[tolerance]
 
@@ -178,6 +180,7 @@ class _Problem:
         self.groups = {
             group: [row for row in rows if row.group == group] for group in dict.fromkeys(r.group for r in rows)
         }
+        self.ambiguous = any(len({each.word for each in words}) < len(words) for words in self.words.values())
         self.shared = self._shared()
         self._known: dict[tuple[tuple[int, str], tuple[int, ...]], tuple[float, float]] = {}
         self._looked = 0
@@ -303,9 +306,8 @@ class _Problem:
         """Lower bound of the energy of a word that is too short, including its gaps for letters above it.
 
         A part of the gap may be empty elements beside letters of other rows, with their errors of columns; larger
-        symbols
-        fill the rest. By least squares, this costs the square of the rest over the sum of the squares of the counts of
-        symbols, in all of these rows.
+        symbols fill the rest. By least squares, this costs the square of the rest over the sum of the squares of the
+        counts of symbols, in all of these rows.
         """
         own = chosen[row.pattern]
         others = {other.pattern for other in self.groups[row.group]} - {row.pattern}

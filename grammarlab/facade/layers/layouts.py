@@ -14,8 +14,8 @@ from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.solving import Layout, solve
 
 MOST_COUNT = 100
-_EFFORT = 20_000
-"""Steps of a test whether a part of a design has a layout."""
+_EFFORTS = (20_000, 100_000)
+"""Steps of a test whether a part of a design has a layout: more if the first find no contradiction."""
 _SECONDS = 3.0
 """Time limit for finding a contradiction, seconds; after that, the message may name more than is needed."""
 _MOST_NAMED = 12
@@ -62,12 +62,12 @@ def _solved(
     )  # fmt: skip
 
 
-def may_fit(design: Design, stop: Callable[[], bool] = _never) -> bool:
+def may_fit(design: Design, stop: Callable[[], bool] = _never, effort: int = _EFFORTS[0]) -> bool:
     """Whether a design has a layout on its canvas; true if the test runs out of steps."""
     if stop():
         return True
     try:
-        return bool(_solved(design, design.width, design.height, 1, stop, effort=_EFFORT)) or stop()
+        return bool(_solved(design, design.width, design.height, 1, stop, effort=effort)) or stop()
     except NothingFitsError:
         return False
     except FacadeError:  # too many words, or too many steps
@@ -82,7 +82,8 @@ def _contradiction_text(design: Design, width: float, height: float) -> str:
     def late() -> bool:
         return time.monotonic() > end
 
-    found = contradiction(design, partial(may_fit, stop=late))
+    trials = (contradiction(design, partial(may_fit, stop=late, effort=effort)) for effort in _EFFORTS)
+    found = next((found for found in trials if found), ())
     if not found or len(found) > _MOST_NAMED:
         return ""
     rest = "though some may be irrelevant" if late() else "but they can if any one is dropped"

@@ -16,6 +16,7 @@ Polygon: TypeAlias = list[Floats]
 """Rings [P, 3] without the repeated last corner: the outer one, then holes."""
 
 MOST_POINTS = 10_000_000
+_POLYGONS = ("Polygon", "PolygonPatch", "Rectangle", "Triangle")
 _GML_ID = ("{http://www.opengis.net/gml}id", "{http://www.opengis.net/gml/3.2}id", "id")
 _HREF = "{http://www.w3.org/1999/xlink}href"
 
@@ -33,7 +34,7 @@ class GmlPolygons:
     """
 
     def __init__(self, root: Node) -> None:
-        self._by_id = {identity(each): each for each in root.iter() if local_name(each) == "Polygon" and identity(each)}
+        self._by_id = {identity(each): each for each in root.iter() if local_name(each) in _POLYGONS and identity(each)}
         self._points_left = MOST_POINTS
 
     def of(self, node: Node, name: str) -> list[Polygon]:
@@ -49,7 +50,7 @@ class GmlPolygons:
         levels = [child for child in node if local_name(child)[:3] == "lod"]
         found: list[Polygon] = []
         for part in max(levels, key=local_name).iter() if levels else ():
-            meant = part if local_name(part) == "Polygon" else self._by_id.get(part.get(_HREF, "").removeprefix("#"))
+            meant = part if local_name(part) in _POLYGONS else self._by_id.get(part.get(_HREF, "").removeprefix("#"))
             if meant is not None:
                 rings = [_ring(ring, name) for ring in meant.iter() if local_name(ring) == "LinearRing"]
                 self._points_left -= sum(map(len, rings))
@@ -62,6 +63,8 @@ class GmlPolygons:
 
 def _ring(node: Node, name: str) -> Floats:
     texts = [part.text or "" for part in node.iter() if local_name(part) in ("posList", "pos")]
+    # GML before 3.2 may separate coordinates by commas.
+    texts += [(part.text or "").replace(",", " ") for part in node.iter() if local_name(part) == "coordinates"]
     try:
         values = np.array(" ".join(texts).split(), dtype=np.float64)
     except ValueError as error:

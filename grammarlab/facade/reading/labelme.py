@@ -12,7 +12,7 @@ from grammarlab.facade.reading.polygons import outline_of
 from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import a_list, a_number, a_text, an_object, numbers, shown
 
-_SHAPES = ("rectangle", "polygon", "circle")
+_SHAPES = ("rectangle", "polygon", "circle", "mask")
 _WITHOUT_AREA = ("point", "points", "line", "linestrip")
 """What may be drawn beside them and is no box."""
 _CIRCLE_CORNERS = 32
@@ -21,6 +21,8 @@ _MOST_POINTS = 10_000
 
 def read_labelme(document: dict[str, Any]) -> BoxAnnotation:
     """The boxes of a file; polygons and circles are outlines inside their boxes; points and lines are left out.
+
+    Of masks, which are pixels in a box given by two corners, only the box is read.
 
     Raises:
         FacadeError: If the file does not have that form, or has shapes of other kinds.

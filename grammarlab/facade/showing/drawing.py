@@ -21,12 +21,13 @@ _LOOK = Look(sun_azimuth=-38.0, sun_elevation=40.0, exposure=0.66)
 """Light for a wall that faces the camera, which gets less light than the sides of whole models."""
 
 
-def draw(facade: Facade, pixels_per_metre: float) -> NDArray[np.uint8]:
+def draw(facade: Facade, pixels_per_metre: float, samples: int = 2) -> NDArray[np.uint8]:
     """A picture [height, width, 3] of a facade, without surroundings.
 
     Args:
         facade: the facade.
         pixels_per_metre: > 0.
+        samples: samples along each side of a pixel, where the facade has no picture.
 
     Raises:
         FacadeError: If the picture would be too large, or a picture of the facade is broken.
@@ -36,7 +37,7 @@ def draw(facade: Facade, pixels_per_metre: float) -> NDArray[np.uint8]:
     if len(leaves) == len(facade.leaves):
         picture = Image.new("RGB", (width, height))
     else:
-        picture = Image.fromarray(front(triangles(realize_facade(facade)), width, height))
+        picture = Image.fromarray(front(triangles(realize_facade(facade)), width, height, samples=samples))
     opened = [_opened(each) for each in facade.pictures]
     sides = np.array([width, height]) / facade.size[0]
     low = np.rint((facade.position - facade.position[0]) * sides).astype(np.int64)
@@ -49,7 +50,7 @@ def draw(facade: Facade, pixels_per_metre: float) -> NDArray[np.uint8]:
     return np.asarray(picture)
 
 
-def front(batch: TriangleBatch, width: int, height: int, azimuth: float = 0.0) -> NDArray[np.uint8]:
+def front(batch: TriangleBatch, width: int, height: int, azimuth: float = 0.0, samples: int = 2) -> NDArray[np.uint8]:
     """A picture [height, width, 3] of one model that fills it, in orthographic projection.
 
     Args:
@@ -57,9 +58,12 @@ def front(batch: TriangleBatch, width: int, height: int, azimuth: float = 0.0) -
         width: pixels.
         height: pixels.
         azimuth: direction of the camera, degrees from +z towards +x.
+        samples: samples along each side of a pixel.
     """
     view = View(azimuth, elevation=0.0, field_of_view=0.0, margin=0.0)
-    options = RenderOptions(width=width, height=height, samples=2, openness_rays=8, ground=False, view=view, look=_LOOK)
+    options = RenderOptions(
+        width=width, height=height, samples=samples, openness_rays=8, ground=False, view=view, look=_LOOK
+    )
     return RaycastRenderer().render(batch, frame(batch.vertices, width / height, view), options)
 
 

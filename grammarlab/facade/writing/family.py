@@ -50,6 +50,24 @@ class WrittenFamily:
     """Leaves whose meshes the grammar refers to."""
 
 
+@dataclass(frozen=True, slots=True)
+class Around:
+    """A building around the facades of a family: rules that follow the width and height of each facade."""
+
+    start: str
+    """CGA before the facade: a move from the corner of the lot to the lower left corner of the facade."""
+    rule: str
+    """Rule that makes the building; its scope is at the lower right corner of the facade."""
+    lines: tuple[str, ...]
+    """This rule and others; their sizes may contain the attributes `WIDTH` and `HEIGHT`."""
+    names: RuleNames
+    """Names of all these rules."""
+
+
+WIDTH, HEIGHT = "facadeWidth", "facadeHeight"
+"""Attributes with the size of a facade, metres, for the rules around it."""
+
+
 def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
     """The family of a facade, as rules whose every derivation is a facade of the same grid.
 
@@ -75,7 +93,9 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     return replace(written, error=error, outlined=leaves.outlined)
 
 
-def write_pattern(pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[Cell], str]) -> WrittenFamily:
+def write_pattern(
+    pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[Cell], str], around: Around | None = None
+) -> WrittenFamily:
     """The family of a pattern of columns and rows.
 
     Args:
@@ -83,12 +103,14 @@ def write_pattern(pattern: KindPattern, widths: Range, heights: Range, leaf: Cal
         widths: least and largest width, metres.
         heights: least and largest height, metres.
         leaf: function that makes the CGA of an element.
+        around: rules of a building around each facade.
 
     Raises:
         FacadeError: If no such facade is within these ranges; the message has the possible sizes.
     """
     storeys, found = _ways(pattern, widths, heights)
-    return _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf).write()
+    names = RuleNames() if around is None else around.names
+    return _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf, around=around, names=names).write()
 
 
 def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
@@ -122,6 +144,7 @@ class _FamilyWriter:
     storeys: Storeys
     walks: Walks
     leaf: Callable[[Cell], str]
+    around: Around | None = None
     names: RuleNames = field(default_factory=RuleNames)
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
@@ -132,8 +155,11 @@ class _FamilyWriter:
         attributes = [self._attribute(run.start, run.end) for run in self.storeys.runs]
         for name, run in zip(attributes, self.storeys.runs, strict=True):
             self.lines.append(f"attr {name} = {run.turns}")
+        if self.around:
+            self.lines += [f"attr {WIDTH} = 0", f"attr {HEIGHT} = 0"]
+        start = self.around.start if self.around else ""
         self.lines.append("@StartRule")
-        self.lines.append(f"Lot --> s(1, 1, {THICKNESS}) primitiveCube() comp(f) {{ front : Storeys }}")
+        self.lines.append(f"Lot --> {start} s(1, 1, {THICKNESS}) primitiveCube() comp(f) {{ front : Storeys }}")
         for name in ("Storeys", "Columns"):
             self.names.new(name)
         states = {state: self.names.new(self._state_name(state)) for state in self.walks.steps}
@@ -145,6 +171,7 @@ class _FamilyWriter:
             self._add_state(state, name, states, columns)
         for name, kind in {name: kind for kind, name in columns.items()}.items():
             self.lines.append(f"{name} --> {self._column_body(kind, attributes)}")
+        self.lines += self.around.lines if self.around else ()
         text = format_grammar(Grammar.parse("\n".join([self._title(), 'version "2023.0"', *self.lines])))
         times = list(zip(*self.storeys.times, strict=True))
         rows = {name: (min(found), max(found)) for name, found in zip(attributes, times, strict=True)}
@@ -157,12 +184,15 @@ class _FamilyWriter:
         sizes = [size for found in self.walks.sizes.values() for size in found]
         columns, heights = self.walks.sizes, self.storeys.heights
         wide, high = (f"{min(found):.4g} to {max(found):.4g} m" for found in (sizes, heights))
-        return f"// A family of facades with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
+        things = "buildings, main walls" if self.around else "facades"
+        return f"// A family of {things} with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
 
     def _add_storeys(self, attributes: Listed[str]) -> None:
         ways = []
         for times, height in zip(self.storeys.times, self.storeys.heights, strict=True):
             settings = "".join(f"set({name}, {often}) " for name, often in zip(attributes, times, strict=True))
+            if self.around:
+                settings += f"set({HEIGHT}, {number(height, _DIGITS)}) "
             ways.append(f"{settings}s('1, {number(height, _DIGITS)}, 0) Columns")
         self.lines.append(_choice("Storeys", [1.0 / len(ways)] * len(ways), ways))
 
@@ -173,7 +203,10 @@ class _FamilyWriter:
         probabilities = [step.probability for step in self.walks.steps[state]]
         if state in self.walks.end:
             after = self.walks.after
-            ways.append(self._box(columns[after], self.pattern.columns.size[after]) if after >= 0 else "NIL")
+            if self.around:
+                ways.append(f"{self._placed(columns, after, -1)} {self.around.rule}")
+            else:
+                ways.append(self._box(columns[after], self.pattern.columns.size[after]) if after >= 0 else "NIL")
             probabilities.append(self.walks.end[state])
         self.lines.append(_choice(name, probabilities, ways))
 
@@ -183,7 +216,10 @@ class _FamilyWriter:
         for each in (gap, kind):
             if each >= 0:
                 size = self.pattern.columns.size[each]
-                text += f"[ {self._box(columns[each], size)} ] t({number(size, _DIGITS)}, 0, 0) "
+                length = number(size, _DIGITS)
+                text += f"[ {self._box(columns[each], size)} ] t({length}, 0, 0) "
+                if self.around:
+                    text += f"set({WIDTH}, {WIDTH} + {length}) "
         return text.rstrip()
 
     def _box(self, name: str, size: float) -> str:

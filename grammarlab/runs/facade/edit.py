@@ -92,8 +92,8 @@ def edit(
 
     For another size alone, columns and rows are repeated or removed for the least deformation (`retarget`), or one by
     one if the deformation is visible (`stepwise`); another result keeps all of them. If columns or rows are given, the
-    results are the different variations with them: the one of least energy, then always one that looks different from
-    all previous ones (`ranked`). Results without a conflict come first.
+    results are different variations with them: the one of least energy, and others that look different from each other
+    (`ranked`). Results are in the order of their energy; those with a conflict or a missing step come last.
 
     Args:
         facade: the facade; if it has no grids, they are proposed.
@@ -212,7 +212,8 @@ def _varied(
     for group in (False, True):
         members = [each for each, flaw in zip(found, flawed, strict=True) if flaw == group]
         order += [results[id(each)] for each in ranked(members, kind, lambda each: results[id(each)].energy, most)]
-    return (replace(order[0], proven=whole), *order[1:most])
+    best, *others = sorted(order[:most], key=lambda each: (bool(each.conflict or each.missing), each.energy))
+    return (replace(best, proven=whole), *others)
 
 
 def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:

@@ -16,11 +16,13 @@ from grammarlab.facade.grids.proposals import with_proposals
 from grammarlab.facade.reading.face import face_of
 from grammarlab.facade.showing.drawing import front, picture_size
 from grammarlab.facade.tree import Picture
+from grammarlab.rendering.renderer import LARGEST_SIDE
 from grammarlab.runs.facade.read import ReadResult
 from grammarlab.runs.requests.examples import find_rules
 from grammarlab.runs.sampling.derive_batch import compiled
 
-PIXELS_PER_METRE = 50.0
+PIXELS_PER_METRE, MOST_PIXELS = 50.0, 1_000_000
+"""Largest resolution and largest area of the picture of a side."""
 
 
 def read_face(
@@ -56,7 +58,8 @@ def read_face(
     name = f"{output.name.removesuffix('.json').removesuffix('.facade')}.png"
     found = face_of(forest, face, parts, name)
     width, height = (found.annotation.picture_area[1] - found.annotation.picture_area[0]).tolist()
-    pixels = picture_size(width, height, PIXELS_PER_METRE)
+    scale = min(PIXELS_PER_METRE, (MOST_PIXELS / (width * height)) ** 0.5, LARGEST_SIDE / max(width, height))
+    pixels = picture_size(width, height, scale)
     content = BytesIO()
     Image.fromarray(front(found.shapes, *pixels, found.azimuth)).save(content, "PNG", optimize=True)
     made = assemble(

@@ -22,6 +22,8 @@ from grammarlab.files import write_bytes, write_text
 CONTACT = "contact.png"
 _PIXELS_PER_METRE, _LONGEST = 50.0, 640
 """Largest resolution of pictures, pixels per metre, and largest side of a picture, pixels."""
+_SAMPLES = 1
+"""Samples per pixel: most edges are along pixels, and pictures are needed at once."""
 _SHEET, _MARGIN = 2400, 24
 """Width of the contact sheet, and distance between facades, pixels."""
 
@@ -57,7 +59,7 @@ def save_gallery(
     scale = min(_PIXELS_PER_METRE, _LONGEST / longest)
     facades = [_renamed(facade, {CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
     drawings = [svg(facade) for facade in facades]
-    pictures = [Image.fromarray(draw(facade, scale)) for facade in facades]
+    pictures = [Image.fromarray(draw(facade, scale, _SAMPLES)) for facade in facades]
     contact = sheet(pictures)
     folder.mkdir(parents=True, exist_ok=True)
     locks = locks or [()] * len(files)

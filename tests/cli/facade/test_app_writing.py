@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 import trimesh
+from PIL import Image
 
 from grammarlab.facade.file import load_facade, save_facade
 from tests.facade.showing.test_scene import pictured
@@ -90,3 +91,18 @@ def test_a_side_of_a_building_is_read_with_its_picture(run, rules, tmp_path: Pat
     assert load_facade(target).size[load_facade(target).leaves[1], 0] == pytest.approx(3.0, abs=1e-4)
     assert "--face and --parts" in run("facade", "read", path, "--width", 3, code=2).output
     assert "unknown side" in run("facade", "read", path, "--face", "top", code=2).output
+
+
+def test_the_picture_of_a_large_side_has_fewer_pixels_per_metre(
+    run, rules, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At the usual 50 pixels per metre this picture would be larger than any renderer makes."""
+    monkeypatch.setattr("grammarlab.runs.facade.face.MOST_PIXELS", 4_800)
+    path = rules(
+        "@StartRule\nLot --> s(480, 40, 1) primitiveCube() comp(f) { front : F }\n"
+        "F --> split(x) { ~1 : Wall. | 100 : Window. | ~1 : Wall. }"
+    )
+    target = tmp_path / "front.json"
+    assert json.loads(run("facade", "read", path, "-o", target, "--json").stdout)["leaves"] == 3
+    with Image.open(tmp_path / "front.png") as picture:
+        assert picture.size == (240, 20)

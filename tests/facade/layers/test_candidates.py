@@ -82,6 +82,16 @@ def test_alternatives_are_candidates() -> None:
     assert [text(fit.words["A(B|CC)A"]) for fit in found] == ["ABA", "ACCA"]
 
 
+def test_counters_without_a_letter_make_no_other_candidates() -> None:
+    made = design({"wall": "A B^n|C^m"}, "A = 1\nB = 2\nC = 3", 9.0)
+    found = fits(made, 1.0)
+    assert len(found) == 2
+    counters = {text(fit.words["A B^n|C^m"]): fit.counters for fit in found}
+    assert counters == {"CCC": {"n": 0, "m": 3}, "ABBBB": {"n": 4, "m": 0}}
+    both = fits(design({"wall": "A^kA^m"}, "A = 1", 4.0), 0.0)
+    assert [text(fit.words["A^kA^m"]) for fit in both] == ["AAAA"]
+
+
 @settings(max_examples=30, deadline=None)
 @given(
     sizes=st.lists(st.integers(1, 30), min_size=3, max_size=3),

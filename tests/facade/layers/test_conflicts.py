@@ -4,6 +4,7 @@ from itertools import combinations
 
 import pytest
 
+import grammarlab.facade.layers.layouts as layouts_module
 from grammarlab.errors import FacadeError
 from grammarlab.facade.layers.conflicts import Statement, contradiction, in_words, relaxed, statements
 from grammarlab.facade.layers.designs.design import Design
@@ -51,6 +52,18 @@ def test_the_message_says_what_contradicts_each_other() -> None:
     told = str(caught.value)
     for each in ("'A^k' fills 12 m along x", "A is 1 m long", "P is 3 m long", "k has one value in all patterns"):
         assert each in told
+
+
+def test_a_contradiction_that_takes_more_steps_is_named_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A transparent letter of a size leaves a hole beside an opaque one, whatever the sizes are."""
+    design = parse_design(
+        "canvas = { width = 12, height = 5 }\n"
+        "symbols = { A = 1, B = 1.5, O = 3, P = 2.5, v = { transparent = true }, w = { size = 1, transparent = true } }"
+        '\n[[layers]]\nx = "v O v"\ny = "w P v"\nmask = { x = ["O"] }\n[[layers]]\nx = "A(BA)^k"\ny = "PP"\n'
+    )
+    monkeypatch.setattr(layouts_module, "_SECONDS", 1000.0)
+    with pytest.raises(FacadeError, match="'v O v' fills 12 m along x; v is transparent"):
+        layouts(design, 12.0, 5.0)
 
 
 def test_what_fits_has_no_contradiction() -> None:

@@ -108,6 +108,31 @@ def test_the_sides_of_a_table_may_run_down_as_in_pictures(tmp_path):
         read(tmp_path, table + "door,0,9,9,0\n", ".csv")
 
 
+@pytest.mark.parametrize(
+    "table",
+    [
+        "label;x;y;width;height\nwindow;1,5;2;2,25;3\ndoor;0;0;9;9,5\n",
+        "label;x;y;width;height\nwindow;1.5;2;2.25;3\ndoor;0;0;9;9.5\n",
+        "\ufefflabel\tx\ty\tw\th\nwindow\t1,5\t2\t2,25\t3\ndoor\t0\t0\t9\t9,5\n",
+        "label,xmin,ymin,xmax,ymax\nwindow,1.5,2,3.75,5\ndoor,0,0,9,9.5\n",
+        "x1;y1;x2;y2;label\n1,5;2;3,75;5;window\n0;0;9;9,5;door\n",
+    ],
+)
+def test_tables_of_other_programs_are_read_alike(tmp_path, table):
+    found = read(tmp_path, table, ".csv")
+    assert found.names == ("window", "door")
+    assert found.low.tolist() == [[1.5, -5], [0, -9.5]]
+    assert found.high.tolist() == [[3.75, -2], [9, 0]]
+
+
+def test_of_a_mask_of_labelme_the_box_is_read(tmp_path):
+    mask = {"label": "window", "shape_type": "mask", "points": [[10, 20], [30, 50]], "mask": "iVBORw0KGgo="}
+    document = {"shapes": [mask], "imageHeight": 100, "imageWidth": 90}
+    found = read(tmp_path, json.dumps(document), ".json")
+    assert (found.low.tolist(), found.high.tolist()) == ([[10, 50]], [[30, 80]])
+    assert len(found.outlines[0]) == 0
+
+
 def test_a_wall_is_not_chosen_where_there_is_but_one(tmp_path):
     for writer, suffix in ((as_cmp, ".xml"), (as_labelme, ".json"), (as_sides, ".csv")):
         with pytest.raises(UsageError, match="only one facade"):
@@ -140,7 +165,7 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
         (".json", b'{"shapes": 3, "imageHeight": 1, "imageWidth": 1}', "shapes: expected a list"),
         (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
         (".json", b'{"shapes": [], "imageWidth": 1}', "imageHeight: expected a finite number, found nothing"),
-        (".json", b'{"shapes": [{"shape_type": "mask"}], "imageHeight": 1, "imageWidth": 1}', "found 'mask'"),
+        (".json", b'{"shapes": [{"shape_type": "rotation"}], "imageHeight": 1, "imageWidth": 1}', "found 'rotation'"),
         (".json", b'{"images": [], "annotations": [], "categories": []}', "choose one of the 0 images"),
         (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
         (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),

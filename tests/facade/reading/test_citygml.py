@@ -1,5 +1,7 @@
 """Walls of CityGML, each in its own plane."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -52,6 +54,23 @@ def test_polygons_may_stand_elsewhere_in_the_file():
     city.wall('<lod3MultiSurface><g:surfaceMember xlink:href="#p"/></lod3MultiSurface>', city.hole("Window", ARCH))
     city.parts.append(f"<lod3Solid>{city.polygon(WALL, name='p')}</lod3Solid>")
     assert read_citygml(city.content()).names == ("window",)
+
+
+def test_patches_and_separated_coordinates_are_read_like_polygons():
+    text = usual().content().decode()
+    patches = text.replace("g:Polygon", "g:PolygonPatch")
+    lists = re.findall("<g:posList>(.*?)</g:posList>", text)
+    separated = text
+    for each in lists:
+        points = np.array(each.split()).reshape(-1, 3)
+        joined = " ".join(map(",".join, points.tolist()))
+        separated = separated.replace(f"<g:posList>{each}</g:posList>", f"<g:coordinates>{joined}</g:coordinates>")
+    first = read_citygml(text.encode())
+    for other in (patches, separated):
+        found = read_citygml(other.encode())
+        assert found.names == first.names
+        np.testing.assert_array_equal(found.low, first.low)
+        np.testing.assert_array_equal(found.high, first.high)
 
 
 def test_openings_of_walls_without_polygons_go_to_the_wall_that_they_lie_on():

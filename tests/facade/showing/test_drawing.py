@@ -29,6 +29,13 @@ def test_leaves_that_show_one_picture_side_by_side_show_it_without_seams() -> No
     assert np.array_equal(draw(shown, 10), picture)
 
 
+def test_fewer_samples_give_the_same_picture_away_from_edges() -> None:
+    coarse, fine = (draw(house(columns=2, rows=1), 24, samples).astype(int) for samples in (1, 2))
+    assert coarse.shape == fine.shape
+    assert np.quantile(np.abs(coarse - fine).max(axis=2), 0.75) <= 2
+    assert not np.array_equal(coarse, fine)
+
+
 def test_a_repeated_leaf_shows_its_picture_again() -> None:
     shown, _ = noise(house(columns=3, rows=2), 10)
     windows = [leaf for leaf in shown.leaves.tolist() if shown.name_of(leaf) == "window"]
