@@ -207,7 +207,7 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
 
 def _tell_acceptance(result: RunResult) -> None:
     """Print the share of candidates that an acceptance rule kept."""
-    from grammarlab.features.rules.accepting import MOST_TRIES
+    from grammarlab.features.rules.accepting import ENOUGH_TRIES, MOST_TRIES
 
     if result.accept_rate is not None:
         say(
@@ -216,8 +216,8 @@ def _tell_acceptance(result: RunResult) -> None:
     if result.not_accepted:
         shown = ", ".join(f"{model.index}" for model in result.not_accepted[:MOST_NAMES])
         say(
-            f"warning: none of {MOST_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, such as "
-            f"{shown}: their best candidates are used. Liked models are too rare in this file: learn it again."
+            f"warning: none of {ENOUGH_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, "
+            f"such as {shown}: their best candidates are used. Liked models are too rare in this file: learn it again."
         )
 
 

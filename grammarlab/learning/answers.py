@@ -88,12 +88,15 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
     total = len(set(places))
     if total > MAX_DESIGNS:
         raise UsageError(f"the labels are about {total:,} models; {MAX_DESIGNS:,} can be learned from. Split the file.")
-    if not labels.scores.any():
+    answers = tuple(answers_for(factor, labels, hashes) for factor in labels.factors)
+    if not any(found.is_liked for found in answers):
+        scored = sum(len(found.scored.scores) for found in answers)
+        every = f"scores of {', '.join(map(repr, labels.factors))} are 0" if scored else "comparisons are ties"
         raise UsageError(
-            f"all {len(labels):,} scores of {', '.join(map(repr, labels.factors))} are 0, so nothing is liked and "
-            "there is nothing to sample: score at least one model above 0."
+            f"all {scored or len(labels):,} {every}, so nothing is liked and there is nothing to sample: score at "
+            "least one model above 0."
         )
-    return tuple(answers_for(factor, labels, hashes) for factor in labels.factors)
+    return answers
 
 
 def answers_for(factor: str, labels: Labels, hashes: tuple[str, str]) -> Answers:

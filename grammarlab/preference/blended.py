@@ -36,7 +36,8 @@ _SMALL_PART = 0.05
 _OF_MEDIAN = 1.4826
 """Ratio of the standard deviation to the median size of normal errors."""
 _UNDERSTATED = 2.0
-"""Largest factor on the noise of a process, which explains some noise by its function and misses noise clipped at 0."""
+"""Largest factor on the noise of a process, which explains some noise by its function, and on the errors on held-out
+scores; both miss noise clipped at 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +68,7 @@ class BlendedPreference(AbstractPreference):
     def meant(self, rows: Rows) -> Prediction:
         """Predicted values, as the process learns means of scores, and the deviation of scores around them."""
         told, own = self.process.predict(rows), self.process.explanations[0].posterior.hyperparameters.noise
-        # The noise that a process explains by its function appears in the errors on held-out scores.
-        noise = max(self.noise, min(self.partition.noise, self.missed))
-        deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + noise**2)
+        deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + self.noise**2)
         return Prediction(value_of(told.mean, *self._erring), deviation)
 
     def column_weights(self) -> Floats:
@@ -92,9 +91,14 @@ class BlendedPreference(AbstractPreference):
 
     @property
     def _erring(self) -> tuple[float, float]:
-        """Noise and blunders for the values of the process: each part is overconfident where it does not fit."""
+        """Noise and blunders for the values of the process: each part is overconfident where it does not fit.
+
+        Cells call noise what they do not divide, and a process explains noise by its function, which then appears in
+        the errors on held-out scores. While cells divide nothing, these errors also contain the preference itself.
+        """
         noise = float(np.sqrt(self.process.explanations[0].posterior.hyperparameters.noise))
-        told = min(self.partition.noise, _UNDERSTATED * noise)
+        understated = _UNDERSTATED if self.partition.trees[0].split is not None else 1.0
+        told = min(self.partition.noise, max(_UNDERSTATED * noise, understated * self.missed))
         return max(told, NOISES[0]), self.partition.blunders if told > NOISES[0] else 0.0
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:

@@ -198,6 +198,15 @@ def test_names_say_what_a_column_is():
     assert len(set(names.values())) == len(names)
 
 
+def test_a_branch_has_no_percentage_in_its_name_if_models_differ_in_it():
+    rules = "Lot --> Part Part  Part -->\n{}% : Wall(1)\n{}% : Wall(2)\nelse : Wall(3)\nWall(n) --> extrude(n) Box."
+    forests = [derive(Grammar.parse(rules.format(*shares)), 60, 1) for shares in ((40, 35), (30, 40))]
+    for some, expected in ((forests[:1], {"40%", "35%", "25%"}), (forests, {"line 2", "line 3", "line 4"})):
+        table = Vocabulary.find(some, Options(1)).apply(some)
+        found = {name.split(" → ")[1] for name in table.names if name.startswith("Part → ")}
+        assert found == expected
+
+
 def test_each_pair_of_adjacent_siblings_is_a_group_of_its_own():
     table = extract(towers(300), Options(1, draws=False, adjacent_pairs=True))
     pairs = [column for column, feature in enumerate(table.features) if " + " in str(feature)]

@@ -41,6 +41,15 @@ def test_predictions_are_scores():
     assert told.mean.max() <= 100.0
 
 
+def test_noise_that_a_process_explains_by_many_draws_is_noise():
+    randomness = np.random.default_rng(9)
+    draws = randomness.random((64, 60))
+    rows = np.column_stack([coins(64, 10, 9), draws])
+    given = np.clip(70.0 * rows[:, 0] * rows[:, 1] + 10.0 * randomness.normal(size=64), 0.0, 100.0)
+    found = blended.fit(rows, given, continuous=np.arange(70) >= 10)
+    assert 5.0 < found.noise < 20.0
+
+
 def test_few_labels_are_believed_to_the_process():
     rows = coins(10, 4, 6)
     assert blended.fit(rows, 50.0 * rows[:, 0]).share == 1.0

@@ -1,7 +1,8 @@
 """Readable names for columns and groups: ``Tower (3 Block) › Block 3 → CylinderBlock``.
 
 A branch of a rule is named after a successor that no other branch has, or after the number of a successor
-if every branch has a different number; otherwise after its percentage, with the line if two percentages are equal.
+if every branch has a different number; otherwise after its percentage, with the line if two percentages are equal, or
+after the line alone if percentages differ between models: those of proposals are not those in the text.
 """
 
 from __future__ import annotations
@@ -112,7 +113,7 @@ class ColumnNames:
                 return f"{own[symbol]} {symbol}" if own[symbol] else f"no {symbol}"
         line = f"line {labels.rules[label].line}"
         chance = self._percentage(label)
-        if not chance:
+        if not chance or any(math.isnan(labels.chances[other]) for other in others):
             return line
         return chance if all(self._percentage(other) != chance for other in others) else f"{chance}, {line}"
 

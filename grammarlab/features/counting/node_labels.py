@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Ints, distinct
 from grammarlab.derivation.forest import Forest, RuleName
 
+_SAME = 1e-9
+"""Largest variance of the logarithms of equal probabilities."""
+
 
 @dataclass(frozen=True)
 class NodeLabels:
@@ -31,7 +34,7 @@ class NodeLabels:
     successors: tuple[Mapping[int, str], ...]
     """Symbols that each rule has made, by ``child``, ascending."""
     chances: tuple[float, ...]
-    """Mean probability of the draws of each rule; NaN without draws."""
+    """Probability of the draws of each rule, 1 without draws; NaN if it differs between nodes."""
 
     @classmethod
     def of(cls, forests: Sequence[Forest]) -> NodeLabels:
@@ -44,16 +47,17 @@ class NodeLabels:
         drawn = frozenset(s.definition for forest in forests for s in forest.sites if s.kind == "choice")
         bare = cls(tuple(rules.values()), symbols, drawn, (), ())
         successors: list[dict[int, str]] = [{} for _ in rules]
-        logarithms, numbers = np.zeros(len(rules) + 1), np.zeros(len(rules) + 1)
+        moments = np.zeros((3, len(rules) + 1))
         for forest in forests:
             number = bare.numbers(forest)
             for label, child, symbol in _seen_successors(forest, number):
                 successors[label][child] = symbol
-            drawn_label, density = _rule_draws(forest, number)
-            logarithms += np.bincount(drawn_label, weights=density, minlength=len(rules) + 1)[: len(rules) + 1]
-            numbers += np.bincount(number[number < len(rules)], minlength=len(rules) + 1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            chances = np.exp(logarithms / numbers)[:-1]
+            rewritten = np.flatnonzero(number < len(rules))
+            logarithms = _rule_draws(forest)[rewritten]
+            for power in range(3):
+                moments[power] += np.bincount(number[rewritten], weights=logarithms**power, minlength=len(rules) + 1)
+        _, mean, square = moments[:, :-1] / np.maximum(moments[0, :-1], 1.0)
+        chances = np.where(square - mean**2 <= _SAME, np.exp(mean), np.nan)
         ordered = tuple(dict(sorted(found.items())) for found in successors)
         return cls(bare.rules, symbols, drawn, ordered, tuple(chances.tolist()))
 
@@ -180,11 +184,12 @@ def _seen_successors(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
     return [(u, c, forest.symbols[s]) for u, c, s in zip(upper.tolist(), child.tolist(), symbol.tolist(), strict=True)]
 
 
-def _rule_draws(forest: Forest, label: Ints) -> tuple[Ints, NDArray[np.float64]]:
-    """Labels and log-densities of the draws that chose the rules of their nodes."""
+def _rule_draws(forest: Forest) -> NDArray[np.float64]:
+    """[N] log-density of the draws that chose the rule of each node; 0 without draws."""
     definitions = {symbol: number for number, symbol in enumerate(forest.symbols)}
     own = [definitions.get(site.definition, -1) if site.kind == "choice" else -1 for site in forest.sites]
     draws = forest.draws
     deciding = np.array([*own, -1])[draws.site] == forest.nodes.symbol[draws.node]
     deciding &= forest.nodes.rule[draws.node] >= 0
-    return label[draws.node[deciding]].astype(np.int64), draws.log_density[deciding]
+    node = draws.node[deciding]
+    return np.bincount(node, draws.log_density[deciding], len(forest.nodes.symbol)).astype(np.float64)

@@ -25,7 +25,11 @@ from grammarlab.randomness import fold, root_keys, uniforms
 
 Floats = NDArray[np.float64]
 
-MOST_TRIES = 1_000
+ENOUGH_TRIES = 1_000
+"""Largest number of candidates of one model, if one of them has a probability above 0."""
+_FURTHER = 20
+"""Factor of this number if all have probability 0, so that a rule may keep one model in 1,000."""
+MOST_TRIES = _FURTHER * ENOUGH_TRIES
 """Largest number of candidates of one model."""
 _AT_ONCE = 2_048
 """Number of candidates that are made at once."""
@@ -49,7 +53,7 @@ def derive_accepted(
     acceptance: Acceptance | None,
     lots: Lots,
     assets: AssetFolder | None = None,
-    most_tries: int = MOST_TRIES,
+    enough_tries: int = ENOUGH_TRIES,
 ) -> Accepted:
     """Accepted models of lots.
 
@@ -58,7 +62,7 @@ def derive_accepted(
         acceptance: its acceptance rule; None for a grammar that keeps all models.
         lots: the lots.
         assets: meshes and images.
-        most_tries: largest number of candidates of one model.
+        enough_tries: largest number of candidates of one model; 20 times as many if all have probability 0.
 
     Raises:
         GrammarlabError: If all candidates of a model have probability 0.
@@ -66,16 +70,16 @@ def derive_accepted(
     num = len(lots)
     if acceptance is None or not num:
         return Accepted(derive(program, lots, assets=assets), np.ones(num, np.int64), np.ones(num, bool))
-    search = _AcceptingSearch(program, acceptance, lots, assets, most_tries)
+    search = _AcceptingSearch(program, acceptance, lots, assets, enough_tries)
     return search.run()
 
 
 class _AcceptingSearch:
     def __init__(
-        self, program: Program, acceptance: Acceptance, lots: Lots, assets: AssetFolder | None, most_tries: int
+        self, program: Program, acceptance: Acceptance, lots: Lots, assets: AssetFolder | None, enough_tries: int
     ) -> None:
         self.program, self.acceptance, self.lots, self.assets = program, acceptance, lots, assets
-        self.most_tries = most_tries
+        self.enough_tries = enough_tries
         self.tries = np.zeros(len(lots), dtype=np.int64)
         self.found: list[tuple[Ints, Forest]] = []
         """Models, and their candidates that were kept."""
@@ -83,24 +87,42 @@ class _AcceptingSearch:
         """Probability and number of the nearest candidate of each model."""
 
     def run(self) -> Accepted:
-        waiting = np.arange(len(self.lots))
-        first, num = 0, 1
-        while len(waiting) and first < self.most_tries:
-            num = min(num, self.most_tries - first)
+        num, enough = len(self.lots), self.enough_tries
+        waiting = self._search(np.arange(num), 0, enough)
+        possible = self.best[0, waiting] > 0.0
+        # If no candidate of any model has a probability above 0, fewer are made for each of many models.
+        most = _FURTHER * enough if self.best[0].any() else max(enough, _FURTHER * enough // num)
+        rare = self._search(waiting[~possible], enough, most)
+        self._settle(waiting[possible], enough)
+        self._settle(rare, most)
+        order = np.concatenate([models for models, _ in self.found])
+        forest = join_forests([forest for _, forest in self.found])
+        model = order.astype(forest.nodes.model.dtype)[forest.nodes.model]
+        kept = np.ones(num, dtype=bool)
+        kept[waiting[possible]] = kept[rare] = False
+        return Accepted(replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, kept)
+
+    def _search(self, waiting: Ints, first: int, end: int) -> Ints:
+        """Look for accepted candidates of models.
+
+        Args:
+            waiting: the models.
+            first: number of their first candidate.
+            end: number after the last one.
+
+        Returns:
+            Models without an accepted candidate.
+        """
+        num = 1
+        while len(waiting) and first < end:
+            num = min(num, end - first)
             for some in np.array_split(waiting, -(-len(waiting) * num // _AT_ONCE)):
                 self._try(some, first, num)
             waiting = waiting[self.tries[waiting] == 0]
             first += num
             # The number doubles each time, as long as the candidates of a round fit into a few chunks.
             num = max(1, min(2 * num, _AT_ONCE // max(1, len(waiting))))
-        if len(waiting):
-            self._settle(waiting)
-        order = np.concatenate([models for models, _ in self.found])
-        forest = join_forests([forest for _, forest in self.found])
-        model = order.astype(forest.nodes.model.dtype)[forest.nodes.model]
-        kept = np.ones(len(self.lots), dtype=bool)
-        kept[waiting] = False
-        return Accepted(replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, kept)
+        return waiting
 
     def _try(self, models: Ints, first: int, num: int) -> None:
         """Make candidates of models, in the order of their numbers."""
@@ -136,18 +158,19 @@ class _AcceptingSearch:
             if near[row] > self.best[0, model[row]]:
                 self.best[:, model[row]] = near[row], number[row]
 
-    def _settle(self, models: Ints) -> None:
-        """Take the nearest candidates of models without accepted candidates."""
+    def _settle(self, models: Ints, tries: int) -> None:
+        """Take the nearest candidates of models without accepted candidates, after a number of tries."""
         hopeless = models[self.best[0, models] <= 0.0]
         if len(hopeless):
             raise GrammarlabError(
-                f"the acceptance rule keeps none of {self.most_tries:,} candidates of "
-                f"{self.lots.name(int(hopeless[0]))}, nor would it keep them more often: expected a rule that keeps "
-                "about one model in 100 or more. Learn the file again, or change its @Acceptance"
+                f"the acceptance rule keeps none of {tries:,} candidates of {self.lots.name(int(hopeless[0]))}, nor "
+                "would it keep them more often: expected a rule that keeps about one model in 1,000 or more. Learn the "
+                "file again, or change its @Acceptance"
             )
-        self.tries[models] = self.most_tries
-        lots = _candidates(self.lots.take(models), self.best[1, models].astype(np.int64))
-        self.found.append((models, derive(self.program, lots, assets=self.assets)))
+        if len(models):
+            self.tries[models] = tries
+            lots = _candidates(self.lots.take(models), self.best[1, models].astype(np.int64))
+            self.found.append((models, derive(self.program, lots, assets=self.assets)))
 
 
 def _candidates(lots: Lots, numbers: Ints) -> Lots:

@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 MOST_TERMS = 4
 """Largest number of draws in a half-space, since people consider few things."""
+_NUM_SHUFFLES = 199
+"""Number of random orders of the scores: a bound by chance is kept once in 200 searches."""
 _FOLDS = 3
 _MOST_WRONG = 0.3
 """Largest share of held-out models on the wrong side, relative to the models of the smaller side."""
@@ -34,7 +36,8 @@ def find_thresholds(
 ) -> tuple[Threshold, ...]:
     """Bounds that explain most of the scores, best first, at most one per draw.
 
-    Only bounds that explain more than the best bound of pure noise are kept.
+    Only bounds that explain more than any bound explains of the same scores in random orders are kept. Few high scores
+    among many low ones have such bounds by chance more often than normal scores.
 
     Args:
         forests: the scored models.
@@ -42,13 +45,15 @@ def find_thresholds(
         names: candidate draws, by `Site.name`.
         most: largest number of bounds.
     """
-    found: list[tuple[float, Threshold]] = []
-    for name, column in zip(names, _values(forests, names, len(scores)).T, strict=True):
-        share, bound = _best_split(column, scores - scores.mean() if len(scores) else scores)
-        found.append((-share, Threshold(name, bound)))
-    least = 2.0 * np.log(max(2, len(scores) * len(names))) / max(1, len(scores))
-    ranked = sorted((item for item in found if -item[0] > least), key=lambda item: (item[0], item[1].site))
-    return tuple(threshold for _, threshold in ranked[:most])
+    columns = _values(forests, names, len(scores))
+    if len(scores) < 2 or not names or scores.var() <= 0.0:
+        return ()
+    splits = _Splits.of(columns)
+    shares, bounds = splits.best(scores)
+    randomness = np.random.default_rng(0)
+    least = max(splits.best(randomness.permutation(scores))[0].max() for _ in range(_NUM_SHUFFLES))
+    ranked = sorted(zip((-shares).tolist(), names, bounds.tolist(), strict=True))
+    return tuple(Threshold(name, bound) for share, name, bound in ranked[:most] if -share > least)
 
 
 def find_half_space(forests: Sequence[Forest], inside: NDArray[np.bool_], names: Sequence[str]) -> HalfSpace | None:
@@ -137,6 +142,31 @@ def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats
     return np.where(np.isfinite(columns).all(axis=1), distance, np.inf)
 
 
+class _Splits(NamedTuple):
+    """All bounds on each of C columns."""
+
+    order: NDArray[np.int64]
+    """[n, C] ascending order of each column."""
+    values: Floats
+    """[n, C] in this order."""
+
+    @classmethod
+    def of(cls, columns: Floats) -> _Splits:
+        """The bounds on columns [n, C], n >= 2."""
+        order = np.argsort(columns, axis=0, kind="stable")
+        return cls(order, np.take_along_axis(columns, order, axis=0))
+
+    def best(self, scores: Floats) -> tuple[Floats, Floats]:
+        """[C] the share of the variance of scores [n], not all equal, that the best bound explains, and this bound."""
+        residuals, below = scores - scores.mean(), np.arange(1, len(scores))[:, None]
+        sums = np.cumsum(residuals[self.order], axis=0)[:-1]
+        explained = sums**2 * len(scores) / (below * (len(scores) - below))
+        explained = np.where(self.values[1:] > self.values[:-1], explained, 0.0)
+        place = explained.argmax(axis=0)[None]
+        low, high = (np.take_along_axis(self.values, place + side, axis=0)[0] for side in (0, 1))
+        return explained.max(axis=0) / float(residuals @ residuals), (low + high) / 2.0
+
+
 class _ThresholdFit(NamedTuple):
     errors: int
     gap: float
@@ -156,20 +186,6 @@ def _values(forests: Sequence[Forest], names: Sequence[str], num_models: int) ->
     if len(values) != num_models:
         raise UsageError(f"expected a score for each of {len(values)} models, found {num_models}")
     return values
-
-
-def _best_split(column: Floats, residuals: Floats) -> tuple[float, float]:
-    """The share of variance that the best bound explains, and this bound."""
-    order = np.argsort(column, kind="stable")
-    values: Floats = column[order]
-    sums, below = np.cumsum(residuals[order])[:-1], np.arange(1, len(values))
-    gain = sums**2 * len(values) / (below * (len(values) - below))
-    gain = np.where(values[1:] > values[:-1], gain, 0.0)
-    total = float(residuals @ residuals)
-    if not len(gain) or total <= 0.0:
-        return 0.0, 0.0
-    place = int(np.argmax(gain))
-    return float(gain[place]) / total, float(values[place] + values[place + 1]) / 2.0
 
 
 def _separating(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Threshold
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.asking.bounds import between
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import Designs, Floats, Ints
-from grammarlab.learning.designs.tables import DesignTables
+from grammarlab.learning.designs.tables import DesignTable, DesignTables
 from grammarlab.learning.round import State, Study, places
-from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.questions.pairs import propose_pairs
 from grammarlab.preference.questions.queries import Situation, Way, propose
 
@@ -56,7 +57,7 @@ def ask(
     )
     chosen = propose(way, situation, num, seed)
     if way == "default":
-        chosen = _narrowing(tables, state, situation.asked, chosen)
+        chosen = _narrowing(tables, state, situation, chosen)
     names = (*tables.addresses, *columns.elsewhere)
     return tuple(names[index] for index in chosen.tolist())
 
@@ -96,15 +97,37 @@ def ask_pairs(
     return tuple((names[one], names[other]) for one, other in chosen.tolist())
 
 
-def _narrowing(tables: DesignTables[Designs], state: State, asked: Ints, chosen: Ints) -> Ints:
-    """The designs chosen, up to half of them replaced by others that narrow bounds on continuous parameters."""
-    found = [tables.margins(feature) for feature in state.columns.extra]
-    margins: list[Floats] = [distance for distance in found if distance is not None]
+def _narrowing(tables: DesignTables[Designs], state: State, situation: Situation, chosen: Ints) -> Ints:
+    """The designs chosen, up to half of them replaced by others that narrow relevant bounds on continuous draws."""
+    found = [(feature, tables.margins(feature)) for feature in state.columns.extra]
+    bounds = [(feature, distance) for feature, distance in found if distance is not None]
+    relevant = _relevant(tables.table(state.columns), situation.preference) if bounds else set[Feature]()
+    margins: list[Floats] = [distance for feature, distance in bounds if _bounded(feature) & relevant]
     if not margins:
         return chosen
-    near = [between(distance, asked, len(chosen) // 2 // len(margins)) for distance in margins]
+    near = [between(distance, situation.asked, len(chosen) // 2 // len(margins)) for distance in margins]
     near = np.unique(np.concatenate(near))
     return np.concatenate([chosen[~np.isin(chosen, near)][: len(chosen) - len(near)], near])
+
+
+def _relevant(table: DesignTable, preference: AbstractPreference | None) -> set[Feature]:
+    """Features of the groups that are relevant to a preference.
+
+    A search for bounds finds some that explain the scores by chance, and questions about these are lost.
+    """
+    if preference is None:
+        return set()
+    numbers = [str(number) for number in range(len(table.group_names))]
+    groups = {int(entry.name.rpartition(": ")[2]) for entry in preference.explain(numbers) if entry.level != "none"}
+    return {feature for feature, group in zip(table.features, table.groups.tolist(), strict=True) if group in groups}
+
+
+def _bounded(feature: Feature) -> set[Feature]:
+    """A bound, and the draws that it bounds: a preference may divide designs by either of them."""
+    sites = (
+        (feature.site,) if isinstance(feature, Threshold) else feature.sites if isinstance(feature, HalfSpace) else ()
+    )
+    return {feature, *(Draw(site) for site in sites)}
 
 
 def _product(state: State) -> Answers:

@@ -30,6 +30,8 @@ MORE = 16
 _DESIGNS = 500
 """Number of designs of the pool, evenly spaced, on which densities are compared."""
 _DRAWS = 24
+_CONSTANT = 1e-6
+"""Largest difference of predictions that distinguish nothing, as a share of the highest score."""
 
 
 def expected_gain(study: Study[Designs], state: State, more: int = MORE) -> float | None:
@@ -41,8 +43,8 @@ def expected_gain(study: Study[Designs], state: State, more: int = MORE) -> floa
         more: number of scores.
 
     Returns:
-        Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None if nothing is liked yet, or the learning method
-        has no posterior.
+        Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None if nothing is liked yet, different scores have
+        no explanation yet, or the learning method has no posterior.
     """
     left = expected_divergence(study, state)
     known = state.num_answers
@@ -62,8 +64,11 @@ def expected_divergence(study: Study[Designs], state: State) -> float | None:
     found = draws(product, rows, _DRAWS, np.random.default_rng(study.settings.seed))
     if found is None:
         return None
+    mean = product.predict(rows).mean
+    if np.ptp(mean) <= _CONSTANT * MAX_SCORE and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
+        return None
     # A function that likes nothing leaves the density of the grammar.
-    densities = [weights * values if values.any() else weights for values in (*found, product.predict(rows).mean)]
+    densities = [weights * values if values.any() else weights for values in (*found, mean)]
     *possible, predicted = densities
     open_ = float(np.mean([jensen_shannon(density, predicted) for density in possible]))
     return max(open_, _moved(product, rows, weights, predicted, state.num_answers))

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.targets.accepted import AcceptedGrammar, product_with_own, split_symbols, with_rule
 from grammarlab.density.targets.ranges import range_ends
+from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive_chunks
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Present, Sum, Threshold
 from grammarlab.features.rules.acceptance import Acceptance
@@ -21,7 +23,7 @@ from grammarlab.features.rules.expression import Expression
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.simplification import TOLERANCE
 from grammarlab.learning.targets.wanted import LONGEST, Simple, Wanted, compiled, rounded_off, rules_if_few
-from grammarlab.preference.simple.regression_tree import grow, leaves_of, means_of
+from grammarlab.preference.simple.regression_tree import Split, grow, leaves_of, means_of
 from grammarlab.preference.simple.simplified import SimplifiedPreference
 
 Floats = NDArray[np.float64]
@@ -38,6 +40,10 @@ _PER_SPLIT = 0.97
 """Smallest factor of the acceptance rate by which a split pays for its rules."""
 _LEAST_MODELS = 60
 """Smallest number of models of the pool in each leaf."""
+_ENOUGH_LIKED = 200.0
+"""Smallest effective number of liked models of the pool from which none in a leaf means that there are none."""
+_RATE_MODELS = 2_000
+"""Number of models for estimating the acceptance rate of an original grammar."""
 _SMALLER = 0.75
 """Factor of the splits of the next candidate after a tree whose grammar is too large."""
 _GAIN = 1.25
@@ -77,7 +83,7 @@ def with_acceptance(
     own = Acceptance.of(grammar.tree)
     if own is None:
         fitting = np.inf
-        for part in sorted(_parts(wanted, values), key=_worth, reverse=True):
+        for part in sorted(_parts(wanted, whole.preference), key=_worth, reverse=True):
             if part.preference is None or len(wanted.columns.text(part.preference)) > LONGEST - _MARGIN:
                 continue
             if _worth(part) < _GAIN * best.rate or len(part.preference.tree) > fitting:
@@ -89,7 +95,7 @@ def with_acceptance(
                 target = wanted.as_target(part.preference)
                 best, learned = part, rounded_off(wanted, target, forest, (), made, kept)
                 break
-    rate = best.rate if own is None else best.rate * float(own.probabilities(forest).mean())
+    rate = best.rate if own is None else best.rate * _mean(own, wanted)
     text = _rule(wanted, whole, best)
     if learned is None:
         plain, rule = product_with_own(grammar, text)
@@ -117,22 +123,55 @@ def with_acceptance(
     return found, whole.preference
 
 
-def _parts(wanted: Wanted, values: Floats) -> Iterator[_Part]:
+def _mean(own: Acceptance, wanted: Wanted) -> float:
+    """Share of the models of the original rules that the original acceptance rule keeps."""
+    program = compile_grammar(wanted.target.grammar)
+    forests = derive_chunks(program, _RATE_MODELS, 0, assets=wanted.target.assets)
+    return float(np.concatenate([own.probabilities(forest) for forest in forests]).mean())
+
+
+def _parts(wanted: Wanted, whole: SimplifiedPreference) -> Iterator[_Part]:
     """Functions of few features that exact grammars express, and their acceptance rates."""
     columns = wanted.columns
+    values = whole(columns.rows)
+    liked = wanted.weights * values
+    few_liked = bool(liked.sum() ** 2 < _ENOUGH_LIKED * (liked @ liked))
     exact = columns.order[columns.exact[columns.order]]
     share = values / (wanted.weights @ values / wanted.weights.sum())
     for emphasis in _EMPHASES:
         tree = grow(columns.rows, values, wanted.weights * (1.0 + emphasis * share), exact, max(_LEAVES), _LEAST_MODELS)
         for size in _LEAVES[: sum(size <= len(tree) + 1 for size in _LEAVES)]:
             leaf = leaves_of(tree[: size - 1], columns.rows)
+            possible = np.logical_and(few_liked, _overlaps(tree[: size - 1], whole))
             highest = np.zeros(size)
             np.maximum.at(highest, leaf, values)
             for scores in (means_of(leaf, size, values, wanted.weights), highest):
                 own = scores[leaf]
                 quotient = _cut(_quotient(values, own), wanted.weights * own, wanted.weights * values)
-                rate = float(wanted.weights @ values / quotient / (wanted.weights @ own))
-                yield _Part(SimplifiedPreference(tree[: size - 1], scores).pruned(), quotient, rate)
+                # Leaves whose liked models are too rare for the pool keep the largest value.
+                above = np.where(possible & (scores == 0.0), values.max() / quotient, scores)
+                rate = float(wanted.weights @ values / quotient / (wanted.weights @ above[leaf]))
+                yield _Part(SimplifiedPreference(tree[: size - 1], above).pruned(), quotient, rate)
+
+
+def _overlaps(tree: Sequence[Split], whole: SimplifiedPreference) -> NDArray[np.bool_]:
+    """[leaves] whether ranges of columns of a leaf overlap with those of a positive leaf of another tree."""
+    used = np.unique([split.column for split in (*tree, *whole.tree)])
+    low, high = _ranges(tree, used)
+    other_low, other_high = _ranges(whole.tree, used)
+    overlap = (low[:, None] < other_high).all(axis=2) & (other_low < high[:, None]).all(axis=2)
+    return np.any(overlap & (whole.scores > 0.0), axis=1)
+
+
+def _ranges(tree: Sequence[Split], used: NDArray[np.number]) -> tuple[Floats, Floats]:
+    """[leaves, columns] bounds of the leaves of a tree in the used columns: the lower one is included."""
+    low, high = np.full((len(tree) + 1, len(used)), -np.inf), np.full((len(tree) + 1, len(used)), np.inf)
+    for number, split in enumerate(tree, 1):
+        column = int(np.searchsorted(used, split.column))
+        low[number], high[number] = low[split.leaf], high[split.leaf]
+        low[number, column] = max(low[number, column], split.bound)
+        high[split.leaf, column] = min(high[split.leaf, column], split.bound)
+    return low, high
 
 
 def _worth(part: _Part) -> float:

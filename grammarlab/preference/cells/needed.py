@@ -6,6 +6,8 @@ compared by their posterior, in which each group of columns has its share of the
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from grammarlab.preference.base import Floats, Ints
@@ -25,6 +27,8 @@ MOST_ROWS = 256
 _NUM_GUIDED = 8, 1
 """Number of guided trees per noise, of known columns and of all columns. The search of known columns is more careful:
 otherwise columns are added that only make up for a poor search, as on B1 and F1."""
+_NUM_AGAIN = 24
+"""Number of further guided trees of known columns, if columns seem needed."""
 _COOL = 0.5
 
 
@@ -50,23 +54,36 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
     if len(scores) < FEWEST:
         return np.zeros(0, dtype=np.int64)
     shares_of = sums_of(rows[:, :known], groups[:known], continuous[:known])
-    trees = [
-        _most_likely(splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of), scores, guided)
-        for width, guided in zip((known, rows.shape[1]), _NUM_GUIDED, strict=True)
+    familiar, every = (
+        splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of) for width in (known, rows.shape[1])
+    )
+    best = [
+        _most_likely(splits, scores, num, NOISES, 0) for splits, num in zip((familiar, every), _NUM_GUIDED, strict=True)
     ]
-    if trees[1].log_posterior < trees[0].log_posterior + PRICE:
+    if _gain(*best) < PRICE or _gain(_most_likely(familiar, scores, _NUM_AGAIN, (best[0].noise,), 1), best[1]) < PRICE:
         return np.zeros(0, dtype=np.int64)
-    used = {column for node in trees[1].nodes() if node.split is not None for column in node.split.columns}
+    used = {column for node in best[1].tree.nodes() if node.split is not None for column in node.split.columns}
     return np.array(sorted(column for column in used if known <= column < rows.shape[1]), dtype=np.int64)
 
 
-def _most_likely(splits: Splits, scores: Floats, num_guided: int) -> Tree:
+class _Found(NamedTuple):
+    tree: Tree
+    noise: float
+    """Standard deviation of the noise of the tree, in points."""
+
+
+def _gain(of_known: _Found, of_all: _Found) -> float:
+    """Gain of the log-posterior by further columns, in nats."""
+    return of_all.tree.log_posterior - of_known.tree.log_posterior
+
+
+def _most_likely(splits: Splits, scores: Floats, num_guided: int, noises: tuple[float, ...], seed: int) -> _Found:
     """The most likely of a few trees."""
-    randomness, every, grid = np.random.default_rng(0), np.arange(len(scores)), grid_of(scores)
+    randomness, every, grid = np.random.default_rng(seed), np.arange(len(scores)), grid_of(scores)
     guides = (ScoreCells(splits=splits, scores=scores, grid=grid, noise=GUIDE[0], blunders=GUIDE[1]),)
-    errors = [
-        ScoreCells(splits=splits, scores=scores, grid=grid, noise=noise, blunders=BLUNDERS[1]) for noise in NOISES
-    ]
     growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
-    trees = [grow(cells, every, growth, randomness) for cells in errors for growth in growths]
-    return max(trees, key=lambda tree: tree.log_posterior)
+    found: list[_Found] = []
+    for noise in noises:
+        cells = ScoreCells(splits=splits, scores=scores, grid=grid, noise=noise, blunders=BLUNDERS[1])
+        found += [_Found(grow(cells, every, growth, randomness), noise) for growth in growths]
+    return max(found, key=lambda each: each.tree.log_posterior)

@@ -51,6 +51,8 @@ MAX_ROWS_TO_KEEP = 4096
 NUM_RANDOM_STARTS = 2
 NUM_WARM_STARTS = 4
 """Number of explanations of the previous round used as starts, since new labels may favour another one."""
+_LEAST_HIGHEST = 1e-6
+"""Largest highest score in points that is no scale: the squares of smaller ones vanish."""
 _LEAST_SHARE = 1e-3
 """Smallest share of an explanation in predictions."""
 
@@ -77,7 +79,7 @@ class GroupedPreference(AbstractPreference):
     scales: Floats
     """[F] > 0, the range of each column among them, 1 for constant ones."""
     highest: float
-    """The highest score, > 0; `MAX_SCORE` if all are zero."""
+    """The highest score, > 0; `MAX_SCORE` if all are nearly zero."""
     explanations: tuple[Explanation, ...]
     """At least one, all different, best first."""
 
@@ -148,7 +150,8 @@ def fit_observed(
     scales = scales_of(observations.looked_at)
     beside = observations.beside
     plain = observations.means if beside is None else observations.means[beside.variances == 0.0]
-    highest = float(np.max(plain, initial=0.0)) or MAX_SCORE
+    highest = float(np.max(plain, initial=0.0))
+    highest = highest if highest > _LEAST_HIGHEST else MAX_SCORE
     problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
     drawn = np.zeros(problem.num_groups)
     drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0

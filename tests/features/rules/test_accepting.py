@@ -79,17 +79,30 @@ def test_no_models_are_no_error():
 
 def test_after_the_last_try_the_nearest_candidate_stands_there():
     accepting = rule("choose({Low} == 3, 1e-9, {Low} == 0, 1e-12, 0)")
-    found = derive_accepted(PROGRAM, accepting, Lots.of(4, 1), most_tries=50)
+    found = derive_accepted(PROGRAM, accepting, Lots.of(4, 1), enough_tries=50)
     assert not found.kept.any()
     assert (found.tries == 50).all()
     assert set(count(found.forest, [LOW])[:, 0]) <= {0.0, 3.0}
-    again = derive_accepted(PROGRAM, accepting, Lots.at(1, [2]), most_tries=50)
+    again = derive_accepted(PROGRAM, accepting, Lots.at(1, [2]), enough_tries=50)
     assert equal(again.forest, select_models(found.forest, np.array([2])))
 
 
 def test_a_rule_that_keeps_nothing_is_an_error_in_words():
-    with pytest.raises(GrammarlabError, match=r"keeps none of 20 candidates of model 0 of seed 1"):
-        derive_accepted(PROGRAM, rule("{Low} < 0"), Lots.of(2, 1), most_tries=20)
+    for num, tries in ((1, 400), (2, 200), (30, 20)):
+        with pytest.raises(GrammarlabError, match=rf"keeps none of {tries} candidates of model 0 of seed 1"):
+            derive_accepted(PROGRAM, rule("{Low} < 0"), Lots.of(num, 1), enough_tries=20)
+
+
+def test_models_without_a_possible_candidate_are_tried_further():
+    accepting = rule("{Low} >= 2")
+    found = derive_accepted(PROGRAM, accepting, Lots.of(300, 1), enough_tries=20)
+    assert found.kept.all()
+    assert (count(found.forest, [LOW])[:, 0] >= 2).all()
+    late = np.flatnonzero(found.tries > 20)
+    assert 0 < len(late) < 300
+    again = derive_accepted(PROGRAM, accepting, Lots.of(int(late[0]) + 1, 1), enough_tries=20)
+    assert np.array_equal(again.tries, found.tries[: late[0] + 1])
+    assert np.array_equal(again.forest.log_probability(), found.forest.log_probability()[: late[0] + 1])
 
 
 def test_symbols_that_were_split_are_counted_under_their_old_names():

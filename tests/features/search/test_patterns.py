@@ -85,6 +85,14 @@ def test_no_bound_is_found_in_noise():
     assert find_thresholds([], np.zeros(0), ["w"]) == ()
 
 
+def test_few_high_scores_among_many_low_ones_have_no_bound():
+    names = [f"size{number}" for number in range(40)]
+    forest = derive(Grammar.parse("".join(f"attr {name} = rand(1, 10)\n" for name in names) + "Lot --> Box"), 64, 1)
+    high = np.repeat([100.0, 0.0], [4, 60])
+    found = [find_thresholds([forest], np.random.default_rng(seed).permutation(high), names) for seed in range(100)]
+    assert sum(map(bool, found)) <= 3
+
+
 def test_a_volume_is_found():
     forest = derive(BOXES, 64, 1)
     truth = HalfSpace(("w", "d", "h"), (1.0, 1.0, 1.0), float(np.log(125.0)), logarithmic=True)

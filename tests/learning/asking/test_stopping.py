@@ -39,6 +39,16 @@ def test_more_is_left_to_gain_for_who_errs():
     assert 0.0 <= exact < erring < np.log(2.0)
 
 
+def test_no_gain_is_expected_of_scores_that_nothing_explains_yet():
+    space = BitsSpace()
+    study = study_of(space)
+    designs = study.tables().addresses[:40]
+    errors = np.clip(10.0 * np.random.default_rng(1).normal(size=40), 0.0, 100.0)
+    assert expected_gain(study, step(study, init(study), [Answers("factor 0", designs, errors)])) is None
+    same = expected_gain(study, step(study, init(study), [Answers("factor 0", designs, np.full(40, 60.0))]))
+    assert same == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_gain_is_a_part_of_what_is_left_and_grows_with_the_scores():
     study, state = known(24, noise=20.0)
     left = expected_divergence(study, state)

@@ -74,6 +74,26 @@ def noisy(forest):
     return np.clip(60.0 * (counts(forest, "Wall:0") > 0) + random.normal(0.0, 6.0, forest.num_models), 0.0, 100.0)
 
 
+SIDES = """
+@StartRule
+Lot --> s(9, 0, 6) Mass
+Mass --> 40% : extrude(6) Box else : extrude(9) Box
+Box --> comp(f) { side : Side | top : Roof }
+Side --> split(y) { 3 : split(x) { ~3 : Bay }* }*
+Bay --> 20% : Balcony. else : Blank.
+Roof --> 50% : Gable. 30% : Hip. else : Flat.
+"""
+
+
+def test_what_the_pool_lacks_by_chance_is_not_excluded():
+    found = made(lambda forest: 100.0 * (counts(forest, "Balcony.") == 0), Grammar.parse(SIDES))
+    forest = derive(Grammar.parse(SIDES), 20_000, 3)
+    liked = counts(forest, "Balcony.") == 0
+    ratio = found.learned.ratio(forest)
+    assert 0 < liked.sum() < 200
+    np.testing.assert_allclose(ratio, np.where(liked, ratio[liked].mean(), 0.0))
+
+
 def many_windows(forest):
     return 100.0 * (counts(forest, "Window") >= 9)
 

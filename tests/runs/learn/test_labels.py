@@ -261,9 +261,30 @@ def test_labels_of_another_grammar_are_refused_with_a_way_on(grammar, tmp_path):
     assert not (tmp_path / "new.cga").exists()
 
 
+def ties(grammar, number=12):
+    """Ties between models of one seed."""
+    others = [f'{{"seed":7,"model":{model + number}}}' for model in range(number)]
+    own = (Label(7, m, "overall", 50.0, grammar.hash, kind="tie", other=others[m]) for m in range(number))
+    return Labels(tuple(own))
+
+
+def test_ties_alone_like_nothing(grammar, tmp_path):
+    with pytest.raises(UsageError, match="all 12 comparisons are ties, so nothing is liked"):
+        learn(tmp_path, ties(grammar))
+
+
+def test_scores_of_nothing_are_no_scale(grammar, tmp_path):
+    for least in (5e-324, 1e-300, 1e-160):
+        result = learn(tmp_path, scored(grammar, lambda forest, least=least: least * red_below(forest)))
+        assert np.isfinite(result.learned.ratio(derive(grammar, 200, 1))).all()
+
+
 def test_nothing_liked_is_told(grammar, tmp_path):
     with pytest.raises(UsageError, match="all 80 scores of 'overall' are 0"):
         learn(tmp_path, scored(grammar, lambda forest: np.zeros(forest.num_models)))
+    zeros = scored(grammar, lambda forest: np.zeros(forest.num_models), 8)
+    with pytest.raises(UsageError, match="all 8 scores of 'overall' are 0"):
+        learn(tmp_path, Labels((*zeros, *ties(grammar))))
 
 
 def test_no_labels_are_told(grammar, tmp_path):
