@@ -24,13 +24,17 @@ from grammarlab.preference.observations import checked_groups, checked_kinds, ch
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 
-SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
+SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
 """Candidate shares of the process."""
 FOLDS = 3
 FEWEST = 16
 """Smallest number of labels for held-out scores; with fewer, only the process is used."""
 MOST = 160
 """Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
+_DOUBT = 1.0 / 200.0
+"""Share of the process, per point of noise, if held-out scores do not show that cells alone are better."""
+_SURE = 2.0
+"""Number of standard errors by which they must be better."""
 _SMALL_PART = 0.05
 """Share of the highest prediction below which a prediction is too small as a divisor."""
 _OF_MEDIAN = 1.4826
@@ -174,27 +178,32 @@ def _share(
             parts.append((process, sketch))
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
-    share = _best_share(predicted, scores, row)
+    share = _best_share(predicted, scores, row, cells.noise)
     missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(missed))) * _OF_MEDIAN, sketches
 
 
-def _best_share(predicted: Floats, scores: Floats, row: Ints) -> float:
+def _best_share(predicted: Floats, scores: Floats, row: Ints, noise: float) -> float:
     """The smallest share of the process that predicts scores about as well as the best one.
 
     A small divergence between densities is a sum of squared errors divided by expected values. "About as well" means
-    within a standard error of the difference: cells are simpler, and predict 0 for disliked designs.
+    within a standard error of the difference: cells are simpler, and predict 0 for disliked designs. But cells of a
+    person with errors can miss what is liked, and a density that is 0 there never finds it; so the process keeps a
+    small share as long as the scores allow it.
 
     Args:
         predicted: [2, n] predictions of the process and of the cells, 0-100.
         scores: [n] 0-100.
         row: [n] design of each score, from 0; the error on one design counts once.
+        noise: standard deviation of the scores in points, by the cells.
     """
     expected = predicted.mean(axis=0)
     weights = 1.0 / (expected + _SMALL_PART * max(float(expected.max()), 1.0))
     shares = np.array(SHARES)[:, None]
     losses = weights * (shares * predicted[0] + (1.0 - shares) * predicted[1] - scores) ** 2
     worse = np.array([np.bincount(row, each) for each in losses - losses[losses.sum(axis=1).argmin()]])
-    error = np.sqrt(worse.shape[1]) * worse.std(axis=1)
-    return SHARES[int(np.argmax(worse.sum(axis=1) <= error))]
+    total, error = worse.sum(axis=1), np.sqrt(worse.shape[1]) * worse.std(axis=1)
+    best = int(np.argmax(total <= error))
+    least = int(np.searchsorted(SHARES, _DOUBT * noise)) if noise > NOISES[0] else 0
+    return SHARES[max(best, least) if total[least] <= _SURE * error[least] else best]

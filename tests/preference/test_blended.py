@@ -5,6 +5,7 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.preference import blended
+from grammarlab.preference.cells.partition import NOISES
 
 
 def coins(number, width, seed):
@@ -48,6 +49,18 @@ def test_noise_that_a_process_explains_by_many_draws_is_noise():
     given = np.clip(70.0 * rows[:, 0] * rows[:, 1] + 10.0 * randomness.normal(size=64), 0.0, 100.0)
     found = blended.fit(rows, given, continuous=np.arange(70) >= 10)
     assert 5.0 < found.noise < 20.0
+
+
+def test_a_process_keeps_a_share_unless_scores_with_errors_speak_against_it():
+    scores = np.array([0.0, 10.0, 0.0, 50.0, 70.0, 40.0])
+    alike = np.stack([scores + 5.0, scores - 5.0])
+    every = np.arange(6)
+    assert blended._best_share(alike, scores, every, 20.0) == 0.5
+    cells = np.stack([scores + 5.0, scores + 4.0 + np.array([0.0, 3.0, -2.0, 0.0, 1.0, 0.0])])
+    assert blended._best_share(cells, scores, every, NOISES[0]) == 0.0
+    assert [blended._best_share(cells, scores, every, noise) for noise in (8.0, 20.0, 28.0)] == [0.05, 0.1, 0.25]
+    far = np.stack([scores + 50.0, scores])
+    assert blended._best_share(far, scores, every, 28.0) == 0.0
 
 
 def test_few_labels_are_believed_to_the_process():

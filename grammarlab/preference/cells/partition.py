@@ -55,6 +55,7 @@ _COOL, _WARM = 0.5, 1.0
 _TEMPERATURE = 3.0
 """Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
 _LEAST_SHARE = 1e-3
+_LEAST_SHARE_OF_NOISE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +109,7 @@ class PartitionPreference(AbstractPreference):
         found = np.zeros((len(table), len(self.cells.grid)))
         for share, tree in self._counting():
             number, cells = tree.cell_of(table)
-            found += share * np.array([self.cells.posterior(cell) for cell in cells])[number]
+            found += share * self._posteriors(cells)[number]
         return found
 
     @cached_property
@@ -126,8 +127,7 @@ class PartitionPreference(AbstractPreference):
         times = randomness.multinomial(num, np.array([share for share, _ in counting]))
         for (_, tree), number in zip(counting, times.tolist(), strict=True):
             cell, cells = tree.cell_of(table)
-            posteriors = np.array([self.cells.posterior(some) for some in cells])
-            yield from [(cell, posteriors)] * number
+            yield from [(cell, self._posteriors(cells))] * number
 
     def without(
         self, rows: Floats, scores: Floats, continuous: Flags, said: Intervals | None = None
@@ -209,9 +209,30 @@ class PartitionPreference(AbstractPreference):
         for place in np.flatnonzero(counting).tolist():
             yield float(self.shares[place] / total), self.trees[place]
 
+    def _posteriors(self, cells: Sequence[Ints]) -> Floats:
+        """[k, G] probability of each value of cells, an average over the noises that the labels allow.
+
+        Much noise and a value of 0, or less noise and a small value, can explain a disliked cell equally well.
+        """
+        found = np.zeros((len(cells), len(self.cells.grid)))
+        for share, told in self._allowed:
+            found += share * np.array([told.posterior(cell) for cell in cells]).reshape(found.shape)
+        return found
+
+    @cached_property
+    def _allowed(self) -> tuple[tuple[float, ScoreCells], ...]:
+        """The labels with each likely noise, and its share; all shares sum to 1."""
+        likely = self.noises >= _LEAST_SHARE_OF_NOISE
+        shares = self.noises[likely] / self.noises[likely].sum()
+        noises = np.array(NOISES)[likely]
+        return tuple(
+            (share, self.cells if noise == self.cells.noise else replace(self.cells, noise=noise))
+            for share, noise in zip(shares.tolist(), noises.tolist(), strict=True)
+        )
+
     def _values(self, cells: Sequence[Ints]) -> tuple[Floats, Floats]:
         """[k] means and variances of the values of cells."""
-        posterior = np.array([self.cells.posterior(cell) for cell in cells]).reshape(-1, len(self.cells.grid))
+        posterior = self._posteriors(cells)
         means = posterior @ self.cells.grid
         return means, np.maximum(posterior @ self.cells.grid**2 - means**2, 0.0)
 

@@ -3,10 +3,12 @@
 A kernel has an amplitude, a noise and one weight theta_g for each group of columns; column d of group g counts with
 theta_g / range_d^2, where range_d is the range of the labelled rows, so that units do not matter. The search minimises
 
-    E = -log p(u | theta, m) + sum_g log(1 + theta_g / eps) + (log-normal terms for amplitude and noise)
+    E = -log p(u | theta, m) + sum_g log(1 + (1 + A) theta_g / eps) + (log-normal terms for amplitude and noise)
 
-over the logarithms, by L-BFGS. The second term is a prior with a heavy tail instead of the paper's Lasso
-(Equation 4.8): a relevant group has a price of about 5 nats, almost independent of its weight.
+over the logarithms, by L-BFGS; A is the amplitude. The second term is a prior with a heavy tail instead of the paper's
+Lasso (Equation 4.8): a relevant group has a price of 5 nats or more, almost independent of its weight. It grows with
+A theta_g, the size of the group's effect on scores, and with the number of groups (`KernelProblem.epsilon`): otherwise
+dozens of groups of small weight explain a person's errors.
 Two thirds of the groups are usually irrelevant after a few iterations; they are then left out.
 """
 
@@ -26,7 +28,9 @@ from grammarlab.preference.processes.minimise import Minimum, minimise
 from grammarlab.preference.processes.posterior import Hyperparameters
 
 EPSILON = 1e-2
-"""eps: smallest weight of a relevant group."""
+"""eps of a few groups: smallest weight of a relevant group."""
+_FEW_GROUPS = 4
+"""Largest number of groups with this eps; it is inversely proportional to the number of more groups."""
 
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
@@ -74,6 +78,11 @@ class KernelProblem:
     num_groups: int
     varying: Floats
     """[G] 1 if some column of the group varies among the labelled rows, otherwise 0."""
+
+    @property
+    def epsilon(self) -> float:
+        """eps: the price of a relevant group is its logarithm with a minus sign, so choices among many cost more."""
+        return EPSILON * min(1.0, _FEW_GROUPS / max(float(self.varying.sum()), 1.0))
 
 
 def scales_of(rows: Floats) -> Floats:
@@ -139,7 +148,7 @@ def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
     padding = np.full(num_weights - len(active), _NO_WEIGHT)
 
     def evaluate(point: Floats) -> tuple[float, Floats]:
-        value, gradient = _energy_and_gradient(np.concatenate((point, padding)), groups, data)
+        value, gradient = _energy_and_gradient(np.concatenate((point, padding)), groups, data, problem.epsilon)
         return float(value), np.asarray(gradient)[: len(point)]
 
     bounds = np.log(np.array([_AMPLITUDE_BOUNDS, _NOISE_BOUNDS] + [_WEIGHT_BOUNDS] * len(active)))
@@ -175,10 +184,10 @@ def _on_device(problem: KernelProblem, columns: Ints, active: Ints) -> tuple[Dat
     return jax.tree.map(jnp.asarray, padded(part, size, num_rows)), jnp.asarray(groups), size
 
 
-def _energy(point: jax.Array, groups: jax.Array, data: Data) -> jax.Array:
+def _energy(point: jax.Array, groups: jax.Array, data: Data, epsilon: float) -> jax.Array:
     """E at the logarithms of amplitude, noise and weights."""
     amplitude, noise, weights = jnp.exp(point[0]), jnp.exp(point[1]), jnp.exp(point[2:])
-    penalty = jnp.sum(jnp.log1p(weights / EPSILON))
+    penalty = jnp.sum(jnp.log1p((1.0 + amplitude) * weights / epsilon))
     return (
         loss(amplitude, weights[groups], noise, data)
         + penalty

@@ -58,6 +58,17 @@ def test_either_but_not_both_is_found_through_noise(noise):
     assert 0.5 * noise <= found.noise <= max(0.5, 1.6 * noise)
 
 
+def test_values_are_averages_over_the_noises_that_the_labels_allow():
+    rows, randomness = coins(64, 1, 4), np.random.default_rng(5)
+    scores = np.clip(50.0 * rows[:, 0] + 10.0 + 20.0 * randomness.normal(size=64), 0.0, 100.0)
+    found = partition.fit(rows, scores)
+    low = np.flatnonzero(rows[:, 0] == 0.0)
+    likely = [(share, noise) for share, noise in zip(found.noises, partition.NOISES, strict=True) if share >= 0.02]
+    assert len(likely) > 1
+    means = [share * replace(found.cells, noise=noise).posterior(low) @ found.cells.grid for share, noise in likely]
+    assert found._values([low])[0][0] == pytest.approx(sum(means) / sum(share for share, _ in likely))
+
+
 def test_a_blunder_is_no_structure():
     rows, randomness = coins(200, 10, 4), np.random.default_rng(5)
     meant = 60.0 * rows[:, 0]

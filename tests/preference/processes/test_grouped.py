@@ -35,7 +35,8 @@ def energy(rows, scores, kernel, highest):
     value = dense_loss(rows / scales_of(rows), scores / highest, kernel.amplitude, weights, kernel.noise)
     for value_of, (median, deviation) in ((kernel.amplitude, AMPLITUDE), (kernel.noise, NOISE)):
         value += 0.5 * (np.log(value_of / median) / deviation) ** 2
-    return value + np.log1p(kernel.weights / EPSILON).sum()
+    epsilon = EPSILON * 4.0 / 6.0  # six groups, and four count as few
+    return value + np.log1p((1.0 + kernel.amplitude) * kernel.weights / epsilon).sum()
 
 
 def searched(rows, scores, start=0):
@@ -49,6 +50,15 @@ def test_the_energy_is_that_of_a_dense_computation(num_rows):
     rows, scores = styled_rows(num_rows)
     _, kernel = searched(rows, scores)
     assert kernel.energy == pytest.approx(energy(rows, scores, kernel, scores.max()), rel=1e-6)
+
+
+def test_errors_are_not_explained_by_many_small_effects():
+    randomness = np.random.default_rng(5)
+    rows = randomness.integers(0, 2, (64, 140)).astype(float)
+    meant = 40.0 * rows[:, 0] + 30.0 * rows[:, 1]
+    kernel = fit(rows, np.clip(meant + 20.0 * randomness.normal(size=64), 0.0, 100.0)).explanations[0].kernel
+    assert np.count_nonzero(kernel.weights) < 20
+    assert 10.0 < 100.0 * np.sqrt(kernel.noise) < 30.0
 
 
 def test_no_nearby_kernel_explains_the_scores_better():
