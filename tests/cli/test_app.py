@@ -25,6 +25,11 @@ def test_the_version_is_that_of_the_package(run):
     assert run("--version").stdout == f"grammarlab {grammarlab.__version__}\n"
 
 
+def test_the_package_can_be_run_as_a_module():
+    told = subprocess.run([sys.executable, "-m", "grammarlab", "--version"], capture_output=True, text=True, check=True)
+    assert told.stdout == f"grammarlab {grammarlab.__version__}\n"
+
+
 def test_help_imports_nothing_heavy():
     code = "import sys, grammarlab.cli; print(*{name.partition('.')[0] for name in sys.modules})"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
