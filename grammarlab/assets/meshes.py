@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.assets.gltf_guard import check_gltf
+from grammarlab.assets.obj import plain_faces
 from grammarlab.assets.paths import meanings
 from grammarlab.errors import AssetError, MissingAssetError
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -148,7 +149,7 @@ def _read(file: Path, name: str, root: Path) -> tuple[NDArray[np.float64], NDArr
     neighbours: Any = _AssetFiles(file.parent.relative_to(root.resolve()), root)
     try:
         mesh: Any = trimesh.load(
-            io.BytesIO(content),
+            io.BytesIO(plain_faces(content) if kind == ".obj" else content),
             file_type=kind[1:],
             resolver=neighbours,
             force="mesh",

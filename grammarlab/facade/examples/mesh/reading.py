@@ -14,6 +14,7 @@ import numpy as np
 
 from grammarlab.assets.gltf_guard import check_gltf
 from grammarlab.assets.meshes import find_asset
+from grammarlab.assets.obj import plain_faces
 from grammarlab.errors import AssetError, FacadeError
 from grammarlab.facade.examples.mesh.solids import united
 from grammarlab.facade.examples.mesh.surface import Surface, turns, welded, without_slivers
@@ -112,6 +113,8 @@ def _groups(path: Path, kind: str) -> list[tuple[Any, Any, tuple[float, float, f
     try:
         if kind in {".glb", ".gltf"}:
             check_gltf(content, path.name, 3 * MOST_TRIANGLES)
+        elif kind == ".obj":
+            content = plain_faces(content)
         neighbours: Any = _Neighbours(path.parent)
         loaded: Any = trimesh.load_scene(io.BytesIO(content), file_type=kind[1:], resolver=neighbours, process=False)
         found = []

@@ -10,6 +10,7 @@ import numpy as np
 import trimesh
 
 from grammarlab.assets.gltf_guard import check_gltf
+from grammarlab.assets.obj import plain_faces
 from grammarlab.errors import FacadeError
 from grammarlab.extras import require
 from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
@@ -58,6 +59,8 @@ def _mesh(path: Path) -> tuple[Floats, int]:
         content = read_bounded(path, _MOST_BYTES)
         if path.suffix.lower() == ".glb":
             check_gltf(content, path.name, MOST_POINTS)
+        elif path.suffix.lower() == ".obj":
+            content = plain_faces(content)
         # From memory, so that no other file is opened that this one names: only its geometry counts.
         loaded = trimesh.load(BytesIO(content), file_type=path.suffix[1:].lower(), process=False)
     except Exception as error:  # readers raise any exception for a broken file
