@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
+
+from grammarlab.errors import UsageError
 
 PART_PREFIX = ".part-"
 """Prefix of the names of unfinished files and folders."""
@@ -65,6 +67,22 @@ def write_bytes(path: Path, content: bytes, *, lasting: bool = True) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text atomically, with Unix line ends on every system."""
     write_bytes(path, text.encode())
+
+
+def check_overwrites(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Refuse to write over a file that is read.
+
+    Args:
+        targets: files to be written, that may exist already.
+        inputs: files that are read; those that do not exist count as none.
+
+    Raises:
+        UsageError: If a target is one of the inputs, also by another name.
+    """
+    existing = [path for path in inputs if path.exists()]
+    for target in targets:
+        if target.exists() and any(target.samefile(path) for path in existing):
+            raise UsageError(f"{target} is the input file: write to another one.")
 
 
 def remove_parts(folder: Path) -> None:

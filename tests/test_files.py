@@ -8,7 +8,16 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from grammarlab.files import PART_PREFIX, atomic_file, atomic_folder, remove_parts, write_bytes, write_text
+from grammarlab.errors import UsageError
+from grammarlab.files import (
+    PART_PREFIX,
+    atomic_file,
+    atomic_folder,
+    check_overwrites,
+    remove_parts,
+    write_bytes,
+    write_text,
+)
 
 LASTING = pytest.mark.parametrize("lasting", [True, False])
 
@@ -92,3 +101,14 @@ with atomic_folder(Path(sys.argv[1], "folder")) as folder, atomic_file(Path(sys.
     assert len(left) == 3
     remove_parts(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+def test_an_input_is_not_written_over_by_any_of_its_names(tmp_path):
+    (tmp_path / "scores.csv").write_text("scores")
+    (tmp_path / "link.csv").symlink_to(tmp_path / "scores.csv")
+    (tmp_path / "other.csv").write_text("scores")
+    inputs = [tmp_path / "missing.csv", tmp_path / "scores.csv"]
+    check_overwrites([tmp_path / "new.cga", tmp_path / "other.csv", tmp_path / "missing.csv"], inputs)
+    for name in ("scores.csv", "link.csv", "../" + tmp_path.name + "/scores.csv"):
+        with pytest.raises(UsageError, match="is the input file"):
+            check_overwrites([tmp_path / "new.cga", tmp_path / name], inputs)

@@ -9,6 +9,7 @@ import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
+from grammarlab.files import check_overwrites
 
 
 def label(
@@ -41,6 +42,7 @@ def label(
 
         found = find_scenario(scenario)
         file = file or Path(f"{found.stem}_labels.csv")
+        check_overwrites([file], [found])
         result = label_models_of(found, file, number, seed=seed, method=method, person=person)
         liked = sum(label.score > 0 for label in result.labels)
         js = result.curve.points[-1].js

@@ -10,6 +10,7 @@ import typer
 from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.cli.sample import complete_grammar
+from grammarlab.files import check_overwrites
 
 if TYPE_CHECKING:
     from grammarlab.learning.targets.target import Learned
@@ -120,6 +121,7 @@ def learn(
         if source is None:
             raise UsageError("nothing to learn from: give --labels FILE, --examples FOLDER or --scenario FILE.")
         wanted = file or Path(f"{Path(grammar).stem}_{source.stem}{suffix_of(Path(grammar))}")
+        check_overwrites([wanted], filter(None, (Path(grammar), labels, known)))
         if labels is not None:
             from grammarlab.learning.designs.pool import Pool
             from grammarlab.learning.targets.target import Making

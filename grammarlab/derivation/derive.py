@@ -73,7 +73,8 @@ def derive(
 ) -> Forest:
     """Sample models from a grammar.
 
-    A model is the same in every batch: it depends only on the grammar and on its row of the lots.
+    A model is the same in every batch: it depends only on the grammar and on its row of the lots. The models are those
+    of the rules alone: `sample` also applies the acceptance rule that many learned grammars have.
 
     Args:
         grammar: the grammar, or the program that `compile_grammar` made of it.

@@ -123,6 +123,16 @@ def labelled(run, files, tmp_path):
     return grammar, scenario, labels
 
 
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_a_file_that_is_read_is_not_written_over(run, labelled, which):
+    grammar, scenario, labels = labelled
+    before = [path.read_bytes() for path in labelled]
+    result = run("learn", grammar, "--labels", labels, "--scenario", scenario, "-o", labelled[which], code=2)
+    assert "is the input file" in result.stderr
+    assert "is the input file" in run("label", scenario, "-o", scenario, code=2).stderr
+    assert [path.read_bytes() for path in labelled] == before
+
+
 def test_labels_of_a_simulated_person_become_a_grammar(run, labelled, tmp_path):
     grammar, scenario, labels = labelled
     out, folder = tmp_path / "red.cga", tmp_path / "report"

@@ -11,6 +11,7 @@ import typer
 from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.facade.file_kinds import FACADE, wanted
 from grammarlab.errors import UsageError
+from grammarlab.files import check_overwrites
 
 
 def grammar(
@@ -38,10 +39,11 @@ def grammar(
         from grammarlab.facade.file import load_facade
         from grammarlab.runs.facade.grammar import grammar_of, save_grammar
 
+        target = output or Path(f"{file.name.removesuffix('.json').removesuffix('.facade')}.cga")
+        check_overwrites([target], [file])
         with wanted(file, FACADE):
             facade = load_facade(file)
         result = grammar_of(facade, metres("--widths", widths), metres("--heights", heights), stretch)
-        target = output or Path(f"{file.name.removesuffix('.json').removesuffix('.facade')}.cga")
         save_grammar(result, facade, target)
         if as_json:
             print_json({"file": str(target), "rules": result.rules, "exact": result.exact, "choices": result.choices})

@@ -9,7 +9,7 @@ import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.facade.file_kinds import FACADE, wanted
-from grammarlab.errors import UsageError
+from grammarlab.files import check_overwrites
 
 
 def infer(
@@ -36,8 +36,7 @@ def infer(
 
         name = file.name.removesuffix(".json").removesuffix(".facade")
         target = output or Path(f"{name}.toml")
-        if target.exists() and target.samefile(file):
-            raise UsageError(f"{target} is the input file: write to another one.")
+        check_overwrites([target], [file])
         with wanted(file, FACADE):
             facade = load_facade(file)
         found = infer_design(facade, tolerance, name)

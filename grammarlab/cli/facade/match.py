@@ -9,6 +9,7 @@ import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, say
 from grammarlab.cli.facade.file_kinds import ELEMENTS, MESH, wanted
+from grammarlab.files import check_overwrites
 
 
 def match(
@@ -59,8 +60,9 @@ def match(
         from grammarlab.facade.templates.kinds.corrections import load_corrections
         from grammarlab.facade.templates.library import named
         from grammarlab.facade.templates.reading.files import load_elements
-        from grammarlab.runs.facade.match import as_dict, match_elements, save_match
+        from grammarlab.runs.facade.match import FILES, as_dict, match_elements, save_match
 
+        check_overwrites((output / name for name in FILES), [elements, *filter(None, (boxes, corrections))])
         chosen = named(templates)
         said = load_corrections(corrections) if corrections else ()
         with wanted(elements, ELEMENTS, MESH):

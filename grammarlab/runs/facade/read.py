@@ -6,13 +6,13 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from grammarlab.errors import UsageError
 from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.grids.proposals import with_proposals
 from grammarlab.facade.pictures import is_plain, load_picture, picture_size
 from grammarlab.facade.reading.choosing import read_annotation
 from grammarlab.facade.tree import Facade
+from grammarlab.files import check_overwrites
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +69,8 @@ def read_facade(
     start = time.perf_counter()
     path = Path(path)
     file = None if output is None else Path(output)
-    if file is not None and file.exists() and file.samefile(path):
-        raise UsageError(f"{file} is the input file: write to another one.")
+    if file is not None:
+        check_overwrites([file], [path])
     annotation = read_annotation(path, wall)
     picture = pixels = None
     if is_plain(annotation.picture) and (path.parent / annotation.picture).is_file():

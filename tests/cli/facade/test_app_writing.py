@@ -106,3 +106,9 @@ def test_the_picture_of_a_large_side_has_fewer_pixels_per_metre(
     assert json.loads(run("facade", "read", path, "-o", target, "--json").stdout)["leaves"] == 3
     with Image.open(tmp_path / "front.png") as picture:
         assert picture.size == (240, 20)
+
+
+def test_rules_do_not_replace_the_facade(run, facade: Path) -> None:
+    before = facade.read_bytes()
+    assert "is the input file" in run("facade", "grammar", facade, "-o", facade, code=2).stderr
+    assert facade.read_bytes() == before

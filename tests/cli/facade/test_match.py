@@ -37,3 +37,11 @@ def test_mistakes_of_use_end_with_2(run, tmp_path):
     broken = tmp_path / "broken.json"
     broken.write_text('{"elements": [{"points": [[NaN, 1]]}]}')
     run("facade", "match", broken, "-o", tmp_path / "out", code=1)
+
+
+def test_the_scan_is_not_replaced_by_what_is_found_in_it(run, tmp_path):
+    scene = tmp_path / "match.json"
+    run("facade", "scene", "-n", 2, "--kinds", 1, "-o", scene)
+    before = scene.read_bytes()
+    assert "is the input file" in run("facade", "match", scene, "-o", tmp_path, code=2).stderr
+    assert scene.read_bytes() == before

@@ -218,3 +218,12 @@ def test_mistakes_are_named(run, building: Path, tmp_path: Path, options: list, 
     result = run("facade", "synthesize", building, *options, "-o", tmp_path / "out", code=code)
     assert message in result.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_a_building_does_not_replace_its_example(run, building: Path, tmp_path: Path) -> None:
+    example = tmp_path / "001.glb"
+    trimesh.load_scene(building).export(example)
+    before = example.read_bytes()
+    result = run("facade", "synthesize", example, "--rows", 4, "--columns", 5, "-o", tmp_path, code=2)
+    assert "is the input file" in result.stderr
+    assert example.read_bytes() == before

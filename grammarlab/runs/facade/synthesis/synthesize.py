@@ -27,7 +27,7 @@ from grammarlab.facade.examples.synthesis import NO_WISHES, Method, synthesize
 from grammarlab.facade.examples.wishes import Wishes
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.writing.family import Range
-from grammarlab.files import write_bytes, write_text
+from grammarlab.files import check_overwrites, write_bytes, write_text
 from grammarlab.runs.facade.gallery import sheet
 from grammarlab.runs.facade.synthesis.built import Box, Built, Stopwatch, build
 from grammarlab.runs.facade.synthesis.region_map import read_regions
@@ -76,10 +76,11 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
         task: the request.
 
     Raises:
-        UsageError: If rows, columns, a box or a map are out of range.
+        UsageError: If rows, columns, a box or a map are out of range, or a file would be overwritten.
         FacadeError: If a file cannot be read, no units are found, or wishes contradict each other.
     """
     _check(task, len(files))
+    check_overwrites(folder.glob("[0-9][0-9][0-9].glb"), files)
     regions = read_regions(task.regions, task.rows, task.columns, len(files)) if task.regions else None
     watch = Stopwatch()
     with watch("read"):
