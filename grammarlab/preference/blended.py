@@ -33,6 +33,8 @@ MOST = 160
 """Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
 _DOUBT = 1.0 / 200.0
 """Share of the process, per point of noise, if held-out scores do not show that cells alone are better."""
+_SETTLING = 64
+"""Number of labels from which this share falls with the square of their number."""
 _SURE = 2.0
 """Number of standard errors by which they must be better."""
 _SMALL_PART = 0.05
@@ -159,6 +161,7 @@ def _share(
     rows: Floats, scores: Floats, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
 ) -> tuple[float, float, tuple[BlendedPreference, ...]]:
     """Share of the process that predicts held-out scores best, the error, and the fits without these labels."""
+    least = _least_share(cells.noise, len(scores))
     randomness = np.random.default_rng(seed)
     some = np.sort(randomness.permutation(len(scores))[:MOST])
     rows, scores = rows[some], scores[some]
@@ -178,32 +181,43 @@ def _share(
             parts.append((process, sketch))
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
-    share = _best_share(predicted, scores, row, cells.noise)
+    share = _best_share(predicted, scores, row, least)
     missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(missed))) * _OF_MEDIAN, sketches
 
 
-def _best_share(predicted: Floats, scores: Floats, row: Ints, noise: float) -> float:
+def _least_share(noise: float, num_labels: int) -> float:
+    """The share that the process keeps if the scores allow it.
+
+    Cells of few scores with errors can miss what is liked, and a density that is 0 there never finds it.
+
+    Args:
+        noise: standard deviation of the scores in points, by the cells.
+        num_labels: number of scores.
+    """
+    if noise <= NOISES[0]:
+        return 0.0
+    return min(1.0, _DOUBT * noise * min(1.0, _SETTLING / num_labels) ** 2)
+
+
+def _best_share(predicted: Floats, scores: Floats, row: Ints, least: float) -> float:
     """The smallest share of the process that predicts scores about as well as the best one.
 
     A small divergence between densities is a sum of squared errors divided by expected values. "About as well" means
-    within a standard error of the difference: cells are simpler, and predict 0 for disliked designs. But cells of a
-    person with errors can miss what is liked, and a density that is 0 there never finds it; so the process keeps a
-    small share as long as the scores allow it.
+    within a standard error of the difference: cells are simpler, and predict 0 for disliked designs.
 
     Args:
         predicted: [2, n] predictions of the process and of the cells, 0-100.
         scores: [n] 0-100.
         row: [n] design of each score, from 0; the error on one design counts once.
-        noise: standard deviation of the scores in points, by the cells.
+        least: a share of the process that is kept unless it predicts the scores worse by several standard errors.
     """
     expected = predicted.mean(axis=0)
     weights = 1.0 / (expected + _SMALL_PART * max(float(expected.max()), 1.0))
-    shares = np.array(SHARES)[:, None]
-    losses = weights * (shares * predicted[0] + (1.0 - shares) * predicted[1] - scores) ** 2
+    candidates = np.array((least, *SHARES))[:, None]
+    losses = weights * (candidates * predicted[0] + (1.0 - candidates) * predicted[1] - scores) ** 2
     worse = np.array([np.bincount(row, each) for each in losses - losses[losses.sum(axis=1).argmin()]])
     total, error = worse.sum(axis=1), np.sqrt(worse.shape[1]) * worse.std(axis=1)
-    best = int(np.argmax(total <= error))
-    least = int(np.searchsorted(SHARES, _DOUBT * noise)) if noise > NOISES[0] else 0
-    return SHARES[max(best, least) if total[least] <= _SURE * error[least] else best]
+    best = SHARES[int(np.argmax((total <= error)[1:]))]
+    return max(best, least) if total[0] <= _SURE * error[0] else best

@@ -51,16 +51,21 @@ def test_noise_that_a_process_explains_by_many_draws_is_noise():
     assert 5.0 < found.noise < 20.0
 
 
-def test_a_process_keeps_a_share_unless_scores_with_errors_speak_against_it():
+def test_a_process_keeps_a_share_unless_scores_speak_against_it():
     scores = np.array([0.0, 10.0, 0.0, 50.0, 70.0, 40.0])
     alike = np.stack([scores + 5.0, scores - 5.0])
     every = np.arange(6)
-    assert blended._best_share(alike, scores, every, 20.0) == 0.5
+    assert blended._best_share(alike, scores, every, 0.1) == 0.5
     cells = np.stack([scores + 5.0, scores + 4.0 + np.array([0.0, 3.0, -2.0, 0.0, 1.0, 0.0])])
-    assert blended._best_share(cells, scores, every, NOISES[0]) == 0.0
-    assert [blended._best_share(cells, scores, every, noise) for noise in (8.0, 20.0, 28.0)] == [0.05, 0.1, 0.25]
+    assert [blended._best_share(cells, scores, every, least) for least in (0.0, 0.04, 0.1)] == [0.0, 0.04, 0.1]
     far = np.stack([scores + 50.0, scores])
-    assert blended._best_share(far, scores, every, 28.0) == 0.0
+    assert blended._best_share(far, scores, every, 0.14) == 0.0
+
+
+def test_the_least_share_grows_with_errors_and_falls_with_labels():
+    assert blended._least_share(NOISES[0], 32) == 0.0
+    assert [blended._least_share(20.0, num) for num in (32, 64, 128, 256)] == pytest.approx([0.1, 0.1, 0.025, 0.00625])
+    assert blended._least_share(10.0, 64) == pytest.approx(0.05)
 
 
 def test_few_labels_are_believed_to_the_process():
