@@ -56,6 +56,7 @@ def assemble(
     for place, part in enumerate(parts):
         first = len(values)
         own_values, own_spreads = kind_values(part)
+        own_spreads = [np.hypot(each, elements.common_error) for each in own_spreads]
         values += own_values
         spreads += own_spreads
         template += [place] * len(own_values)

@@ -134,7 +134,10 @@ def from_labels(
     every = np.arange(len(which))
     covariance = fits.covariance[every, owner]
     spread = [
-        np.sqrt(np.array([np.diag(covariance[each])[:count] for each in members]).mean(axis=0) / len(members))
+        np.sqrt(
+            np.array([np.diag(covariance[each])[:count] for each in members]).mean(axis=0) / len(members)
+            + elements.common_error**2
+        )
         for members, count in zip(kinds, size, strict=True)
     ]
     kind = np.full(number, UNKNOWN, dtype=np.int64)
@@ -150,10 +153,11 @@ def from_labels(
             element = int(which[row])
             kind[element] = own
             parameters[element] = values[row, : size[own]]
-            deviations[element] = np.sqrt(np.diag(covariance[row])[: size[own]])
+            own_error = np.sqrt(np.diag(covariance[row])[: size[own]])
+            deviations[element] = np.hypot(own_error, elements.common_error)
             place[element] = middle[element] + corner[row]
             hidden[element] = fits.hidden[row, owner[row]]
-            precision = 1.0 / (deviations[element] ** 2 + threshold**2)
+            precision = 1.0 / (own_error**2 + threshold**2)
             rivals = [other for other in range(len(kinds)) if template[other] == template[own]]
             square = np.array([0.5 * precision @ (means[other] - parameters[element]) ** 2 for other in rivals])
             odds = np.exp(square.min() - square)

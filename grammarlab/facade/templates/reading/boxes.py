@@ -20,6 +20,10 @@ _LEAST, _MOST = 0.25, 6.0
 """Least and largest side of an element, metres."""
 _MARGIN = 0.12
 """Margin of a box around its element, metres."""
+_MARGIN_CELLS = 1.5
+"""Least margin in cells: a hole may fill a cell less than it covers on each side, and its outline is noisy."""
+_BESIDE = 2
+"""Largest distance of an outline from the empty cells of its hole, in cells: corners have cells with a few points."""
 _OUTLINED = 0.7
 """Least visible part of the outline of a box that its element fills; one that is joined with a shadow shows less."""
 
@@ -32,6 +36,20 @@ class FacadePlane:
     """[P, 3] points along the facade, up, out of the wall; metres."""
     edges: Floats
     """[Q, 3] points on sharp edges of a mesh; none for a scan."""
+
+
+@dataclass(frozen=True, eq=False)
+class FoundBoxes:
+    """Elements of a facade, and the outlines of all of them."""
+
+    box: Floats
+    """[N, 4] left, bottom, right, top, metres."""
+    outline: Floats
+    """[Q, 2] points on the outlines, metres."""
+    num_repeated: int
+    """Number of boxes at the end that were found by repetition."""
+    spacing: float
+    """Distance of the points of the scan between which the outlines lie, metres; 0 for edges of a mesh."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,16 +66,12 @@ class _Parts:
     """[N] whether they have the size of an element and do not touch the border."""
 
 
-def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats, int]:
+def find_boxes(surface: FacadePlane) -> FoundBoxes:
     """Elements of a facade, found by depth and by repetition.
 
     By depth: connected parts, larger than 25 cm, with points behind or in front of the wall, or without points, that do
     not touch its border. By repetition: at least four equal shallow parts in rows or columns, and partly hidden
     elements that a row and a column lack.
-
-    Returns:
-        The boxes [N, 4] (left, bottom, right, top); the points [Q, 2] on the outlines of all elements; and the number
-        of boxes at the end that were found by repetition.
     """
     cells = cells_of(surface.points)
     shallow = np.asarray(ndimage.binary_closing(cells.raised | cells.sparse, np.ones((3, 3))), dtype=bool)
@@ -76,14 +90,15 @@ def find_boxes(surface: FacadePlane) -> tuple[Floats, Floats, int]:
     ragged = ragged[~overlapping(ragged, np.vstack([flat.box[others], lacking]))]
     num_deep = len(firm) + len(single)
     found = np.vstack([aligned[:num_deep], ragged, aligned[num_deep:], lacking])
-    found += _MARGIN * np.array([-1.0, -1.0, 1.0, 1.0])
+    found += max(_MARGIN, _MARGIN_CELLS * cells.side) * np.array([-1.0, -1.0, 1.0, 1.0])
     outline = surface.edges[:, :2]
     if not len(outline):
         is_deep = np.bincount(flat.label.ravel(), weights=cells.empty.ravel()) > 0
         of_flat = np.vstack([flat.box[others], lacking])
         is_deep[flat.number[others]] = False
         outline = np.vstack([_deep_outlines(surface, cells), borders(of_flat, shallow & ~is_deep[flat.label], cells)])
-    return found, outline, len(others) + len(lacking)
+    spacing = 0.0 if len(surface.edges) else cells.spacing
+    return FoundBoxes(found, outline, len(others) + len(lacking), spacing)
 
 
 def _parts(off: Bools, cells: Cells) -> _Parts:
@@ -103,11 +118,18 @@ def _parts(off: Bools, cells: Cells) -> _Parts:
 
 def _deep_outlines(surface: FacadePlane, cells: Cells) -> Floats:
     flat, wall = surface.points[:, :2], np.abs(surface.points[:, 2]) < DEEP
-    border = np.logical_and(*(ndimage.binary_dilation(each, iterations=2) for each in (cells.empty, ~cells.empty)))
-    near = border[cells.place(flat)]
-    points, outward = outlines(flat[wall & near], flat[~wall & near], cells.side)
-    # Single points behind the wall are noise: an outline has a hole beyond it.
-    return points[cells.empty[cells.place(points + cells.side * outward)]]
+    # Points far inside of a hole or of the wall are left out for speed; then even the wall seems to have holes.
+    near = _grown(cells.empty, _BESIDE + 1) & _grown(~cells.empty, _BESIDE)
+    near = near[cells.place(flat)]
+    points = outlines(
+        flat[wall & near], flat[~wall & near], cells.side, lambda places: cells.empty[cells.place(places)]
+    )
+    return points[_grown(cells.empty, _BESIDE)[cells.place(points)]]
+
+
+def _grown(which: Bools, steps: int) -> Bools:
+    """[W, H] cells at most some steps from some of the cells [W, H]."""
+    return np.asarray(ndimage.binary_dilation(which, np.ones((3, 3)), iterations=steps), dtype=bool)
 
 
 def read_boxes(content: bytes) -> Floats:
@@ -146,8 +168,8 @@ def _number(text: str) -> float | None:
         return None
 
 
-def cut_out(points: Floats, boxes: Floats, notes: tuple[str, ...] = ()) -> Elements:
-    """The points of each box, with rows and columns from the positions of the boxes."""
+def cut_out(points: Floats, boxes: Floats, spacing: float = 0.0, notes: tuple[str, ...] = ()) -> Elements:
+    """The points of each box, with rows and columns from the positions of the boxes; see `Elements` for the rest."""
     order = np.argsort(points[:, 0], kind="stable")
     across = points[order, 0]
     clouds = []
@@ -163,6 +185,7 @@ def cut_out(points: Floats, boxes: Floats, notes: tuple[str, ...] = ()) -> Eleme
         high=boxes[:, 2:],
         row=_lines(-middle[:, 1], float(size[1])),
         column=_lines(middle[:, 0], float(size[0])),
+        spacing=spacing,
         notes=notes,
     )
 

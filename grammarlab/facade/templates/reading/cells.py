@@ -33,6 +33,8 @@ class Cells:
     """[2] lower left corner, metres."""
     side: float
     """Side of a cell, metres."""
+    spacing: float
+    """Distance of neighbouring points, metres."""
     noise: float
     """Standard deviation of the distance of a point from the wall, metres."""
     count: Floats
@@ -84,13 +86,15 @@ def cells_of(points: Floats) -> Cells:
     smooth = np.where(number > 0.5, mean - level, 0.0)
     raised = np.abs(smooth) > np.maximum(_FLATTEST, _NOISES * noise / np.sqrt(np.maximum(number, 1.0)))
     sparse = number < np.minimum(_SPARSE * usual, usual - _NOISES * np.sqrt(usual))
+    # A hole of one cell is a gap between points.
+    empty = np.logical_not(ndimage.binary_closing(count > 0, iterations=1))
     return Cells(
         low=low,
         side=side,
+        spacing=side / float(np.sqrt(max(count[~empty].sum() / max((~empty).sum(), 1), 1.0))),
         noise=noise,
         count=count,
-        # A hole of one cell is a gap between points.
-        empty=np.logical_not(ndimage.binary_closing(count > 0, iterations=1)),
+        empty=empty,
         relief=np.where(count > 0, _ratio(total, count) - level, 0.0),
         smooth=smooth,
         lack=1.0 - _ratio(number, usual),

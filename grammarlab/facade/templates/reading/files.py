@@ -9,7 +9,8 @@ import numpy as np
 
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.templates.elements import Elements, Floats, check
-from grammarlab.facade.templates.reading.boxes import cut_out, find_boxes, read_boxes
+from grammarlab.facade.templates.evidence.maps import FINEST
+from grammarlab.facade.templates.reading.boxes import FoundBoxes, cut_out, find_boxes, read_boxes
 from grammarlab.facade.templates.reading.document import FORMAT, load_arrays, loads
 from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surfaces
 from grammarlab.facade.values import parse_json, read_bounded
@@ -72,13 +73,13 @@ def _on_facade(path: Path, given: Floats | None) -> Elements:
     """The elements of the first facade of a scan or mesh that has any."""
     size = np.zeros(2)
     for surface in read_surfaces(path):
-        found, outline, num_repeated = find_boxes(surface)
+        found = find_boxes(surface)
         size = np.maximum(size, np.ptp(surface.points[:, :2], axis=0))
-        if given is None and len(found):
-            of_these = f", {num_repeated} of them by repetition" if num_repeated else ""
-            return cut_out(outline, found, (f"{len(found)} boxes were found on the facade{of_these}",))
+        if given is None and len(found.box):
+            of_these = f", {found.num_repeated} of them by repetition" if found.num_repeated else ""
+            return _cut_out(found, found.box, f"{len(found.box)} boxes were found on the facade{of_these}")
         if given is not None:
-            elements = cut_out(outline, given, (f"{len(given)} boxes are given on the facade",))
+            elements = _cut_out(found, given, f"{len(given)} boxes are given on the facade")
             if elements.counts.any():
                 return elements
     where = f"{path.name}: its points span {size[0]:.3g} x {size[1]:.3g} m. "
@@ -92,4 +93,19 @@ def _on_facade(path: Path, given: Floats | None) -> Elements:
     raise FacadeError(
         f"{where}No outline lies in any of the boxes. Coordinates are metres from the left end of the wall, and "
         "the height z; outlines are the borders of holes and of parts in front of or behind the wall."
+    )
+
+
+def _cut_out(found: FoundBoxes, boxes: Floats, note: str) -> Elements:
+    """The points of each box, with notes."""
+    return cut_out(found.outline, boxes, found.spacing, tuple(filter(None, (note, _coarse(found.spacing)))))
+
+
+def _coarse(spacing: float) -> str:
+    """A note if the points of a scan are too far apart for the steps in which sizes are compared."""
+    if spacing / 2.0 <= FINEST:
+        return ""
+    return (
+        f"the points of the wall are about {100.0 * spacing:.1f} cm apart: kinds and templates that differ by less "
+        "than half of that may be confused"
     )

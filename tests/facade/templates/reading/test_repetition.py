@@ -53,8 +53,8 @@ def wall(windows, *, depth=0.0, frame=0.0, kept=1.0, gradient=1.0, noise=0.003, 
 
 
 def found_in(points):
-    boxes, outlines, num_repeated = find_boxes(FacadePlane(points, np.zeros((0, 3))))
-    return boxes + MARGIN * np.array([1.0, 1.0, -1.0, -1.0]), outlines, num_repeated
+    found = find_boxes(FacadePlane(points, np.zeros((0, 3))))
+    return found.box + MARGIN * np.array([1.0, 1.0, -1.0, -1.0]), found.outline, found.num_repeated
 
 
 def matched(boxes, windows=WINDOWS):

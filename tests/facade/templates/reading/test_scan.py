@@ -130,7 +130,7 @@ def test_a_plane_is_found_to_the_millimetre_on_a_long_facade_with_rooms_behind()
 def test_outlines_of_a_line_or_of_nothing_are_none():
     line = np.column_stack([np.arange(9.0), np.zeros(9)])
     for wall_points in (line, line[:1], line[:0]):
-        assert [each.shape for each in outlines(wall_points, line[:0], 2.0)] == [(0, 2), (0, 2)]
+        assert outlines(wall_points, line[:0], 2.0, lambda places: np.zeros(len(places), dtype=bool)).shape == (0, 2)
 
 
 def test_a_mesh_opens_no_other_file(tmp_path, monkeypatch):
