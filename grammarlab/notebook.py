@@ -88,7 +88,8 @@ class ScoringSession(anywidget.AnyWidget):
 
     As the last line of a cell, ``ScoringSession("building", path="buildings.db")`` shows the page. A program can do the
     same actions with `do`. A cell that is run again continues the open session: widgets of one file share it until the
-    newest of them is closed.
+    newest of them is closed. In a script, use it below ``if __name__ == "__main__":``, since worker processes import
+    the script again.
 
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory

@@ -34,7 +34,7 @@ def test_the_map_has_a_line_for_every_package_and_top_folder():
     for path in (ROOT / "grammarlab").iterdir():
         if path.name[0] not in "_." and (path.is_dir() or path.suffix == ".py"):
             assert f"`grammarlab/{path.name}{'/' * path.is_dir()}`" in text
-    order = re.search(r"```\n(cli \|.*?)```", text, re.DOTALL)
+    order = re.search(r"```\n(__main__\n.*?)```", text, re.DOTALL)
     assert order
     contract = PROJECT["tool"]["importlinter"]["contracts"][0]
     assert order[1].split("\n")[:-1] == contract["layers"]

@@ -164,7 +164,8 @@ def _tell(result: EvaluationResult, as_json: bool) -> None:
                 f"at most {js:g} after {text} ({len(found)} of {len(reached)} seeds)"
             )
     for row in result.densities:
-        say(f"{row.scenario} {row.method}: JS {row.js:.3g}, {row.rules_after} rules ({row.rules_before} before)")
+        size = f"{row.rules_after} branches of rules ({row.rules_before} before)"
+        say(f"{row.scenario} {row.method}: JS {row.js:.3g}, {size}")
     for grammar in result.grammars:
         whose = f"{grammar.scenario}, person {grammar.person} {grammar.seed}, {grammar.labels} scores"
         say(f"{whose}: JS of the grammar {grammar.js:.3g}")

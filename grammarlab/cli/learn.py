@@ -80,7 +80,8 @@ def learn(
         int | None,
         typer.Option(
             "--max-rules",
-            help="With labels: largest number of rules. Default: twice as many as the grammar has.",
+            help="With labels: largest number of branches of the rules, as grammarlab show counts them. If it is too "
+            "small, an acceptance rule completes the original rules. Default: twice as many as the grammar has.",
             min=1,
         ),
     ] = None,
@@ -165,7 +166,7 @@ def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
 
 
 def _rules(learned: Learned[Any], file: Path | None) -> list[str]:
-    return [] if file is None else [f"{file}: {learned.rules_after} rules, {learned.rules_before} before"]
+    return [] if file is None else [f"{file}: {learned.rules_after} branches of rules, {learned.rules_before} before"]
 
 
 def _notes(learned: Learned[Any]) -> list[str]:

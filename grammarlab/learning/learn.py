@@ -76,14 +76,15 @@ def learn(
 
     Args:
         grammar: the original grammar.
-        score: function from models [k] to scores [k] from 0 (disliked) to 100.
+        score: function from models [k] to scores [k] from 0 (disliked) to 100, or to booleans: True is 100, False is 0.
         budget: number of scores to ask for, >= 1.
         sees: argument of the function: the derivation trees and leaves of the models, or their scene of meshes.
         assets: folder of the meshes and images that the grammar uses.
         pool: the models to ask about.
         settings: options of learning; by default those for a person.
         base: density that the scores multiply: the grammar's own, or the same for every tree.
-        max_rules: largest number of rules of the grammar; by default twice as many as before.
+        max_rules: largest number of branches of the rules, as `grammarlab show` counts them; by default twice as many
+            as before. If it is too small, an acceptance rule completes the original rules.
         seed: seed of the choice of models, 0 <= seed < 2**64.
 
     Returns:
@@ -91,7 +92,7 @@ def learn(
         features, and its distance from the predicted scores.
 
     Raises:
-        UsageError: If the budget is below 1, or scores have another number or range.
+        UsageError: If the budget is below 1, or scores have another number or range, or are NaN.
         GrammarlabError: If nothing is liked, or the density cannot be made.
 
     >>> import grammarlab as gl
@@ -123,9 +124,15 @@ def learn(
 
 
 def _checked(scores: ArrayLike, num: int) -> Floats:
-    values = np.asarray(scores, dtype=np.float64)
+    given = np.asarray(scores)
+    values = given.astype(np.float64) * (MAX_SCORE if given.dtype == np.bool_ else 1.0)
     if values.shape != (num,):
         raise UsageError(f"score: expected {num} numbers for {num} models, found an array of shape {values.shape}.")
-    if not (np.isfinite(values) & (values >= 0.0) & (values <= MAX_SCORE)).all():
+    missing = np.flatnonzero(np.isnan(values))
+    if len(missing):
+        raise UsageError(
+            f"score: {len(missing)} of {num} scores are not numbers (NaN), the first is of model {missing[0]}."
+        )
+    if not ((values >= 0.0) & (values <= MAX_SCORE)).all():
         raise UsageError(f"score: expected numbers from 0 to {MAX_SCORE:g}, found {values.min()} to {values.max()}.")
     return values

@@ -20,7 +20,7 @@ from typing import TypedDict
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.runs.serving.windows import Argument, Message, Send
-from grammarlab.runs.work.workers import available_cores
+from grammarlab.runs.work.workers import available_cores, end_if_unguarded
 from grammarlab.scoring.commands import run
 from grammarlab.scoring.record.opening import NUM_MODELS, Opening, open_session
 from grammarlab.scoring.record.store import Store
@@ -73,7 +73,9 @@ class Session:
             UsageError: If the session was created with another grammar.
             LanguageError: If the grammar has errors.
             AssetError: If the file is not a session.
+            GrammarlabError: If a script without ``if __name__ == "__main__":`` begins a session.
         """
+        end_if_unguarded()
         opening = open_session(grammar, Path(path), seed=seed, size=size, assets=assets, stored_grammar=stored_grammar)
         about = opening.about
         self._inbox: SimpleQueue[Callable[[], None] | None] = SimpleQueue()

@@ -51,7 +51,7 @@ export function makeResults(page) {
   async function learnGrammar() {
     const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
     const told = [
-      `${file}: ${before} rules became ${after}`,
+      `${file}: ${before} branches of rules became ${after}`,
       typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
       ".",
     ].join("");

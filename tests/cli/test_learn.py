@@ -1,6 +1,7 @@
 """``grammarlab learn``."""
 
 import json
+import re
 
 import pytest
 
@@ -54,6 +55,19 @@ def test_json_is_one_object_about_the_result(run, files, tmp_path):
     assert "// Scenario Test: High and red\n// Method compile, base grammar\n" in text
     assert "Lot --> extrude(height) High" in text
     assert Grammar.parse(text).rules.keys() == {("Lot", 0), ("High", 0)}
+
+
+def test_sizes_are_numbers_of_branches_as_show_counts_them(run, files, tmp_path):
+    grammar, scenario = files
+    out = tmp_path / "red.cga"
+    values = json.loads(run("learn", grammar, "--scenario", scenario, "-o", out, "--json").stdout)
+    for file, size in ((grammar, values["rules_before"]), (out, values["rules_after"])):
+        assert f"branches: {size}," in " ".join(run("show", file).stdout.split())
+    told = run("learn", grammar, "--scenario", scenario, "-o", out).stderr
+    assert "2 branches of rules, 5 before" in " ".join(told.split())
+    assert "branches of the rules, as grammarlab show" in " ".join(
+        re.sub("[│|]", " ", run("learn", "--help").stdout).split()
+    )
 
 
 def test_an_even_base_is_reached_as_well(run, files, tmp_path):

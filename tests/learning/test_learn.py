@@ -1,11 +1,14 @@
 """A Python function in the place of a person."""
 
+import re
+
 import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.pool import Pool
@@ -68,10 +71,34 @@ def test_the_function_is_asked_for_as_many_scores_as_the_budget_allows():
         (lambda _forest: 50.0, 8, "expected 8 numbers for 8 models"),
         (lambda forest: np.full((forest.num_models, 1), 50.0), 8, r"found an array of shape \(8, 1\)"),
         (lambda forest: np.full(forest.num_models, 101.0), 8, "from 0 to 100"),
-        (lambda forest: np.full(forest.num_models, np.nan), 8, "from 0 to 100"),
+        (lambda forest: np.full(forest.num_models, np.inf), 8, "from 0 to 100, found inf to inf"),
+        (
+            lambda forest: np.where(np.isin(np.arange(forest.num_models), [3, 5]), np.nan, 50.0),
+            8,
+            r"score: 2 of 8 scores are not numbers \(NaN\), the first is of model 3\.",
+        ),
+        (lambda forest: np.full(forest.num_models, np.nan), 8, "8 of 8 scores are not numbers"),
         (lambda forest: np.zeros(forest.num_models), 8, "none of the 8 models"),
     ],
 )
 def test_what_cannot_be_learned_from_is_refused_in_words(score, budget, message):
     with pytest.raises(UsageError, match=message):
         learn(GRAMMAR, score, budget, pool=SMALL)
+
+
+def test_truth_is_the_highest_score_and_falsehood_the_lowest():
+    told = learn(GRAMMAR, lambda forest: red_below(forest) > 0.0, 16, pool=SMALL)
+    scored = learn(GRAMMAR, lambda forest: 100.0 * (red_below(forest) > 0.0), 16, pool=SMALL)
+    assert told.learned.text == scored.learned.text
+    assert told.predicted.words == scored.predicted.words
+    assert told.predicted.words.likes
+
+
+def test_a_learned_comparison_reads_like_one():
+    grammar = Grammar.parse("attr a = rand(0, 10)\nattr b = rand(0, 10)\nLot --> s(1 + a, 1 + b, 1) A")
+    draws = [Draw("a"), Draw("b")]
+    found = learn(grammar, lambda forest: 80.0 * (count(forest, draws) @ [1.0, 1.0] > 12.3), 64)
+    (liked,), (disliked,) = found.predicted.words.likes, found.predicted.words.dislikes
+    assert re.fullmatch(r"a \+ b > 1[12](\.\d)? \(80\)", liked)
+    assert disliked == liked.replace(">", "at most").replace("80", "0")
+    assert all(f"{name} (80)" == liked for name in found.names)

@@ -1,12 +1,14 @@
 """The widget in Python, without a page."""
 
 import multiprocessing
+import subprocess
+import sys
 
 import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.notebook import ScoringSession
-from tests.waiting import wait_until
+from tests.waiting import PATIENCE, wait_until
 
 
 @pytest.fixture
@@ -149,3 +151,38 @@ def test_meshes_that_are_not_there_are_logged_once(sent, tmp_path, caplog):
     assert logged.levelname == "WARNING"
     assert 'there is no asset "oak.obj"' in logged.message
     assert widgets[0].state["warnings"] == [logged.message]
+
+
+def said_by_script(tmp_path, *lines):
+    """Standard error of a script that has no guard, run as a person runs it."""
+    script = tmp_path / "script.py"
+    script.write_text("\n".join(["import grammarlab as gl", *lines]))
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=PATIENCE
+    )
+    return done.stderr
+
+
+def test_a_script_without_a_guard_is_told_to_have_one(tmp_path):
+    said = said_by_script(tmp_path, 'gl.ScoringSession("toy", "toys.db", jobs=2)')
+    assert "GrammarlabError: worker processes import the script that starts them" in said
+    assert 'if __name__ == "__main__":' in said
+    assert said.count("Traceback") == 1
+    assert not (tmp_path / "toys.db").exists()
+
+
+def test_workers_of_a_script_without_a_guard_repeat_nothing_that_it_scores(tmp_path):
+    score = 'session.do("score", models=session.do("state")["grids"][0]["models"][:3], score=80)'
+    said = said_by_script(
+        tmp_path,
+        "import time",
+        'session = gl.ScoringSession("toy", "toys.db", jobs=0)',
+        score,
+        'session.do("update")',
+        'while not (message := session.do("state")["message"]): time.sleep(0.1)',
+        "raise SystemExit(message)",
+    )
+    assert said.startswith("worker processes import the script that starts them")
+    session = ScoringSession("toy", tmp_path / "toys.db", jobs=0)
+    assert session.labels.scores.tolist() == [80, 80, 80]
+    session.close()

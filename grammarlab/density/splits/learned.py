@@ -62,17 +62,17 @@ class LearnedGrammar(AbstractSampler):
 
     @property
     def rules_before(self) -> int:
-        """Alternatives of the rules of the original grammar."""
+        """Branches of the rules of the original grammar."""
         return num_alternatives(self.original)
 
     @property
     def rules_after(self) -> int:
-        """Alternatives of the rules."""
+        """Branches of the rules."""
         return num_alternatives(self.grammar)
 
     @property
     def rules_changed(self) -> int:
-        """Alternatives of the new and changed rules, known before the text is parsed."""
+        """Branches of the new and changed rules, known before the text is parsed."""
         return sum(len(origin.branches) for origin in self.origins.values())
 
     def sample(self, num_models: int, seed: int) -> Forest:
@@ -148,6 +148,6 @@ def _numbered(items: Iterable[object]) -> dict[object, int]:
 
 
 def num_alternatives(grammar: Grammar) -> int:
-    """Number of alternatives of all rules of a grammar."""
+    """Number of branches of all rules of a grammar."""
     tree = TreeGrammar.of(grammar)
     return sum(alternative.branch is not None for key in tree.bodies for alternative in tree.alternatives(key))

@@ -56,12 +56,12 @@ class AcceptedGrammar(AbstractSampler):
 
     @property
     def rules_before(self) -> int:
-        """Alternatives of the rules of the original grammar."""
+        """Branches of the rules of the original grammar."""
         return num_alternatives(self.original)
 
     @property
     def rules_after(self) -> int:
-        """Alternatives of the rules."""
+        """Branches of the rules."""
         return self.rules_before if self.part is None else self.part.rules_after
 
     @cached_property

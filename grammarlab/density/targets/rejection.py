@@ -94,7 +94,7 @@ class RejectionSampler(AbstractSampler):
 
     @property
     def rules_before(self) -> int:
-        """Alternatives of the rules of the grammar."""
+        """Branches of the rules of the grammar."""
         return num_alternatives(self.target.grammar)
 
     @property

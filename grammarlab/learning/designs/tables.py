@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -10,8 +11,9 @@ from typing import Generic
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.features.columns.comparisons import comparison, spread_of
 from grammarlab.features.columns.table import FeatureTable
-from grammarlab.features.patterns.pattern import Feature
+from grammarlab.features.patterns.pattern import Feature, HalfSpace
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs, Floats, Ints
 from grammarlab.learning.designs.made import MadePool
@@ -122,8 +124,8 @@ class DesignTables(Generic[Designs]):
         pool = [self._searched(feature)[0] for feature in columns.extra]
         elsewhere = self._elsewhere(columns.elsewhere)
         rows, num_pool = base.rows(), len(self.made.pool)
+        first, names = len(base.group_names), _names(columns.extra, base, rows * base.scales)
         outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
-        first, names = len(base.group_names), tuple(str(feature) for feature in columns.extra)
         return DesignTable(
             columns=columns,
             rows=np.concatenate([np.column_stack([rows[:num_pool], *pool]), outside]),
@@ -153,3 +155,15 @@ class DesignTables(Generic[Designs]):
         """Rows with the columns of features found by a search."""
         scales = [self._searched(feature)[1] for feature in extra]
         return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows
+
+
+def _names(found: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
+    """Readable names of features found by a search; their text if another column has the same name."""
+    texts = [
+        comparison(feature, spread_of(feature, base.features, values))
+        if isinstance(feature, HalfSpace)
+        else str(feature)
+        for feature in found
+    ]
+    seen = Counter((*base.names, *texts))
+    return tuple(str(feature) if seen[text] > 1 else text for feature, text in zip(found, texts, strict=True))

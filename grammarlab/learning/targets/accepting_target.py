@@ -70,7 +70,7 @@ def with_acceptance(
         wanted: the target density.
         forest: derivations of the grammar that show how often successors inside blocks occur.
         lines: comment lines at the top of the new file.
-        most: largest number of rules.
+        most: largest number of branches of the rules.
         why: reason why no grammar alone is used.
     """
     whole = wanted.simplest(exact_only=False)

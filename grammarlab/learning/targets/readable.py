@@ -1,7 +1,7 @@
 """Smallest grammar whose density is near enough to a predicted one.
 
 Simple functions of few features (`grammarlab.learning.targets.simplification`) are compiled one after the other, and
-compared by the number of their rules.
+compared by the number of branches of their rules.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str
         making: options, such as the largest size.
         lines: comment lines at the top of the new file.
     """
-    most = making.max_rules or 2 * num_alternatives(wanted.target.grammar)
+    usual = 2 * num_alternatives(wanted.target.grammar)
+    most = making.max_rules or usual
     best: tuple[Simple, LearnedGrammar] | None = None
     fewest, fitting = 0, np.inf
     header = [*lines, f"Method compile, base {making.base}"]
@@ -55,7 +56,8 @@ def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str
             if len(simple.preference.tree) > fitting:
                 continue  # a larger tree than one that was too large
             learned = compiled(simple.target, forest, header, most)
-            size = 0 if learned is None else rules_if_few(learned, most)
+            # A finding reports the size of the whole grammar, where counting takes no longer than usual.
+            size = 0 if learned is None else rules_if_few(learned, max(most, usual))
             if learned is None or size > most:
                 fewest, fitting = min(fewest or size, size), len(simple.preference.tree)
             elif best is None or _is_better((simple, learned), best):
@@ -66,7 +68,8 @@ def smallest(wanted: Wanted, forest: Forest, making: Making, lines: Sequence[str
             rounded_off(wanted, best[0].target, forest, header, best[1], ones), best[0].preference, best[0].target.even
         )
     reason = (
-        f"a grammar alone would have {fewest:,} rules or more, and {most:,} are allowed"
+        f"a grammar alone would have {fewest:,} branches of rules or more, and {most:,} {'is' if most == 1 else 'are'} "
+        "allowed"
         if fewest
         else "no grammar alone says it"
     )

@@ -56,7 +56,7 @@ class Learned(Protocol[Designs_contra]):
 
     @property
     def rules_before(self) -> int:
-        """Size of the description of the space: alternatives of rules, cells of a table."""
+        """Size of the description of the space: branches of rules, cells of a table."""
         ...
 
     @property
@@ -102,7 +102,7 @@ class LearnedDensity(Generic[Designs]):
     >>> print(found.learned.text.strip().splitlines()[-1])
     Lot --> extrude(9) High
     >>> found
-    <LearnedDensity: 1 rule, 2 before. Likes: Lot ≠ Low (100). Does not like: Lot = Low (0).>
+    <LearnedDensity: 1 branch of rules, 2 before. Likes: Lot ≠ Low (100). Does not like: Lot = Low (0).>
     """
 
     learned: Learned[Designs]
@@ -117,10 +117,11 @@ class LearnedDensity(Generic[Designs]):
     """Comparison with the predicted density, on the pool."""
 
     def __repr__(self) -> str:
-        """Number of rules, likes, dislikes, and remarks about how it was made."""
+        """Number of branches of the rules, likes, dislikes, and remarks about how it was made."""
         learned, words = self.learned, self.predicted.words
         remarks = " ".join([*words.lines, *(f"{each[:1].upper()}{each[1:]}." for each in learned.findings)])
-        size = f"{learned.rules_after} rule{'s' * (learned.rules_after != 1)}, {learned.rules_before} before."
+        branches = "branch" if learned.rules_after == 1 else "branches"
+        size = f"{learned.rules_after} {branches} of rules, {learned.rules_before} before."
         return f"<LearnedDensity: {size} {remarks}>"
 
 

@@ -94,7 +94,7 @@ def compiled(
         target: the density.
         forest: derivations of the grammar that show how often successors inside blocks occur.
         header: comment lines at the top of the file.
-        most: largest number of rules.
+        most: largest number of branches of the rules.
         step: probabilities are rounded to multiples of this.
     """
     try:
@@ -104,7 +104,10 @@ def compiled(
 
 
 def rules_if_few(learned: LearnedGrammar, most: int) -> int:
-    """Number of rules of a grammar; only of changed rules if these are more than a limit, since parsing takes long."""
+    """Number of branches of all rules of a grammar, or of the changed rules only if these have more than a limit.
+
+    The others are known after parsing only, which takes long.
+    """
     if learned.rules_changed > most:
         return learned.rules_changed
     try:

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.features.columns.comparisons import comparison, spread_of
+from grammarlab.features.patterns.pattern import HalfSpace
 from grammarlab.learning.designs.tables import DesignTable
 from grammarlab.learning.targets.agreement import agreement
 from grammarlab.preference.base import MAX_SCORE
@@ -190,7 +192,9 @@ class _ColumnWords:
 
     def condition(self, found: _Range) -> str:
         """One condition."""
-        column, name = found.column, self.table.names[found.column]
+        column, name, feature = found.column, self.table.names[found.column], self.table.features[found.column]
+        if isinstance(feature, HalfSpace):
+            return comparison(feature, spread_of(feature, self.table.features, self.rows), holds=found.low > 0.0)
         return " ".join(self._choice(name, found) if self._is_choice(column) else self._amount(name, found))
 
     def _is_choice(self, column: int) -> bool:

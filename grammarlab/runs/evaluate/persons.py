@@ -170,7 +170,7 @@ def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> st
                 )
             )
     head = ("scenario", "person", "labels", "JS", "lowest–highest", "JS of scores", "correlation")
-    head += ("rules", "after", "exact")
+    head += ("branches", "after", "exact")
     return (
         "## From scores to a grammar\n\n"
         "A simulated person gives scores, a preference is learned from them, and a grammar is made of it. *JS* is the "

@@ -1,4 +1,4 @@
-"""Table 4.3 of the paper, reproduced: divergence and number of rules of methods that make a density."""
+"""Table 4.3 of the paper, reproduced: divergence and size of rules of methods that make a density."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
         [
             head + table(names, divergences),
             "Correlation of the weights.\n\n" + table(names, correlations),
-            "Rules: alternatives of all symbols.\n\n" + table(names, rules),
+            "Branches of the rules of all symbols.\n\n" + table(names, rules),
             *(["Preferences without an exact grammar:\n\n" + "\n".join(notes) + "\n"] if notes else []),
         ]
     )

@@ -113,7 +113,7 @@ def _title(file: Path | None, learned: Learned[Any]) -> str:
 
 
 def _rules(learned: Learned[Any]) -> tuple[str, str, str]:
-    return "rules", f"{learned.rules_before}", f"{learned.rules_after}"
+    return "branches of rules", f"{learned.rules_before}", f"{learned.rules_after}"
 
 
 def _truth(truth: TrueDensity | None) -> Rows:

@@ -6,7 +6,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, current_process, get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from threading import Lock, Thread
@@ -16,6 +16,18 @@ from threadpoolctl import threadpool_limits
 
 MAX_ATTEMPTS = 3
 """Largest number of starts of a task whose process dies."""
+UNGUARDED = """worker processes import the script that starts them, and this script would start them again. Add a guard:
+
+    import grammarlab as gl
+
+    if __name__ == "__main__":
+        ...  # the rest of the script
+"""
+"""Message about a script without a guard."""
+_UNGUARDED_CODE = 78
+"""Exit code of a worker that found its script without a guard: how its parent learns the reason."""
+_NAME = "grammarlab worker"
+"""Name of worker processes, known before the script is imported."""
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 # Spawned, not forked: threads of numerical libraries do not survive a fork.
 _CONTEXT = get_context("spawn")
@@ -49,12 +61,30 @@ def start_worker(
     Returns:
         The process, and a connection to it that ends when it does.
     """
+    end_if_unguarded()
     here, there = _CONTEXT.Pipe()
-    process = _CONTEXT.Process(target=_begin, args=(target, there, *arguments), daemon=outlives)
+    process = _CONTEXT.Process(target=_begin, args=(target, there, *arguments), name=_NAME, daemon=outlives)
     with _starting, variables({**_ONE_THREAD, **(environment or {})}), _without_interrupts():
         process.start()
     there.close()
     return process, here
+
+
+def end_if_unguarded() -> None:
+    """End this process if it is a worker that still imports the script of its parent.
+
+    A worker imports the script before its first task, as `multiprocessing` does. What a script without a guard does is
+    then repeated in the worker, so call this before anything that must not be repeated.
+    """
+    process = current_process()
+    # The standard library refuses to start processes by the same attribute.
+    if process.name == _NAME and getattr(process, "_inheriting", False):
+        raise SystemExit(_UNGUARDED_CODE)
+
+
+def is_unguarded(process: SpawnProcess) -> bool:
+    """Whether a lost process ended since its script has no guard (`UNGUARDED`)."""
+    return process.exitcode == _UNGUARDED_CODE
 
 
 @contextmanager

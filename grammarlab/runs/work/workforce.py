@@ -16,7 +16,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any
 
 from grammarlab.errors import WorkerError
-from grammarlab.runs.work.workers import MAX_ATTEMPTS, how_it_ended, start_worker
+from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, how_it_ended, is_unguarded, start_worker
 
 GRACE = 2.0
 """Seconds for processes to clean up before they are killed."""
@@ -90,9 +90,8 @@ class Workforce:
         self._workers[connection] = _Worker(process, connection, job)
 
     def _hear(self, worker: _Worker) -> None:
-        try:
-            message = worker.connection.recv_bytes()
-        except (EOFError, OSError):
+        message = _received(worker)
+        if message is None:
             self._replace(worker)
             return
         if message == _READY:
@@ -122,16 +121,15 @@ class Workforce:
         """Replace a process that has died."""
         self._dismiss(worker)
         worker.process.join()
+        if is_unguarded(worker.process):
+            raise WorkerError(UNGUARDED)
         job, how = worker.job, how_it_ended(worker.process)
         if worker.is_ready:
             job.losses += 1
         else:
             self._false_starts += 1
         if self._false_starts == MAX_ATTEMPTS:
-            raise WorkerError(
-                f"processes end as soon as they start ({how}). Try to do without (--jobs 1); in a script, call what "
-                'runs below `if __name__ == "__main__":`.'
-            )
+            raise WorkerError(f"processes end as soon as they start ({how}). Try to do without (--jobs 1).")
         if job.losses == MAX_ATTEMPTS:
             name = str(job.task)
             name = name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}…"
@@ -153,6 +151,14 @@ class Workforce:
         for process in processes:
             process.kill()
             process.join()
+
+
+def _received(worker: _Worker) -> bytes | None:
+    """Next message of a process; None if it has ended."""
+    try:
+        return worker.connection.recv_bytes()
+    except (EOFError, OSError):
+        return None
 
 
 def _send(worker: _Worker, message: bytes) -> None:

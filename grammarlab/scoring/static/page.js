@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source bd5c492cbe3d94ed */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source d4ce13388e31243c */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -1657,7 +1657,7 @@ function makeResults(page) {
   async function learnGrammar() {
     const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
     const told = [
-      `${file}: ${before} rules became ${after}`,
+      `${file}: ${before} branches of rules became ${after}`,
       typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
       "."
     ].join("");

@@ -18,12 +18,10 @@ from threading import Thread
 from typing import Any
 
 from grammarlab.errors import GrammarlabError
-from grammarlab.runs.work.workers import MAX_ATTEMPTS, start_worker
+from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, how_it_ended, is_unguarded, start_worker
 
-_GONE = (
-    f"Processes that worked for the session have ended unasked, {MAX_ATTEMPTS} times with the same task; memory may be "
-    "short. Close other programs, and try again."
-)
+_PATIENCE = 5.0
+"""Seconds to wait for the end of a process."""
 
 Report = Callable[[str, int, int], None]
 """Function called with a stage, the number of finished parts, and that of all parts. It ends a cancelled task."""
@@ -147,8 +145,8 @@ class WorkerPool:
         for worker in self._workers:
             worker.process.terminate()
         for worker in self._workers:
-            worker.process.join(5.0)
-            worker.listener.join(5.0)
+            worker.process.join(_PATIENCE)
+            worker.listener.join(_PATIENCE)
 
     def _dispatch(self) -> None:
         for worker in list(self._workers):
@@ -188,15 +186,25 @@ class WorkerPool:
         task = worker.task
         if task is None:
             return
-        if task.request is self.recall:
+        worker.process.join(_PATIENCE)
+        if is_unguarded(worker.process):
+            task.then(TaskOutcome(error=UNGUARDED))
+        elif task.request is self.recall:
             self.recall = None
         elif task.losses + 1 < MAX_ATTEMPTS:
             self._waiting.appendleft(replace(task, losses=task.losses + 1))
         else:
-            task.then(TaskOutcome(error=_GONE))
+            task.then(TaskOutcome(error=_gone(how_it_ended(worker.process))))
         if self._waiting:
             self.start()
             self._dispatch()
+
+
+def _gone(how: str) -> str:
+    return (
+        f"Processes that worked for the session have ended unasked, {MAX_ATTEMPTS} times with the same task ({how}). "
+        "Close other programs if memory is short, and try again."
+    )
 
 
 def _give(worker: _WorkerProcess, task: PendingTask) -> None:

@@ -160,8 +160,18 @@ def test_a_larger_bound_needs_no_acceptance_rule():
     assert isinstance(few, AcceptedGrammar)
     assert few.rules_after <= 9 < many.rules_after
     assert isinstance(many, LearnedGrammar)
-    assert "rules or more, and 9 are allowed" in few.findings[0]
+    assert "branches of rules or more, and 9 are allowed" in few.findings[0]
     assert few.part is None or few.part.rules_changed <= few.rules_after
+
+
+def test_a_bound_that_is_too_small_is_compared_with_the_size_of_the_whole_grammar():
+    def score(forest):
+        return 90.0 * (counts(forest, "Porch:0") > 0)
+
+    bound, free = made(score, max_rules=1).learned, made(score).learned
+    assert isinstance(free, LearnedGrammar)
+    assert f"have {free.rules_after} branches of rules or more, and 1 is allowed" in bound.findings[0]
+    assert bound.rules_after == bound.rules_before
 
 
 def test_a_file_with_an_acceptance_rule_can_be_learned_from_again():

@@ -1,13 +1,14 @@
 """Words: those for known preferences name what they are about, and little else."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from grammarlab.evaluation.preparation import true_scores
-from grammarlab.features.patterns.pattern import Draw
+from grammarlab.features.patterns.pattern import Draw, HalfSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.designs.tables import Columns, DesignTable
 from grammarlab.learning.round import Study, init
@@ -91,6 +92,15 @@ def test_counts_and_draws_are_told_with_their_ranges():
         "Likes: Door (60).",
         "Does not like: no Door (0).",
     )
+
+
+def test_comparisons_of_draws_are_told_as_such():
+    draws = np.random.default_rng(1).random((600, 2)) * 10.0
+    space = HalfSpace(("a", "b"), (-1.0, 1.0), -0.0013)
+    inside = (draws @ space.weights < space.bound).astype(np.float64)
+    table = table_of(np.column_stack([draws, inside]), ["a", "b", "c"])
+    table = replace(table, features=(*table.features[:2], space))
+    assert words_of(table, 100.0 * inside, np.ones(600)) == Words(("a > b (100)",), ("a at most b (0)",))
 
 
 @pytest.mark.parametrize("scores", [np.zeros(50), np.full(50, 100.0)])

@@ -316,6 +316,6 @@ def test_too_many_models_are_refused_before_any_is_derived(grammar, tmp_path, mo
 
 def test_the_report_says_what_happened(grammar, tmp_path):
     text = report_text(page_of_labels(learn(tmp_path, scored(grammar, red_below))))
-    assert "| rules | 6 | 7 |" in text
+    assert "| branches of rules | 6 | 7 |" in text
     assert "| models that rejection would accept | " in text
     assert "- Lot › Part 1" in text

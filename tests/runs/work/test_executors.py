@@ -232,5 +232,6 @@ def test_a_script_that_does_not_guard_what_it_runs_is_told_how(tmp_path: Path):
         [sys.executable, script], env=environment, capture_output=True, text=True, check=False, timeout=120
     )
     assert done.returncode == 1
-    assert "WorkerError: processes end as soon as they start (exit code 1)." in done.stderr
-    assert 'below `if __name__ == "__main__":`' in done.stderr
+    assert "WorkerError: worker processes import the script that starts them" in done.stderr
+    assert 'if __name__ == "__main__":' in done.stderr
+    assert done.stderr.count("Traceback") == 1
