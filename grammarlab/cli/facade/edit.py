@@ -48,7 +48,7 @@ def edit(
             steps = "; ".join(each.steps) or "the same columns and rows"
             say(f"{each.facade.width:.2f} x {each.facade.height:.2f} m, deformed by {each.energy:.3g}: {steps}")
             if each.conflict:
-                say(f"  these contradict each other: {'; '.join(each.conflict)}")
+                say(f"  in conflict: {'; '.join(each.conflict)}")
             for words in (*each.relaxed, *each.missing):
                 say(f"  {words}")
             typer.echo(path)

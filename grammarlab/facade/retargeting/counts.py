@@ -3,6 +3,7 @@
 A row of springs of length a, give q and energy e, repeated n times, plus fixed ones, has the energy e0 + sum n e + r^2
 / g with r = size - a0 - sum n a and g = q0 + sum n q. For every u it is at least e0 + sum n e + 2 u r - u^2 g. This
 bound is separable in the counts, so that its least value over any ranges of counts is known; the best u maximises it.
+Strips beside the rows are as long as the longest row; their energy follows from the range of its lengths.
 """
 
 from __future__ import annotations
@@ -21,6 +22,29 @@ _IMPOSSIBLE = 10
 """Number of consecutive impossible counts after which the search ends."""
 _BOXES = 20
 """Number of boxes that are halved per trial."""
+
+
+@dataclass(frozen=True, eq=False)
+class Strips:
+    """Parts beside R rows of S kinds of springs; their target is the length of the longest row without locks."""
+
+    length: Floats
+    """[R, S] lengths, metres."""
+    fixed_length: Floats
+    """[R] length of the fixed part, metres."""
+    stiffness: float
+    """Energy for a square metre of deviation at their original length."""
+    whole: float
+    """Their original length, metres."""
+
+    def bound(self, size: float, least: Ints, most: Ints) -> float:
+        """Lower bound of their energy at a size, metres, for counts in these ranges [S].
+
+        Strips of n times the length have at most n^2 times the give, and shorter ones at most the same give.
+        """
+        shortest, longest = (float((self.fixed_length + self.length @ counts).max()) for counts in (least, most))
+        nearest = min(max(size, shortest), longest)
+        return self.stiffness * ((size - nearest) / max(nearest / self.whole, 1.0)) ** 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,15 +68,20 @@ class SpringRows:
     """[S] proportional number of each kind."""
     price: Floats
     """[S] > 0, energy for a deviation of one from the share; quadratic."""
+    strips: Strips | None = None
 
     def unevenness(self, counts: Ints) -> float:
         """Cost of the deviation of counts [S] from the shares."""
         return float(self.price @ np.square(counts - self.share))
 
     def energy(self, counts: Ints) -> float:
-        """Energy of counts [S] without ties between rows, and without unevenness."""
+        """Energy of counts [S] without ties between rows, and without unevenness; that of strips at least."""
         missing, give = self.size - self.fixed_length - self.length @ counts, self.fixed_give + self.give @ counts
-        return float(self.fixed_rest + counts @ self.rest + (missing**2 / give).sum())
+        return float(self.fixed_rest + counts @ self.rest + (missing**2 / give).sum()) + self.beside(counts, counts)
+
+    def beside(self, least: Ints, most: Ints) -> float:
+        """Lower bound of the energy of strips for counts in these ranges [S]."""
+        return self.strips.bound(self.size, least, most) if self.strips else 0.0
 
     def bound(self, least: Ints, most: Ints) -> float:
         """Lower bound of the cost of counts in these ranges [S]."""
@@ -71,7 +100,7 @@ class SpringRows:
                 low = u
             else:
                 high = u
-        return best
+        return best + self.beside(least, most)
 
 
 @dataclass(frozen=True, slots=True)

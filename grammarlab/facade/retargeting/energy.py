@@ -30,7 +30,8 @@ def least_energy(
     facade: Facade, origin: LineOrigin, wishes: Sequence[Size], weights: Weights, held: Sequence[int]
 ) -> float:
     """Energy of the best sizes along one axis under these kinds of rows; infinite if there are none."""
-    leaf, scale, along = facade.leaves, max(facade.width, facade.height), wishes[0].axis
+    # One unit for all variations of a facade, so that rounding errors choose the same anchors in all of them.
+    leaf, scale, along = facade.leaves, float(origin.whole.max()), wishes[0].axis
     weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, along]
     axis = build_axis(facade, along, origin, weight, scale)
     model = build_model([axis], wishes, scale)
@@ -45,7 +46,7 @@ def least_energy(
 
 
 def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, held: Sequence[int]) -> float:
-    """Lower bound of the energy of the parts beside the bands, for any columns.
+    """Lower bound of the energy of the parts beside the bands, for any columns; without strips.
 
     Of the rows for these parts, only those that do not depend on columns are kept: equal sizes, and alignment in
     columns (for heights, rows) of a grid without elements in a band.
@@ -57,9 +58,9 @@ def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights
         weights: weights of deviations.
         held: kinds of rows.
     """
-    before, bands = repeats.before, {band.node for band in repeats.bands}
+    before, other = repeats.before, {*(band.node for band in repeats.bands), *repeats.strips}
     whole = before.facade
-    beside = [part for part in whole.children[0].tolist() if part not in bands] if 0 not in bands else []
+    beside = [part for part in whole.children[0].tolist() if part not in other] if 0 not in other else []
     if not beside:
         return 0.0
     source = np.concatenate([np.arange(part, int(whole.end[part])) for part in beside])

@@ -2,19 +2,22 @@
 
 A band is divided along the edited axis and extends over the whole facade along it: the facade itself, or a storey of it
 if columns are repeated. If the parts of a band contain one column each, a column is repeated with the gap before it,
-and the first one with the gap after it; the parts before the first and after the last column are fixed.
+and the first one with the gap after it; the parts before the first and after the last column are fixed. Strips of wall
+beside the bands are as long as the bands for any number of columns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.tree import Facade, Ints, X
+from grammarlab.facade.sizes.wishes import Wish
+from grammarlab.facade.tree import Facade, Floats, Ints, X
 from grammarlab.facade.variations.copies import take
 from grammarlab.facade.variations.single import Variation
 
@@ -52,10 +55,19 @@ class Repeats:
     along: int
     bands: tuple[RepeatedBand, ...]
     """Bands with all columns, at least one."""
+    strips: tuple[int, ...]
+    """Parts of the facade beside the bands that contain no elements."""
     kind: Ints
-    """[C] kind of each column; columns of one kind are equal, and kinds are numbered by first occurrence."""
+    """[C] kind of each column; columns of one kind are equal with equal locks, and kinds are numbered by first
+    occurrence."""
     needed: tuple[int, ...]
     """Columns with elements in other parts of the facade, of which one each has to stay."""
+    locks: tuple[Wish, ...]
+    """Locks of nodes of the edited variation."""
+    locked: NDArray[np.bool_]
+    """[C] whether a part of each column is locked; one column of its kind has to stay."""
+    gap_locked: NDArray[np.bool_]
+    """[C] whether a part of the gap between the column before and each is locked; one such gap has to stay."""
 
     def variation(self, columns: Sequence[int]) -> Variation:
         """The facade with these of its columns, in this order, repeated any number of times.
@@ -68,6 +80,7 @@ class Repeats:
         before, facade = self.before, self.before.facade
         source, parent, place = _tree(self, columns)
         wanted = before.wanted[source]
+        wanted[:, self.along] *= self._stretch(columns)[source]
         tree = take(facade, parent, facade.axis[source], source, wanted)
         grids = tuple(new for old in facade.grids if (new := _grid(self, old, columns, source, place)) is not None)
         return replace(
@@ -78,6 +91,17 @@ class Repeats:
             shown=before.shown[source],
         )
 
+    def least(self, first: int) -> Ints:
+        """[K] least number of columns of each kind if the first column is of this kind."""
+        least = np.zeros(int(self.kind.max()) + 1, dtype=np.int64)
+        least[[first, *self.kind[self.locked]]] = 1
+        # The first column of all has no gap before it.
+        least[self.kind[self.gap_locked]] = 1 + (self.kind[self.gap_locked] == first)
+        for column in self.needed:
+            kind = self.kind[column]
+            least[kind] = max(least[kind], 1 + np.searchsorted(np.flatnonzero(self.kind == kind), column))
+        return least
+
     def spread(self, counts: Ints) -> tuple[int, ...]:
         """Columns in order for counts [K] of the kinds: copies are next to their originals."""
         columns: list[int] = []
@@ -87,9 +111,25 @@ class Repeats:
             columns += [column] * (every + (int(np.searchsorted(same, column)) < more))
         return tuple(columns)
 
+    def _stretch(self, columns: Sequence[int]) -> Floats:
+        """[N] factor of the target of each node: strips are as long as the longest band with these columns."""
+        facade = self.before.facade
+        size, factor = facade.size[:, self.along], np.ones(len(facade))
+        longest = max(size[[part for _, part in band.sequence(columns)]].sum() for band in self.bands)
+        for strip in self.strips:
+            factor[strip : facade.end[strip]] = longest / size[strip]
+        return factor
 
-def find_repeats(before: Variation, grid: Grid, along: int) -> Repeats | None:
-    """The repetition of the columns of a grid; None if no band contains all of them side by side."""
+
+def find_repeats(before: Variation, grid: Grid, along: int, locks: Sequence[Wish] = ()) -> Repeats | None:
+    """The repetition of the columns of a grid; None if no band contains all of them side by side.
+
+    Args:
+        before: the edited variation.
+        grid: one of its grids.
+        along: X to repeat columns, Y to repeat rows.
+        locks: locks of nodes of the variation.
+    """
     facade = before.facade
     column = _columns(grid, along)
     num, whole = int(column.max(initial=-1)) + 1, [0, *(facade.children[0].tolist() if facade.axis[0] != along else ())]
@@ -100,10 +140,26 @@ def find_repeats(before: Variation, grid: Grid, along: int) -> Repeats | None:
     for band in bands:
         inside[band.node : facade.end[band.node]] = True
     needed = tuple(np.unique(column[~inside[grid.node]]).tolist())
-    looks = [tuple(_look(before, band, each) for band in bands) for each in range(num)]
+    filled = _containing(facade, [node for other in facade.grids for node in other.node.tolist()])
+    locked = _locked(locks)
+    held = _containing(facade, list(locked))
+    looks = [tuple(_look(before, band, each, locked) for band in bands) for each in range(num)]
     first = list(dict.fromkeys(looks))
     kind = np.array([first.index(look) for look in looks])
-    return Repeats(before, grid.name, along, tuple(bands), kind, needed)
+    return Repeats(
+        before=before,
+        grid=grid.name,
+        along=along,
+        bands=tuple(bands),
+        strips=tuple(part for part in whole[1:] if not inside[part] and not filled[part]),
+        kind=kind,
+        needed=needed,
+        locks=tuple(locks),
+        locked=np.array([any(held[list(band.columns[each])].any() for band in bands) for each in range(num)]),
+        gap_locked=np.array(
+            [each > 0 and any(held[list(band.gaps[each])].any() for band in bands) for each in range(num)]
+        ),
+    )
 
 
 def _columns(grid: Grid, along: int) -> Ints:
@@ -131,12 +187,31 @@ def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: 
     return RepeatedBand(node, before, tuple(gaps), columns, after)
 
 
-def _look(before: Variation, band: RepeatedBand, column: int) -> tuple[object, ...]:
-    """A key that is equal for equal columns."""
+def _containing(facade: Facade, nodes: Sequence[int]) -> NDArray[np.bool_]:
+    """[N] whether each node is one of these, or contains one."""
+    before = np.zeros(len(facade) + 1, dtype=np.int64)
+    before[1 + np.array(nodes, dtype=np.int64)] = 1
+    before = before.cumsum()
+    return before[facade.end] > before[:-1]
+
+
+def _locked(locks: Sequence[Wish]) -> dict[int, frozenset[Wish]]:
+    """The locks of each locked node, without the number of the node."""
+    found: dict[int, frozenset[Wish]] = {}
+    for lock in locks:
+        found[lock.node] = found.get(lock.node, frozenset()) | {replace(lock, node=0)}
+    return found
+
+
+def _look(
+    before: Variation, band: RepeatedBand, column: int, locked: Mapping[int, frozenset[Wish]]
+) -> tuple[object, ...]:
+    """A key that is equal for equal columns with equal locks."""
     facade = before.facade
     nodes = np.concatenate([np.arange(part, facade.end[part]) for part in (*band.gaps[column], *band.columns[column])])
     shape = facade.axis[nodes], facade.label[nodes], np.round(before.wanted[nodes] / facade.size[0], 9)
-    return (len(band.gaps[column]), *(each.tobytes() for each in shape))
+    held = frozenset((place, locked[node]) for place, node in enumerate(nodes.tolist()) if node in locked)
+    return (len(band.gaps[column]), held, *(each.tobytes() for each in shape))
 
 
 def _tree(repeats: Repeats, columns: Sequence[int]) -> tuple[Ints, Ints, Ints]:

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.retargeting.counts import BestCounts, Box, SpringRows, fewest
+from grammarlab.facade.retargeting.counts import BestCounts, Box, SpringRows, Strips, fewest
 from grammarlab.facade.retargeting.energy import energy_beside, least_energy, origin_of
 from grammarlab.facade.retargeting.repeats import Repeats, find_repeats
 from grammarlab.facade.retargeting.springs import springs
 from grammarlab.facade.sizes.axes import Weights, leaf_weights
+from grammarlab.facade.sizes.constraints import ALIKE
 from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH
 from grammarlab.facade.sizes.solve import Resized, resize
 from grammarlab.facade.sizes.wishes import Aspect, Size, Wish, checked
@@ -97,7 +98,8 @@ def retarget(
         weights: weights of deviations.
         build: makes the facade of given columns; its sizes must be those of the sources.
         most_tries: largest number of combinations to solve for along each axis.
-        locks: locked properties, also of copies, except positions. With a lock of an aspect ratio, nothing is proven.
+        locks: locked properties, also of copies, except positions. One of equal columns with a locked part stays. With
+            a lock of an aspect ratio, nothing is proven.
 
     Raises:
         FacadeError: If lengths are out of range, or grids are unknown.
@@ -113,7 +115,8 @@ def retarget(
     variation, choices = unedited(facade), []
     for wish in wishes:
         active = [grid for grid in variation.facade.grids if grid.name in (names if grids is None else grids)]
-        options = [each for grid in active if (each := find_repeats(variation, grid, wish.axis)) is not None]
+        held = inherited(locks, variation)
+        options = [each for grid in active if (each := find_repeats(variation, grid, wish.axis, held)) is not None]
         if options:
             choice, variation = _chosen(options, facade, wish, weights, build, most_tries, locks)
             choices.append(choice)
@@ -132,7 +135,7 @@ def _chosen(
     locks: Sequence[Wish],
 ) -> tuple[Repetition, Variation]:
     """The best numbers of columns of one grid, and the facade with them."""
-    rows = [_rows(each, facade, wish, weights) for each in options]
+    rows = [_rows(each, facade, wish, weights, tied=False) for each in options]
     unchanged = [np.bincount(each.kind) for each in options]
     uneven = [kinds[0].unevenness(counts) for kinds, counts in zip(rows, unchanged, strict=True)]
     # Columns of the other grids do not change.
@@ -151,8 +154,13 @@ def _chosen(
 
         boxes = [
             box
-            for owner, (option, kinds) in enumerate(zip(options, rows, strict=True))
-            for box in _boxes(option, kinds, others[owner] + energy_beside(option, facade, wish, weights, held), owner)
+            for owner, option in enumerate(options)
+            for box in _boxes(
+                option,
+                _rows(option, facade, wish, weights, tied=SYMMETRY in held),
+                others[owner] + energy_beside(option, facade, wish, weights, held),
+                owner,
+            )
         ]
         return fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
 
@@ -176,12 +184,22 @@ def _chosen(
     return choice, build(repeats, columns)
 
 
-def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> list[SpringRows]:
-    """The bands as rows of springs, once for each possible first kind, since the first column has no gap."""
+def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, *, tied: bool) -> list[SpringRows]:
+    """The bands as rows of springs, once for each possible first kind, since the first column has no gap.
+
+    Args:
+        repeats: repetition of the columns.
+        facade: facade of the original sizes.
+        wish: target of the whole facade.
+        weights: weights of deviations.
+        tied: whether parts that are like a locked one change with it.
+    """
     before, along, bands = repeats.before, wish.axis, repeats.bands
     leaf, wanted = before.facade.leaves, before.wanted[:, along]
     weight = leaf_weights(before.wanted[leaf], facade.size[0], weights)[:, along]
-    spring = springs(before.facade, along, wanted, weight)
+    spring = springs(before.facade, along, wanted, weight, _held(repeats, tied=tied))
+    # Targets do not depend on locks; nor does the give of a strip, which is a bound without those inside it.
+    free = springs(before.facade, along, wanted, weight)
     occurs, columns = np.bincount(repeats.kind), np.unique(repeats.kind, return_index=True)[1].tolist()
     units = [[(*band.gaps[each], *band.columns[each]) for each in columns] for band in bands]
     margins = [(*band.before, *band.after) for band in bands]
@@ -207,9 +225,38 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights) -> lis
             size=wish.metres,
             share=occurs * wish.metres / facade.size[0, along],
             price=price,
+            strips=Strips(
+                length=_sums(free.length, units),
+                fixed_length=_sums(free.length, [margins])[0] - _sums(free.length, [gaps])[0],
+                stiffness=float((1.0 / free.give[list(repeats.strips)]).sum()),
+                whole=float(before.facade.size[0, along]),
+            ),
         )
 
     return [rows(first) for first in columns]
+
+
+def _held(repeats: Repeats, *, tied: bool) -> dict[int, float]:
+    """Sizes of nodes that follow from locks, metres: of locked nodes, and of those that are like one if they are tied.
+
+    Only parts that are like a locked one without others between them are tied to it in every repetition.
+    """
+    facade, size = repeats.before.facade, repeats.before.wanted[:, repeats.along]
+    held: dict[int, float] = {}
+    for lock in repeats.locks:
+        if not isinstance(lock, Size) or lock.axis != repeats.along or lock.node in held:
+            continue
+        held[lock.node] = lock.metres
+        for grid in facade.grids if tied else ():
+            if lock.node in grid.node:
+                small, large = (
+                    np.minimum(size[grid.node], size[lock.node]),
+                    np.maximum(size[grid.node], size[lock.node]),
+                )
+                alike = (facade.label[grid.node] == facade.label[lock.node]) & (large <= (1.0 + ALIKE) * small)
+                ratio = size[grid.node[alike]] / size[lock.node]
+                held |= dict(zip(grid.node[alike].tolist(), (lock.metres * ratio).tolist(), strict=True))
+    return held
 
 
 def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: int) -> list[Box]:
@@ -221,14 +268,9 @@ def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: i
         others: added to each cost: energy of other grids and of the parts beside the bands.
         owner: index of the grid.
     """
-    kinds = np.arange(len(rows))
-    needed = np.zeros(len(rows), dtype=np.int64)
-    for column in repeats.needed:
-        same = np.flatnonzero(repeats.kind == repeats.kind[column])
-        needed[repeats.kind[column]] = max(needed[repeats.kind[column]], 1 + np.searchsorted(same, column))
-    boxes = []
+    kinds, boxes = np.arange(len(rows)), []
     for first, each in enumerate(rows):
-        least = np.maximum(needed, kinds == first)
+        least = repeats.least(first)
         fitting = np.ceil(2.0 * each.size / each.length.min(axis=0)).astype(np.int64)
         most = np.where(kinds < first, 0, np.maximum(fitting, least))
         if (least <= most).all():

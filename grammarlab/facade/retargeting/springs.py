@@ -6,11 +6,15 @@ part is a spring, and the energy of a facade without grids is in closed form: gr
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from grammarlab.facade.tree import LEAF, Facade, Floats
+
+_STIFF = 1e-6
+"""Give of a held spring, as a fraction of its own: 0 would not allow parallel held springs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +33,9 @@ class Springs:
         return float(self.rest[node] + (size - self.length[node]) ** 2 / self.give[node])
 
 
-def springs(facade: Facade, along: int, wanted: Floats, weight: Floats) -> Springs:
+def springs(
+    facade: Facade, along: int, wanted: Floats, weight: Floats, held: Mapping[int, float] | None = None
+) -> Springs:
     """Each node of a facade as a spring.
 
     Args:
@@ -37,7 +43,9 @@ def springs(facade: Facade, along: int, wanted: Floats, weight: Floats) -> Sprin
         along: 0 for widths, 1 for heights.
         wanted: [N] target sizes of leaves, metres.
         weight: [L] weights of leaves, as in `leaf_weights`.
+        held: locked sizes of nodes, metres; their springs have hardly any give.
     """
+    held = held or {}
     parent, axis = facade.parent.tolist(), facade.axis.tolist()
     length, give, rest = ([0.0] * len(facade) for _ in range(3))
     stiffness, pull, square = ([0.0] * len(facade) for _ in range(3))
@@ -47,6 +55,9 @@ def springs(facade: Facade, along: int, wanted: Floats, weight: Floats) -> Sprin
         if axis[node] not in {LEAF, along}:
             length[node], give[node] = pull[node] / stiffness[node], 1.0 / stiffness[node]
             rest[node] += max(square[node] - pull[node] * length[node], 0.0)
+        if node in held:
+            rest[node] += (held[node] - length[node]) ** 2 / give[node]
+            length[node], give[node] = held[node], _STIFF * give[node]
         above = parent[node]
         if node == 0:
             break

@@ -9,7 +9,7 @@ from grammarlab.facade.retargeting.energy import origin_of
 from grammarlab.facade.sizes.solve import resize
 from grammarlab.facade.sizes.wishes import Size, Wish
 from grammarlab.facade.tree import Facade
-from grammarlab.facade.variations.inheriting import inherited
+from grammarlab.facade.variations.inheriting import inherited, lost
 from grammarlab.facade.variations.ranking import strain
 from grammarlab.facade.variations.sequences import sequences
 from grammarlab.facade.variations.single import Variation, edits, unedited
@@ -33,7 +33,7 @@ def stepwise(facade: Facade, wishes: Sequence[Size], grid: str, locks: Sequence[
         facade: a facade with the grid.
         wishes: target width, height, or both.
         grid: grid whose columns and rows are added or removed, with those of the grids that follow it.
-        locks: locked properties, also of copies, except positions.
+        locks: locked properties, also of copies, except positions. No step removes the last copy of a locked part.
     """
     best = unedited(facade)
     for wish in wishes:
@@ -55,7 +55,8 @@ def _along(facade: Facade, start: Variation, wish: Size, grid: str, locks: Seque
         if not beam:
             break
         work -= len(beam) * _effort(beam[0].facade, grid, wish.axis)
-        found = [each for each in sequences(facade, grid, wish.axis, step, also=also, start=beam) if not each.missing]
+        tried = sequences(facade, grid, wish.axis, step, also=also, start=beam)
+        found = [each for each in tried if not each.missing and not lost(facade, locks, each)]
         beam = tuple(sorted(found, key=strain)[:_BEAM])
         costs = [cost(each) for each in beam]
         worse = 0 if costs and min(costs) < least else worse + 1

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammarlab.facade.sizes.wishes import Position, Wish
+from grammarlab.facade.tree import Facade
 from grammarlab.facade.variations.single import Variation
 
 _WHOLE = [0.0, 0.0, 1.0, 1.0]
@@ -30,3 +31,22 @@ def inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
         nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
         found += [replace(lock, node=node) for node in nodes]
     return tuple(found)
+
+
+def lost(facade: Facade, locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
+    """Locks of parts of which neither a copy is left, nor a part of the same label with an equal lock.
+
+    Args:
+        facade: the original facade.
+        locks: its locks; positions are not lost, since they do not apply to variations.
+        variation: a variation of that facade.
+    """
+    left = {_alike(variation.facade, lock) for lock in inherited(locks, variation)}
+    return tuple(
+        lock for lock in locks if lock.node and not isinstance(lock, Position) and _alike(facade, lock) not in left
+    )
+
+
+def _alike(facade: Facade, lock: Wish) -> tuple[int, Wish]:
+    """The label of a locked part, and its lock without the number of the node."""
+    return int(facade.label[lock.node]), replace(lock, node=0)

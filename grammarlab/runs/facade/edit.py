@@ -17,9 +17,9 @@ from grammarlab.facade.retargeting.energy import origin_of
 from grammarlab.facade.retargeting.retarget import Retargeted, retarget
 from grammarlab.facade.retargeting.stepwise import MOST_STEPS, affordable, stepwise
 from grammarlab.facade.sizes.solve import Residuals, Resized, resize
-from grammarlab.facade.sizes.wishes import Size, Wish, checked
+from grammarlab.facade.sizes.wishes import Size, Wish, checked, in_words
 from grammarlab.facade.tree import Facade, X, Y
-from grammarlab.facade.variations.inheriting import inherited
+from grammarlab.facade.variations.inheriting import inherited, lost
 from grammarlab.facade.variations.ranking import ranked
 from grammarlab.facade.variations.sequences import canonical, sequences
 from grammarlab.facade.variations.single import Variation, unedited, vary
@@ -30,6 +30,8 @@ _SOLVED = 200
 """Number of variations whose sizes are solved for."""
 _VISIBLE = 0.1
 """Least mean relative deviation of sizes from which other repetitions are searched."""
+_TIE = 1e-9
+"""Largest relative difference of equal energies."""
 _LEAVES = 10_000
 """Largest number of leaves of a facade whose columns and rows follow from its size; that takes up to 100 solutions."""
 
@@ -47,11 +49,11 @@ class Edited:
     proven: bool
     """Whether no other columns and rows deform less, among those that satisfy the request."""
     conflict: tuple[str, ...]
-    """Wishes and grids that contradict each other."""
+    """Wishes and grids that contradict each other, and locks of which no copy is left."""
     relaxed: tuple[str, ...]
     """Relaxed wishes and grids, with the largest violation in metres."""
     missing: tuple[str, ...]
-    """Parts of the steps that were not possible."""
+    """Parts of the steps that were not possible, and the reason if columns and rows were not chosen for a size."""
     locks: tuple[Wish, ...]
     """Locks for further edits of the result."""
     seconds: float
@@ -141,29 +143,34 @@ def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], gr
     start = time.perf_counter()
     plain = _edited(unedited(facade), resize(facade, (*wishes, *locks)), locks, time.perf_counter() - start)
     start = time.perf_counter()
-    found = [(unedited(facade), plain)]
+    found, missing = [(unedited(facade), plain)], ()
     try:
         made = _retargeted(facade, wishes, locks, [grid] if grid else None)
         steps = tuple(str(choice) for choice in made.choices if any(count != 1 for count in choice.counts))
-        proven = all(choice.proven for choice in made.choices)
+        proven = not made.resized.conflict and all(choice.proven for choice in made.choices)
         seconds = time.perf_counter() - start
         held = inherited(locks, made.variation)
         found.insert(0, (made.variation, _edited(made.variation, made.resized, held, seconds, steps, proven)))
     except FacadeError as error:  # sizes alone always have a solution
-        found = [(unedited(facade), replace(plain, missing=(f"no columns or rows were repeated: {error}",)))]
+        missing = (f"columns and rows were not chosen for this size: {error}",)
     best = found[0][1]
-    start = time.perf_counter()
     # Most contradictions do not depend on the columns, and each would need an explanation.
     if facade.grids and not best.conflict and best.energy > _VISIBLE**2 * len(best.facade.leaves):
         joined, name = _active(facade, grid)
+        start = time.perf_counter()
         each = stepwise(joined, wishes, name, locks)
-        held = inherited(locks, each)
-        solved = resize(each.facade, (*wishes, *held), origin_of(facade, each))
-        found.append((each, _edited(each, solved, held, time.perf_counter() - start, each.steps)))
+        found.append((each, _solved(facade, each, wishes, locks, start)))
     kind = kinds(facade)
     different = {canonical(variation, kind): result for variation, result in reversed(found)}
-    first, *others = sorted(different.values(), key=lambda each: (bool(each.conflict), each.energy))
+    first, *others = (
+        replace(each, missing=(*each.missing, *missing)) for each in sorted(different.values(), key=_by_energy)
+    )
     return (first, *(replace(each, proven=False) for each in others))
+
+
+def _by_energy(edited: Edited) -> tuple[bool, float]:
+    """Order of results for another size: by energy, of equal ones the proven one first; contradictions last."""
+    return bool(edited.conflict), edited.energy if edited.proven else (1.0 + _TIE) * edited.energy
 
 
 def _retargeted(
@@ -203,10 +210,7 @@ def _varied(
     found = found if len(found) <= _SOLVED else ranked(found, kind, different=_SOLVED // 2)[:_SOLVED]
     results: dict[int, Edited] = {}
     for each in found:
-        start = time.perf_counter()
-        held = inherited(locks, each)
-        solved = resize(each.facade, (*wishes, *held), origin_of(facade, each))
-        results[id(each)] = _edited(each, solved, held, time.perf_counter() - start, each.steps)
+        results[id(each)] = _solved(facade, each, wishes, locks, time.perf_counter())
     flawed = [bool(results[id(each)].conflict or each.missing) for each in found]
     order: list[Edited] = []
     for group in (False, True):
@@ -234,6 +238,17 @@ def _active(facade: Facade, grid: str) -> tuple[Facade, str]:
         )
     facade = with_joint(facade)
     return facade, max(facade.grids, key=lambda grid: len(grid.node)).name
+
+
+def _solved(
+    facade: Facade, variation: Variation, wishes: Sequence[Wish], locks: Sequence[Wish], start: float
+) -> Edited:
+    """A variation with solved sizes; locks of which no copy is left are conflicts."""
+    held = inherited(locks, variation)
+    solved = resize(variation.facade, (*wishes, *held), origin_of(facade, variation))
+    gone = tuple(f"{in_words(lock, facade)}, but no copy of it is left" for lock in lost(facade, locks, variation))
+    solved = replace(solved, conflict=(*solved.conflict, *gone))
+    return _edited(variation, solved, held, time.perf_counter() - start, variation.steps)
 
 
 def _edited(

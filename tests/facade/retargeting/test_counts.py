@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.retargeting.counts import Box, SpringRows, fewest
+from grammarlab.facade.retargeting.counts import Box, SpringRows, Strips, fewest
 from grammarlab.facade.tree import Ints
 
 
@@ -23,6 +23,12 @@ def rows_of_springs(draw: st.DrawFn) -> SpringRows:
         size=float(randomness.uniform(1.0, 15.0)),
         share=randomness.uniform(0.0, 4.0, kinds),
         price=10.0 ** randomness.uniform(-5.0, 0.0, kinds),
+        strips=Strips(
+            length=randomness.uniform(0.5, 3.0, (rows, kinds)),
+            fixed_length=randomness.uniform(-0.4, 2.0, rows),
+            stiffness=draw(st.sampled_from([0.0, 0.05, 1.0])),
+            whole=float(randomness.uniform(1.0, 15.0)),
+        ),
     )
 
 

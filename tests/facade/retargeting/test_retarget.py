@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -8,13 +9,17 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
+from grammarlab.facade.retargeting.energy import least_energy, origin_of
 from grammarlab.facade.retargeting.repeats import Repeats, find_repeats
 from grammarlab.facade.retargeting.retarget import EVENNESS, GAP, retarget
-from grammarlab.facade.sizes.axes import LineOrigin
+from grammarlab.facade.sizes.axes import LineOrigin, Weights, leaf_weights
+from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH
 from grammarlab.facade.sizes.solve import resize
-from grammarlab.facade.sizes.wishes import Size
+from grammarlab.facade.sizes.wishes import Size, Wish
 from grammarlab.facade.tree import LEAF, Facade, X, Y, check
+from grammarlab.facade.variations.inheriting import inherited, lost
 from grammarlab.facade.variations.single import unedited
+from tests.facade.samples import windows
 from tests.facade.sized import sized, storeys
 
 
@@ -30,6 +35,21 @@ def with_door(facade: Facade, column: int) -> Facade:
     label = facade.label.copy()
     label[node] = len(facade.labels)
     return replace(facade, label=label, labels=(*facade.labels, "door"))
+
+
+def unevenness(repeats: Repeats, counts: Sequence[int], factor: float, weights: Weights = "default") -> float:
+    """Price of numbers of each kind of column for a size that is this many times the original one."""
+    facade, total = repeats.before.facade, 0.0
+    weight = np.zeros(len(facade))
+    weight[facade.leaves] = leaf_weights(facade.size[facade.leaves], facade.size[0], weights)[:, repeats.along]
+    occurs = np.bincount(repeats.kind)
+    for kind, count in enumerate(counts):
+        first = int(np.flatnonzero(repeats.kind == kind)[0])
+        parts = [part for band in repeats.bands for part in (*band.gaps[first], *band.columns[first])]
+        nodes = np.concatenate([np.arange(part, facade.end[part]) for part in parts])
+        price = EVENNESS**2 * np.square(weight[nodes] * facade.size[nodes, repeats.along]).sum()
+        total += price * (count - factor * occurs[kind]) ** 2 / occurs[kind]
+    return float(total)
 
 
 @pytest.mark.parametrize("along", [X, Y])
@@ -96,8 +116,6 @@ def test_no_other_counts_deform_less(factor: float, along: int) -> None:
     found = retarget(facade, **{("width", "height")[along]: metres}).choices[0]
     repeats = repeats_of(facade, along)
     kinds = int(repeats.kind.max()) + 1
-    first = [int(np.flatnonzero(repeats.kind == kind)[0]) for kind in range(kinds)]
-    occurs = np.bincount(repeats.kind)
     best = np.inf
     for counts in product(range(5), repeat=kinds):
         columns = repeats.spread(np.array(counts))
@@ -109,15 +127,7 @@ def test_no_other_counts_deform_less(factor: float, along: int) -> None:
         origin = LineOrigin(facade.position[made.source], made.wanted, facade.size[0])
         solved = resize(made.facade, [Size(0, along, metres)], origin)
         assert not solved.conflict
-        uneven = 0.0
-        for kind, count in enumerate(counts):
-            leaves = [
-                np.count_nonzero((facade.leaves >= part) & (facade.leaves < facade.end[part]))
-                for band in repeats.bands
-                for part in (*band.gaps[first[kind]], *band.columns[first[kind]])
-            ]
-            uneven += EVENNESS**2 * sum(leaves) * (count - factor * occurs[kind]) ** 2 / occurs[kind]
-        best = min(best, solved.energy[along] + uneven)
+        best = min(best, solved.energy[along] + unevenness(repeats, counts, factor))
     slack = GAP**2 * len(facade.leaves)
     assert found.proven
     assert best * (1.0 - 1e-9) - 1e-12 <= found.deformation <= best * (1.0 + GAP) + 2.0 * slack
@@ -185,3 +195,110 @@ def test_a_width_that_nothing_fits_ends_with_the_conflict() -> None:
 def test_a_grid_that_is_not_there_is_named() -> None:
     with pytest.raises(FacadeError, match="Unknown grid 'doors'; expected one of: windows"):
         retarget(storeys(2, 2), width=9.0, grids=["doors"])
+
+
+@pytest.mark.parametrize("times", [0.4, 1.0, 2.6])
+@pytest.mark.parametrize("along", [X, Y])
+def test_strips_beside_bands_are_as_long_as_any_number_of_columns(times: float, along: int) -> None:
+    """Such a repetition deforms nothing, and nothing deforms less."""
+    facade = windows(3, 5, bays=along == Y)
+    repeats = repeats_of(facade, along)
+    num = round(times * len(repeats.kind))
+    made = repeats.variation(repeats.spread(np.array([num])))
+    for strip in repeats.strips:
+        grown = made.wanted[made.source == strip, along]
+        assert grown == pytest.approx(made.facade.size[0, along])
+    assert len(repeats.strips) == (4 if along == X else 6)
+    metres = made.facade.size[0, along]
+    found = retarget(facade, **{("width", "height")[along]: metres})
+    assert sum(found.choices[0].counts) == num
+    assert found.choices[0].proven
+    assert sum(found.resized.energy) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(
+    st.lists(st.floats(0.5, 2.0), min_size=1, max_size=3), st.floats(0.2, 3.0), st.sampled_from(["default", "paper"])
+)
+@settings(max_examples=15)
+def test_no_numbers_of_columns_beside_strips_deform_less(widths: list[float], factor: float, weights: Weights) -> None:
+    facade = windows(2, len(widths), tuple(widths))
+    repeats = repeats_of(facade, X)
+    metres = factor * facade.width
+    found = retarget(facade, width=metres, weights=weights).choices[0]
+    kinds = int(repeats.kind.max()) + 1
+    for counts in product(range(4), repeat=kinds):
+        if any(counts):
+            made = repeats.variation(repeats.spread(np.array(counts)))
+            origin, held = origin_of(facade, made), (WISH, ALIGNMENT, SYMMETRY)
+            energy = least_energy(made.facade, origin, [Size(0, X, metres)], weights, held)
+            cost = energy + unevenness(repeats, counts, factor, weights)
+            assert found.bound <= cost * (1.0 + 1e-9) + 1e-9
+
+
+@st.composite
+def locked(draw: st.DrawFn) -> tuple[Facade, tuple[Wish, ...]]:
+    """A facade with a door, and locks of some of its nodes: half of them at their sizes, others at any."""
+    columns = draw(st.integers(2, 3))
+    widths = draw(st.sampled_from([(1.0,), (0.8, 1.2), (1.0, 1.08, 1.16)]))
+    plain = storeys(columns, 2, widths=widths) if draw(st.booleans()) else windows(2, columns, widths)
+    facade = with_door(plain, columns - 1)
+    nodes = draw(st.lists(st.integers(1, len(facade) - 1), min_size=1, max_size=3, unique=True))
+    factors = draw(st.lists(st.sampled_from([1.0, 1.0, 0.5, 2.0]), min_size=len(nodes), max_size=len(nodes)))
+    axes = draw(st.lists(st.integers(X, Y), min_size=len(nodes), max_size=len(nodes)))
+    sides = zip(nodes, axes, factors, strict=True)
+    return facade, tuple(Size(node, axis, factor * float(facade.size[node, axis])) for node, axis, factor in sides)
+
+
+@given(locked(), st.floats(0.3, 2.0), st.floats(0.3, 2.0))
+@settings(max_examples=20)
+def test_a_locked_part_is_not_left_out_to_satisfy_its_lock(
+    given: tuple[Facade, tuple[Wish, ...]], wider: float, higher: float
+) -> None:
+    facade, locks = given
+    found = retarget(facade, width=wider * facade.width, height=higher * facade.height, locks=locks)
+    assert not lost(facade, locks, found.variation)
+    if not found.resized.conflict:
+        for lock in inherited(locks, found.variation):
+            assert isinstance(lock, Size)
+            assert found.resized.facade.size[lock.node, lock.axis] == pytest.approx(lock.metres, rel=1e-6)
+
+
+def test_of_equal_columns_with_equal_locks_one_has_to_stay_and_of_others_each() -> None:
+    facade = windows(2, 4, (1.2,))
+    grid = facade.grids[0].places()
+    all_alike = [Size(int(node), X, 1.2) for node in grid.ravel()]
+    found = retarget(facade, width=0.3 * facade.width, locks=all_alike)
+    assert len(found.choices[0].columns) == 1
+    apart = [Size(int(grid[0, 1]), X, 1.2), Size(int(grid[1, 3]), X, 1.2)]
+    found = retarget(facade, width=0.3 * facade.width, locks=apart)
+    assert found.choices[0].counts == (0, 1, 0, 1)
+
+
+def test_a_locked_gap_is_not_that_before_the_first_column() -> None:
+    facade = storeys(4, 2, widths=(1.2,))
+    repeats = repeats_of(facade, X)
+    gap = repeats.bands[0].gaps[2][0]
+    for factor in (0.2, 0.5, 0.8):
+        found = retarget(facade, width=factor * facade.width, locks=[Size(gap, X, 1.0)])
+        assert (found.variation.source == gap).any()
+
+
+@given(locked(), st.floats(0.5, 2.0))
+@settings(max_examples=15)
+def test_no_numbers_of_columns_that_keep_what_is_locked_deform_less(
+    given: tuple[Facade, tuple[Wish, ...]], wider: float
+) -> None:
+    facade, locks = given
+    metres = wider * facade.width
+    choice = retarget(facade, width=metres, locks=locks).choices[0]
+    repeats = find_repeats(unedited(facade), facade.grids[0], X, locks)
+    assert repeats is not None
+    for counts in product(range(3), repeat=int(repeats.kind.max()) + 1):
+        if not any(counts) or (counts < repeats.least(int(np.flatnonzero(counts)[0]))).any():
+            continue
+        made = repeats.variation(repeats.spread(np.array(counts)))
+        assert not lost(facade, locks, made)
+        sizes = [each for each in inherited(locks, made) if isinstance(each, Size) and each.axis == X]
+        wishes = [Size(0, X, metres), *sizes]
+        energy = least_energy(made.facade, origin_of(facade, made), wishes, "default", (WISH, ALIGNMENT, SYMMETRY))
+        assert choice.bound <= (energy + unevenness(repeats, counts, wider)) * (1.0 + 1e-9) + 1e-9
