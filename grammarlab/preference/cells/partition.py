@@ -55,7 +55,9 @@ _COOL, _WARM = 0.5, 1.0
 _TEMPERATURE = 3.0
 """Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
 _LEAST_SHARE = 1e-3
-_LEAST_SHARE_OF_NOISE = 0.02
+_LEAST_SHARE_OF_NOISE = 0.2
+"""Least probability of a noise that values are averaged over: an unlikely small one would make every disliked cell a
+little liked, and most designs are disliked."""
 
 
 @dataclass(frozen=True, eq=False)
