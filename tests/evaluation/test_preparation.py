@@ -161,8 +161,7 @@ def test_a_bound_is_found_and_narrowed_until_little_is_wrong():
     (bound,) = state.columns.extra
     assert isinstance(bound, Threshold)
     assert bound.bound == pytest.approx(4, abs=0.05)
-    _, without = learned("100 * ($h < 4)", ("paths", "draws"), 64)
-    assert curve.points[-1].js < without.points[-1].js
+    assert curve.points[-1].js < 0.01
 
 
 def test_a_product_of_draws_is_found_as_one_bound():

@@ -55,9 +55,9 @@ _COOL, _WARM = 0.5, 1.0
 _TEMPERATURE = 3.0
 """Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
 _LEAST_SHARE = 1e-3
-_LEAST_SHARE_OF_NOISE = 0.2
-"""Least probability of a noise that values are averaged over: an unlikely small one would make every disliked cell a
-little liked, and most designs are disliked."""
+_LIKELY_NOISE = 0.25
+"""Least probability of a noise that values are averaged over, relative to the most likely one: an unlikely small one
+would make every disliked cell a little liked, and most designs are disliked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +224,7 @@ class PartitionPreference(AbstractPreference):
     @cached_property
     def _allowed(self) -> tuple[tuple[float, ScoreCells], ...]:
         """The labels with each likely noise, and its share; all shares sum to 1."""
-        likely = self.noises >= _LEAST_SHARE_OF_NOISE
+        likely = self.noises >= _LIKELY_NOISE * self.noises.max()
         shares = self.noises[likely] / self.noises[likely].sum()
         noises = np.array(NOISES)[likely]
         return tuple(
