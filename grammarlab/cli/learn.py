@@ -114,6 +114,8 @@ def learn(
             raise UsageError(f"unknown base {base!r}; expected grammar or uniform")
         if labels is not None and examples is not None:
             raise UsageError("labels and examples exclude each other: give only one of --labels and --examples.")
+        if labels is None and (base != "grammar" or max_rules is not None):
+            raise UsageError("--base and --max-rules need --labels FILE; a scenario file has its own base.")
         respondent = chosen_one(person, RESPONDENTS, "person")
         if respondent != EXACT and (labels is None or not scenario):
             raise UsageError("--person needs --labels FILE and --scenario FILE.")
@@ -166,7 +168,9 @@ def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
 
 
 def _rules(learned: Learned[Any], file: Path | None) -> list[str]:
-    return [] if file is None else [f"{file}: {learned.rules_after} branches of rules, {learned.rules_before} before"]
+    if file is None:
+        return ["note: no rule file is written, since rejection filters models of the original rules"]
+    return [f"{file}: {learned.rules_after} branches of rules, {learned.rules_before} before"]
 
 
 def _notes(learned: Learned[Any]) -> list[str]:
@@ -196,7 +200,9 @@ def _as_json(result: LearnResult) -> dict[str, Any]:
         "correlation": result.measured.after.correlation,
         "rules_before": result.learned.rules_before,
         "rules_after": result.learned.rules_after,
+        **_rate_as_json(result.learned),
         "seconds": result.seconds,
+        "findings": list(result.learned.findings),
     }
 
 

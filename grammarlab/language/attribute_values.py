@@ -9,7 +9,7 @@ from typing import TypeAlias
 from grammarlab.errors import UsageError
 from grammarlab.language.checking.limits import objection
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.tree import Boolean, Number, String, alternatives
+from grammarlab.language.syntax.tree import Boolean, Call, Number, String, alternatives
 
 AttributeValue: TypeAlias = float | bool | str
 """A plain value of an attribute."""
@@ -20,8 +20,8 @@ _BOOLEANS = {"true": True, "false": False}
 def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, AttributeValue]:
     """Attribute values from texts like ``height=12``, ``shops=true``, ``style=old``.
 
-    The attribute's own value decides whether a text is a number, a bool or a string, if that value is a literal;
-    otherwise the text decides.
+    The attribute's own value decides whether a text is a number, a bool or a string, if that value is a literal or a
+    random number; otherwise the text decides.
 
     Args:
         texts: texts of the user.
@@ -75,10 +75,11 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
 
 
 def _kind(name: str, grammar: Grammar) -> type | None:
-    """Number, String or Boolean if the attribute's own value is such a literal, otherwise None."""
+    """Number, String or Boolean if the attribute's own value is such a literal or a random number, otherwise None."""
     if name not in grammar.attributes:
         return None
-    kinds = {type(leaf) for leaf in alternatives(grammar.attributes[name].value)}
+    leaves = alternatives(grammar.attributes[name].value)
+    kinds = {Number if isinstance(leaf, Call) and leaf.function == "rand" else type(leaf) for leaf in leaves}
     return kinds.pop() if len(kinds) == 1 and kinds <= {Number, String, Boolean} else None
 
 

@@ -47,7 +47,16 @@ def test_json_is_one_object_about_the_result(run, files, tmp_path):
     out = tmp_path / "new" / "red.cga"
     result = run("learn", grammar, "--scenario", scenario, "--method", "compile", "-o", out, "--json")
     values = json.loads(result.stdout)
-    assert set(values) == {"scenario", "method", "js", "correlation", "rules_before", "rules_after", "seconds"}
+    assert set(values) == {
+        "scenario",
+        "method",
+        "js",
+        "correlation",
+        "rules_before",
+        "rules_after",
+        "seconds",
+        "findings",
+    }
     assert (values["scenario"], values["method"]) == ("Test", "compile")
     assert (values["rules_before"], values["rules_after"]) == (5, 2)
     assert values["js"] <= 1e-12
@@ -95,6 +104,8 @@ def test_a_learned_shipped_grammar_samples_from_where_it_lies(run, tmp_path):
     [
         (["--method", "magic"], 2, "unknown method 'magic'"),
         (["--scenario", "missing.toml"], 2, "no scenario file"),
+        (["--base", "uniform"], 2, "--base and --max-rules need --labels"),
+        (["--max-rules", "3"], 2, "--base and --max-rules need --labels"),
     ],
 )
 def test_mistakes_are_told(run, files, options, code, message):

@@ -156,7 +156,7 @@ def test_endless_recursion_ends_in_an_error_that_names_the_rule(run, rules, tmp_
 
 
 def test_an_error_in_another_process_reads_the_same(run, rules, tmp_path):
-    path = rules("attr a = rand(2)\nLot --> extrude(a)")
+    path = rules('attr a = 50% : 2 else : "tall"\nLot --> extrude(a)')
     options = ["--no-image", "-n", "200", "--attr", "a=red"]
     alone = run("sample", path, *options, "-o", tmp_path / "a", "--jobs", "1", code=1)
     shared = run("sample", path, *options, "-o", tmp_path / "b", "--jobs", "2", code=1)

@@ -13,7 +13,8 @@ GRAMMAR = Grammar.parse(
     attr height = 5
     attr style = 50% : "old" else : "new"
     attr shops = false
-    attr mixed = rand(1, 2)
+    attr drawn = 30% : 4 else : rand(1, 2)
+    attr mixed = 50% : 1 else : "one"
     const levels = 3
     Lot --> NIL
     """
@@ -48,7 +49,10 @@ def test_properties_take_the_kind_of_the_attribute_and_leave_constants_alone():
     assert fit_properties(properties, GRAMMAR) == {"height": 12.0, "style": "3", "shops": True}
 
 
-@pytest.mark.parametrize("text", ["height", "=5", "height=", "height=tall", "height=inf", "shops=1", "height=true"])
+@pytest.mark.parametrize(
+    "text",
+    ["height", "=5", "height=", "height=tall", "height=inf", "shops=1", "height=true", "drawn=true", "drawn=tall"],
+)
 def test_what_does_not_fit_is_refused(text):
     with pytest.raises(UsageError, match="expected"):
         read_attributes([text], GRAMMAR)

@@ -46,10 +46,7 @@ class InsideWeights:
 
     def way(self, way: Way) -> float:
         """Weight of one assignment of variants to the successors of an alternative."""
-        weight = way.weight
-        for variant in way.children.values():
-            weight *= self.variant[variant]
-        return float(weight)
+        return float(way.weight * np.prod(self.variant[_factors(way)]))
 
     def body(self, variant: Variant, body: Body) -> float:
         """Weight of a rule's choices, or of a branch of them, in a variant.
@@ -79,7 +76,10 @@ class InsideWeights:
 
     def _evaluate(self, number: int) -> float:
         variant = self._splitting.variants[number]
-        return self.body(variant, self._tree.body(variant.key))
+        weight = self.body(variant, self._tree.body(variant.key))
+        if not np.isfinite(weight):
+            raise InexactError(f"{variant.key[0]} has too many different trees for an even base; try the base grammar")
+        return weight
 
     def _solve(self, group: Sequence[int]) -> None:
         """The least solution of the equations of variants that call each other: Newton's method from 0, which climbs.
@@ -120,7 +120,7 @@ class InsideWeights:
             value = 0.0
             for way in variant.ways.get(body.branch, ()):
                 value += self.way(way)
-                children = list(way.children.values())
+                children = _factors(way)
                 for at, child in enumerate(children):
                     if child in place:
                         others = children[:at] + children[at + 1 :]
@@ -150,6 +150,11 @@ def branch_weights(chance: Chance, base: Base) -> tuple[float, ...] | None:
     """Weights of the branches of a choice: their probabilities, or 1 each; None if they are not constant."""
     even = base == "uniform" and chance.probabilities is not None
     return tuple(float(p > 0.0) for p in chance.probabilities or ()) if even else chance.probabilities
+
+
+def _factors(way: Way) -> list[int]:
+    """The variants of all successors, once for each copy."""
+    return [variant for place, variant in way.children.items() for _ in range(way.copies.get(place, 1))]
 
 
 def _called(variant: Variant) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ successors / weight of the variant.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import prod
 from typing import Literal, TypeAlias
 
@@ -43,6 +43,8 @@ class Way:
     weight: float
     children: Mapping[int, int]
     """Variant by place of the successor; others are `PLAIN`."""
+    copies: Mapping[int, int] = field(default_factory=dict)
+    """Number of times that these successors occur; others occur once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +169,7 @@ class _Build:
             for child, successor in enumerate(successors)
             if child not in read and (variant := self._unread(successor)) != PLAIN
         }
+        copies = {child: count for child in others if (count := successors[child].copies or 1) != 1}
         ways: list[Way] = []
         for product in decompose(scan, future, self.max_ways):
             children = {
@@ -174,7 +177,7 @@ class _Build:
                 for step, wanted in zip(scan.steps, product.futures, strict=True)
                 if (variant := self._variant(step.key, wanted)) != PLAIN
             }
-            ways.append(Way(product.weight, {**others, **children}))
+            ways.append(Way(product.weight, {**others, **children}, copies))
         self.num_ways += len(ways)
         if self.num_ways > self.max_ways:
             raise InexactError(f"the grammar would have more than {self.max_ways:,} alternatives")

@@ -173,6 +173,21 @@ def test_an_even_base_needs_finitely_many_trees(text):
         compile_density(grammar, [pattern_text.parse("A")], lambda v: (v[:, 0] >= 3).astype(np.float64), base="uniform")
 
 
+@pytest.mark.parametrize("parts", ["extrude(3) split(y) { ~1 : D }*", "D D D"])
+def test_an_even_base_counts_the_trees_of_each_copy(parts):
+    """Three copies with two trees each have eight trees together, against one tree without them."""
+    grammar = Grammar.parse(f"Lot --> 50%: Q. X else: W.\nX --> 50%: {parts} else: NIL\nD --> 10%: S. else: T.")
+    learned = compile_density(
+        grammar,
+        [pattern_text.parse("Q.")],
+        lambda v: v[:, 0].astype(np.float64),
+        base="uniform",
+        forest=derive(grammar, 200, 1),
+    )
+    X, D = (learned.text.partition(f"\n{name} -->")[2].split("%")[0] for name in "XD")
+    assert (float(X), float(D)) == (pytest.approx(800.0 / 9.0), pytest.approx(50.0))
+
+
 @pytest.mark.parametrize("values", [np.nan, -1.0, np.inf])
 def test_a_preference_must_be_a_density(values):
     grammar = Grammar.parse("Lot --> 50%: Low else: High")
