@@ -85,6 +85,18 @@ def check_overwrites(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
             raise UsageError(f"{target} is the input file: write to another one.")
 
 
+def existing(text: str) -> Path | None:
+    """The file or folder that a text names; None if there is none, also if the text is too long for a name.
+
+    A person may write a name where other text is possible too, for example an outline of many corners.
+    """
+    path = Path(text)
+    try:
+        return path if path.exists() else None
+    except OSError:
+        return None
+
+
 def remove_parts(folder: Path) -> None:
     """Remove unfinished files and folders of killed processes directly in a folder."""
     for part in folder.glob(f"{PART_PREFIX}*"):

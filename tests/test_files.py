@@ -14,6 +14,7 @@ from grammarlab.files import (
     atomic_file,
     atomic_folder,
     check_overwrites,
+    existing,
     remove_parts,
     write_bytes,
     write_text,
@@ -112,3 +113,11 @@ def test_an_input_is_not_written_over_by_any_of_its_names(tmp_path):
     for name in ("scores.csv", "link.csv", "../" + tmp_path.name + "/scores.csv"):
         with pytest.raises(UsageError, match="is the input file"):
             check_overwrites([tmp_path / "new.cga", tmp_path / name], inputs)
+
+
+def test_a_text_that_is_too_long_for_a_name_names_no_file(tmp_path):
+    (tmp_path / "here.txt").touch()
+    assert existing(str(tmp_path / "here.txt")) == tmp_path / "here.txt"
+    assert existing(str(tmp_path)) == tmp_path
+    for text in (str(tmp_path / "missing"), "a" * 300, "a" * 5000, "a/" * 5000, "with\0zero"):
+        assert existing(text) is None

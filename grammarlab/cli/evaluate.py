@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from grammarlab.runs.evaluate.request import EvaluationRequest
 
 
+_MOST_CHARACTERS = 100
+"""Largest number of characters of the names of scenarios in the name of a folder; file systems allow about 255."""
 PERSONS_HELP = "How models are scored: exact, stars, sd5, sd10, sd20, blunders5, blunders10."
 
 
@@ -128,8 +131,11 @@ def evaluate(
 
 
 def _folder_of(scenarios: str) -> Path:
-    """Default folder of the results: ``out/evaluation/F1+B1``."""
-    return Path("out", "evaluation", "+".join(Path(part).resolve().stem for part in scenarios.split(",")))
+    """Default folder of the results: ``out/evaluation/F1+B1``; a hash stands for the names that are too many."""
+    name = "+".join(Path(part).resolve().stem for part in scenarios.split(","))
+    if len(name) > _MOST_CHARACTERS:
+        name = f"{name[:_MOST_CHARACTERS]}-{sha256(name.encode()).hexdigest()[:8]}"
+    return Path("out", "evaluation", name)
 
 
 def _command(scenarios: str, request: EvaluationRequest) -> str:

@@ -11,6 +11,7 @@ from grammarlab.errors import UsageError
 from grammarlab.facade.templates.template import Template
 from grammarlab.facade.templates.text.parsing import MOST_CHARACTERS, parse_templates
 from grammarlab.facade.templates.text.rules import templates_of_rules
+from grammarlab.files import existing
 
 BASIC = ("rectangle", "arch", "segment_arch", "gable", "pointed_arch", "circle", "trapezium", "cross_window")
 SUFFIX = ".template"
@@ -44,9 +45,9 @@ def named(names: str) -> tuple[Template, ...]:
             chosen = [template for each in BASIC for template in known[each]]
         elif name in known:
             chosen = known[name]
-        elif Path(name).is_file():
-            reader = templates_of_rules if name.lower().endswith(".cga") else parse_templates
-            chosen = list(reader(_text(Path(name)), Path(name).name))
+        elif (file := existing(name)) is not None and file.is_file():
+            reader = templates_of_rules if file.suffix.lower() == ".cga" else parse_templates
+            chosen = list(reader(_text(file), file.name))
         else:
             near = get_close_matches(name, [*known, "all", "basic"], 3)
             hint = f"; did you mean {' or '.join(near)}?" if near else ""

@@ -18,6 +18,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.files import existing
 from grammarlab.geometry.meshes.keyhole import keyhole
 
 MAX_FILE_BYTES = 64 << 20
@@ -65,7 +66,7 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
         return tuple(_polygons(plan, {}, text))
     if re.match(r"\s*(SRID|MULTI|POLYGON|POINT|LINESTRING|GEOMETRY|CURVE)", text, re.IGNORECASE):
         return _from_wkt(text)
-    if text.lower().endswith((".geojson", ".json")) or Path(text).is_file():
+    if text.lower().endswith((".geojson", ".json")) or existing(text) is not None:
         return _from_geojson(Path(text))
     raise UsageError(f"footprint {text!r}: {_EXPECTED}.")
 

@@ -30,6 +30,7 @@ from grammarlab.features.search.patterns import search_patterns
 from grammarlab.features.search.readers import readers_of
 from grammarlab.features.search.sums import find_sum
 from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
+from grammarlab.files import existing
 from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
@@ -238,7 +239,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
 def _polygon(text: str) -> Footprint:
     """The footprint of a label. A label is data: it cannot name other files to read."""
-    if text.lower().endswith((".json", ".geojson")) or Path(text).exists():
+    if text.lower().endswith((".json", ".geojson")) or existing(text) is not None:
         raise UsageError(f"footprint {text!r} of a label is a file; expected 20x12 or WKT.")
     found = read_footprints(text)
     if len(found) != 1:

@@ -8,6 +8,7 @@ from pathlib import Path
 from grammarlab.about import PACKAGE
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import SUFFIX
+from grammarlab.files import existing
 
 FIGURES = "figures"
 """The folder of named experiments in the folder of scenarios (`evaluate_figures`)."""
@@ -55,10 +56,9 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
     Raises:
         UsageError: If there is nothing with that name; the message has the nearest names.
     """
-    path = Path(argument)
-    if path.is_file():
-        return (path,)
-    if path.is_dir():
+    if (path := existing(argument)) is not None:
+        if path.is_file():
+            return (path,)
         found = tuple(sorted(path.glob(f"*{SUFFIX}")))
         if not found:
             raise UsageError(f"the folder {argument!r} has no scenario: expected files with the suffix {SUFFIX}.")
@@ -68,11 +68,11 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
         return (shipped[argument],)
     if "," in argument:
         return tuple(path for part in argument.split(",") for path in find_scenarios(part))
-    names = {name.lower(): name for name in shipped}
-    wanted = path.stem.lower()
-    near = [names[name] for name in get_close_matches(wanted, names, n=1, cutoff=0.5)]
-    neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
-    near += get_close_matches(path.name, neighbours, n=1, cutoff=0.6)
+    names, wanted = {name.lower(): name for name in shipped}, Path(argument)
+    near = [names[name] for name in get_close_matches(wanted.stem.lower(), names, n=1, cutoff=0.5)]
+    folder = existing(str(wanted.parent))
+    neighbours = [file.name for file in folder.glob(f"*{SUFFIX}")] if folder is not None else []
+    near += get_close_matches(wanted.name, neighbours, n=1, cutoff=0.6)
     hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
     raise UsageError(
         f"no scenario file or folder {argument!r}, and no shipped scenario with that name.{hint} "

@@ -143,6 +143,13 @@ def test_addresses_with_a_footprint_and_attributes_are_followed():
     assert (top.position + top.size)[:, 1].max() == pytest.approx(7.0)
 
 
+def test_a_footprint_may_have_hundreds_of_corners():
+    around = np.linspace(0.0, 2.0 * np.pi, 400)[:-1]
+    corners = [f"{5 * x:.3f} {5 * y:.3f}" for x, y in zip(np.cos(around), np.sin(around), strict=True)]
+    address = Address(False, 1, 0, footprint=f"POLYGON (({', '.join([*corners, corners[0]])}))")
+    assert len(SPACE.make([address]).lots.footprints.points) == 399
+
+
 def test_designs_of_any_addresses_are_made_as_each_of_them_is_alone():
     ways = [
         (False, 3, 5, {}),

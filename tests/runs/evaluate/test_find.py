@@ -12,6 +12,8 @@ def test_a_scenario_is_a_file_a_folder_or_a_shipped_name(tmp_path):
     assert find_scenarios("F1") == (shipped_scenarios()["F1"],)
     assert find_scenarios(f"F1,{tmp_path}") == (shipped_scenarios()["F1"], tmp_path / "a.toml", tmp_path / "b.toml")
     assert find_scenarios("xor_furniture,F1") == (named_scenarios()["xor_furniture"], shipped_scenarios()["F1"])
+    many = list(named_scenarios())
+    assert find_scenarios(",".join(many)) == tuple(named_scenarios().values())
     assert {"F1", "F2", "F3", "F4", "B1", "B2", "B3", "B4", "S1", "S2", "A1"} <= set(shipped_scenarios())
 
 
