@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints
-from grammarlab.preference.cells.splits import Flags, Splits, different
+from grammarlab.preference.cells.ranking import Ranked, rank
+from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood
 
 ZERO = 0.25
@@ -33,22 +33,7 @@ _MOST_SCORES = 24
 _FEWER_SCORES = 12
 _FAINT, _OF_FAINT = 1.5, 0.1
 """Values below this many standard deviations of the noise are this many times as likely; 0 gets the difference."""
-_PAIRED = 120
-"""Number of splits of a cell of which pairs are tried."""
 _TINY = 1e-30
-
-
-class Ranked(NamedTuple):
-    """Splits of a cell, without duplicates."""
-
-    log_posterior: Floats
-    """[K] log of prior mass and evidence of the parts."""
-    log_mass: Floats
-    """[K] log of the prior mass."""
-    member: Ints
-    """[J] index into the splits of all labels: first `Splits.halves`, then `Splits.many`."""
-    of: Ints
-    """[J] index of each among the K."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,65 +116,12 @@ class ScoreCells:
 
         Args:
             cell: labels.
-            ahead: whether to look one step ahead if no split gains alone, as with "either but not both".
+            ahead: whether to look one step ahead.
         """
         key = bytes([ahead]) + cell.tobytes()
         if key not in self._known:
-            self._known[key] = self._rank(cell, ahead)
+            self._known[key] = rank(self.splits, cell, self._told[cell], self._evidence, ahead=ahead)
         return self._known[key]
-
-    def _rank(self, cell: Ints, ahead: bool) -> Ranked | None:
-        halves = self.splits.halves.take(cell, axis=1)
-        # The side of the first label does not matter.
-        halves ^= halves[:, :1].copy()
-        in_two = np.flatnonzero(halves.any(axis=1))
-        halves = halves[in_two]
-        first, of = different(halves)
-        log_mass = [np.log(np.bincount(of, np.exp(self.splits.log_mass[in_two])))]
-        evidence, member, index = [self._of_halves(halves[first], cell)], [in_two], [of]
-        if len(self.splits.many):
-            members = self.splits.members[:, cell]
-            occupied = np.add.reduceat(members.any(axis=1).astype(np.int64), self.splits.starts)
-            several = np.flatnonzero(occupied > 1)
-            evidence.append(np.add.reduceat(self.log_evidence(members, cell), self.splits.starts)[several])
-            log_mass.append(self.splits.log_prior[self.splits.many[several]])
-            member.append(len(self.splits.halves) + several)
-            index.append(len(first) + np.arange(len(several)))
-        mass = np.concatenate(log_mass)
-        if not len(mass):
-            return None
-        posterior = np.concatenate(evidence) + mass
-        if ahead and posterior.max() < self.of_cell(cell):
-            posterior[: len(first)] = np.maximum(
-                posterior[: len(first)], mass[: len(first)] + self._ahead(halves[first], cell, log_mass[0])
-            )
-        return Ranked(posterior, mass, np.concatenate(member), np.concatenate(index))
-
-    def _ahead(self, halves: Flags, cell: Ints, log_mass: Floats) -> Floats:
-        """[k] evidence of both halves of a cell [k, c], each divided once more by the best of the other splits.
-
-        Minus infinity for splits of little prior mass, which are not tried.
-        """
-        tried = np.argsort(-log_mass, kind="stable")[:_PAIRED]
-        inside, told, mass = halves[tried].astype(np.float32), self._told[cell], 2.0 * log_mass[tried]
-        sums, total = inside @ told, told.sum(axis=0)
-        highest = np.full(len(tried), -np.inf)
-        for place, half in enumerate(inside):
-            # Two splits make the same quarters in either order; the second divides both halves, and counts twice.
-            both, other = inside[place:] @ (told * half[:, None]), sums[place:]
-            quarters = (both, other - both, sums[place] - both, total - other - sums[place] + both)
-            evidence = self._evidence(np.concatenate(quarters)).reshape(4, -1).sum(axis=0)
-            highest[place] = max(highest[place], (evidence + mass[place:]).max())
-            highest[place:] = np.maximum(highest[place:], evidence + mass[place])
-        best = np.full(len(halves), -np.inf)
-        best[tried] = highest
-        return best
-
-    def _of_halves(self, inside: Flags, cell: Ints) -> Floats:
-        """[k] total evidence of both halves of a cell [k, c]."""
-        told = self._told[cell]
-        sums = inside.astype(np.float32) @ told
-        return self._evidence(np.concatenate([sums, told.sum(axis=0) - sums])).reshape(2, -1).sum(axis=0)
 
     def _evidence(self, sums: Singles) -> Floats:
         """[k] log-evidence of parts whose sums of `_told` are [k, 2 G + 1]."""

@@ -20,8 +20,8 @@ from grammarlab.preference.cells.splits import Split
 MOST_DEPTH = 12
 GUIDED = 0.5
 """Probability of a draw by the guide."""
-_PAIRED_DEPTH = 2
-"""Depth above which nodes look one step ahead if no split gains alone."""
+_AHEAD_DEPTH = 1
+"""Depth above which nodes look one step ahead."""
 _NO_HOPE = 6.0
 """Gain in nats below which no division is possible: less than the price of a split."""
 
@@ -131,7 +131,7 @@ def grow(cells: ScoreCells, labels: Ints, growth: Growth, randomness: np.random.
         return leaf
     guided = bool(growth.guides) and randomness.random() < GUIDED
     guide = growth.guides[int(randomness.integers(len(growth.guides)))] if guided else cells
-    ranked = guide.ranked(labels, depth < _PAIRED_DEPTH)
+    ranked = guide.ranked(labels, depth < _AHEAD_DEPTH)
     if ranked is None:
         return leaf
     drawn = int(np.argmax(ranked.log_posterior / growth.temperature + randomness.gumbel(size=len(ranked.log_mass))))

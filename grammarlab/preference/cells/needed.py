@@ -13,7 +13,7 @@ import numpy as np
 from grammarlab.preference.base import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.growing import Growth, Tree, grow
-from grammarlab.preference.cells.partition import BLUNDERS, GUIDE, splits_of, sums_of
+from grammarlab.preference.cells.partition import BLUNDERS, guides_of, splits_of, sums_of
 from grammarlab.preference.cells.splits import Flags, Splits
 
 PRICE = 5.0
@@ -80,7 +80,7 @@ def _gain(of_known: _Found, of_all: _Found) -> float:
 def _most_likely(splits: Splits, scores: Floats, num_guided: int, noises: tuple[float, ...], seed: int) -> _Found:
     """The most likely of a few trees."""
     randomness, every, grid = np.random.default_rng(seed), np.arange(len(scores)), grid_of(scores)
-    guides = (ScoreCells(splits=splits, scores=scores, grid=grid, noise=GUIDE[0], blunders=GUIDE[1]),)
+    guides = guides_of(ScoreCells(splits=splits, scores=scores, grid=grid, noise=noises[0], blunders=BLUNDERS[1]))
     growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
     found: list[_Found] = []
     for noise in noises:

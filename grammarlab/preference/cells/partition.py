@@ -48,8 +48,8 @@ _ROUNDS = 3
 _MANY = 160
 """Number of labels above which fewer trees are enough: a third of the trees and of the rounds is left out."""
 _NUM_SKETCHES = 4
-GUIDE = (15.0, 0.05)
-"""Noise and blunders of the guide."""
+_GUIDE = (15.0, 0.05)
+"""Noise and blunders of the first guide."""
 _COOL, _WARM = 0.5, 1.0
 """Temperatures of the draws of splits."""
 _TEMPERATURE = 3.0
@@ -147,7 +147,7 @@ class PartitionPreference(AbstractPreference):
         cells = ScoreCells(
             splits=splits, scores=scores, grid=self.cells.grid, noise=self.noise, blunders=self.blunders, said=said
         )
-        guides = (replace(cells, noise=GUIDE[0], blunders=GUIDE[1]),)
+        guides = guides_of(cells)
         growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
@@ -317,6 +317,17 @@ def sums_of(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
     return tuple(found)
 
 
+def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
+    """The same labels with more noise, which prefers parts that differ in their mean.
+
+    With the spread of the scores as noise, all parts are worth dividing that are not yet of one value: the first of
+    several splits, after which liked and disliked designs are still mixed, has little evidence with less noise.
+    """
+    spread = float(cells.scores.std())
+    noises = (_GUIDE[0], spread) if spread > _GUIDE[0] else _GUIDE[:1]
+    return tuple(replace(cells, noise=noise, blunders=_GUIDE[1]) for noise in noises)
+
+
 def _enough(num: int, scores: Floats) -> int:
     """Number of trees or rounds for a number of scores."""
     return num if len(scores) <= _MANY else num - num // 3
@@ -334,8 +345,9 @@ def _erring(
 ) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
     """Error model, guide and tree: the best of several starts."""
     grid, every = grid_of(scores), np.arange(len(scores))
-    guide = ScoreCells(splits=splits, scores=scores, grid=grid, noise=GUIDE[0], blunders=GUIDE[1], said=said)
-    guides = (guide,)
+    guides = guides_of(
+        ScoreCells(splits=splits, scores=scores, grid=grid, noise=NOISES[0], blunders=BLUNDERS[1], said=said)
+    )
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
         cells, seen = (

@@ -57,22 +57,30 @@ def test_each_way_to_divide_has_the_evidence_of_its_parts():
     assert seen == set(range(len(ranked.log_mass)))
 
 
-def test_a_look_ahead_finds_the_best_pair_of_ways():
-    rows = np.array([[0, 0, 0], [0, 1, 1], [1, 0, 0], [1, 1, 1], [0, 0, 1], [1, 1, 0], [0, 1, 0], [1, 0, 1]], float)
-    scores = np.where(rows[:, 0] == rows[:, 1], 90.0, 0.0)
-    splits = Splits.of(rows, np.arange(3), np.zeros(3, dtype=bool))
-    cells, every = ScoreCells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(8)
-    ranked = cells.ranked(every, ahead=True)
+def test_a_look_ahead_divides_each_part_once_more_where_this_gains():
+    randomness = np.random.default_rng(4)
+    style = randomness.integers(0, 3, 18)
+    rows = np.column_stack([np.eye(3)[style], randomness.integers(0, 2, (18, 3))])
+    scores = np.where(rows[:, 3] == (style == 1), 90.0, randomness.choice([0.0, 30.0], 18))
+    splits = Splits.of(rows, np.array([0, 0, 0, 1, 2, 3]), np.zeros(6, dtype=bool))
+    cells, every = ScoreCells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(18)
+    ranked, alone = cells.ranked(every, ahead=True), cells.ranked(every)
     assert ranked is not None
+    assert alone is not None
 
-    def evidence(one, other):
-        number = 2 * splits.halves[one] + splits.halves[other]
-        return sum(cells.of_cell(every[number == part]) for part in np.unique(number))
+    def left_or_divided(part):
+        found = [cells.of_cell(part)]
+        for side, price in zip(splits.halves[:, part], splits.log_mass, strict=True):
+            found.append(price + sum(cells.of_cell(half) for half in (part[side], part[~side]) if len(half)))
+        return max(found)
 
-    for place, way in enumerate(ranked.member[np.argsort(ranked.of)].tolist()):
-        alone = sum(cells.of_cell(every[splits.halves[way] == side]) for side in (0, 1))
-        pairs = [evidence(way, other) + 2.0 * splits.log_mass[other] for other in range(3)]
-        assert ranked.log_posterior[place] == pytest.approx(splits.log_mass[way] + max(alone, *pairs), abs=1e-3)
+    assert len(splits.many) == 1
+    for way, number in zip(ranked.member.tolist(), ranked.of.tolist(), strict=True):
+        part_of = splits.parts[splits.drawn(np.array([way]), randomness)]
+        after_two = sum(left_or_divided(every[part_of == part]) for part in np.unique(part_of))
+        expected = max(alone.log_posterior[number], ranked.log_mass[number] + after_two)
+        assert ranked.log_posterior[number] == pytest.approx(expected, abs=2e-3)
+    assert (ranked.log_posterior > alone.log_posterior + 1.0).any()
 
 
 def test_ways_to_divide_that_are_one_have_all_their_mass():

@@ -138,14 +138,14 @@ def test_exact_scores_that_are_held_out_leave_no_mark():
 
 
 def test_without_some_exact_scores_the_best_tree_is_grown_again():
-    rows, scores, known = exact_labels(2)
+    rows, scores, known = exact_labels(11)
     part = partition.fit(rows, scores).without(rows[known], scores[known], np.zeros(8, dtype=bool))
     grown, again = (max(t.log_posterior for t in some) for some in (part.trees[:4], part.trees[4:]))
     assert again > grown + 1.0
 
 
 def test_splits_that_errors_hide_from_few_labels_are_kept():
-    rows, scores, known = exact_labels(0)
+    rows, scores, known = exact_labels(3)
     noisy = np.clip(scores + np.random.default_rng(0).normal(0.0, 10.0, 60), 0.0, 100.0)
     preference = partition.fit(rows, noisy)
     assert preference.noise > partition.NOISES[0]
