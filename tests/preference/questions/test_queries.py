@@ -191,3 +191,17 @@ def test_where_liked_models_are_rare_the_likeliest_ones_from_elsewhere_are_candi
     left = np.setdiff1d(np.flatnonzero(~known.from_grammar), known.asked)
     worst = np.sort(mean[left])[-200]
     assert (mean[chosen[~known.from_grammar[chosen]]] >= worst - 1e-9).all()
+
+
+def test_one_question_of_a_round_is_about_a_model_at_random():
+    rows = np.random.default_rng(7).integers(0, 2, (300, 8)).astype(float)
+    rows[100:, :] = 0.0  # the scores known of such models leave nothing to learn from another one
+    truth = 100.0 * rows[:, 0] * rows[:, 1]
+    asked = np.concatenate([np.arange(40), np.arange(100, 110)])
+    preference = replace(blended.fit(rows[asked], truth[asked]), share=0.0)
+    known = Situation(rows, np.ones(300, dtype=bool), asked, truth[asked], preference)
+    chosen = np.array([propose("default", known, 8, seed) for seed in range(40)])
+    of_known_kind = (chosen >= 100).sum(axis=1)
+    assert of_known_kind.max() == 1
+    # 190 of the 250 models without a score are of this kind.
+    assert of_known_kind.mean() > 0.5
