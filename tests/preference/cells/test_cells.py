@@ -60,7 +60,7 @@ def test_each_way_to_divide_has_the_evidence_of_its_parts():
 def test_a_look_ahead_divides_each_part_once_more_where_this_gains():
     randomness = np.random.default_rng(4)
     style = randomness.integers(0, 3, 18)
-    rows = np.column_stack([np.eye(3)[style], randomness.integers(0, 2, (18, 3))])
+    rows = np.column_stack([np.eye(3)[style], randomness.integers(0, 2, (18, 3)).astype(float)])
     scores = np.where(rows[:, 3] == (style == 1), 90.0, randomness.choice([0.0, 30.0], 18))
     splits = Splits.of(rows, np.array([0, 0, 0, 1, 2, 3]), np.zeros(6, dtype=bool))
     cells, every = ScoreCells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(18)
