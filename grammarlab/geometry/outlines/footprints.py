@@ -66,7 +66,8 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
         return tuple(_polygons(plan, {}, text))
     if re.match(r"\s*(SRID|MULTI|POLYGON|POINT|LINESTRING|GEOMETRY|CURVE)", text, re.IGNORECASE):
         return _from_wkt(text)
-    if text.lower().endswith((".geojson", ".json")) or existing(text) is not None:
+    file = existing(text)
+    if text.lower().endswith((".geojson", ".json")) or (file is not None and file.is_file()):
         return _from_geojson(Path(text))
     raise UsageError(f"footprint {text!r}: {_EXPECTED}.")
 
