@@ -345,15 +345,11 @@ def _erring(
 ) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
     """Error model, guide and tree: the best of several starts."""
     grid, every = grid_of(scores), np.arange(len(scores))
-    guides = guides_of(
-        ScoreCells(splits=splits, scores=scores, grid=grid, noise=NOISES[0], blunders=BLUNDERS[1], said=said)
-    )
+    first = ScoreCells(splits, scores, grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
+    guides = guides_of(first)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
-        cells, seen = (
-            ScoreCells(splits=splits, scores=scores, grid=grid, noise=noise, blunders=BLUNDERS[1], said=said),
-            set[tuple[float, float]](),
-        )
+        cells, seen = replace(first, noise=noise), set[tuple[float, float]]()
         for _ in range(_enough(_ROUNDS, scores)):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]

@@ -58,8 +58,8 @@ _ALIKE_NOISE = 1e-3
 _CANDIDATES = (800, 200)
 """Largest number of candidates of `default`, from the grammar and from elsewhere."""
 
-_BY_CHANCE, _ENOUGH = 1, 4
-"""Number of questions of a round about models at random, and of other questions by cells from which this is asked."""
+_PER_CHANCE = 8
+"""Number of questions by cells of which one, rounded to the nearest number, is about a model at random."""
 _TOGETHER = 256
 """Number of known models per block of distances."""
 
@@ -137,8 +137,8 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
 def _default(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
     """One part checks models that seem liked for mistakes, the other lowers the total uncertainty most.
 
-    One question of each round is about a model of the grammar at random: cells are sure of what they have never seen,
-    such as a second liked style among many disliked designs.
+    One of about eight questions by cells is about a model of the grammar at random: cells are sure of what they have
+    never seen, such as a second liked style among many disliked designs.
 
     While nothing is liked, the first part uses models from elsewhere, since liked models may be too rare in samples of
     the grammar. If liked models have been rare, all questions are of this kind; the next ones are about models similar
@@ -163,7 +163,7 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     by_process = min(round(max(preference.share, least) * num), len(candidates))
     first = _of_process(preference.process, situation, candidates, by_process, rare)
     left = min(num, len(candidates)) - len(first)
-    by_chance = _BY_CHANCE if left >= _ENOUGH and not rare else 0
+    by_chance = 0 if rare else (left + _PER_CHANCE // 2) // _PER_CHANCE
     second = _of_cells(preference, situation, candidates, first, left - by_chance)
     open_ = np.ones(len(candidates), dtype=bool)
     open_[np.concatenate((first, second))] = False

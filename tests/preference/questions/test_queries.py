@@ -193,7 +193,7 @@ def test_where_liked_models_are_rare_the_likeliest_ones_from_elsewhere_are_candi
     assert (mean[chosen[~known.from_grammar[chosen]]] >= worst - 1e-9).all()
 
 
-def test_one_question_of_a_round_is_about_a_model_at_random():
+def test_one_of_eight_questions_is_about_a_model_at_random():
     rows = np.random.default_rng(7).integers(0, 2, (300, 8)).astype(float)
     rows[100:, :] = 0.0  # the scores known of such models leave nothing to learn from another one
     truth = 100.0 * rows[:, 0] * rows[:, 1]
@@ -205,3 +205,5 @@ def test_one_question_of_a_round_is_about_a_model_at_random():
     assert of_known_kind.max() == 1
     # 190 of the 250 models without a score are of this kind.
     assert of_known_kind.mean() > 0.5
+    many = [(propose("default", known, 24, seed) >= 100).sum() for seed in range(8)]
+    assert max(many) == 2  # the process chooses some of the 24
