@@ -345,7 +345,7 @@ def _erring(
 ) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
     """Error model, guide and tree: the best of several starts."""
     grid, every = grid_of(scores), np.arange(len(scores))
-    first = ScoreCells(splits, scores, grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
+    first = ScoreCells(splits=splits, scores=scores, grid=grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
     guides = guides_of(first)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
     for noise in _BEGINNINGS:
