@@ -24,11 +24,12 @@ FEWEST = 24
 """Smallest number of labels; with fewer, some column of thousands explains them."""
 MOST_ROWS = 256
 """Largest number of labels that are compared."""
-_NUM_GUIDED = 8, 1
-"""Number of guided trees per noise, of known columns and of all columns. The search of known columns is more careful:
-otherwise columns are added that only make up for a poor search, as on B1 and F1."""
-_NUM_AGAIN = 24
-"""Number of further guided trees of known columns, if columns seem needed."""
+_NUM_GUIDED = 1
+"""Number of guided trees per noise."""
+_NUM_AGAIN = 7, 24
+"""Numbers of further guided trees of known columns while columns seem needed, first per noise and then of the most
+likely noise. This search is more careful: otherwise columns are added that only make up for a poor search, as on B1
+and F1."""
 _COOL = 0.5
 
 
@@ -57,12 +58,16 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
     familiar, every = (
         splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of) for width in (known, rows.shape[1])
     )
-    best = [
-        _most_likely(splits, scores, num, NOISES, 0) for splits, num in zip((familiar, every), _NUM_GUIDED, strict=True)
-    ]
-    if _gain(*best) < PRICE or _gain(_most_likely(familiar, scores, _NUM_AGAIN, (best[0].noise,), 1), best[1]) < PRICE:
+    of_all, of_known = (_most_likely(splits, scores, _NUM_GUIDED, NOISES, 0) for splits in (every, familiar))
+    for number, num in enumerate(_NUM_AGAIN):
+        if _gain(of_known, of_all) < PRICE:
+            break
+        noises = (of_known.noise,) if number else NOISES
+        again = _most_likely(familiar, scores, num, noises, number + 1)
+        of_known = max(of_known, again, key=lambda found: found.tree.log_posterior)
+    if _gain(of_known, of_all) < PRICE:
         return np.zeros(0, dtype=np.int64)
-    used = {column for node in best[1].tree.nodes() if node.split is not None for column in node.split.columns}
+    used = {column for node in of_all.tree.nodes() if node.split is not None for column in node.split.columns}
     return np.array(sorted(column for column in used if known <= column < rows.shape[1]), dtype=np.int64)
 
 

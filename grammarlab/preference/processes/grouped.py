@@ -43,7 +43,7 @@ from grammarlab.preference.processes.grouped_search import (
 )
 from grammarlab.preference.processes.posterior import Posterior, condition
 
-MAX_ROWS_TO_FIT = 512
+MAX_ROWS_TO_FIT = 256
 """Largest number of distinct rows of the search; of more, a selection with the same distribution of scores is used."""
 MAX_ROWS_TO_KEEP = 4096
 """Largest number of distinct rows for predictions, selected in the same way."""
