@@ -34,6 +34,8 @@ _FEWER_SCORES = 12
 _FAINT, _OF_FAINT = 1.5, 0.1
 """Values below this many standard deviations of the noise are this many times as likely; 0 gets the difference."""
 _TINY = 1e-30
+_NONE = 1e-5
+"""Number of cells below which there are none: sums of floats are not exact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,20 +127,32 @@ class ScoreCells:
 
     def _evidence(self, sums: Singles) -> Floats:
         """[k] log-evidence of parts whose sums of `_told` are [k, 2 G + 1]."""
-        log_likelihood = sums[:, : len(self.grid)]
+        size = len(self.grid)
+        log_likelihood = sums[:, :size]
         highest = log_likelihood.max(axis=1, keepdims=True)
-        odds = self._prior(sums) * np.exp(log_likelihood - highest)
-        return np.log(odds.sum(axis=1) + _TINY) + highest[:, 0]
+        likelihood = np.exp(log_likelihood - highest)
+        if self.levels is None:
+            odds = likelihood @ self._base[0]
+        else:
+            # The prior is a mixture, so its parts are added up without making it for each part.
+            own, every = (likelihood @ self._mixed).T
+            outside = every - np.einsum("kg,kg->k", likelihood, sums[:, size:-1])
+            share, number = self._shared(sums)
+            odds = own * (1.0 - share) + share * np.maximum(outside, 0.0) / np.maximum(number, _TINY)
+        return np.log(odds + _TINY) + highest[:, 0]
 
     def _prior(self, sums: Singles) -> Singles:
         """[k or 1, G] prior of the values of parts, given the values of labels outside."""
         if self.levels is None:
             return self._base
         outside = np.maximum(self._all[len(self.grid) : -1] - sums[:, len(self.grid) : -1], 0.0)
-        number = np.maximum(self._all[-1:] - sums[:, -1:], 0.0)
-        total = outside.sum(axis=1, keepdims=True)
-        share = np.where(total > 0.0, SHARED * np.minimum(number / _ENOUGH, 1.0), 0.0).astype(np.float32)
-        return self._base * (1.0 - share) + share / np.maximum(total, _TINY) * outside
+        share, number = (column[:, None] for column in self._shared(sums))
+        return self._base * (1.0 - share) + share * outside / np.maximum(number, _TINY)
+
+    def _shared(self, sums: Singles) -> tuple[Singles, Singles]:
+        """[k] prior probability that a part has the value of a cell outside, and [k] number of these cells."""
+        number = np.maximum(self._all[-1] - sums[:, -1], 0.0)
+        return np.where(number > _NONE, SHARED * np.minimum(number / _ENOUGH, 1.0), 0.0).astype(np.float32), number
 
     @cached_property
     def _told(self) -> Singles:
@@ -151,6 +165,11 @@ class ScoreCells:
     def _all(self) -> Singles:
         """The sum of all labels."""
         return self._told.sum(axis=0)
+
+    @cached_property
+    def _mixed(self) -> Singles:
+        """[G, 2] prior without other cells, and the sum of the values of all cells."""
+        return np.column_stack([self._base[0], self._all[len(self.grid) : -1]])
 
     @cached_property
     def _base(self) -> Singles:

@@ -18,8 +18,8 @@ from grammarlab.preference.cells.splits import Flags, Splits
 
 PRICE = 5.0
 """Smallest gain of the log-posterior in nats: the prior odds that no further column is needed."""
-NOISES = (0.5, 5.0, 15.0, 28.0)
-"""Candidate standard deviations of the noise in points; the most likely one counts."""
+NOISES = (28.0, 15.0, 5.0, 0.5)
+"""Candidate standard deviations of the noise in points, largest first; the most likely one counts."""
 FEWEST = 24
 """Smallest number of labels; with fewer, some column of thousands explains them."""
 MOST_ROWS = 256
@@ -64,7 +64,7 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
             break
         noises = (of_known.noise,) if number else NOISES
         again = _most_likely(familiar, scores, num, noises, number + 1)
-        of_known = max(of_known, again, key=lambda found: found.tree.log_posterior)
+        of_known = max(of_known, again, key=_posterior)
     if _gain(of_known, of_all) < PRICE:
         return np.zeros(0, dtype=np.int64)
     used = {column for node in of_all.tree.nodes() if node.split is not None for column in node.split.columns}
@@ -89,6 +89,13 @@ def _most_likely(splits: Splits, scores: Floats, num_guided: int, noises: tuple[
     growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
     found: list[_Found] = []
     for noise in noises:
+        # Trees of little noise are large, and unlikely if the next larger noise was.
+        if len(found) > len(growths) and max(found, key=_posterior).noise > found[-1].noise:
+            break
         cells = ScoreCells(splits=splits, scores=scores, grid=grid, noise=noise, blunders=BLUNDERS[1])
         found += [_Found(grow(cells, every, growth, randomness), noise) for growth in growths]
-    return max(found, key=lambda each: each.tree.log_posterior)
+    return max(found, key=_posterior)
+
+
+def _posterior(found: _Found) -> float:
+    return found.tree.log_posterior

@@ -43,7 +43,10 @@ NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
 DOUBT = 4.0
 """Approximate loss in nats of these trees."""
-_BEGINNINGS = (0.5, 5.0, 15.0)
+_BEGINNINGS = (15.0, 5.0, 0.5)
+_NOISY = 7.5
+"""Noise in points, found from other beginnings, from which the smallest beginning is left out: its trees explain all
+noise, are large, and are then unlikely."""
 _ROUNDS = 3
 _MANY = 160
 """Number of labels above which fewer trees are enough: a third of the trees and of the rounds is left out."""
@@ -348,8 +351,11 @@ def _erring(
     first = ScoreCells(splits=splits, scores=scores, grid=grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
     guides = guides_of(first)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
+    seen = set[tuple[float, float]]()
     for noise in _BEGINNINGS:
-        cells, seen = replace(first, noise=noise), set[tuple[float, float]]()
+        if noise == _BEGINNINGS[-1] and best.noise >= _NOISY:
+            break
+        cells = replace(first, noise=noise)
         for _ in range(_enough(_ROUNDS, scores)):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]

@@ -19,7 +19,7 @@ from grammarlab.preference.likelihood import Singles
 Evidence: TypeAlias = Callable[[Singles], Floats]
 """[k] log-evidence of parts from the sums [k, W] of what their labels tell; an empty part has 0."""
 
-_LIKELY, _GAINING = 120, 60
+_LIKELY, _GAINING = 80, 40
 """Numbers of splits into two that are combined: those with the largest prior mass, and those that gain most alone."""
 _MANY_WAYS = 8
 """Number of splits into more parts of either kind whose parts are divided once more."""

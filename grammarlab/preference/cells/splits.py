@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -128,10 +128,26 @@ class Splits:
             ways: indices into `halves`, then `many`.
             randomness: generator.
         """
-        halves, many = ways[ways < len(self.halves)], ways[ways >= len(self.halves)] - len(self.halves)
-        alike = np.concatenate([np.flatnonzero(np.isin(self.half_of, halves)), self.many[many]])
-        mass = np.exp(self.log_prior[alike])
-        return int(randomness.choice(alike, p=mass / mass.sum()))
+        way = int(ways[_drawn(self._mass[ways], randomness)])
+        if way >= len(self.halves):
+            return int(self.many[way - len(self.halves)])
+        alike = self._by_half[self._starts[way] : self._starts[way + 1]]
+        return int(alike[_drawn(np.exp(self.log_prior[alike]), randomness)])
+
+    @cached_property
+    def _mass(self) -> Floats:
+        """[H + M] prior mass of `halves`, then `many`."""
+        return np.exp(np.concatenate([self.log_mass, self.log_prior[self.many]]))
+
+    @cached_property
+    def _by_half(self) -> Ints:
+        """[S] splits, ordered by `half_of`."""
+        return np.argsort(self.half_of, kind="stable")
+
+    @cached_property
+    def _starts(self) -> Ints:
+        """[H + 1] where the splits of each half begin among them."""
+        return np.searchsorted(self.half_of[self._by_half], np.arange(len(self.halves) + 1))
 
     def mass_of(self, part_of: Ints, labels: Ints) -> float:
         """Prior mass of all splits equal to a given division; 0 if there is none.
@@ -193,6 +209,12 @@ class Splits:
             np.concatenate([np.zeros((0, len(rows)), dtype=bool), *members]).astype(np.float32),
             np.cumsum(np.append(0, sizes[many]))[:-1].astype(np.int64),
         )
+
+
+def _drawn(mass: Floats, randomness: np.random.Generator) -> int:
+    """An index, drawn in proportion to mass."""
+    total = np.cumsum(mass)
+    return int(np.searchsorted(total, randomness.random() * total[-1], side="right").clip(0, len(mass) - 1))
 
 
 def different(sides: Flags) -> tuple[Ints, Ints]:
