@@ -18,7 +18,7 @@ array([[3., 1., 0., 3., 0.],
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,13 +104,21 @@ class _Counter:
 
     def _sum(self, feature: Sum) -> Floats:
         total = np.zeros(self.trees.num_models)
-        for site, weight, readers in feature.terms:
-            column = self.per_model(Draw(site))
+        for term in feature.terms:
+            column = self.per_model(Draw(term.site))
             if feature.logarithmic:
                 column = np.log(np.where(column > 0.0, column, 1.0))
-            used = sum((self.per_model(pattern) for pattern in readers), np.zeros(len(total))) > 0.0
-            total += weight * (np.where(used, column, 0.0) if readers else column)
+            if term.readers:
+                column = np.where(self._weighted((pattern, 1.0) for pattern in term.readers) > 0.0, column, 0.0)
+            if term.times:
+                column = column * self._weighted(term.times)
+            total += term.weight * column
         return total
+
+    def _weighted(self, patterns: Iterable[tuple[Pattern, float]]) -> Floats:
+        """[models] weighted sum of the counts of patterns."""
+        none = np.zeros(self.trees.num_models)
+        return sum((weight * self.per_model(pattern) for pattern, weight in patterns), none)
 
     def _total(self, models: NDArray[np.integer], weights: Floats | None = None) -> Floats:
         return np.bincount(models, weights=weights, minlength=self.trees.num_models).astype(np.float64)

@@ -47,10 +47,10 @@ def _remarks(
         case HalfSpace():
             yield from (_site_remark(site, None, sites) for site in feature.sites)
         case Sum():
-            for site, _, readers in feature.terms:
-                yield _site_remark(site, None, sites)
-                for reader in readers:
-                    yield from _remarks(reader, symbols, rules, sites)
+            for term in feature.terms:
+                yield _site_remark(term.site, None, sites)
+                for pattern in (*term.readers, *(pattern for pattern, _ in term.times)):
+                    yield from _remarks(pattern, symbols, rules, sites)
         case Threshold():
             yield _site_remark(feature.site, None, sites)
         case Draw():

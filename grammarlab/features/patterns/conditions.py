@@ -30,10 +30,12 @@ def _read(feature: Pattern | Draw) -> str:
 
 def _sum(feature: Sum) -> str:
     terms = []
-    for site, weight, readers in feature.terms:
-        value = f"log(${site})" if feature.logarithmic else f"${site}"
-        used = " + ".join(f"{{{pattern}}}" for pattern in readers)
-        terms.append(f"{_number(weight)} * {value}" + (f" * ({used} > 0)" if used else ""))
+    for term in feature.terms:
+        value = f"log(${term.site})" if feature.logarithmic else f"${term.site}"
+        used = " + ".join(f"{{{pattern}}}" for pattern in term.readers)
+        times = " + ".join(f"{_number(weight)} * {{{pattern}}}" for pattern, weight in term.times)
+        factors = [_number(term.weight), value] + [f"({times})"] * bool(times) + [f"({used} > 0)"] * bool(used)
+        terms.append(" * ".join(factors))
     return " + ".join(terms)
 
 
@@ -41,7 +43,7 @@ def _inside(space: HalfSpace) -> str:
     # A draw that is not above 0 has no logarithm, and is not inside.
     positive = [f"${site} > 0" for site in space.sites] if space.logarithmic else []
     return " and ".join(
-        [*positive, f"{_sum(Sum(space.sites, space.weights, space.logarithmic))} < {_number(space.bound)}"]
+        [*positive, f"{_sum(Sum.of(space.sites, space.weights, space.logarithmic))} < {_number(space.bound)}"]
     )
 
 

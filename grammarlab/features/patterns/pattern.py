@@ -12,8 +12,9 @@ pattern's nodes to nodes of the tree.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,32 +128,47 @@ class Present:
         return f"{self.feature} present"
 
 
+class Term(NamedTuple):
+    """A part of a sum: the weighted draws of one name."""
+
+    site: str
+    weight: float
+    readers: tuple[Pattern, ...] = ()
+    """Branches that use the draw; a model uses it if it has one of them. Empty if all models use it."""
+    times: tuple[tuple[Pattern, float], ...] = ()
+    """Patterns with weights; the weighted sum of their counts multiplies the draw, as floors multiply their height.
+    Empty for once."""
+
+    def __str__(self) -> str:
+        counts = [f"{_factor(weight)}{pattern}" for pattern, weight in self.times]
+        return self.site + (f" * ({' + '.join(counts)})" if counts else "") + (" where used" if self.readers else "")
+
+
 @dataclass(frozen=True, slots=True)
 class Sum:
     """A weighted sum of draws, or of their logarithms; a draw that a model does not use adds 0."""
 
-    sites: tuple[str, ...]
-    weights: tuple[float, ...]
+    terms: tuple[Term, ...]
     logarithmic: bool = False
     """The logarithm of a draw that is not above 0 adds 0."""
-    readers: tuple[tuple[Pattern, ...], ...] = ()
-    """For each site the patterns of the branches that use the draw; a model uses it if it has one of them. No patterns
-    if all models use it. Empty if this holds for every site."""
 
-    @property
-    def terms(self) -> tuple[tuple[str, float, tuple[Pattern, ...]], ...]:
-        """Site, weight and readers of each part."""
-        return tuple(zip(self.sites, self.weights, self.readers or ((),) * len(self.sites), strict=True))
+    @classmethod
+    def of(cls, sites: Sequence[str], weights: Sequence[float], logarithmic: bool = False) -> Sum:
+        """A sum of draws that all models use once."""
+        return cls(tuple(Term(site, weight) for site, weight in zip(sites, weights, strict=True)), logarithmic)
 
     def __str__(self) -> str:
         text = ""
-        for site, weight, readers in self.terms:
-            name = f"log({site})" if self.logarithmic else site
-            sign = "-" if weight < 0.0 else "+" if text else ""
-            factor = "" if abs(weight) == 1.0 else f"{abs(weight):.4g} "
+        for term in self.terms:
+            name = str(term._replace(site=f"log({term.site})")) if self.logarithmic else str(term)
+            sign = "-" if term.weight < 0.0 else "+" if text else ""
             text += f" {sign} " if text else sign
-            text += f"{factor}{name}{' where used' if readers else ''}"
+            text += f"{_factor(abs(term.weight))}{name}"
         return text
+
+
+def _factor(weight: float) -> str:
+    return "" if weight == 1.0 else f"{weight:.4g} "
 
 
 Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present | Sum

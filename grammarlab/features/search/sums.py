@@ -1,20 +1,21 @@
 """Sums of draws that explain scores, liked in some interval: towers of 140 to 170 m, for any heights of their blocks.
 
 A half-space (`grammarlab.features.search.thresholds`) has one bound and reads every draw. Here a sum is found term by
-term, with a sign for each draw, and a draw counts 0 if a model does not use it.
+term, with a sign for each draw, and a draw counts 0 if a model does not use it. If no such sum explains the scores, a
+draw may be multiplied by a number that each model chooses, such as the height of a floor by the number of floors.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.pattern import Draw, Pattern, Sum
+from grammarlab.features.patterns.pattern import Pattern, Sum, Term
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,13 +28,22 @@ MOST_SCORES = 400
 """Largest number of models; of more, an even selection by score is used."""
 MOST_DRAWS = 64
 """Largest number of columns; of more, those that explain most alone are used."""
-_BOUNDS = 12
+_NUMBERS, _MULTIPLES = 2, 16
+"""Largest number of numbers that multiply draws, and of multiplied draws; those that explain most alone are used."""
+_MOST_BRANCHES = 12
+_BOUNDS = 24
 """Number of bounds of intervals that are tried, evenly spaced by rank."""
 _BEGINNINGS = 4
 """Number of pairs that sums grow from."""
+_PER_MEAN = 12
+"""Held-out scores are predicted by the mean of one in so many other scores."""
 _FOLDS = 3
 _SUPPORT = 0.15
 """Smallest share of the errors at held-out scores that sums found without them must remove."""
+
+
+Number: TypeAlias = tuple[tuple[Pattern, float], ...]
+"""A weighted sum of counts of patterns."""
 
 
 class _Found(NamedTuple):
@@ -43,6 +53,10 @@ class _Found(NamedTuple):
     """[C] -1, 0 or 1."""
     worth: float
     """Log-likelihood gained by its best interval, minus the price of choosing its terms."""
+
+
+def _worth(found: _Found) -> float:
+    return found.worth
 
 
 def find_sum(
@@ -58,41 +72,112 @@ def find_sum(
     """
     if len(scores) < FEWEST or len(names) < 2:
         return None
-    gates = [readers.get(name, ()) for name in names]
-    parts = [Sum((name,), (1.0,), readers=(gate,) if gate else ()) for name, gate in zip(names, gates, strict=True)]
-    values = np.concatenate([count(forest, parts) for forest in forests])
-    drawn = np.concatenate([count(forest, [Draw(name) for name in names]) for forest in forests])
-    always = (values == drawn).all(axis=0)
+    some = np.arange(len(scores))
     if len(scores) > MOST_SCORES:
-        some = np.argsort(scores, kind="stable")[np.arange(MOST_SCORES) * len(scores) // MOST_SCORES]
-        values, scores = values[some], scores[some]
-    kept = np.sort(np.argsort(-explained(values, scores), kind="stable")[:MOST_DRAWS])
-    signs = _best(values[:, kept], scores)
-    if signs is None or not _has_support(values[:, kept], ~always[kept], scores):
+        some = np.argsort(scores, kind="stable")[some[:MOST_SCORES] * len(scores) // MOST_SCORES]
+        scores = scores[some]
+    terms = _terms(forests, names, readers)
+    values = _values(forests, terms)[some]
+    plain = _telling(values, scores, MOST_DRAWS)
+    terms, values = [terms[place] for place in plain], values[:, plain]
+    uses = np.where([bool(term.readers) for term in terms], values != 0.0, 1.0)
+    found = _supported(terms, values, uses, scores)
+    if found is not None:
+        return found
+    numbers = _numbers(forests)
+    counts = _counts(forests, numbers)[some]
+    telling = _telling(counts, scores, _NUMBERS)
+    multiples = [term._replace(times=numbers[place]) for place in telling for term in terms]
+    multiplied, counts = _values(forests, multiples)[some], np.repeat(counts[:, telling], len(terms), axis=1)
+    telling = _telling(multiplied, scores, _MULTIPLES)
+    terms += [multiples[place] for place in telling]
+    values, uses = np.append(values, multiplied[:, telling], axis=1), np.append(uses, counts[:, telling], axis=1)
+    return _supported(terms, values, uses, scores) if telling else None
+
+
+def _supported(terms: Sequence[Term], values: Floats, uses: Floats, scores: Floats) -> Sum | None:
+    """The sum of terms that explains most, if held-out scores confirm it.
+
+    Args:
+        terms: [C] candidate terms.
+        values: [n, C] their values.
+        uses: [n, C] how often a model uses each draw.
+        scores: [n].
+    """
+    alone = np.flatnonzero([bool(term.times) for term in terms])
+    signs = _best(values, scores, alone)
+    if signs is None or not _has_support(values, uses, scores, alone):
         return None
-    used = np.flatnonzero(signs)
-    terms: list[int] = kept[used].tolist()
-    weights = signs[used] * signs[used[0]]
-    of_terms = tuple(() if always[term] else gates[term] for term in terms)
-    return Sum(tuple(names[t] for t in terms), tuple(weights.tolist()), readers=of_terms if any(of_terms) else ())
+    used = np.flatnonzero(signs).tolist()
+    return Sum(tuple(terms[place]._replace(weight=float(signs[place] * signs[used[0]])) for place in used))
 
 
-def _best(values: Floats, scores: Floats) -> Floats | None:
-    """Signs [C] of the sum of columns [n, C] with the largest value; None if one column has an equal value."""
+def _terms(forests: Sequence[Forest], names: Sequence[str], readers: Mapping[str, tuple[Pattern, ...]]) -> list[Term]:
+    """A term for each draw, with its readers if some models do not use it."""
+    gated = [Term(name, 1.0, readers.get(name, ())) for name in names]
+    plain = [term._replace(readers=()) for term in gated]
+    always = (_values(forests, gated) == _values(forests, plain)).all(axis=0)
+    return [one if same else other for one, other, same in zip(plain, gated, always.tolist(), strict=True)]
+
+
+def _values(forests: Sequence[Forest], terms: Sequence[Term]) -> Floats:
+    """[n, C] values of terms."""
+    none = np.zeros((0, len(terms)))
+    return np.concatenate([none, *(count(forest, [Sum((term,)) for term in terms]) for forest in forests)])
+
+
+def _numbers(forests: Sequence[Forest]) -> list[Number]:
+    """Numbers that a model chooses once: which of three or more branches of a rule it takes, counted from 0."""
+    branches: dict[tuple[str, int], set[int]] = {}
+    for rule in (rule for forest in forests for rule in forest.rules if rule.branch):
+        branches.setdefault((rule.symbol, rule.parameters), set()).add(rule.branch[0])
+    chosen = [
+        tuple((Pattern(*key, (branch,)), float(branch)) for branch in sorted(found))
+        for key, found in sorted(branches.items())
+        if 2 < len(found) <= _MOST_BRANCHES
+    ]
+    times = _counts(forests, [tuple((pattern, 1.0) for pattern, _ in number) for number in chosen])
+    once = times.max(axis=0, initial=0.0) == 1.0
+    return [number[1:] for number, is_once in zip(chosen, once.tolist(), strict=True) if is_once]
+
+
+def _counts(forests: Sequence[Forest], numbers: Sequence[Number]) -> Floats:
+    """[n, K] weighted counts of patterns."""
+    patterns = [pattern for number in numbers for pattern, _ in number]
+    none = np.zeros((0, len(patterns)))
+    weighted = np.concatenate([none, *(count(forest, patterns) for forest in forests)])
+    weighted = weighted * np.array([weight for number in numbers for _, weight in number])
+    ends = np.cumsum([0, *(len(number) for number in numbers)])
+    return np.diff(np.cumsum(np.pad(weighted, ((0, 0), (1, 0))), axis=1)[:, ends], axis=1)
+
+
+def _telling(values: Floats, scores: Floats, most: int) -> list[int]:
+    """Ascending indices of the columns [n, C] that explain most of scores [n] alone."""
+    return sorted(np.argsort(-explained(values, scores), kind="stable")[:most].tolist())
+
+
+def _best(values: Floats, scores: Floats, alone: Ints) -> Floats | None:
+    """Signs [C] of the sum of columns [n, C] with the largest value; None if one column has an equal value.
+
+    Columns ``alone`` [K] may be a sum of one term.
+    """
     width = values.shape[1]
     if width < 2:
         return None
-    alone = _worths(values, np.eye(width), scores)
+    single = _worths(values, np.eye(width), scores)
     first, second = np.triu_indices(width, 1)
-    found: list[_Found] = []
+    begin = [_Found(np.eye(width)[place], float(single[place])) for place in alone.tolist()]
+    found = [_climbed(values, scores, each, (1.0,)) for each in sorted(begin, key=_worth)[-_BEGINNINGS:]]
     for allowed in ((1.0,), (1.0, -1.0)):
         pairs = np.tile(np.eye(width)[first], (len(allowed), 1))
         pairs[np.arange(len(pairs)), np.tile(second, len(allowed))] = np.repeat(allowed, len(first))
         worths = _worths(values, pairs, scores)
         for place in np.argsort(-worths, kind="stable")[:_BEGINNINGS].tolist():
             found.append(_climbed(values, scores, _Found(pairs[place], float(worths[place])), allowed))
-    best = max(found, key=lambda each: each.worth)
-    return best.signs if best.worth > max(alone.max(), 0.0) and np.count_nonzero(best.signs) > 1 else None
+    best = max(found, key=_worth)
+    least = max(0.0, np.delete(single, alone).max(initial=0.0))
+    several = np.count_nonzero(best.signs) > 1 or bool(best.signs[alone].any())
+    return best.signs if best.worth > least and several else None
 
 
 def _climbed(values: Floats, scores: Floats, found: _Found, allowed: tuple[float, ...]) -> _Found:
@@ -146,22 +231,23 @@ def explained(columns: Floats, scores: Floats) -> Floats:
     return between.max(axis=0) / total if total > 0.0 else np.zeros(columns.shape[1])
 
 
-def _has_support(values: Floats, gated: NDArray[np.bool_], scores: Floats) -> bool:
+def _has_support(values: Floats, uses: Floats, scores: Floats, alone: Ints) -> bool:
     """Whether sums found without some of the scores explain these scores better than the use of their terms alone.
 
     Args:
         values: [n, C] draws.
-        gated: [C] whether they are 0 in models that do not use them.
+        uses: [n, C] how often a model uses each of them.
         scores: [n].
+        alone: [K] columns that may be a sum of one term.
     """
     fold = np.empty(len(scores), dtype=np.int64)
     fold[np.argsort(scores, kind="stable")] = np.arange(len(scores)) % _FOLDS
     left = plain = 0.0
     for number in range(_FOLDS):
         held = fold == number
-        found = _best(values[~held], scores[~held])
+        found = _best(values[~held], scores[~held], alone)
         signs = np.zeros(values.shape[1]) if found is None else found
-        sums, used = values @ signs, values[:, gated & (signs != 0.0)] != 0.0
+        sums, used = values @ signs, uses[:, signs != 0.0]
         predicted = scores.mean() if found is None else _predicted(sums[~held], scores[~held], sums[held])
         left += float(((scores[held] - predicted) ** 2).sum())
         of_use = np.unique(used, axis=0, return_inverse=True)[1].reshape(-1)
@@ -173,5 +259,5 @@ def _has_support(values: Floats, gated: NDArray[np.bool_], scores: Floats) -> bo
 
 def _predicted(sums: Floats, scores: Floats, others: Floats) -> Floats:
     """The mean score of the models whose sums are nearest."""
-    nearest = np.argsort(np.abs(others[:, None] - sums), axis=1, kind="stable")[:, : max(1, len(sums) // _BOUNDS)]
+    nearest = np.argsort(np.abs(others[:, None] - sums), axis=1, kind="stable")[:, : max(1, len(sums) // _PER_MEAN)]
     return scores[nearest].mean(axis=1)

@@ -213,7 +213,14 @@ def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGr
         inner = feature.feature if isinstance(feature, Present) else feature
         if not isinstance(inner, Draw | Threshold | HalfSpace | Sum):
             continue
-        for site in inner.sites if isinstance(inner, HalfSpace | Sum) else (inner.site,):
+        for site in _sites(inner):
             if site not in grammar.attributes or (site in changed and not range_ends(grammar, site)):
                 return False
     return True
+
+
+def _sites(feature: Draw | Threshold | HalfSpace | Sum) -> tuple[str, ...]:
+    """Names of the draws that a feature reads."""
+    if isinstance(feature, Sum):
+        return tuple(term.site for term in feature.terms)
+    return feature.sites if isinstance(feature, HalfSpace) else (feature.site,)

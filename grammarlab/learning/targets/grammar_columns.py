@@ -103,7 +103,7 @@ def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list
         for trial in sorted(trials, key=lambda trial: (any(weight % 1.0 for weight in trial), trial)):
             used = [i for i, weight in enumerate(trial) if weight]
             if len(used) > 1:
-                together = Sum(tuple(sites[i] for i in used), tuple(trial[i] for i in used), logarithmic)
+                together = Sum.of([sites[i] for i in used], [trial[i] for i in used], logarithmic)
                 found.append((together, columns @ np.array(trial)))
     return found
 

@@ -147,12 +147,14 @@ class ScoreCells:
             return self._base
         outside = np.maximum(self._all[len(self.grid) : -1] - sums[:, len(self.grid) : -1], 0.0)
         share, number = (column[:, None] for column in self._shared(sums))
-        return self._base * (1.0 - share) + share * outside / np.maximum(number, _TINY)
+        prior = self._base * (1.0 - share) + share * outside / np.maximum(number, _TINY)
+        return prior.astype(np.float32)
 
     def _shared(self, sums: Singles) -> tuple[Singles, Singles]:
         """[k] prior probability that a part has the value of a cell outside, and [k] number of these cells."""
-        number = np.maximum(self._all[-1] - sums[:, -1], 0.0)
-        return np.where(number > _NONE, SHARED * np.minimum(number / _ENOUGH, 1.0), 0.0).astype(np.float32), number
+        number = np.maximum(self._all[-1] - sums[:, -1], np.float32(0.0))
+        share = np.where(number > _NONE, SHARED * np.minimum(number / _ENOUGH, 1.0), 0.0)
+        return share.astype(np.float32), number
 
     @cached_property
     def _told(self) -> Singles:

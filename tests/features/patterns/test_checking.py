@@ -5,7 +5,7 @@ import pytest
 from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.checking import MAX_REMARKS, check
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Threshold
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold
 from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
 
@@ -63,8 +63,9 @@ def test_draws_that_a_grammar_makes_pass():
         (Draw("style", 2), "$style has no branch :2; it is a choice of 2, :0 to :1"),
         (Draw("height", 0), "$height has no branch :0; it is not a choice"),
         (HalfSpace(("height", "width"), (1.0, 1.0), 2.0), "the grammar has no random expression 'width'"),
-        (Sum(("height", "width"), (1.0, 1.0)), "the grammar has no random expression 'width'"),
-        (Sum(("height",), (1.0,), readers=((parse("Towr"),),)), "no symbol 'Towr'"),
+        (Sum.of(("height", "width"), (1.0, 1.0)), "the grammar has no random expression 'width'"),
+        (Sum((Term("height", 1.0, (parse("Towr"),)),)), "no symbol 'Towr'"),
+        (Sum((Term("height", 1.0, times=((parse("Towr"), 2.0),)),)), "no symbol 'Towr'"),
     ],
 )
 def test_what_a_grammar_lacks_is_named(feature, says):

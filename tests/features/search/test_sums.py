@@ -7,7 +7,7 @@ import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.pattern import Sum
+from grammarlab.features.patterns.pattern import Draw, Sum, Term
 from grammarlab.features.search.readers import readers_of
 from grammarlab.features.search.sums import explained, find_sum
 from grammarlab.language.grammar import Grammar
@@ -26,7 +26,7 @@ Tower -->
     else : [ s('1, one, '1) Box ] [ s('1, two, '1) Box ] [ s('1, three, '1) Box ]
 """)
 NAMES = list(GRAMMAR.attributes)
-HEIGHT = Sum(("one", "two", "three"), (1.0, 1.0, 1.0), readers=tuple(readers_of(GRAMMAR)[n] for n in NAMES[:3]))
+HEIGHT = Sum(tuple(Term(name, 1.0, readers_of(GRAMMAR)[name]) for name in NAMES[:3]))
 
 
 def liked(forest, low, high, noise=10.0):
@@ -45,6 +45,26 @@ def test_a_band_of_a_sum_of_as_many_draws_as_there_are_is_found(num):
     assert str(found) == "one + two where used + three where used"
 
 
+@pytest.mark.parametrize("num", [96, 200])
+def test_floors_of_one_height_are_multiplied_by_their_number(num):
+    names = ["ground", "floor", *(f"other{number}" for number in range(12))]
+    text = "attr ground = rand(3.7, 4.2)\nattr floor = rand(2.9, 3.4)\n"
+    text += "".join(f"attr {name} = rand(1, 2)\n" for name in names[2:])
+    text += f"Lot --> s({' + '.join(names[2:])}, ground, 1) Floors\n"
+    text += "Floors --> 20% : Low(1) 20% : Low(2) 20% : Low(3) 20% : High(4) else : High(5)\n"
+    text += "Low(n) --> extrude(n * floor) Box\nHigh(n) --> extrude(n * floor) Box\n"
+    grammar = Grammar.parse(text)
+    forest = derive(grammar, num, 4)
+    drawn = count(forest, [Draw("ground"), Draw("floor"), Draw("Floors")]).T
+    height = drawn[0] + (drawn[2] + 1.0) * drawn[1]
+    meant = np.where((height >= 10.1) & (height < 13.3), 100.0, 0.0)
+    scores = np.clip(meant + np.random.default_rng(0).normal(size=num) * 5.0, 0.0, 100.0)
+    found = find_sum([forest], scores, list(grammar.attributes), readers_of(grammar))
+    assert found is not None
+    assert np.atleast_2d(np.corrcoef(count(forest, [found])[:, 0], height))[0, 1] > 0.995
+    assert "floor * (Floors/0:1 + 2 Floors/0:2 + 3 Floors/0:3 + 4 Floors/0:4)" in str(found)
+
+
 def test_of_many_draws_and_scores_some_are_enough():
     names = [f"other{number}" for number in range(100)]
     text = (
@@ -52,9 +72,9 @@ def test_of_many_draws_and_scores_some_are_enough():
     )
     grammar = Grammar.parse(text + " + ".join(["s(a", *names]) + ", b, 1) Box")
     forest = derive(grammar, 2_000, 4)
-    total = count(forest, [Sum(("a", "b"), (1.0, 1.0))])[:, 0]
+    total = count(forest, [Sum.of(("a", "b"), (1.0, 1.0))])[:, 0]
     found = find_sum([forest], np.where(total < 9.0, 100.0, 0.0), list(grammar.attributes), readers_of(grammar))
-    assert found == Sum(("a", "b"), (1.0, 1.0))
+    assert found == Sum.of(("a", "b"), (1.0, 1.0))
 
 
 def test_the_order_of_models_does_not_matter():
@@ -74,7 +94,7 @@ def test_no_sum_is_found_where_there_is_none():
     three = count(forest, readers["three"])[:, 0] * 100.0
     assert find_sum([forest], three, NAMES, readers) is None
     # One draw is no sum.
-    width = count(forest, [Sum(("width",), (1.0,))])[:, 0]
+    width = count(forest, [Sum.of(("width",), (1.0,))])[:, 0]
     assert find_sum([forest], np.where(abs(width - 5.0) < 2.0, 100.0, 0.0), NAMES, readers) is None
     assert find_sum([forest], width, ["width"], readers) is None
     assert find_sum([], np.zeros(0), NAMES, readers) is None
