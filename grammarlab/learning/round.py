@@ -33,7 +33,7 @@ from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.cells.needed import selected
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
-from grammarlab.preference.questions.liked import liked_are_rare, noise_of
+from grammarlab.preference.questions.liked import blunders_of, liked_are_rare, noise_of
 
 Report = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
@@ -157,8 +157,10 @@ def _given(state: State) -> list[Answers]:
 
 def _are_rare(state: State) -> bool:
     """Whether liked designs are rare, given the estimated errors of the persons."""
+    erring = [(found, state.preferences[found.factor]) for found in _given(state)]
     return any(
-        liked_are_rare(found.scored.scores, noise_of(state.preferences[found.factor])) for found in _given(state)
+        liked_are_rare(found.scored.scores, noise_of(preference), blunders_of(preference))
+        for found, preference in erring
     )
 
 

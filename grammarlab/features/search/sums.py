@@ -214,20 +214,20 @@ def explained(columns: Floats, scores: Floats) -> Floats:
     num = len(scores)
     centred = scores - scores.mean()
     total = float(centred @ centred)
-    ends = np.unique(np.linspace(0, num, min(_BOUNDS, num) + 1).astype(np.int64))
     order = np.argsort(columns, axis=0, kind="stable")
-    sums = np.concatenate([np.zeros((1, columns.shape[1])), np.cumsum(centred[order], axis=0)])[ends]
     values = np.take_along_axis(columns, order, axis=0)
-    # Intervals do not end between equal values.
-    end = np.ones((1, columns.shape[1]), dtype=bool)
-    apart = np.concatenate([end, values[1:] > values[:-1], end])[ends]
+    sums = np.concatenate([np.zeros((1, columns.shape[1])), np.cumsum(centred[order], axis=0)])
+    # Intervals do not end between equal values, but at the next place where the values differ.
+    place = np.arange(num + 1)[:, None]
+    apart = np.pad(values[1:] > values[:-1], ((1, 1), (0, 0)), constant_values=True)
+    ends = np.minimum.accumulate(np.where(apart, place, num)[::-1], axis=0)[::-1]
+    ends = ends[np.unique(np.linspace(0, num, min(_BOUNDS, num) + 1).astype(np.int64))]
+    sums = np.take_along_axis(sums, ends, axis=0)
     first, last = np.triu_indices(len(ends), 1)
-    size = (ends[last] - ends[first])[:, None]
     inside = sums[last] - sums[first]
-    between = inside**2 / size
+    between = inside**2 / np.maximum(ends[last] - ends[first], 1)
     for outside, rest in ((sums[first], ends[first]), (-sums[last], num - ends[last])):
-        between = between + outside**2 / np.maximum(rest, 1)[:, None]
-    between = np.where(apart[first] & apart[last], between, 0.0)
+        between = between + outside**2 / np.maximum(rest, 1)
     return between.max(axis=0) / total if total > 0.0 else np.zeros(columns.shape[1])
 
 

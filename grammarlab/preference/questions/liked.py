@@ -23,6 +23,11 @@ def noise_of(preference: AbstractPreference | None) -> float:
     return preference.noise if isinstance(preference, BlendedPreference | PartitionPreference) else 0.0
 
 
+def blunders_of(preference: AbstractPreference | None) -> float:
+    """Probability of a random score of a person; 0 if it is unknown."""
+    return preference.blunders if isinstance(preference, BlendedPreference | PartitionPreference) else 0.0
+
+
 def liked(scores: Floats, noise: float) -> NDArray[np.bool_]:
     """[n] whether scores mean that a model is liked.
 
@@ -36,15 +41,16 @@ def liked(scores: Floats, noise: float) -> NDArray[np.bool_]:
     return scores > (FAR * noise if noise > EXACT else 0.0)
 
 
-def liked_are_rare(scores: Floats, noise: float = 0.0) -> bool:
+def liked_are_rare(scores: Floats, noise: float = 0.0, blunders: float = 0.0) -> bool:
     """Whether liked models have ever been so rare that questions need a larger pool.
 
     Args:
         scores: [n] in the order in which they were given.
         noise: noise of the person, in points.
+        blunders: probability of a random score, which seems to mean that a model is liked.
 
     >>> liked_are_rare(np.zeros(63)), liked_are_rare(np.zeros(64)), liked_are_rare(np.repeat([0.0, 50.0], [60, 4]))
     (False, True, False)
     """
     number = np.arange(1, len(scores) + 1)
-    return bool(np.any((np.cumsum(liked(scores, noise)) < RARE * number)[FEWEST - 1 :]))
+    return bool(np.any((np.cumsum(liked(scores, noise)) < (RARE + blunders) * number)[FEWEST - 1 :]))

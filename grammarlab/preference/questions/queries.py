@@ -28,6 +28,7 @@ from grammarlab.preference.processes.disagreement import (
 )
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
+from grammarlab.preference.questions.again import Asked, asked_of, few_liked
 from grammarlab.preference.questions.liked import EXACT, liked, liked_are_rare, noise_of
 
 Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
@@ -36,8 +37,6 @@ LIKED_SHARE = 0.5
 """Share of a default batch that checks models that seem liked."""
 NOISE = 1e-2
 """Variance of a score in `default`, as a share of the squared highest score."""
-FEW_LIKED = 4
-"""Number of liked models, if they are rare, below which questions are about similar models."""
 LEAST_OF_PROCESS = 0.25, 0.5
 """Share of a default batch that a process chooses, for persons with and without errors, since cells may be
 overconfident."""
@@ -45,6 +44,8 @@ LEAST_LIKED = 20.0
 """Smallest assumed highest value, in points."""
 LIKED_PART = 0.25
 """Share of the highest value from which a model seems liked to cells."""
+SCARCE = 1 / 64
+"""Share of models of the grammar that seem liked, below which half of the questions are about models that do."""
 SMALL_PART = 0.1
 """Share of the highest value below which an expected value is too small as a divisor."""
 LEAST_NOISE = 3.0
@@ -153,15 +154,37 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         return _grammar(situation, num, randomness)
     if not isinstance(preference, BlendedPreference):
         return _mixed(preference, situation, num, randomness)
-    rare = liked_are_rare(situation.scores, preference.noise)
-    if rare and 0 < np.count_nonzero(situation.liked) < FEW_LIKED:
-        return _resembling(situation, num, randomness)
-    candidates = _candidates(situation, num, randomness)
+    known = asked_of(situation.asked, situation.scores)
+    doubtful, sure = few_liked(preference, situation.pool, known)
+    again = doubtful[: num // 2]
+    rare = liked_are_rare(situation.scores, preference.noise, preference.blunders)
+    alike = (
+        _resembling(situation, known, (num if rare else num // 2) - len(again), randomness) if len(sure) else again[:0]
+    )
+    new = _informative(preference, situation, num - len(again) - len(alike), alike, rare, randomness)
+    return np.concatenate((again, alike, new))
+
+
+def _informative(
+    preference: BlendedPreference,
+    situation: Situation,
+    num: int,
+    but: Ints,
+    rare: bool,
+    randomness: np.random.Generator,
+) -> Ints:
+    """New models, but for some."""
+    if num <= 0:
+        return but[:0]
+    scarce = _are_scarce(preference, situation)
+    by_liking = scarce or (rare and bool(situation.liked.any()))
+    candidates = _candidates(situation, num, but, by_liking, randomness)
     least = LEAST_OF_PROCESS[preference.partition.noise <= EXACT]
     if rare or not situation.liked.any():
         least = 1.0
-    by_process = min(round(max(preference.share, least) * num), len(candidates))
-    first = _of_process(preference.process, situation, candidates, by_process, rare)
+    apart = _among_liked(preference, situation, candidates, num // 2 if scarce else 0)
+    by_process = min(round(max(preference.share, least) * (num - len(apart))), len(candidates) - len(apart))
+    first = np.append(apart, _of_process(preference.process, situation, candidates, apart, by_process, rare))
     left = min(num, len(candidates)) - len(first)
     by_chance = 0 if rare else (left + _PER_CHANCE // 2) // _PER_CHANCE
     second = _of_cells(preference, situation, candidates, first, left - by_chance)
@@ -171,20 +194,47 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     return candidates[np.concatenate((first, second, third))]
 
 
-def _of_process(preference: GroupedPreference, situation: Situation, candidates: Ints, num: int, rare: bool) -> Ints:
+def _are_scarce(preference: BlendedPreference, situation: Situation) -> bool:
+    """Whether hardly any model of the grammar seems liked, although some scores are high."""
+    meant = preference.predict(situation.pool).mean
+    highest = float(meant.max(initial=0.0))
+    if not situation.liked.any() or highest < LEAST_LIKED:
+        return False
+    return float(np.mean(meant[situation.from_grammar] > LIKED_PART * highest)) < SCARCE
+
+
+def _among_liked(preference: BlendedPreference, situation: Situation, candidates: Ints, num: int) -> Ints:
+    """Candidates that seem liked, each weighted by its value: the grammar makes hardly any of them."""
+    rows, known = situation.pool[candidates], situation.pool[situation.asked]
+    meant = preference.predict(rows).mean
+    highest = float(meant.max(initial=0.0))
+    seem = meant > LIKED_PART * highest
+    noise = max(preference.partition.noise, LEAST_NOISE) ** 2
+    good = known[preference.partition.predict(known).mean > LIKED_PART * highest]
+    weights = cautious_weights(preference.process, rows)
+    weights = weights + doubtful_weights(preference.process, good if len(good) else known)
+    covariance = preference.partition.joint(rows)[1] + unexplained(known, rows, weights, NOVELTY * highest**2, noise)
+    return most_doubtful(covariance, min(num, int(seem.sum())), noise, meant * seem, seem)
+
+
+def _of_process(
+    preference: GroupedPreference, situation: Situation, candidates: Ints, chosen: Ints, num: int, rare: bool
+) -> Ints:
     """Candidates that a process is uncertain about: some seem liked, and some lower the total variance most."""
     rows, typical = situation.pool[candidates], situation.stands_for(candidates)
     noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
+    open_[chosen] = False
     known = situation.pool[situation.asked]
     good = known[situation.liked]
     mean, covariance = joint(preference, rows, doubtful_weights(preference, good if len(good) else known))
     elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
     stakes = np.maximum(mean, 0.0) * typical if len(good) else elsewhere
     share = 1.0 if rare and not len(good) else LIKED_SHARE
-    first = most_doubtful(covariance, round(share * num), noise, stakes, open_)
+    first = most_doubtful(given(covariance, chosen, noise), round(share * num), noise, stakes, open_)
     open_[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
-    second = most_telling(given(covariance, first, noise), num - len(first), noise, typical, open_)
+    before = np.append(chosen, first)
+    second = most_telling(given(covariance, before, noise), num - len(first), noise, typical, open_)
     return np.concatenate((first, second))
 
 
@@ -216,30 +266,35 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
     return np.concatenate((first, second))
 
 
-def _resembling(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+def _resembling(situation: Situation, asked: Asked, num: int, randomness: np.random.Generator) -> Ints:
     """Models similar to liked ones and different from others, under a Gaussian process with equal weights."""
     variance = situation.pool.var(axis=0)
     varies = variance > 0.0
     weights = np.zeros(len(variance))
     weights[varies] = _ALIKE_DISTANCE / (2.0 * varies.sum() * variance[varies])
-    known = observe(situation.pool[situation.asked], situation.scores)
+    known = observe(situation.pool[asked.models], asked.scores)
     alike = condition(Hyperparameters(MAX_SCORE**2, weights, _ALIKE_NOISE * MAX_SCORE**2), known)
     open_ = randomness.permutation(np.flatnonzero(_unasked(situation)))
     return open_[np.argsort(-alike.predict(situation.pool[open_]).mean, kind="stable")[:num]]
 
 
-def _candidates(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+def _candidates(situation: Situation, num: int, but: Ints, by_liking: bool, randomness: np.random.Generator) -> Ints:
     """Candidate models without a score: from the grammar and from elsewhere.
 
-    If liked models are rare, candidates from elsewhere are those with the highest predictions.
+    Args:
+        situation: the pool and the state.
+        num: number of models that are needed at least.
+        but: models that are left out.
+        by_liking: whether those from elsewhere are the models with the highest predictions, not models at random.
+        randomness: generator.
     """
     open_ = _unasked(situation)
+    open_[but] = False
     pools = [
         randomness.permutation(np.flatnonzero(open_ & kind))
         for kind in (situation.from_grammar, ~situation.from_grammar)
     ]
-    rare = liked_are_rare(situation.scores, noise_of(situation.preference))
-    if situation.preference is not None and rare and situation.liked.any():
+    if by_liking and situation.preference is not None:
         liking = situation.preference.predict(situation.pool[pools[1]]).mean
         pools[1] = pools[1][np.argsort(-liking, kind="stable")]
     chosen = [pool[:most] for pool, most in zip(pools, _CANDIDATES, strict=True)]
