@@ -30,10 +30,14 @@ from grammarlab.learning.designs.tables import Columns, DesignTable, DesignTable
 from grammarlab.learning.growth import further, path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
+from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.needed import selected
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.fitting import fit
 from grammarlab.preference.questions.liked import blunders_of, liked_are_rare, noise_of
+
+_DESIGNS = 2_000
+"""Number of designs of the pool on which cells and a process are compared."""
 
 Report = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
@@ -189,9 +193,19 @@ def _learned(study: Study[Designs], state: State, told: State, report: Report) -
             others = places(tables, columns, replace(found, designs=_compared(found)))
             warm = before if study.settings.warm else None
             before = _fit(table, places(tables, columns, found), found, others, study.settings, warm)
+            if isinstance(before, BlendedPreference):
+                before = before.damped(*_some(table, tables.made.weights))
         preferences[found.factor] = before
     liked = tuple(found.factor for found in given if found.is_liked)
     return State(told.answers, preferences, columns, liked, tables.made.pool.wide)
+
+
+def _some(table: DesignTable, weights: Floats) -> tuple[Floats, Floats]:
+    """Rows and density weights of some designs of the pool, evenly spaced."""
+    made = np.flatnonzero(weights > 0.0)
+    num = min(_DESIGNS, len(made))
+    some = made[np.arange(num) * len(made) // max(num, 1)]
+    return table.rows[some], weights[some]
 
 
 def places(tables: DesignTables[Designs], columns: Columns, answers: Answers) -> Ints:

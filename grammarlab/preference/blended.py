@@ -8,7 +8,7 @@ exact. Their evidences are not comparable, so the weight is that with the best p
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +35,7 @@ _DOUBT = 1.0 / 200.0
 """Share of the process, per point of noise, if held-out scores do not show that cells alone are better."""
 _SETTLING = 64
 """Number of labels from which this share falls with the square of their number."""
+_LEAST_DAMPING = 1e-9
 _SURE = 2.0
 """Number of standard errors by which they must be better."""
 _SMALL_PART = 0.05
@@ -58,6 +59,8 @@ class BlendedPreference(AbstractPreference):
     """Error on held-out scores, as the standard deviation of normal errors with the same median; 0 without any."""
     sketches: tuple[BlendedPreference, ...] = ()
     """Quick fits to parts of the labels, each without its held-out scores."""
+    damping: float = 1.0
+    """Factor on the odds of the process in predictions, > 0 and at most 1, see `damped`."""
 
     @property
     def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - told by both parts
@@ -118,11 +121,29 @@ class BlendedPreference(AbstractPreference):
         entries = [Relevance(name, share, level_of(share)) for name, share in shares]
         return sorted(entries, key=lambda relevance: -relevance.share)
 
+    def damped(self, rows: Rows, weights: Floats) -> BlendedPreference:
+        """The preference for a density over designs: the process counts less if it likes more of them than cells do.
+
+        Densities are mixed, not values: if cells like one design in 10,000, a hundredth of a process that is not quite
+        0 for all others would hide it.
+
+        Args:
+            rows: [m, F] designs.
+            weights: [m] >= 0, their density.
+        """
+        if not 0.0 < self.share < 1.0:
+            return self
+        by_cells, by_process = (
+            float(weights @ np.maximum(part.mean, 0.0)) for part in (self.partition.predict(rows), self.meant(rows))
+        )
+        return replace(self, damping=max(min(1.0, by_cells / by_process), _LEAST_DAMPING) if by_process > 0.0 else 1.0)
+
     def _counting(self) -> Iterator[tuple[float, AbstractPreference]]:
-        if self.share > 0.0:
-            yield self.share, self.process
-        if self.share < 1.0:
-            yield 1.0 - self.share, self.partition
+        share = self.share * self.damping / (self.share * self.damping + 1.0 - self.share)
+        if share > 0.0:
+            yield share, self.process
+        if share < 1.0:
+            yield 1.0 - share, self.partition
 
 
 def fit(

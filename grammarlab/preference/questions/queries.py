@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.observations import observe
 from grammarlab.preference.processes.disagreement import (
     cautious_weights,
     doubtful_weights,
@@ -27,9 +26,9 @@ from grammarlab.preference.processes.disagreement import (
     unexplained,
 )
 from grammarlab.preference.processes.grouped import GroupedPreference
-from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
-from grammarlab.preference.questions.again import Asked, asked_of, few_liked
+from grammarlab.preference.processes.posterior import squared_distances
 from grammarlab.preference.questions.liked import EXACT, liked, liked_are_rare, noise_of
+from grammarlab.preference.questions.resembling import few_are_liked, most_alike
 
 Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
 
@@ -52,10 +51,6 @@ LEAST_NOISE = 3.0
 """Smallest standard deviation of cells, in points."""
 NOVELTY = 0.1
 """Variance of new effects unknown to cells, as a share of the squared highest value."""
-_ALIKE_DISTANCE = 2.6
-"""Weighted squared distance between two typical models if all columns have equal weight."""
-_ALIKE_NOISE = 1e-3
-"""Noise, as a share of the amplitude."""
 _CANDIDATES = (800, 200)
 """Largest number of candidates of `default`, from the grammar and from elsewhere."""
 
@@ -142,8 +137,8 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     never seen, such as a second liked style among many disliked designs.
 
     While nothing is liked, the first part uses models from elsewhere, since liked models may be too rare in samples of
-    the grammar. If liked models have been rare, all questions are of this kind; the next ones are about models similar
-    to the first liked ones, since so few scores allow no reliable explanation.
+    the grammar. If liked models have been rare, all questions are of this kind. While few models are liked, half of the
+    questions are about models similar to these, or all questions if liked models have been rare.
 
     Doubtful scores are not requested again. Repeating them whenever cells expected more gain from it than from the last
     new model did not help: the divergence after 64 scores was 0.080 instead of 0.076, the mean of three persons with
@@ -154,15 +149,11 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         return _grammar(situation, num, randomness)
     if not isinstance(preference, BlendedPreference):
         return _mixed(preference, situation, num, randomness)
-    known = asked_of(situation.asked, situation.scores)
-    doubtful, sure = few_liked(preference, situation.pool, known)
-    again = doubtful[: num // 2]
-    rare = liked_are_rare(situation.scores, preference.noise, preference.blunders)
-    alike = (
-        _resembling(situation, known, (num if rare else num // 2) - len(again), randomness) if len(sure) else again[:0]
-    )
-    new = _informative(preference, situation, num - len(again) - len(alike), alike, rare, randomness)
-    return np.concatenate((again, alike, new))
+    pool, asked, scores = situation.pool, situation.asked, situation.scores
+    rare, alike = liked_are_rare(scores, preference.noise, preference.blunders), np.zeros(0, dtype=np.int64)
+    if few_are_liked(preference, pool[asked], scores):
+        alike = most_alike(pool, asked, scores, num if rare else num // 2, _unasked(situation), randomness)
+    return np.append(alike, _informative(preference, situation, num - len(alike), alike, rare, randomness))
 
 
 def _informative(
@@ -173,7 +164,16 @@ def _informative(
     rare: bool,
     randomness: np.random.Generator,
 ) -> Ints:
-    """New models, but for some."""
+    """Models that tell most, according to cells and to a process.
+
+    Args:
+        preference: the preference.
+        situation: the pool and the state.
+        num: number of models.
+        but: models that are left out.
+        rare: whether liked models have been rare.
+        randomness: generator.
+    """
     if num <= 0:
         return but[:0]
     scarce = _are_scarce(preference, situation)
@@ -264,18 +264,6 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
     before = np.concatenate((chosen, first))
     second = most_telling(given(covariance + unlike[1], before, noise), num - len(first), noise, stakes, open_)
     return np.concatenate((first, second))
-
-
-def _resembling(situation: Situation, asked: Asked, num: int, randomness: np.random.Generator) -> Ints:
-    """Models similar to liked ones and different from others, under a Gaussian process with equal weights."""
-    variance = situation.pool.var(axis=0)
-    varies = variance > 0.0
-    weights = np.zeros(len(variance))
-    weights[varies] = _ALIKE_DISTANCE / (2.0 * varies.sum() * variance[varies])
-    known = observe(situation.pool[asked.models], asked.scores)
-    alike = condition(Hyperparameters(MAX_SCORE**2, weights, _ALIKE_NOISE * MAX_SCORE**2), known)
-    open_ = randomness.permutation(np.flatnonzero(_unasked(situation)))
-    return open_[np.argsort(-alike.predict(situation.pool[open_]).mean, kind="stable")[:num]]
 
 
 def _candidates(situation: Situation, num: int, but: Ints, by_liking: bool, randomness: np.random.Generator) -> Ints:

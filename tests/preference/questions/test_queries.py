@@ -8,7 +8,8 @@ from grammarlab.preference import blended
 from grammarlab.preference.processes import gaussian_process
 from grammarlab.preference.questions import queries
 from grammarlab.preference.questions.liked import FEWEST, RARE, liked_are_rare
-from grammarlab.preference.questions.queries import FEW_LIKED, WAYS, Situation, propose
+from grammarlab.preference.questions.queries import WAYS, Situation, propose
+from grammarlab.preference.questions.resembling import FEW_LIKED
 from tests.preference.processes.test_grouped import GROUPS, styled_rows
 
 NEW_WAYS = [way for way in WAYS if way != "already ranked"]
