@@ -31,6 +31,8 @@ FEWEST = 16
 """Smallest number of labels for held-out scores; with fewer, only the process is used."""
 MOST = 160
 """Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
+FEWER_STARTS = 3
+"""Number of starts of the process with more labels than these, which leave fewer explanations open."""
 _DOUBT = 1.0 / 200.0
 """Share of the process, per point of noise, if held-out scores do not show that cells alone are better."""
 _SETTLING = 64
@@ -172,7 +174,8 @@ def fit(
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
-    process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
+    starts = FEWER_STARTS if len(values) > MOST else None
+    process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     if len(values) < FEWEST:
         return BlendedPreference(process, cells, 1.0)
     return BlendedPreference(process, cells, *_share(table, values, numbers, drawn, seed, cells))

@@ -1,5 +1,7 @@
 """Blends: whichever part predicts held-out scores, and what noise does to means."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,3 +92,22 @@ def test_groups_of_one_name_are_told_apart():
 def test_a_flag_for_each_column_is_asked_for():
     with pytest.raises(UsageError, match="one flag for each of the 3 columns"):
         blended.fit(coins(5, 3, 9), [1.0] * 5, continuous=[True])
+
+
+def test_a_process_does_not_hide_what_cells_like_of_few_designs():
+    rows = coins(4000, 12, 8)
+    rare = rows[:, :8].all(axis=1)
+    asked = np.concatenate([np.flatnonzero(rare)[:8], np.arange(60)])
+    given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
+    found = replace(blended.fit(rows[asked], given), share=0.2)
+    damped = found.damped(rows, np.ones(len(rows)))
+    cells, process = (
+        part.predict(rows).mean if part is found.partition else part.meant(rows).mean
+        for part in (found.partition, found)
+    )
+    odds = 0.25 * min(1.0, cells.sum() / process.sum())
+    np.testing.assert_allclose(damped.predict(rows).mean, (odds * process + cells) / (1.0 + odds), rtol=1e-9, atol=1e-9)
+    assert damped.damping == pytest.approx(odds / 0.25)
+    for share in (0.0, 1.0):
+        alone = replace(found, share=share)
+        assert alone.damped(rows, np.ones(len(rows))) is alone

@@ -140,8 +140,15 @@ class Term(NamedTuple):
     Empty for once."""
 
     def __str__(self) -> str:
-        counts = [f"{_factor(weight)}{pattern}" for pattern, weight in self.times]
-        return self.site + (f" * ({' + '.join(counts)})" if counts else "") + (" where used" if self.readers else "")
+        return f"{self.site}{self._times_text()}{' where used' if self.readers else ''}"
+
+    def _times_text(self) -> str:
+        if not self.times:
+            return ""
+        symbols = {pattern.symbol for pattern, _ in self.times}
+        if len(symbols) == 1 and all(pattern.branch == (weight,) for pattern, weight in self.times):
+            return f" * (choice 0 to {self.times[-1][1]:g} of {self.times[0][0].symbol})"
+        return f" * ({' + '.join(f'{_factor(weight)}{pattern}' for pattern, weight in self.times)})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,8 @@ _NUMBERS, _MULTIPLES = 2, 16
 _MOST_BRANCHES = 12
 _BOUNDS = 24
 """Number of bounds of intervals that are tried, evenly spaced by rank."""
+_PAIRED = 24
+"""Number of columns of which pairs are tried, those that explain most alone."""
 _BEGINNINGS = 4
 """Number of pairs that sums grow from."""
 _PER_MEAN = 12
@@ -165,7 +167,8 @@ def _best(values: Floats, scores: Floats, alone: Ints) -> Floats | None:
     if width < 2:
         return None
     single = _worths(values, np.eye(width), scores)
-    first, second = np.triu_indices(width, 1)
+    paired = np.sort(np.argsort(-single, kind="stable")[:_PAIRED])
+    first, second = (paired[places] for places in np.triu_indices(len(paired), 1))
     begin = [_Found(np.eye(width)[place], float(single[place])) for place in alone.tolist()]
     found = [_climbed(values, scores, each, (1.0,)) for each in sorted(begin, key=_worth)[-_BEGINNINGS:]]
     for allowed in ((1.0,), (1.0, -1.0)):
@@ -181,19 +184,35 @@ def _best(values: Floats, scores: Floats, alone: Ints) -> Floats | None:
 
 
 def _climbed(values: Floats, scores: Floats, found: _Found, allowed: tuple[float, ...]) -> _Found:
-    """Local search: repeat the best change of one sign until none increases the value of the sum."""
-    width = len(found.signs)
-    column = np.tile(np.arange(width), len(allowed))
-    sign = np.repeat(allowed, width)
+    """Local search: the best change of one sign, or else the best exchange of two terms, while the value grows."""
     while True:
-        changed = np.repeat(found.signs[None], len(column), axis=0)
-        changed[np.arange(len(column)), column] = np.where(found.signs[column] == sign, 0.0, sign)
-        worths = _worths(values, changed, scores)
-        worths[np.count_nonzero(changed, axis=1) > MOST_TERMS] = -np.inf
-        place = int(np.argmax(worths))
-        if worths[place] <= found.worth:
+        for changed in (_changed(found.signs, allowed), _exchanged(found.signs, allowed)):
+            worths = _worths(values, changed, scores)
+            worths[np.count_nonzero(changed, axis=1) > MOST_TERMS] = -np.inf
+            place = int(np.argmax(worths)) if len(worths) else 0
+            if (worths > found.worth).any():
+                found = _Found(changed[place], float(worths[place]))
+                break
+        else:
             return found
-        found = _Found(changed[place], float(worths[place]))
+
+
+def _changed(signs: Floats, allowed: tuple[float, ...]) -> Floats:
+    """[K, C] signs [C] with one of them changed."""
+    column, sign = np.tile(np.arange(len(signs)), len(allowed)), np.repeat(allowed, len(signs))
+    changed = np.repeat(signs[None], len(column), axis=0)
+    changed[np.arange(len(column)), column] = np.where(signs[column] == sign, 0.0, sign)
+    return changed
+
+
+def _exchanged(signs: Floats, allowed: tuple[float, ...]) -> Floats:
+    """[K, C] signs [C] with one term left out and another one added."""
+    added = _changed(signs, allowed)
+    added = added[np.count_nonzero(added, axis=1) > np.count_nonzero(signs)]
+    used = np.flatnonzero(signs)
+    exchanged = np.tile(added, (len(used), 1))
+    exchanged[np.arange(len(exchanged)), np.repeat(used, len(added))] = 0.0
+    return exchanged
 
 
 def _worths(values: Floats, signs: Floats, scores: Floats) -> Floats:

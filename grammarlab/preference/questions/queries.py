@@ -205,6 +205,8 @@ def _are_scarce(preference: BlendedPreference, situation: Situation) -> bool:
 
 def _among_liked(preference: BlendedPreference, situation: Situation, candidates: Ints, num: int) -> Ints:
     """Candidates that seem liked, each weighted by its value: the grammar makes hardly any of them."""
+    if num <= 0:
+        return np.zeros(0, dtype=np.int64)
     rows, known = situation.pool[candidates], situation.pool[situation.asked]
     meant = preference.predict(rows).mean
     highest = float(meant.max(initial=0.0))

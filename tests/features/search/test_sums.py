@@ -50,8 +50,8 @@ def test_floors_of_one_height_are_multiplied_by_their_number(num):
     names = ["ground", "floor", *(f"other{number}" for number in range(12))]
     text = "attr ground = rand(3.7, 4.2)\nattr floor = rand(2.9, 3.4)\n"
     text += "".join(f"attr {name} = rand(1, 2)\n" for name in names[2:])
-    text += f"Lot --> s({' + '.join(names[2:])}, ground, 1) Floors\n"
-    text += "Floors --> 20% : Low(1) 20% : Low(2) 20% : Low(3) 20% : High(4) else : High(5)\n"
+    text += f"Lot --> s({' + '.join(names[2:])}, ground, 1) Floors(1)\n"
+    text += "Floors(a) --> 20% : Low(1) 20% : Low(2) 20% : Low(3) 20% : High(4) else : High(5)\n"
     text += "Low(n) --> extrude(n * floor) Box\nHigh(n) --> extrude(n * floor) Box\n"
     grammar = Grammar.parse(text)
     forest = derive(grammar, num, 4)
@@ -62,7 +62,9 @@ def test_floors_of_one_height_are_multiplied_by_their_number(num):
     found = find_sum([forest], scores, list(grammar.attributes), readers_of(grammar))
     assert found is not None
     assert np.atleast_2d(np.corrcoef(count(forest, [found])[:, 0], height))[0, 1] > 0.995
-    assert "floor * (Floors/0:1 + 2 Floors/0:2 + 3 Floors/0:3 + 4 Floors/0:4)" in str(found)
+    assert "floor * (choice 0 to 4 of Floors)" in str(found)
+    times = next(term.times for term in found.terms if term.times)
+    assert [(str(pattern), weight) for pattern, weight in times] == [(f"Floors/1:{n}", n) for n in range(1, 5)]
 
 
 def test_of_many_draws_and_scores_some_are_enough():

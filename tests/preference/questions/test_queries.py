@@ -208,3 +208,22 @@ def test_one_of_eight_questions_is_about_a_model_at_random():
     assert of_known_kind.mean() > 0.5
     many = [(propose("default", known, 24, seed) >= 100).sum() for seed in range(8)]
     assert max(many) == 2  # the process chooses some of the 24
+
+
+def test_where_the_grammar_makes_hardly_any_liked_model_half_of_the_questions_are_about_models_that_seem_liked():
+    randomness = np.random.default_rng(5)
+    own = (randomness.random((1600, 10)) < 0.1).astype(float)
+    own[:, :4] *= own[:, [0]] == 0.0  # the grammar makes none of the liked models
+    elsewhere = randomness.integers(0, 2, (400, 10)).astype(float)
+    pool, from_grammar = np.concatenate([own, elsewhere]), np.arange(2000) < 1600
+    truth = 90.0 * (pool[:, :4].sum(axis=1) == 4.0)
+    liked, others = np.flatnonzero(truth), np.flatnonzero(truth == 0.0)
+    asked = np.concatenate([randomness.permutation(others)[:50], liked[:6]])
+    scores = np.clip(truth[asked] + 10.0 * randomness.normal(size=56), 0.0, 100.0)
+    preference = blended.fit(pool[asked], scores)
+    known = Situation(pool, from_grammar, asked, scores, preference, np.where(from_grammar, 1.0, 1e-3))
+    meant = preference.predict(pool).mean
+    chosen = propose("default", known, 16, seed=0)
+    assert (meant[chosen] > queries.LIKED_PART * meant.max()).sum() >= 6
+    often = replace(known, from_grammar=np.roll(from_grammar, 400))
+    assert (meant[propose("default", often, 16, seed=0)] > queries.LIKED_PART * meant.max()).sum() < 16

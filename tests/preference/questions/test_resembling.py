@@ -1,0 +1,50 @@
+"""Models like the few liked ones: when they are asked about, and which."""
+
+import numpy as np
+
+from grammarlab.preference import blended
+from grammarlab.preference.questions.resembling import FEW_LIKED, few_are_liked, most_alike
+from tests.preference.rows import bits
+
+
+def judged(num_liked, num_random=0, seed=0):
+    """Rows of 40 disliked designs, some liked ones with four bits of ten, and some disliked ones with random scores."""
+    rows = bits(4000, 10, seed)
+    liked = rows[:, :4].sum(axis=1) == 4.0
+    asked = np.concatenate([np.flatnonzero(~liked)[: 40 + num_random], np.flatnonzero(liked)[:num_liked]])
+    scores = np.where(liked[asked], 90.0, 0.0)
+    scores[40 : 40 + num_random] = 75.0
+    return rows, asked, scores
+
+
+def test_few_are_liked_between_the_first_liked_model_and_the_fourth():
+    found = []
+    for num_liked in (0, 1, FEW_LIKED - 1, FEW_LIKED + 2):
+        rows, asked, scores = judged(num_liked)
+        found.append(few_are_liked(blended.fit(rows[asked], scores), rows[asked], scores))
+    assert found == [False, True, True, False]
+
+
+def test_random_scores_are_not_liked_models():
+    rows, asked, scores = judged(0, num_random=FEW_LIKED)
+    preference = blended.fit(rows[asked], scores)
+    assert preference.partition.predict(rows[asked]).mean.max() < 20.0
+    assert few_are_liked(preference, rows[asked], scores)
+
+
+def test_models_most_alike_share_what_liked_models_share():
+    rows, asked, scores = judged(2)
+    allowed = np.ones(len(rows), dtype=bool)
+    allowed[asked] = False
+    found = most_alike(rows, asked, scores, 12, allowed, np.random.default_rng(0))
+    assert len(np.unique(found)) == 12
+    assert allowed[found].all()
+    distance = np.abs(rows[found][:, None] - rows[asked[scores > 0.0]]).sum(axis=2).min(axis=1)
+    assert distance.max() <= 1.0
+
+
+def test_no_more_models_than_there_are():
+    rows, asked, scores = judged(1)
+    allowed = np.zeros(len(rows), dtype=bool)
+    allowed[[7, 9]] = True
+    assert sorted(most_alike(rows, asked, scores, 8, allowed, np.random.default_rng(0)).tolist()) == [7, 9]
