@@ -12,6 +12,7 @@ from grammarlab.learning.answers import Answers, answers_of
 from grammarlab.learning.asking.questions import ask
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.round import answered, init, step
+from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.labels.table import Labels
 from grammarlab.preference.questions.liked import FEWEST
 from grammarlab.preference.questions.queries import WAYS
@@ -50,6 +51,19 @@ def test_a_person_who_has_seen_every_kind_of_design_is_understood():
     state = step(STUDY, init(STUDY), [answers_about(STUDY, POOL, factor) for factor in (0, 1)])
     true = score_of(STUDY.space.make(POOL)).prod(axis=1) / 100.0
     assert predictions(STUDY, state)[:SIZE] == pytest.approx(true, abs=0.5)
+
+
+def test_a_process_counts_by_how_much_it_likes_of_the_pool():
+    study = study_of(BitsSpace(share=0.15))
+    truth = 90.0 * (study.space.make(POOL)[:, :2].sum(axis=1) == 2.0)
+    said = np.clip(truth + 10.0 * np.random.default_rng(0).normal(size=SIZE), 0.0, 100.0)[:20]
+    state = step(study, init(study), [Answers("overall", POOL[:20], said)])
+    found = state.preferences["overall"]
+    assert isinstance(found, BlendedPreference)
+    assert 0.0 < found.share < 1.0
+    again = replace(found, damping=1.0).damped(study.table(state).rows, study.tables().made.weights)
+    assert found.damping == pytest.approx(again.damping)
+    assert found.damping < 0.1
 
 
 def test_designs_from_elsewhere_are_learned_from_like_those_of_the_pool():

@@ -101,10 +101,7 @@ def test_a_process_does_not_hide_what_cells_like_of_few_designs():
     given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
     found = replace(blended.fit(rows[asked], given), share=0.2)
     damped = found.damped(rows, np.ones(len(rows)))
-    cells, process = (
-        part.predict(rows).mean if part is found.partition else part.meant(rows).mean
-        for part in (found.partition, found)
-    )
+    cells, process = found.partition.predict(rows).mean, found.meant(rows).mean
     odds = 0.25 * min(1.0, cells.sum() / process.sum())
     np.testing.assert_allclose(damped.predict(rows).mean, (odds * process + cells) / (1.0 + odds), rtol=1e-9, atol=1e-9)
     assert damped.damping == pytest.approx(odds / 0.25)
