@@ -37,9 +37,9 @@ _DOUBT = 1.0 / 200.0
 """Share of the process, per point of noise, if held-out scores do not show that cells alone are better."""
 _SETTLING = 64
 """Number of labels from which this share falls with the square of their number."""
-_LEAST_DAMPING = 1e-9
 _SURE = 2.0
 """Number of standard errors by which they must be better."""
+_LEAST_DAMPING = 1e-9
 _SMALL_PART = 0.05
 """Share of the highest prediction below which a prediction is too small as a divisor."""
 _OF_MEDIAN = 1.4826
@@ -135,10 +135,10 @@ class BlendedPreference(AbstractPreference):
         """
         if not 0.0 < self.share < 1.0:
             return self
-        by_cells, by_process = (
-            float(weights @ np.maximum(part.mean, 0.0)) for part in (self.partition.predict(rows), self.meant(rows))
-        )
-        return replace(self, damping=max(min(1.0, by_cells / by_process), _LEAST_DAMPING) if by_process > 0.0 else 1.0)
+        parts = self.partition.predict(rows), self.meant(rows)
+        by_cells, by_process = (float(weights @ np.maximum(part.mean, 0.0)) for part in parts)
+        damping = max(min(1.0, by_cells / by_process), _LEAST_DAMPING) if by_process > 0.0 else 1.0
+        return replace(self, damping=damping, sketches=tuple(part.damped(rows, weights) for part in self.sketches))
 
     def _counting(self) -> Iterator[tuple[float, AbstractPreference]]:
         share = self.share * self.damping / (self.share * self.damping + 1.0 - self.share)
