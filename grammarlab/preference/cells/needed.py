@@ -13,7 +13,7 @@ import numpy as np
 from grammarlab.preference.base import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.growing import Growth, Tree, grow
-from grammarlab.preference.cells.partition import BLUNDERS, guides_of, splits_of, sums_of
+from grammarlab.preference.cells.partition import BLUNDERS, MANY, guides_of, splits_of, sums_of
 from grammarlab.preference.cells.splits import Flags, Splits
 
 PRICE = 5.0
@@ -89,8 +89,9 @@ def _most_likely(splits: Splits, scores: Floats, num_guided: int, noises: tuple[
     growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
     found: list[_Found] = []
     for noise in noises:
-        # Trees of little noise are large, and unlikely if the next larger noise was.
-        if len(found) > len(growths) and max(found, key=_posterior).noise > found[-1].noise:
+        # Trees of little noise are large, and of many labels unlikely if the next larger noise was.
+        less_likely = len(found) > len(growths) and max(found, key=_posterior).noise > found[-1].noise
+        if less_likely and len(scores) > MANY:
             break
         cells = ScoreCells(splits=splits, scores=scores, grid=grid, noise=noise, blunders=BLUNDERS[1])
         found += [_Found(grow(cells, every, growth, randomness), noise) for growth in growths]

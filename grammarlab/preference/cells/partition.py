@@ -45,11 +45,11 @@ DOUBT = 4.0
 """Approximate loss in nats of these trees."""
 _BEGINNINGS = (15.0, 5.0, 0.5)
 _NOISY = 7.5
-"""Noise in points, found from other beginnings, from which the smallest beginning is left out: its trees explain all
-noise, are large, and are then unlikely."""
+"""Noise in points, found of many labels from other beginnings, from which the smallest beginning is left out: its trees
+explain all noise, are large, and are then unlikely. Of few labels, some tastes, such as parity, are only found there."""
 _ROUNDS = 3
-_MANY = 160
-"""Number of labels above which fewer trees are enough: a third of the trees and of the rounds is left out."""
+MANY = 160
+"""Number of labels above which a less careful search is enough: with a third fewer trees and rounds."""
 _NUM_SKETCHES = 4
 _GUIDE = (15.0, 0.05)
 """Noise and blunders of the first guide."""
@@ -333,7 +333,7 @@ def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
 
 def _enough(num: int, scores: Floats) -> int:
     """Number of trees or rounds for a number of scores."""
-    return num if len(scores) <= _MANY else num - num // 3
+    return num if len(scores) <= MANY else num - num // 3
 
 
 def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
@@ -351,11 +351,11 @@ def _erring(
     first = ScoreCells(splits=splits, scores=scores, grid=grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
     guides = guides_of(first)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
-    seen = set[tuple[float, float]]()
+    seen, many = set[tuple[float, float]](), len(scores) > MANY
     for noise in _BEGINNINGS:
-        if noise == _BEGINNINGS[-1] and best.noise >= _NOISY:
+        if many and noise == _BEGINNINGS[-1] and best.noise >= _NOISY:
             break
-        cells = replace(first, noise=noise)
+        cells, seen = replace(first, noise=noise), seen if many else set[tuple[float, float]]()
         for _ in range(_enough(_ROUNDS, scores)):
             growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
             trees = [grow(cells, every, growth, randomness) for growth in growths]

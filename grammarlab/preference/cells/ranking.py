@@ -19,8 +19,10 @@ from grammarlab.preference.likelihood import Singles
 Evidence: TypeAlias = Callable[[Singles], Floats]
 """[k] log-evidence of parts from the sums [k, W] of what their labels tell; an empty part has 0."""
 
-_LIKELY, _GAINING = 80, 40
+_LIKELY, _GAINING = 120, 60
 """Numbers of splits into two that are combined: those with the largest prior mass, and those that gain most alone."""
+_MANY = 160
+"""Number of labels above which a third of these is left out."""
 _MANY_WAYS = 8
 """Number of splits into more parts of either kind whose parts are divided once more."""
 
@@ -97,7 +99,8 @@ def _after_two(
         evidence: evidence of parts of the cell.
     """
     best, number = np.full(len(mass), -np.inf), len(inside)
-    tried = np.union1d(_highest(mass[:number], _LIKELY), _highest(posterior[:number], _GAINING))
+    likely, gaining = (num if len(told) <= _MANY else num - num // 3 for num in (_LIKELY, _GAINING))
+    tried = np.union1d(_highest(mass[:number], likely), _highest(posterior[:number], gaining))
     seconds, price = inside[tried], mass[tried]
     best[tried] = _halves_divided(seconds, price, told, evidence)
     for split in np.union1d(_highest(mass[number:], _MANY_WAYS), _highest(posterior[number:], _MANY_WAYS)).tolist():
