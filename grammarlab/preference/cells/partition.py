@@ -45,8 +45,8 @@ DOUBT = 4.0
 """Approximate loss in nats of these trees."""
 _BEGINNINGS = (15.0, 5.0, 0.5)
 _NOISY = 7.5
-"""Noise of many labels in points, found from other beginnings, above which the smallest beginning is left out: its trees
-explain all noise, are large, and are then unlikely. With few labels, some tastes such as parity are only found there.
+"""Noise of many labels in points, found from other beginnings, from which the smallest beginning is left out: its
+trees explain all noise, are large, and are then unlikely. With few labels, only it finds some tastes, such as parity.
 """
 _ROUNDS = 3
 MANY = 160
