@@ -42,6 +42,8 @@ _PER_MEAN = 12
 _FOLDS = 3
 _SUPPORT = 0.15
 """Smallest share of the errors at held-out scores that sums found without them must remove."""
+_LEAST_GAIN = 0.05
+"""The same as a share of the variance of all scores."""
 
 
 Number: TypeAlias = tuple[tuple[Pattern, float], ...]
@@ -90,7 +92,9 @@ def find_sum(
     counts = _counts(forests, numbers)[some]
     telling = _telling(counts, scores, _NUMBERS)
     multiples = [term._replace(times=numbers[place]) for place in telling for term in terms]
-    multiplied, counts = _values(forests, multiples)[some], np.repeat(counts[:, telling], len(terms), axis=1)
+    multiplied = _values(forests, multiples)[some]
+    # That a draw is used, together with the number, may be all that matters.
+    counts = (1.0 + np.repeat(counts[:, telling], len(terms), axis=1)) * np.tile(uses, len(telling))
     telling = _telling(multiplied, scores, _MULTIPLES)
     terms += [multiples[place] for place in telling]
     values, uses = np.append(values, multiplied[:, telling], axis=1), np.append(uses, counts[:, telling], axis=1)
@@ -273,7 +277,9 @@ def _has_support(values: Floats, uses: Floats, scores: Floats, alone: Ints) -> b
         number_of = np.bincount(of_use[~held], minlength=of_use.max() + 1)
         means = np.bincount(of_use[~held], scores[~held], of_use.max() + 1) + scores.mean()
         plain += float(((scores - means[of_use] / (number_of[of_use] + 1.0))[held] ** 2).sum())
-    return left < (1.0 - _SUPPORT) * min(plain, float(((scores - scores.mean()) ** 2).sum()))
+    whole = float(((scores - scores.mean()) ** 2).sum())
+    plain = min(plain, whole)
+    return left < (1.0 - _SUPPORT) * plain and plain - left > _LEAST_GAIN * whole
 
 
 def _predicted(sums: Floats, scores: Floats, others: Floats) -> Floats:

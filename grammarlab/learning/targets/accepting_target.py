@@ -151,7 +151,8 @@ def _parts(wanted: Wanted, whole: SimplifiedPreference) -> Iterator[_Part]:
                 # Leaves whose liked models are too rare for the pool keep the largest value.
                 above = np.where(possible & (scores == 0.0), values.max() / quotient, scores)
                 rate = float(wanted.weights @ values / quotient / (wanted.weights @ above[leaf]))
-                yield _Part(SimplifiedPreference(tree[: size - 1], above).pruned(), quotient, rate)
+                # A rate of 1 can be a little more in floats.
+                yield _Part(SimplifiedPreference(tree[: size - 1], above).pruned(), quotient, min(rate, 1.0))
 
 
 def _overlaps(tree: Sequence[Split], whole: SimplifiedPreference) -> NDArray[np.bool_]:

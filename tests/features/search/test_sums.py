@@ -67,6 +67,17 @@ def test_floors_of_one_height_are_multiplied_by_their_number(num):
     assert [(str(pattern), weight) for pattern, weight in times] == [(f"Floors/1:{n}", n) for n in range(1, 5)]
 
 
+def test_a_number_that_says_all_where_a_draw_is_used_is_no_multiple():
+    text = "attr tone = rand(0.9, 1)\nattr other = rand(0, 9)\nLot --> s(other, 1, 1) Top Legs\n"
+    text += "Top --> 50% : color(tone, tone, tone) Marble else : Wood\n"
+    text += "Legs --> 40% : Low 30% : Middle else : High\n"
+    grammar = Grammar.parse(text)
+    forest = derive(grammar, 200, 4)
+    top, legs = count(forest, [Draw("Top"), Draw("Legs")]).T
+    scores = np.where((top == 0.0) & (legs >= 1.0), 60.0, 0.0)
+    assert find_sum([forest], scores, list(grammar.attributes), readers_of(grammar)) is None
+
+
 def test_of_many_draws_and_scores_some_are_enough():
     names = [f"other{number}" for number in range(100)]
     text = (
