@@ -114,7 +114,7 @@ def edit(
 
     >>> import grammarlab as gl
     >>> arcade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
-    >>> [edited.facade.width for edited in gl.edit_facade(arcade, width=31.5, most=1)]
+    >>> [round(edited.facade.width, 6) for edited in gl.edit_facade(arcade, width=31.5, most=1)]
     [31.5]
     """
     if width is None and height is None and not columns and not rows:
