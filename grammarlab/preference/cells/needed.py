@@ -13,7 +13,8 @@ import numpy as np
 from grammarlab.preference.base import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.growing import Growth, Tree, grow
-from grammarlab.preference.cells.partition import BLUNDERS, MANY, guides_of, splits_of, sums_of
+from grammarlab.preference.cells.partition import BLUNDERS, guides_of, splits_of, sums_of
+from grammarlab.preference.cells.ranking import MANY
 from grammarlab.preference.cells.splits import Flags, Splits
 
 PRICE = 5.0

@@ -23,6 +23,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.growing import Growth, Tree, grow, regrown, replanted
+from grammarlab.preference.cells.ranking import MANY
 from grammarlab.preference.cells.splits import Flags, Splits
 from grammarlab.preference.explain import level_of
 from grammarlab.preference.likelihood import Intervals
@@ -49,8 +50,6 @@ _NOISY = 7.5
 trees explain all noise, are large, and are then unlikely. With few labels, only it finds some tastes, such as parity.
 """
 _ROUNDS = 3
-MANY = 160
-"""Number of labels above which a less careful search is enough: with a third fewer trees and rounds."""
 _NUM_SKETCHES = 4
 _GUIDE = (15.0, 0.05)
 """Noise and blunders of the first guide."""

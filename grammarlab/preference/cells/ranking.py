@@ -21,8 +21,8 @@ Evidence: TypeAlias = Callable[[Singles], Floats]
 
 _LIKELY, _GAINING = 120, 60
 """Numbers of splits into two that are combined: those with the largest prior mass, and those that gain most alone."""
-_MANY = 160
-"""Number of labels above which a third of these is left out."""
+MANY = 160
+"""Number of labels above which a less careful search is enough: a third of its splits, trees and rounds is left out."""
 _MANY_WAYS = 8
 """Number of splits into more parts of either kind whose parts are divided once more."""
 
@@ -99,7 +99,7 @@ def _after_two(
         evidence: evidence of parts of the cell.
     """
     best, number = np.full(len(mass), -np.inf), len(inside)
-    likely, gaining = (num if len(told) <= _MANY else num - num // 3 for num in (_LIKELY, _GAINING))
+    likely, gaining = (num if len(told) <= MANY else num - num // 3 for num in (_LIKELY, _GAINING))
     tried = np.union1d(_highest(mass[:number], likely), _highest(posterior[:number], gaining))
     seconds, price = inside[tried], mass[tried]
     best[tried] = _halves_divided(seconds, price, told, evidence)
