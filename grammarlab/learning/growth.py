@@ -28,7 +28,7 @@ def further(
     space: AbstractDesignSpace[Designs],
     designs: Sequence[Designs],
     scores: Floats,
-    features: FeatureOptions,
+    options: FeatureOptions,
     extra: tuple[Feature, ...],
 ) -> tuple[Feature, ...]:
     """Features of `FURTHER` kinds without which cells do not explain scores; () if there are none.
@@ -37,20 +37,27 @@ def further(
         space: the design space.
         designs: all n scored designs.
         scores: [n] their scores.
-        features: the features that are used in any case.
+        options: the features that are used in any case.
         extra: features found by a search, which are used in any case.
     """
-    known = space.vocabulary(designs, features).apply(designs)
-    others = space.vocabulary(designs, replace(features, families=FURTHER)).apply(designs)
+    known = space.vocabulary(designs, options).apply(designs)
+    others = space.vocabulary(designs, replace(options, families=FURTHER)).apply(designs)
     new = [place for place, feature in enumerate(others.features) if feature not in known.features]
-    if not new:
+    joined = {feature: price for feature, price in space.joined(designs, known, scores).items() if feature not in extra}
+    features = (*(others.features[place] for place in new), *joined)
+    if not features:
         return ()
-    values = [known.counts.toarray(), space.values(designs, extra), others.counts[:, new].toarray()]
-    rows, width = np.column_stack(values), len(known.features) + len(extra)
-    groups = np.concatenate([np.arange(len(extra)), len(extra) + others.groups[new]]) + len(known.group_names)
+    measured = space.values(designs, (*extra, *joined))
+    values = [known.counts.toarray(), measured[:, : len(extra)], others.counts[:, new].toarray()]
+    rows, width = np.column_stack([*values, measured[:, len(extra) :]]), len(known.features) + len(extra)
+    last = len(extra) + len(others.group_names)
+    groups = np.concatenate([np.arange(len(extra)), len(extra) + others.groups[new], last + np.arange(len(joined))])
+    groups = groups + len(known.group_names)
     continuous = np.any(rows % 1.0 != 0.0, axis=0)
-    found = needed(rows, scores, groups=np.append(known.groups, groups), continuous=continuous, known=width)
-    return tuple(others.features[new[column - width]] for column in found.tolist())
+    prices = np.concatenate([np.zeros(len(new)), list(joined.values())])
+    every = np.append(known.groups, groups)
+    found = needed(rows, scores, groups=every, continuous=continuous, known=width, prices=prices)
+    return tuple(features[column - width] for column in found.tolist())
 
 
 def path_length(

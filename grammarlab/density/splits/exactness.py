@@ -12,7 +12,7 @@ from grammarlab.density.skeleton import TreeGrammar
 from grammarlab.density.splits.compile import RECURSIVE_CAP, countable
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import InexactError
-from grammarlab.features.patterns.pattern import Feature
+from grammarlab.features.patterns.pattern import Feature, Total
 from grammarlab.language.grammar import Grammar
 
 
@@ -26,6 +26,8 @@ class Exactness:
 
     def reason_against(self, feature: Feature) -> str:
         """Reason why an exact grammar cannot express a feature; empty if it can."""
+        if isinstance(feature, Total):
+            return next(filter(None, (self.reason_against(term) for term, _ in feature.terms)), "")
         try:
             found = countable(feature)
             if isinstance(found, Reading):

@@ -26,7 +26,17 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.counting.trees import Trees
-from grammarlab.features.patterns.pattern import Below, Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold
+from grammarlab.features.patterns.pattern import (
+    Below,
+    Draw,
+    Feature,
+    HalfSpace,
+    Pattern,
+    Present,
+    Sum,
+    Threshold,
+    Total,
+)
 
 Floats = NDArray[np.float64]
 
@@ -82,6 +92,8 @@ class _Counter:
                 return self._half_space(feature)
             case Sum():
                 return self._sum(feature)
+            case Total(terms=terms):
+                return self._weighted(terms)
             case Present(feature=Draw(site=site, branch=None)):
                 return np.minimum(self._draws(site)[1], 1.0)
             case Present(feature=inner):
@@ -115,10 +127,10 @@ class _Counter:
             total += term.weight * column
         return total
 
-    def _weighted(self, patterns: Iterable[tuple[Pattern, float]]) -> Floats:
-        """[models] weighted sum of the counts of patterns."""
+    def _weighted(self, counted: Iterable[tuple[Feature, float]]) -> Floats:
+        """[models] weighted sum of counts."""
         none = np.zeros(self.trees.num_models)
-        return sum((weight * self.per_model(pattern) for pattern, weight in patterns), none)
+        return sum((weight * self.per_model(feature) for feature, weight in counted), none)
 
     def _total(self, models: NDArray[np.integer], weights: Floats | None = None) -> Floats:
         return np.bincount(models, weights=weights, minlength=self.trees.num_models).astype(np.float64)

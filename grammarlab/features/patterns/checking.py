@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
 
 MAX_REMARKS = 10
 """Largest number of remarks in one error."""
@@ -51,6 +51,9 @@ def _remarks(
                 yield _site_remark(term.site, None, sites)
                 for pattern in (*term.readers, *(pattern for pattern, _ in term.times)):
                     yield from _remarks(pattern, symbols, rules, sites)
+        case Total(terms):
+            for inner, _ in terms:
+                yield from _remarks(inner, symbols, rules, sites)
         case Threshold():
             yield _site_remark(feature.site, None, sites)
         case Draw():

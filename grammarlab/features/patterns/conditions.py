@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
 
 
 def at_least(feature: Feature, bound: float) -> str:
@@ -18,7 +18,13 @@ def at_least(feature: Feature, bound: float) -> str:
         return f"${feature.site} < {_number(feature.bound)}"
     if isinstance(feature, Present):
         return f"{_read(feature.feature)} != 0"
-    value = _sum(feature) if isinstance(feature, Sum) else _read(feature)
+    match feature:
+        case Sum():
+            value = _sum(feature)
+        case Total(terms):
+            value = " + ".join(f"{weight} * {_counted(each)}" for each, weight in terms)
+        case _:
+            value = _read(feature)
     return f"{value} >= {_number(bound)}"
 
 
@@ -26,6 +32,10 @@ def _read(feature: Pattern | Draw) -> str:
     if isinstance(feature, Pattern):
         return f"{{{feature}}}"
     return f"${feature.site}" if feature.branch is None else f"${feature.site}:{feature.branch}"
+
+
+def _counted(feature: Pattern | Present | Draw) -> str:
+    return f"({_read(feature.feature)} != 0)" if isinstance(feature, Present) else _read(feature)
 
 
 def _sum(feature: Sum) -> str:

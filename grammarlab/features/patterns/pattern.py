@@ -174,8 +174,27 @@ class Sum:
         return text
 
 
+@dataclass(frozen=True, slots=True)
+class Total:
+    """A sum and difference of counts."""
+
+    terms: tuple[tuple[Pattern | Present | Draw, int], ...]
+    """Counted features, choices of draws included, and their weights."""
+
+    def __str__(self) -> str:
+        return self.text([str(feature) for feature, _ in self.terms])
+
+    def text(self, names: Sequence[str]) -> str:
+        """The total with other names for its terms."""
+        signed = [
+            f"{'-' if weight < 0 else '+'} {_factor(abs(weight))}{name}"
+            for (_, weight), name in zip(self.terms, names, strict=True)
+        ]
+        return " ".join(signed).removeprefix("+ ")
+
+
 def _factor(weight: float) -> str:
     return "" if weight == 1.0 else f"{weight:.4g} "
 
 
-Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present | Sum
+Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present | Sum | Total

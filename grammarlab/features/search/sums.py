@@ -265,20 +265,25 @@ def _has_support(values: Floats, uses: Floats, scores: Floats, alone: Ints) -> b
     """
     fold = np.empty(len(scores), dtype=np.int64)
     fold[np.argsort(scores, kind="stable")] = np.arange(len(scores)) % _FOLDS
-    left = plain = 0.0
+    left = plain = flat = 0.0
+    # Each draw replaced by its mean, so that only its use is left.
+    means_of = uses * (values.sum(axis=0) / np.maximum(uses.sum(axis=0), 1.0))
     for number in range(_FOLDS):
         held = fold == number
         found = _best(values[~held], scores[~held], alone)
         signs = np.zeros(values.shape[1]) if found is None else found
-        sums, used = values @ signs, uses[:, signs != 0.0]
-        predicted = scores.mean() if found is None else _predicted(sums[~held], scores[~held], sums[held])
-        left += float(((scores[held] - predicted) ** 2).sum())
+        used = uses[:, signs != 0.0]
+        for columns in (values, means_of):
+            sums = columns @ signs
+            predicted = scores.mean() if found is None else _predicted(sums[~held], scores[~held], sums[held])
+            error = float(((scores[held] - predicted) ** 2).sum())
+            left, flat = (left + error, flat) if columns is values else (left, flat + error)
         of_use = np.unique(used, axis=0, return_inverse=True)[1].reshape(-1)
         number_of = np.bincount(of_use[~held], minlength=of_use.max() + 1)
         means = np.bincount(of_use[~held], scores[~held], of_use.max() + 1) + scores.mean()
         plain += float(((scores - means[of_use] / (number_of[of_use] + 1.0))[held] ** 2).sum())
     whole = float(((scores - scores.mean()) ** 2).sum())
-    plain = min(plain, whole)
+    plain = min(plain, flat, whole)
     return left < (1.0 - _SUPPORT) * plain and plain - left > _LEAST_GAIN * whole
 
 

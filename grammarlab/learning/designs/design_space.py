@@ -121,6 +121,13 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
     def search(self, designs: Sequence[Designs], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
         """Features beyond the vocabulary that explain scores [n] of designs, best first; () if there are none."""
 
+    def joined(self, designs: Sequence[Designs], table: FeatureTable, scores: Floats) -> dict[Feature, float]:
+        """Features that join several columns of a table, and that scores [n] of designs may need.
+
+        Each has a price: the gain in nats from which it counts, since it was chosen among many.
+        """
+        return {}
+
     @abstractmethod
     def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:
         """[n, F] values of features, such as those from `search`."""

@@ -20,16 +20,19 @@ from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import UsageError
+from grammarlab.features.columns.table import FeatureTable
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.counting.counts import count
 from grammarlab.features.counting.stripping import without_geometry
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import Accepted, derive_accepted
 from grammarlab.features.search.patterns import search_patterns
 from grammarlab.features.search.readers import readers_of
+from grammarlab.features.search.relations import find_relations
 from grammarlab.features.search.sums import find_sum
 from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
+from grammarlab.features.search.totals import find_totals
 from grammarlab.files import existing
 from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.attribute_values import fit_properties
@@ -151,6 +154,15 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             found += search_patterns(designs, scores)
         return found
 
+    def joined(self, designs: Sequence[Forest], table: FeatureTable, scores: Floats) -> dict[Feature, float]:
+        counted = [i for i, feature in enumerate(table.features) if isinstance(feature, Pattern | Present | Draw)]
+        counts = table.counts.toarray()[:, counted]
+        whole = np.flatnonzero((counts % 1.0 == 0.0).all(axis=0))
+        features = [table.features[counted[place]] for place in whole.tolist()]
+        totals = find_totals(counts[:, whole].astype(np.int64), scores)
+        relations, price = find_relations(designs, scores, self._drawn)
+        return {_total(features, found.weights): found.price for found in totals} | dict.fromkeys(relations, price)
+
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
 
@@ -176,7 +188,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         liked = scores > (scores.min() + scores.max()) / 2
         together = find_half_space(forests, np.asarray(liked), names) if names else None
         if together is not None and len(together.sites) > 1:
-            return (together,)
+            # Scores may have further steps, at other bounds.
+            return together, Sum.of(together.sites, together.weights, together.logarithmic)
         summed = find_sum(forests, scores, names, self._readers)
         return (*find_thresholds(forests, scores, names), *(() if summed is None else (summed,)))
 
@@ -235,6 +248,12 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             fit_properties(values, self.grammar),
             start_rule or None,
         )
+
+
+def _total(features: Sequence[Feature], weights: Ints) -> Total:
+    """Weighted sum of counted features."""
+    used = [(features[place], int(weights[place])) for place in np.flatnonzero(weights).tolist()]
+    return Total(tuple((each, weight) for each, weight in used if isinstance(each, Pattern | Present | Draw)))
 
 
 def _polygon(text: str) -> Footprint:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grammarlab.features.columns.comparisons import comparison, spread_of
 from grammarlab.features.columns.table import FeatureTable
-from grammarlab.features.patterns.pattern import Feature, HalfSpace
+from grammarlab.features.patterns.pattern import Feature, HalfSpace, Total
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs, Floats, Ints
 from grammarlab.learning.designs.made import MadePool
@@ -159,9 +159,12 @@ class DesignTables(Generic[Designs]):
 
 def _names(found: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
     """Readable names of features found by a search; their text if another column has the same name."""
+    known = dict(zip(base.features, base.names, strict=True))
     texts = [
         comparison(feature, spread_of(feature, base.features, values))
         if isinstance(feature, HalfSpace)
+        else feature.text([known.get(term, str(term)) for term, _ in feature.terms])
+        if isinstance(feature, Total)
         else str(feature)
         for feature in found
     ]

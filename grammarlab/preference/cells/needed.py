@@ -40,7 +40,7 @@ def selected(scores: Floats) -> Ints:
     return np.sort(np.argsort(scores, kind="stable")[np.arange(num) * len(scores) // max(num, 1)])
 
 
-def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, known: int) -> Ints:
+def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, known: int, prices: Floats) -> Ints:
     """Indices of the columns beyond the first ``known`` ones that the most likely tree of all columns splits by.
 
     Args:
@@ -49,6 +49,7 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         groups: [F] group numbers.
         continuous: [F] whether columns are continuous instead of counts.
         known: number of columns that are used in any case.
+        prices: [F - known] further gain in nats that each other column must have.
 
     Returns:
         Ascending indices; empty if trees of the known columns explain scores about as well.
@@ -60,16 +61,21 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of) for width in (known, rows.shape[1])
     )
     of_all, of_known = (_most_likely(splits, scores, _NUM_GUIDED, NOISES, 0) for splits in (every, familiar))
+    used = _further(of_all.tree, known, rows.shape[1])
+    price = PRICE + float(prices[used - known].sum())
     for number, num in enumerate(_NUM_AGAIN):
-        if _gain(of_known, of_all) < PRICE:
+        if _gain(of_known, of_all) < price:
             break
         noises = (of_known.noise,) if number else NOISES
         again = _most_likely(familiar, scores, num, noises, number + 1)
         of_known = max(of_known, again, key=_posterior)
-    if _gain(of_known, of_all) < PRICE:
-        return np.zeros(0, dtype=np.int64)
-    used = {column for node in of_all.tree.nodes() if node.split is not None for column in node.split.columns}
-    return np.array(sorted(column for column in used if known <= column < rows.shape[1]), dtype=np.int64)
+    return used if _gain(of_known, of_all) >= price else np.zeros(0, dtype=np.int64)
+
+
+def _further(tree: Tree, known: int, width: int) -> Ints:
+    """Ascending indices of the columns of a tree from ``known`` to ``width`` - 1."""
+    used = {column for node in tree.nodes() if node.split is not None for column in node.split.columns}
+    return np.array(sorted(column for column in used if known <= column < width), dtype=np.int64)
 
 
 class _Found(NamedTuple):

@@ -5,7 +5,7 @@ import pytest
 from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.checking import MAX_REMARKS, check
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold, Total
 from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
 
@@ -39,7 +39,12 @@ def test_what_a_grammar_has_passes(text):
 
 def test_draws_that_a_grammar_makes_pass():
     remarks(
-        Threshold("height", 2.0), Draw("height"), Draw("style", 1), Draw("Tower"), HalfSpace(("height",), (1.0,), 2.0)
+        Threshold("height", 2.0),
+        Draw("height"),
+        Draw("style", 1),
+        Draw("Tower"),
+        HalfSpace(("height",), (1.0,), 2.0),
+        Total(((parse("Tower:1"), 1), (Present(parse("Crown")), -1), (Draw("style", 1), 2))),
     )
 
 
@@ -47,6 +52,8 @@ def test_draws_that_a_grammar_makes_pass():
     ("feature", "says"),
     [
         (parse("Towr"), "the grammar has no symbol 'Towr'; did you mean 'Tower'?"),
+        (Total(((parse("Tower"), 1), (Present(parse("Towr")), 1))), "did you mean 'Tower'?"),
+        (Total(((parse("Tower"), 1), (Draw("style", 7), 1))), "$style has no branch :7"),
         (parse("Roof"), "the grammar has no symbol 'Roof'; did you mean 'Roof.'?"),
         (parse("Tower > Blok"), "the grammar has no symbol 'Blok'; did you mean 'Block'"),
         (parse("Tower:3"), "the symbol 'Tower' has no branch :3; it has 3, :0 to :2"),

@@ -6,7 +6,7 @@ import pytest
 from grammarlab.derivation.derive import derive
 from grammarlab.features.counting.counts import count
 from grammarlab.features.patterns.conditions import at_least
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold, Total
 from grammarlab.features.patterns.text import parse
 from grammarlab.features.rules.expression import Expression
 from grammarlab.language.grammar import Grammar
@@ -31,6 +31,8 @@ FEATURES = [
     (Sum.of(("width", "depth"), (1.0, -0.3)), 0.2),
     (Sum.of(("width", "depth"), (2.0, 1.0), logarithmic=True), 0.2),
     (Sum((Term("width", 1.0, times=((parse("A"), 1.0), (parse("B"), 2.5))), Term("depth", -1.0))), 3.0),
+    (Total(((parse("A"), 1), (Present(parse("B")), -1), (Draw("style", 1), 2))), 2.0),
+    (Total(((parse("A"), 1), (parse("Lot:1"), -3))), 0.0),
     (Sum((Term("width", 1.0, (parse("A"), parse("Lot:1"))), Term("depth", 1.0, (parse("B"),)))), 3.0),
 ]
 

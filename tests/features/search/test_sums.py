@@ -78,6 +78,18 @@ def test_a_number_that_says_all_where_a_draw_is_used_is_no_multiple():
     assert find_sum([forest], scores, list(grammar.attributes), readers_of(grammar)) is None
 
 
+def test_draws_of_parts_that_say_all_by_being_used_are_no_sum():
+    parts = ("Plan", "Finish", "Legs", "Rail", "Shelf")
+    text = "".join(f"attr size{part} = rand(0.9, 1.1)\n" for part in parts) + f"Lot --> {' '.join(parts)}\n"
+    text += "".join(f"{part} --> 50% : s(size{part}, 1, 1) Some{part} else : No{part}\n" for part in parts)
+    grammar = Grammar.parse(text)
+    forest = derive(grammar, 128, 4)
+    used = count(forest, [Draw(part) for part in parts]) == 0.0
+    for least in (2, 3):
+        scores = np.where(used[:, :4].sum(axis=1) >= least, 100.0, 0.0)
+        assert find_sum([forest], scores, list(grammar.attributes), readers_of(grammar)) is None
+
+
 def test_of_many_draws_and_scores_some_are_enough():
     names = [f"other{number}" for number in range(100)]
     text = (

@@ -8,18 +8,24 @@ from grammarlab.preference.cells.needed import FEWEST, MOST_ROWS, needed, select
 KNOWN, WIDTH = 8, 40
 
 
-def asked(scores_of, num=60, noise=0.0, seed=0):
+def asked(scores_of, num=60, noise=0.0, seed=0, price=0.0):
     """Indices of needed columns for scores that are a function of coins, with normal noise."""
     randomness = np.random.default_rng(seed)
     rows = randomness.integers(0, 2, (num, WIDTH)).astype(float)
     scores = np.clip(scores_of(rows) + randomness.normal(0.0, noise, num), 0.0, 100.0)
-    return needed(rows, scores, groups=np.arange(WIDTH), continuous=np.zeros(WIDTH, dtype=bool), known=KNOWN).tolist()
+    plain, prices = np.zeros(WIDTH, dtype=bool), np.full(WIDTH - KNOWN, price)
+    return needed(rows, scores, groups=np.arange(WIDTH), continuous=plain, known=KNOWN, prices=prices).tolist()
 
 
 @pytest.mark.parametrize("noise", [0.0, 10.0])
 def test_a_column_that_alone_explains_scores_is_needed(noise):
     assert asked(lambda rows: 80.0 * rows[:, 20], noise=noise) == [20]
     assert asked(lambda rows: 80.0 * rows[:, 1] * rows[:, 20], noise=noise) == [20]
+
+
+def test_a_column_must_gain_its_price():
+    assert asked(lambda rows: 80.0 * rows[:, 20], price=20.0) == [20]
+    assert asked(lambda rows: 80.0 * rows[:, 20], price=1e4) == []
 
 
 @pytest.mark.parametrize("noise", [0.0, 10.0])
