@@ -26,19 +26,19 @@ def test_a_learner_that_has_seen_every_kind_of_model_is_exact():
 
 
 def test_equal_seeds_give_equal_curves_and_other_seeds_others():
-    curves = [protocol.run(world(), BATCH, seed, 48)[1] for seed in (5, 5, 6)]
+    curves = [protocol.run(world(), BATCH, seed, 32)[1] for seed in (5, 5, 6)]
     assert curves[0] == curves[1] != curves[2]
 
 
 def test_what_other_persons_said_before_does_not_matter():
     shared = world()
-    protocol.run(shared, BATCH, 5, 48)
-    assert protocol.run(shared, BATCH, 6, 48)[1] == protocol.run(world(), BATCH, 6, 48)[1]
+    protocol.run(shared, BATCH, 5, 32)
+    assert protocol.run(shared, BATCH, 6, 32)[1] == protocol.run(world(), BATCH, 6, 32)[1]
 
 
 def test_a_curve_for_fewer_labels_is_the_beginning_of_a_longer_one():
-    long = protocol.run(world(2), BATCH, 3, 96)[1]
-    assert protocol.run(world(2), BATCH, 3, 48)[1] == long.until(48)
+    long = protocol.run(world(2), BATCH, 3, 64)[1]
+    assert protocol.run(world(2), BATCH, 3, 32)[1] == long.until(32)
 
 
 def test_the_last_round_is_cut_to_the_labels_that_are_left():

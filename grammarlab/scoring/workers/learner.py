@@ -90,10 +90,10 @@ class _LastUpdate:
         return self._features(0)
 
     def _warm_up(self) -> None:
-        """Fit artificial scores, so that JAX compiles before the first update."""
+        """Fit a process to artificial scores, so that JAX compiles before the first update."""
         table = self._study.table(self._state)
         rows = table.rows[:WARM_UP]
-        fit(rows, MAX_SCORE * (np.arange(len(rows)) % 2), groups=table.groups)
+        fit(rows, MAX_SCORE * (np.arange(len(rows)) % 2), groups=table.groups, method="grouped")
 
     def _update(self, request: Update, report: Report) -> LearnedUpdate:
         # A pool that has been widened stays wide; it is widened only where new models are to be shown.

@@ -21,9 +21,11 @@ from tests.evaluation.scenarios.truth import (
     STEEL,
     TWO,
     Model,
+    Node,
     blocks,
     floors,
     shape,
+    steps,
     style,
 )
 
@@ -91,6 +93,10 @@ def majority_furniture(m: Model) -> float:
     return 100 if sum(branch(m, symbol) == liked for symbol, liked in wanted.items()) >= 2 else 0
 
 
+def smooth_furniture(m: Model) -> float:
+    return near(m.draws["tableHeight"] - 0.745, width=2 * 0.006**2)
+
+
 # Buildings -----------------------------------------------------------------------------------------------------------
 
 
@@ -132,6 +138,27 @@ def band_building(m: Model) -> float:
     return 100 if 10.1 <= height < 13.3 else 0
 
 
+def court(m: Model) -> bool:
+    return shape(m) == "U"
+
+
+def additive_building(m: Model) -> float:
+    shops, brick, solar = (bool(m.root.find(symbol)) for symbol in ("GroundFloorParis", "WallColorOld", "SolarPanels"))
+    return 30 * court(m) + 25 * shops + 20 * (floors(m) == 6) + 15 * brick + 10 * solar
+
+
+def xor_building(m: Model) -> float:
+    return 100 if court(m) ^ bool(m.root.find("GroundFloorOffice")) else 0
+
+
+def comparison_building(m: Model) -> float:
+    return 100 if m.draws["groundHeight"] / m.draws["floorHeight"] > 1.25 else 0
+
+
+def factors_building(m: Model) -> float:
+    return xor_building(m) * comparison_building(m) * additive_building(m) / 10_000
+
+
 # Skyscrapers ---------------------------------------------------------------------------------------------------------
 
 
@@ -163,6 +190,26 @@ def band_skyscraper(m: Model) -> float:
 
 def xor_skyscraper(m: Model) -> float:
     return 100 if mast(m) ^ bool(m.root.find("Colonnade") or m.root.find("StonePlinth")) else 0
+
+
+def partial_skyscraper(m: Model) -> float:
+    return 20 + 80 * (m.draws["mastHeight"] - 24) / 24 if mast(m) else 6
+
+
+def symmetric_skyscraper(m: Model) -> float:
+    lowest = [shape for shape, _ in blocks(m)][:2]
+    return 100 if len(lowest) == 2 and lowest[0] == lowest[1] else 0
+
+
+def frame(block: Node) -> frozenset[str]:
+    """What the frame of a block is made of: bands, fins, both, or tiers with fins."""
+    (found,) = [node for shape in ("Box", "Cylinder", "V") for node in block.find(f"{shape}Frame")]
+    return frozenset(child.symbol.removeprefix(found.symbol.removesuffix("Frame")) for child in found.children)
+
+
+def equal_skyscraper_frames(m: Model) -> float:
+    frames = [frame(block) for block in m.root.find("Block")]
+    return 100 if len(frames) >= 2 and len(set(frames)) == 1 else 0
 
 
 # Airplanes -----------------------------------------------------------------------------------------------------------
@@ -198,6 +245,18 @@ def symmetric_airplane(m: Model) -> float:
 
 def factors_airplane(m: Model) -> float:
     return additive_airplane(m) * parity_airplane(m) * symmetric_airplane(m) / 10_000
+
+
+def multiplicative_airplane(m: Model) -> float:
+    body, wings, _, engines, _ = parts(m)
+    worth = {"Transport": 1, "Airliner": 0.5}.get(body, 0.15)
+    worth *= {"Transport": 1, "Airliner": 0.4}.get(wings, 0.1)
+    return 100 * worth * {"Transport": 1, "Biplane": 0.6, "Fokker": 0.6}.get(engines, 0.25)
+
+
+def rare_airplane(m: Model) -> float:
+    body, _, tail, engines, _ = parts(m)
+    return {"Biplane": 100, "Fokker": 60}.get(body, 0) if tail == engines == "Jet" else 0
 
 
 # Toys, boxes and pavilions -------------------------------------------------------------------------------------------
@@ -243,43 +302,102 @@ def rare_pavilion(m: Model) -> float:
     return 40 if "GildedFinial" in found else 100
 
 
+CUBE, TUBE, STAR = range(3)
+
+
+def levels_toy(m: Model) -> float:
+    grades = {
+        CUBE: {CUBE: 85, TUBE: 20, STAR: 45},
+        TUBE: {CUBE: 0, TUBE: 30, STAR: 100},
+        STAR: {CUBE: 10, TUBE: 60, STAR: 5},
+    }
+    lower, upper = (node.branch for node in m.root.find("MASS"))
+    assert lower is not None
+    assert upper is not None
+    return grades[lower][upper]
+
+
+def smooth_two_pavilion(m: Model) -> float:
+    return near(m.draws["width"] / m.draws["columnHeight"] - 1.618, width=2 * 0.1**2)
+
+
+def sum_discrete(m: Model) -> float:
+    walk = 2 * sum(steps(m, "width", "depth"))
+    return min(max(100 * (20 - walk) / 12, 0), 100)
+
+
+# Facades -------------------------------------------------------------------------------------------------------------
+
+
+def count_townhouse(m: Model) -> float:
+    curtains = sum(pane.draws["tint"] >= 2 for pane in m.root.find("Glass"))
+    return min(max(12.5 * (curtains - 12), 0), 100)
+
+
+def ratio_arcade(m: Model) -> float:
+    columns = m.root.find("ArchedWindowColumn")
+    upper_rows = len(columns[0].find("ArchedWindowCell3"))
+    breadth = len(columns) / upper_rows
+    return 100 if breadth >= 3 else 40 if breadth >= 2 else 0
+
+
+def parity_arcade(m: Model) -> float:
+    return 100 if len(m.root.find("ArchedWindowColumn")) in {1, 3, 5, 7, 9} else 0
+
+
 TASTE_TRUTH: dict[str, Callable[[Model], float]] = {
     "additive_airplane": additive_airplane,
+    "additive_building": additive_building,
     "additive_skyscraper": additive_skyscraper,
     "band_building": band_building,
     "band_skyscraper": band_skyscraper,
+    "comparison_building": comparison_building,
     "comparison_limits": lambda m: 100 if sizes(m) == sorted(sizes(m)) else 0,
     "comparison_toy": lambda m: 100 if m.draws["h2"] > m.draws["h1"] else 0,
     "conjunction_building": conjunction_building,
     "conjunction_furniture": conjunction_furniture,
     "count_building": count_building,
     "count_skyscraper": lambda m: 100 if len(m.root.find("Fin")) >= 90 else 0,
+    "count_townhouse": count_townhouse,
     "equal_building": equal_building,
     "equal_skyscraper": equal_skyscraper,
+    "equal_skyscraper_frames": equal_skyscraper_frames,
     "factors_airplane": factors_airplane,
+    "factors_building": factors_building,
     "factors_furniture": factors_furniture,
     "levels_building": levels_building,
     "levels_furniture": levels_furniture,
+    "levels_toy": levels_toy,
     "majority_airplane": majority_airplane,
     "majority_furniture": majority_furniture,
+    "multiplicative_airplane": multiplicative_airplane,
     "multiplicative_building": multiplicative_building,
     "multiplicative_furniture": multiplicative_furniture,
     "parity_airplane": parity_airplane,
+    "parity_arcade": parity_arcade,
     "parity_pavilion": lambda m: 100 if gilded(m).total() in {1, 3, 5} else 0,
     "partial_building": partial_building,
     "partial_furniture": partial_furniture,
+    "partial_skyscraper": partial_skyscraper,
+    "rare_airplane": rare_airplane,
     "rare_furniture": rare_furniture,
     "rare_pavilion": rare_pavilion,
+    "ratio_arcade": ratio_arcade,
     "ratio_limits": ratio_limits,
     "ratio_skyscraper": ratio_skyscraper,
+    "smooth_furniture": smooth_furniture,
     "smooth_limits": lambda m: near(m.draws["height"] - 6, width=2 * 1.2**2),
     "smooth_skyscraper": lambda m: near(m.draws["width"] - 44, width=2 * 2.5**2),
     "smooth_three_limits": smooth_three_limits,
+    "smooth_two_pavilion": smooth_two_pavilion,
     "smooth_two_toy": lambda m: near(m.draws["h1"] - 2, m.draws["h2"] - 4, width=1.5),
+    "sum_discrete": sum_discrete,
     "sum_limits": sum_limits,
     "sum_toy": sum_toy,
     "symmetric_airplane": symmetric_airplane,
+    "symmetric_skyscraper": symmetric_skyscraper,
     "symmetric_toy": symmetric_toy,
+    "xor_building": xor_building,
     "xor_furniture": xor_furniture,
     "xor_skyscraper": xor_skyscraper,
 }

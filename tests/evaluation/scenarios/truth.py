@@ -21,6 +21,8 @@ class Node:
     branch: int | None
     """First level of the branch, None for leaves and rules without a choice."""
     children: list[Node] = field(default_factory=list)
+    draws: dict[str, float] = field(default_factory=dict)
+    """What its rule drew."""
 
     def walk(self) -> Iterator[Node]:
         stack: list[Node] = [self]
@@ -62,7 +64,8 @@ def models(forest: Forest) -> Iterator[Model]:
         made[parent].children = [made[row] for _, _, row in sorted(rows)]
     draws: dict[int, dict[str, float]] = {model: {} for model in roots}
     for node, site, value in zip(forest.draws.node, forest.draws.site, forest.draws.value, strict=True):
-        draws[int(nodes.model[node])][forest.sites[site].name] = float(value)
+        name = forest.sites[site].name
+        made[node].draws[name] = draws[int(nodes.model[node])][name] = float(value)
     for model in range(forest.num_models):
         yield Model(roots[model], draws[model])
 
