@@ -18,6 +18,7 @@ MOST = 8
 """Largest number of relations."""
 _MOST_DRAWS = 48
 """Largest number of draws; of more, the first ones are used."""
+_TINY = 1e-300
 
 
 def find_relations(forests: Sequence[Forest], scores: Floats, names: Sequence[str]) -> tuple[list[Sum], float]:
@@ -34,21 +35,18 @@ def find_relations(forests: Sequence[Forest], scores: Floats, names: Sequence[st
         The relations, and the log of the number of all: what the choice of one costs, in nats.
     """
     names = names[:_MOST_DRAWS]
-    first, second = np.triu_indices(len(names), 1)
-    if len(scores) < 2 or not len(first):
+    pairs = np.stack(np.triu_indices(len(names), 1), axis=1)
+    if len(scores) < 2 or not len(pairs):
         return [], 0.0
     values = np.concatenate([count(forest, [Draw(name) for name in names]) for forest in forests])
     alone = explained(values, scores)
-    least = np.maximum(alone[first], alone[second])
+    positive = pairs[np.isin(pairs, np.flatnonzero((values > 0.0).all(axis=0))).all(axis=1)]
     found: list[tuple[float, Sum]] = []
-    positive = (values > 0.0).all(axis=0)
-    for logarithmic in (True, False):
-        allowed = positive[first] & positive[second] if logarithmic else np.ones(len(first), dtype=bool)
-        one, other = first[allowed], second[allowed]
-        columns = np.log(np.where(positive, values, 1.0)) if logarithmic else values
-        shares = explained(columns[:, one] - columns[:, other], scores)
-        for place in np.flatnonzero(shares > least[allowed]).tolist():
-            sites = names[one[place]], names[other[place]]
-            found.append((float(shares[place]), Sum.of(sites, (1.0, -1.0), logarithmic)))
+    for logarithmic, possible in ((True, positive), (False, pairs)):
+        columns = np.log(np.maximum(values, _TINY)) if logarithmic else values
+        shares = explained(columns[:, possible[:, 0]] - columns[:, possible[:, 1]], scores)
+        for place in np.flatnonzero(shares > alone[possible].max(axis=1)).tolist():
+            one, other = (int(site) for site in possible[place])
+            found.append((float(shares[place]), Sum.of((names[one], names[other]), (1.0, -1.0), logarithmic)))
     best = sorted(found, key=lambda each: -each[0])[:MOST]
-    return [relation for _, relation in best], float(np.log(2 * len(first)))
+    return [relation for _, relation in best], float(np.log(2 * len(pairs)))

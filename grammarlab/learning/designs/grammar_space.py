@@ -161,7 +161,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         features = [table.features[counted[place]] for place in whole.tolist()]
         totals = find_totals(counts[:, whole].astype(np.int64), scores)
         relations, price = find_relations(designs, scores, self._drawn)
-        return {_total(features, found.weights): found.price for found in totals} | dict.fromkeys(relations, price)
+        joined: dict[Feature, float] = {_total(features, found.weights): found.price for found in totals}
+        return joined | dict.fromkeys(relations, price)
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
