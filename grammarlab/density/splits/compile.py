@@ -26,7 +26,7 @@ from grammarlab.density.splits.splitting import MOST_WAYS, Base, split
 from grammarlab.density.splits.writing import write
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, InexactError
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern, Present, Sum, Threshold
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern, Present, Sum, Threshold, Total
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import Grammar
 
@@ -162,6 +162,8 @@ def countable(item: Read) -> Reading | Threshold | Draw:
         return replace(inner, cap=1) if isinstance(inner, Reading) else inner
     if isinstance(item, HalfSpace | Sum):
         raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each separately")
+    if isinstance(item, Total):
+        raise InexactError(f"{item} is a total: give its terms, and add them in the preference")
     return Reading.of(item) if isinstance(item, Pattern) else item
 
 
