@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grammarlab.derivation import derive
 from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern, Sum, Total
 from grammarlab.features.patterns.text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import GrammarSpace
@@ -104,3 +104,24 @@ Bay --> Window.
     bays = count(forest, [Pattern("Bay")])
     (found,) = further(space, [forest], np.where(bays[:, 0] > 24.0, 100.0, 0.0), features, ())
     assert np.array_equal(count(forest, [found]), bays)
+
+
+@pytest.mark.parametrize("noise", [0.0, 15.0])
+def test_an_odd_number_of_parts_and_a_ratio_are_added_where_scores_need_them(noise):
+    parts = [f"Part{number}" for number in range(5)]
+    text = "attr width = rand(1, 9)\nattr depth = rand(1, 9)\n" + f"Lot --> s(width, 3, depth) {' '.join(parts)}\n"
+    text += "".join(f"{part} --> 40% : Gilded{part} else : Plain{part}\n" for part in parts)
+    space = GrammarSpace(Grammar.parse(text), Path())
+    forest, errors = derive(space.program, 80, 1), noise * np.random.default_rng(0).normal(size=80)
+    features = FeatureOptions(2, ("paths", "symbols", "draws"))
+
+    def found(meant):
+        return further(space, [forest], np.clip(meant + errors, 0.0, 100.0), features, ())
+
+    gilded = count(forest, [parse(f"{part}:0") for part in parts]).sum(axis=1)
+    (total,) = found(100.0 * (gilded % 2.0))
+    assert isinstance(total, Total)
+    assert np.array_equal(count(forest, [total])[:, 0] % 2.0, gilded % 2.0)
+    width, depth = space.values([forest], [Draw("width"), Draw("depth")]).T
+    assert found(np.where(width > 1.6 * depth, 100.0, 0.0)) == (Sum.of(("width", "depth"), (1.0, -1.0), True),)
+    assert found(np.where(width > 5.0, 100.0, 0.0)) == ()
