@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-FURTHER = ("paths", "symbols", "skips", "counts", "comparisons")
+FURTHER = ("paths", "symbols", "draws", "skips", "counts", "comparisons")
 """Kinds of features of which those that the scores need are added."""
 
 

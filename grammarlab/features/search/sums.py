@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.pattern import Pattern, Sum, Term
+from grammarlab.features.patterns.pattern import HalfSpace, Pattern, Sum, Term
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -37,6 +37,10 @@ _PAIRED = 24
 """Number of columns of which pairs are tried, those that explain most alone."""
 _BEGINNINGS = 4
 """Number of pairs that sums grow from."""
+_STEPS = 0.25
+"""Smallest share of the variance of scores on the sides of a half-space that further steps explain."""
+_ALIKE = 1e-6
+"""Largest difference of equal scores, in points."""
 _PER_MEAN = 12
 """Held-out scores are predicted by the mean of one in so many other scores."""
 _FOLDS = 3
@@ -48,6 +52,23 @@ _LEAST_GAIN = 0.05
 
 Number: TypeAlias = tuple[tuple[Pattern, float], ...]
 """A weighted sum of counts of patterns."""
+
+
+def find_steps(forests: Sequence[Forest], scores: Floats, space: HalfSpace) -> Sum | None:
+    """The sum of a half-space, if scores on its two sides have steps at further bounds; otherwise None.
+
+    Args:
+        forests: the scored models.
+        scores: [n] their scores, in their order.
+        space: the half-space.
+    """
+    found = Sum.of(space.sites, space.weights, space.logarithmic)
+    inside, sums = np.concatenate([count(forest, [space, found]) for forest in forests]).T
+    left = scores.astype(np.float64)
+    for side in (inside == 0.0, inside != 0.0):
+        left[side] -= left[side].mean() if side.any() else 0.0
+    is_left = float(np.abs(left).max(initial=0.0)) > _ALIKE
+    return found if is_left and explained(sums[:, None], left)[0] > _STEPS else None
 
 
 class _Found(NamedTuple):

@@ -24,13 +24,13 @@ from grammarlab.features.columns.table import FeatureTable
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.counting.counts import count
 from grammarlab.features.counting.stripping import without_geometry
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Threshold, Total
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import Accepted, derive_accepted
 from grammarlab.features.search.patterns import search_patterns
 from grammarlab.features.search.readers import readers_of
 from grammarlab.features.search.relations import find_relations
-from grammarlab.features.search.sums import find_sum
+from grammarlab.features.search.sums import find_steps, find_sum
 from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
 from grammarlab.features.search.totals import find_totals
 from grammarlab.files import existing
@@ -189,8 +189,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         liked = scores > (scores.min() + scores.max()) / 2
         together = find_half_space(forests, np.asarray(liked), names) if names else None
         if together is not None and len(together.sites) > 1:
-            # Scores may have further steps, at other bounds.
-            return together, Sum.of(together.sites, together.weights, together.logarithmic)
+            steps = find_steps(forests, scores, together)
+            return (together,) if steps is None else (together, steps)
         summed = find_sum(forests, scores, names, self._readers)
         return (*find_thresholds(forests, scores, names), *(() if summed is None else (summed,)))
 

@@ -69,7 +69,21 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         noises = (of_known.noise,) if number else NOISES
         again = _most_likely(familiar, scores, num, noises, number + 1)
         of_known = max(of_known, again, key=_posterior)
-    return used if _gain(of_known, of_all) >= price else np.zeros(0, dtype=np.int64)
+    if _gain(of_known, of_all) >= price:
+        return used
+    if not prices[used - known].any():
+        return np.zeros(0, dtype=np.int64)
+    # Others may be needed that a column which is too expensive has made up for.
+    kept = np.concatenate([np.arange(known), known + np.flatnonzero(prices == 0.0)])
+    found = needed(
+        rows[:, kept],
+        scores,
+        groups=groups[kept],
+        continuous=continuous[kept],
+        known=known,
+        prices=np.zeros(len(kept) - known),
+    )
+    return kept[found]
 
 
 def _further(tree: Tree, known: int, width: int) -> Ints:

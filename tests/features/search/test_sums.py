@@ -7,9 +7,9 @@ import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.pattern import Draw, Sum, Term
+from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Term
 from grammarlab.features.search.readers import readers_of
-from grammarlab.features.search.sums import explained, find_sum
+from grammarlab.features.search.sums import explained, find_steps, find_sum
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse("""
@@ -123,6 +123,18 @@ def test_no_sum_is_found_where_there_is_none():
     assert find_sum([forest], np.where(abs(width - 5.0) < 2.0, 100.0, 0.0), NAMES, readers) is None
     assert find_sum([forest], width, ["width"], readers) is None
     assert find_sum([], np.zeros(0), NAMES, readers) is None
+
+
+def test_a_half_space_has_a_sum_where_scores_have_further_steps():
+    forest = derive(GRAMMAR, 200, 4)
+    space = HalfSpace(("width", "depth"), (-1.0, -1.0), -10.0)
+    total = count(forest, [Sum.of(("width", "depth"), (1.0, 1.0))])[:, 0]
+    noise = np.random.default_rng(0).normal(size=200) * 10.0
+    two, three = np.where(total > 10.0, 90.0, 0.0), 40.0 * (total > 7.0) + 50.0 * (total > 10.0)
+    for errors in (0.0 * noise, noise):
+        assert find_steps([forest], two + errors, space) is None
+        assert find_steps([forest], three + errors, space) == Sum.of(("width", "depth"), (-1.0, -1.0))
+    assert find_steps([forest], np.full(200, 100.0 / 3.0), space) is None
 
 
 def test_the_explained_part_is_that_of_the_best_three_intervals():

@@ -28,6 +28,15 @@ def test_a_column_must_gain_its_price():
     assert asked(lambda rows: 80.0 * rows[:, 20], price=1e4) == []
 
 
+def test_a_column_that_is_too_expensive_hides_no_other():
+    rows = np.random.default_rng(0).integers(0, 2, (60, WIDTH)).astype(float)
+    rows[:, 30] = rows[:, 1] * rows[:, 20]
+    prices = np.where(np.arange(KNOWN, WIDTH) == 30, 1e4, 0.0)
+    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "known": KNOWN}
+    assert needed(rows, 80.0 * rows[:, 30], **options, prices=prices).tolist() == [20]
+    assert needed(rows, 80.0 * rows[:, 30], **options, prices=0.0 * prices).tolist() == [30]
+
+
 @pytest.mark.parametrize("noise", [0.0, 10.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_is_needed_where_known_columns_explain_scores(noise, seed):
