@@ -55,6 +55,7 @@ def find_totals(counts: Ints, scores: Floats) -> list[FoundTotal]:
     """
     if len(scores) < FEWEST or counts.shape[1] < 2 or not np.ptp(scores) > 0.0:
         return []
+    scores = (scores - scores.min()) / np.ptp(scores)  # squares of the smallest floats would be 0
     single = _worths(counts.T, scores)
     least = max(0.0, float(single.max()) - float(np.log(counts.shape[1]))) + _GAIN
     columns = np.sort(np.argsort(-single, kind="stable")[:_MOST_COLUMNS])

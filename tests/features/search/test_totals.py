@@ -81,6 +81,13 @@ def test_few_or_equal_scores_have_none():
     assert find_totals(np.zeros((40, 3), dtype=np.int64), np.arange(40.0)) == []
 
 
+@pytest.mark.parametrize("highest", [5e-324, 1e-160, 100.0])
+def test_the_scale_of_scores_does_not_matter(highest):
+    counts = models(80, 20)
+    (total, *_) = find_totals(counts, highest * (counts[:, :3].sum(axis=1) % 2))
+    assert np.flatnonzero(total.weights).tolist() == [0, 1, 2]
+
+
 def test_the_order_of_models_does_not_matter():
     counts = models(80, 30)
     scores = said(100.0 * (counts[:, 4:8].sum(axis=1) % 2), 15.0)
