@@ -211,28 +211,28 @@ def _best(values: Floats, scores: Floats, alone: Ints) -> Floats | None:
 def _climbed(values: Floats, scores: Floats, found: _Found, allowed: tuple[float, ...]) -> _Found:
     """Local search: the best change of one sign, or else the best exchange of two terms, while the value grows."""
     while True:
-        for changed in (_changed(found.signs, allowed), _exchanged(found.signs, allowed)):
-            worths = _worths(values, changed, scores)
-            worths[np.count_nonzero(changed, axis=1) > MOST_TERMS] = -np.inf
+        for trials in (changed(found.signs, allowed), _exchanged(found.signs, allowed)):
+            worths = _worths(values, trials, scores)
+            worths[np.count_nonzero(trials, axis=1) > MOST_TERMS] = -np.inf
             place = int(np.argmax(worths)) if len(worths) else 0
             if (worths > found.worth).any():
-                found = _Found(changed[place], float(worths[place]))
+                found = _Found(trials[place], float(worths[place]))
                 break
         else:
             return found
 
 
-def _changed(signs: Floats, allowed: tuple[float, ...]) -> Floats:
+def changed(signs: Floats, allowed: tuple[float, ...]) -> Floats:
     """[K, C] signs [C] with one of them changed."""
     column, sign = np.tile(np.arange(len(signs)), len(allowed)), np.repeat(allowed, len(signs))
-    changed = np.repeat(signs[None], len(column), axis=0)
-    changed[np.arange(len(column)), column] = np.where(signs[column] == sign, 0.0, sign)
-    return changed
+    found = np.repeat(signs[None], len(column), axis=0)
+    found[np.arange(len(column)), column] = np.where(signs[column] == sign, 0.0, sign)
+    return found
 
 
 def _exchanged(signs: Floats, allowed: tuple[float, ...]) -> Floats:
     """[K, C] signs [C] with one term left out and another one added."""
-    added = _changed(signs, allowed)
+    added = changed(signs, allowed)
     added = added[np.count_nonzero(added, axis=1) > np.count_nonzero(signs)]
     used = np.flatnonzero(signs)
     exchanged = np.tile(added, (len(used), 1))

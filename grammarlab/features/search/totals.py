@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.features.search.sums import changed
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Words = NDArray[np.uint64]
@@ -166,16 +168,14 @@ def _several(counts: Ints, scores: Floats, columns: Ints, least: float) -> Found
 def _climbed(values: Ints, scores: Floats, weights: Ints, worth: float, price: float) -> tuple[Ints, float]:
     """Local search: the best change of one weight, while the value grows."""
     while True:
-        column, sign = np.tile(np.arange(len(weights)), 2), np.repeat([1, -1], len(weights))
-        changed = np.repeat(weights[None], len(column), axis=0)
-        changed[np.arange(len(column)), column] = np.where(weights[column] == sign, 0, sign)
-        terms = np.count_nonzero(changed, axis=1)
-        changed = changed[(terms > 1) & (terms <= MOST_TERMS)]
-        worths = _priced(values, changed, scores, price)
+        trials = changed(weights.astype(np.float64), (1.0, -1.0)).astype(np.int64)
+        terms = np.count_nonzero(trials, axis=1)
+        trials = trials[(terms > 1) & (terms <= MOST_TERMS)]
+        worths = _priced(values, trials, scores, price)
         place = int(np.argmax(worths))
         if worths[place] <= worth:
             return weights, worth
-        weights, worth = changed[place], float(worths[place])
+        weights, worth = trials[place], float(worths[place])
 
 
 def _priced(values: Ints, weights: Ints, scores: Floats, price: float) -> Floats:

@@ -31,6 +31,7 @@ def test_a_parity_of_a_few_counts_is_found(terms, noise):
 
 
 def test_the_parity_is_that_of_the_most_agreeing_set_of_all():
+    clear = 0
     for seed in range(5):
         counts = models(40, 9, seed)
         liked = said(100.0 * (counts[:, :4].sum(axis=1) % 2), 45.0, seed) > 50.0
@@ -38,7 +39,9 @@ def test_the_parity_is_that_of_the_most_agreeing_set_of_all():
         agreement = [abs(np.mean((counts[:, each].sum(axis=1) % 2 == 1) == liked) - 0.5) for each in sets]
         found = [np.flatnonzero(weights).tolist() for weights in weights_of(counts, 100.0 * liked)]
         if max(agreement) > 0.35:
+            clear += 1
             assert sets[int(np.argmax(agreement))] in found
+    assert clear >= 2
 
 
 def test_an_odd_number_of_repeated_parts_counts_them_all():
