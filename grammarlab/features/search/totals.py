@@ -58,7 +58,7 @@ def find_totals(counts: Ints, scores: Floats) -> list[FoundTotal]:
     if len(scores) < FEWEST or counts.shape[1] < 2 or not np.ptp(scores) > 0.0:
         return []
     scores = (scores - scores.min()) / np.ptp(scores)  # squares of the smallest floats would be 0
-    single = _worths(counts.T, scores)
+    single = gains_of(counts.T, scores)
     least = max(0.0, float(single.max()) - float(np.log(counts.shape[1]))) + _GAIN
     columns = np.sort(np.argsort(-single, kind="stable")[:_MOST_COLUMNS])
     both = _odd(counts, scores, least), _several(counts, scores, columns, least)
@@ -81,7 +81,7 @@ def _odd(counts: Ints, scores: Floats, least: float) -> FoundTotal | None:
     for terms in _parities(_packed(bits[columns]), _packed(liked[None])[0], len(scores)):
         parity = np.logical_xor.reduce(bits[columns[terms]], axis=0).astype(np.int64)
         price = float(np.log(comb(len(columns), len(terms))))
-        worth = float(_worths(parity[None], scores)[0]) - price
+        worth = float(gains_of(parity[None], scores)[0]) - price
         if worth > highest and len(terms) > 1:
             weights = np.zeros(counts.shape[1], dtype=np.int64)
             weights[columns[terms]] = 1
@@ -180,10 +180,10 @@ def _climbed(values: Ints, scores: Floats, weights: Ints, worth: float, price: f
 
 def _priced(values: Ints, weights: Ints, scores: Floats, price: float) -> Floats:
     """[K] worth of totals of columns [n, C] with weights [K, C], minus the price of their terms."""
-    return _worths((values @ weights.T).T, scores) - price * np.count_nonzero(weights, axis=1)
+    return gains_of((values @ weights.T).T, scores) - price * np.count_nonzero(weights, axis=1)
 
 
-def _worths(totals: Ints, scores: Floats) -> Floats:
+def gains_of(totals: Ints, scores: Floats) -> Floats:
     """[K] log-likelihood gained by a value for each number of totals [K, n]; minus infinity for too many numbers."""
     totals = totals - totals.min(axis=1, keepdims=True)
     sizes = totals.max(axis=1) + 1

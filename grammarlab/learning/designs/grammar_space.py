@@ -27,6 +27,7 @@ from grammarlab.features.counting.stripping import without_geometry
 from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Threshold, Total
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import Accepted, derive_accepted
+from grammarlab.features.search.equalities import find_equalities
 from grammarlab.features.search.patterns import search_patterns
 from grammarlab.features.search.readers import readers_of
 from grammarlab.features.search.relations import find_relations
@@ -161,8 +162,9 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         features = [table.features[counted[place]] for place in whole.tolist()]
         totals = find_totals(counts[:, whole].astype(np.int64), scores)
         relations, price = find_relations(designs, scores, self._drawn)
+        equalities, price_of_one = find_equalities(designs, scores)
         joined: dict[Feature, float] = {_total(features, found.weights): found.price for found in totals}
-        return joined | dict.fromkeys(relations, price)
+        return joined | dict.fromkeys(relations, price) | dict.fromkeys(equalities, price_of_one)
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
