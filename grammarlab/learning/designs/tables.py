@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.features.columns.comparisons import comparison, spread_of
+from grammarlab.features.columns.equalities import equality
 from grammarlab.features.columns.table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature, HalfSpace, Total
 from grammarlab.learning.designs.addresses import Address
@@ -163,7 +164,7 @@ def _names(found: Sequence[Feature], base: FeatureTable, values: Floats) -> tupl
     texts = [
         comparison(feature, spread_of(feature, base.features, values))
         if isinstance(feature, HalfSpace)
-        else feature.text([known.get(term, str(term)) for term, _ in feature.terms])
+        else equality(feature) or feature.text([known.get(term, str(term)) for term, _ in feature.terms])
         if isinstance(feature, Total)
         else str(feature)
         for feature in found
