@@ -30,8 +30,8 @@ _MOST_ALTERNATIVES = 11
 """Largest number of alternatives of a choice."""
 _MOST_ANCESTORS = 3
 """Largest number of ancestors that tell where a choice is made."""
-_MOST_TIMES = 32
-"""Largest average number of times that a model makes choices with the same alternatives; of more, none is compared."""
+_MOST_TIMES = 64
+"""Largest average number of times that a model makes the choice of a symbol; if there are more, none is compared."""
 
 _Branch: TypeAlias = tuple[int, ...]
 
@@ -60,10 +60,10 @@ class _Made(NamedTuple):
         """The choices at each path of so many successors below a symbol."""
         keys = np.concatenate([self.symbols[length : length + 1], self.children[:length]])
         line_of = np.unique(keys, axis=1, return_inverse=True)[1].reshape(-1)
-        for line in range(int(line_of.max()) + 1):
-            found = self.take(line_of == line)
-            if (found.nodes[length] >= 0).all():
-                yield found
+        order = np.argsort(line_of, kind="stable")
+        for rows in np.split(order, np.flatnonzero(np.diff(line_of[order])) + 1):
+            if (self.nodes[length, rows] >= 0).all():
+                yield self.take(rows)
 
 
 class _Line(NamedTuple):
@@ -149,13 +149,15 @@ def _made(forests: Sequence[Forest], labels: NodeLabels) -> Iterator[tuple[dict[
         branches = tuple(sorted(labels.rules[each].branch for each in labels.alternatives(label)))
         if len(branches) <= _MOST_ALTERNATIVES and not labels.is_overloaded(labels.symbol_of(label)):
             kinds.setdefault(branches, []).append(label)
+    all_trees = [Trees(forest) for forest in forests]
     for branches, members in kinds.items():
         parts, models, nodes = list[_Made](), 0, 0
-        for forest in forests:
-            parts.append(_made_in(Trees(forest), labels, members, numbers, models, nodes))
-            models, nodes = models + forest.num_models, nodes + len(forest.nodes)
+        for trees in all_trees:
+            parts.append(_made_in(trees, labels, members, numbers, models, nodes))
+            models, nodes = models + trees.num_models, nodes + len(trees.forest.nodes)
         made = _Made(*(np.concatenate(columns, axis=-1) for columns in zip(*parts, strict=True)))
-        if 0 < len(made.model) <= _MOST_TIMES * models:
+        made = made.take(np.bincount(made.symbols[0])[made.symbols[0]] <= _MOST_TIMES * models)
+        if len(made.model):
             yield {numbers[branch]: branch for branch in branches}, made
 
 
