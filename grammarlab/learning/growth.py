@@ -11,10 +11,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.features.patterns.pattern import Feature
+from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.patterns.pattern import Feature, Total
+from grammarlab.features.search.points import find_points
+from grammarlab.features.search.totals import counted, total_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
-from grammarlab.preference.cells.needed import needed
+from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.cells.needed import NOISES, needed
+from grammarlab.preference.cells.partition import BLUNDERS
+from grammarlab.preference.likelihood import log_likelihood
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,8 +51,6 @@ def further(
     new = [place for place, feature in enumerate(others.features) if feature not in known.features]
     joined = {feature: price for feature, price in space.joined(designs, known, scores).items() if feature not in extra}
     features = (*(others.features[place] for place in new), *joined)
-    if not features:
-        return ()
     measured = space.values(designs, (*extra, *joined))
     values = [known.counts.toarray(), measured[:, : len(extra)], others.counts[:, new].toarray()]
     rows, width = np.column_stack([*values, measured[:, len(extra) :]]), len(known.features) + len(extra)
@@ -57,7 +61,23 @@ def further(
     prices = np.concatenate([np.zeros(len(new)), list(joined.values())])
     every = np.append(known.groups, groups)
     found = needed(rows, scores, groups=every, continuous=continuous, known=width, prices=prices)
-    return tuple(features[column - width] for column in found.tolist())
+    added = tuple(features[column - width] for column in found.columns.tolist())
+    points = _points(known, scores, found.log_posterior)
+    return added if points is None else (*added, points)
+
+
+def _points(table: FeatureTable, scores: Floats, least: float) -> Total | None:
+    """The total of counts that explains scores [n] best, if its evidence is larger than that of cells."""
+    features, counts = counted(table)
+    found = [(_log_likelihood(each.predicted, scores) - each.price, each) for each in find_points(counts, scores)]
+    evidence, best = max(found, key=lambda each: each[0], default=(least, None))
+    return None if best is None or evidence <= least else total_of(features, best.weights)
+
+
+def _log_likelihood(values: Floats, scores: Floats) -> float:
+    """Log-likelihood of scores [n] for values [n], with the most likely noise."""
+    values = np.clip(values, 0.0, MAX_SCORE)
+    return max(float(np.trace(log_likelihood(scores, values, noise, BLUNDERS[1]))) for noise in NOISES)
 
 
 def path_length(

@@ -6,18 +6,23 @@ counts are tried, as bits. Other totals are found term by term.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import comb
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.patterns.pattern import Draw, Pattern, Present, Total
 from grammarlab.features.search.sums import changed
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Words = NDArray[np.uint64]
+
+Countable: TypeAlias = Pattern | Present | Draw
+"""Features that totals add up."""
 
 MOST_TERMS = 6
 """Largest number of counts in a total."""
@@ -65,6 +70,20 @@ def find_totals(counts: Ints, scores: Floats) -> list[FoundTotal]:
     found = [total for total in both if total is not None]
     same = len(found) > 1 and np.array_equal(found[0].weights, found[1].weights)
     return found[:1] if same else found
+
+
+def counted(table: FeatureTable) -> tuple[list[Countable], Ints]:
+    """The features of a table that are counts, and their counts [n, F]."""
+    found = [place for place, feature in enumerate(table.features) if isinstance(feature, Pattern | Present | Draw)]
+    counts = table.counts.toarray()[:, found]
+    whole = np.flatnonzero((counts % 1.0 == 0.0).all(axis=0))
+    features = (table.features[found[place]] for place in whole.tolist())
+    return [each for each in features if isinstance(each, Pattern | Present | Draw)], counts[:, whole].astype(np.int64)
+
+
+def total_of(features: Sequence[Countable], weights: Ints) -> Total:
+    """The weighted sum of counted features."""
+    return Total(tuple((features[place], int(weights[place])) for place in np.flatnonzero(weights).tolist()))
 
 
 def _odd(counts: Ints, scores: Floats, least: float) -> FoundTotal | None:

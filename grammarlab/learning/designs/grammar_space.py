@@ -24,7 +24,7 @@ from grammarlab.features.columns.table import FeatureTable
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.counting.counts import count
 from grammarlab.features.counting.stripping import without_geometry
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Threshold, Total
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Threshold
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import Accepted, derive_accepted
 from grammarlab.features.search.equalities import find_equalities
@@ -33,7 +33,7 @@ from grammarlab.features.search.readers import readers_of
 from grammarlab.features.search.relations import find_relations
 from grammarlab.features.search.sums import find_steps, find_sum
 from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
-from grammarlab.features.search.totals import find_totals
+from grammarlab.features.search.totals import counted, find_totals, total_of
 from grammarlab.files import existing
 from grammarlab.geometry.outlines.footprints import read_footprints
 from grammarlab.language.attribute_values import fit_properties
@@ -156,14 +156,11 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return found
 
     def joined(self, designs: Sequence[Forest], table: FeatureTable, scores: Floats) -> dict[Feature, float]:
-        counted = [i for i, feature in enumerate(table.features) if isinstance(feature, Pattern | Present | Draw)]
-        counts = table.counts.toarray()[:, counted]
-        whole = np.flatnonzero((counts % 1.0 == 0.0).all(axis=0))
-        features = [table.features[counted[place]] for place in whole.tolist()]
-        totals = find_totals(counts[:, whole].astype(np.int64), scores)
+        features, counts = counted(table)
+        totals = find_totals(counts, scores)
         relations, price = find_relations(designs, scores, self._drawn)
         equalities, price_of_one = find_equalities(designs, scores)
-        joined: dict[Feature, float] = {_total(features, found.weights): found.price for found in totals}
+        joined: dict[Feature, float] = {total_of(features, found.weights): found.price for found in totals}
         return joined | dict.fromkeys(relations, price) | dict.fromkeys(equalities, price_of_one)
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
@@ -251,12 +248,6 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             fit_properties(values, self.grammar),
             start_rule or None,
         )
-
-
-def _total(features: Sequence[Feature], weights: Ints) -> Total:
-    """Weighted sum of counted features."""
-    used = [(features[place], int(weights[place])) for place in np.flatnonzero(weights).tolist()]
-    return Total(tuple((each, weight) for each, weight in used if isinstance(each, Pattern | Present | Draw)))
 
 
 def _polygon(text: str) -> Footprint:

@@ -40,8 +40,17 @@ def selected(scores: Floats) -> Ints:
     return np.sort(np.argsort(scores, kind="stable")[np.arange(num) * len(scores) // max(num, 1)])
 
 
-def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, known: int, prices: Floats) -> Ints:
-    """Indices of the columns beyond the first ``known`` ones that the most likely tree of all columns splits by.
+class Needed(NamedTuple):
+    """Further columns, and how well cells explain scores with them."""
+
+    columns: Ints
+    """Ascending indices; empty if trees of the known columns explain scores about as well."""
+    log_posterior: float
+    """Log-posterior of the most likely tree, nats; minus infinity for too few labels."""
+
+
+def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, known: int, prices: Floats) -> Needed:
+    """The columns beyond the first ``known`` ones that the most likely tree of all columns splits by.
 
     Args:
         rows: [n, F].
@@ -50,12 +59,9 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         continuous: [F] whether columns are continuous instead of counts.
         known: number of columns that are used in any case.
         prices: [F - known] further gain in nats that each other column must have.
-
-    Returns:
-        Ascending indices; empty if trees of the known columns explain scores about as well.
     """
     if len(scores) < FEWEST:
-        return np.zeros(0, dtype=np.int64)
+        return Needed(np.zeros(0, dtype=np.int64), -np.inf)
     shares_of = sums_of(rows[:, :known], groups[:known], continuous[:known])
     familiar, every = (
         splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of) for width in (known, rows.shape[1])
@@ -70,9 +76,9 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         again = _most_likely(familiar, scores, num, noises, number + 1)
         of_known = max(of_known, again, key=_posterior)
     if _gain(of_known, of_all) >= price:
-        return used
+        return Needed(used, _posterior(of_all) - price)
     if not prices[used - known].any():
-        return np.zeros(0, dtype=np.int64)
+        return Needed(np.zeros(0, dtype=np.int64), _posterior(of_known))
     # Others may be needed that a column which is too expensive has made up for.
     kept = np.concatenate([np.arange(known), known + np.flatnonzero(prices == 0.0)])
     found = needed(
@@ -83,7 +89,7 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         known=known,
         prices=np.zeros(len(kept) - known),
     )
-    return kept[found]
+    return Needed(kept[found.columns], found.log_posterior)
 
 
 def _further(tree: Tree, known: int, width: int) -> Ints:
