@@ -125,3 +125,33 @@ def test_an_odd_number_of_parts_and_a_ratio_are_added_where_scores_need_them(noi
     width, depth = space.values([forest], [Draw("width"), Draw("depth")]).T
     assert found(np.where(width > 1.6 * depth, 100.0, 0.0)) == (Sum.of(("width", "depth"), (1.0, -1.0), True),)
     assert found(np.where(width > 5.0, 100.0, 0.0)) == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 10.0])
+def test_points_of_many_parts_are_added_where_they_explain_more_than_cells(noise):
+    parts = [f"Part{number}" for number in range(8)]
+    text = f"Lot --> {' '.join(parts)}\n" + "".join(
+        f"{part} --> 50% : Gilded{part} else : Plain{part}\n" for part in parts
+    )
+    space, features = GrammarSpace(Grammar.parse(text), Path()), FeatureOptions(2, ("paths", "symbols"))
+    forest = derive(space.program, 96, 1)
+    gilded = count(forest, [parse(f"{part}:0") for part in parts])
+
+    def found(meant):
+        errors = noise * np.random.default_rng(0).normal(size=len(meant))
+        return further(space, [forest], np.clip(meant + errors, 0.0, 100.0), features, ())
+
+    points = np.array([30.0, 25.0, 20.0, 15.0])
+    *_, total = found(5.0 + gilded[:, :4] @ points)
+    assert np.corrcoef(count(forest, [total])[:, 0], gilded[:, :4] @ points)[0, 1] > 0.97
+    assert found(100.0 * gilded[:, :3].all(axis=1)) == ()
+    assert found(np.where(gilded[:, 2] > 0.0, 90.0, 20.0)) == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 15.0])
+def test_that_parts_are_alike_is_added_where_scores_need_it(noise):
+    forest = derive(STACKS, 120, 1)
+    alike = count(forest, [parse(f"Stack[Piece@0:{branch}, Piece@1:{branch}]") for branch in range(2)]).sum(axis=1)
+    scores = np.clip(100.0 * alike + noise * np.random.default_rng(0).normal(size=120), 0.0, 100.0)
+    (total,) = further(SPACE, [forest], scores, FeatureOptions(2, ("paths", "symbols")), ())
+    np.testing.assert_array_equal(count(forest, [total])[:, 0], alike)

@@ -14,7 +14,7 @@ def asked(scores_of, num=60, noise=0.0, seed=0, price=0.0):
     rows = randomness.integers(0, 2, (num, WIDTH)).astype(float)
     scores = np.clip(scores_of(rows) + randomness.normal(0.0, noise, num), 0.0, 100.0)
     plain, prices = np.zeros(WIDTH, dtype=bool), np.full(WIDTH - KNOWN, price)
-    return needed(rows, scores, groups=np.arange(WIDTH), continuous=plain, known=KNOWN, prices=prices).tolist()
+    return needed(rows, scores, groups=np.arange(WIDTH), continuous=plain, known=KNOWN, prices=prices).columns.tolist()
 
 
 @pytest.mark.parametrize("noise", [0.0, 10.0])
@@ -33,8 +33,8 @@ def test_a_column_that_is_too_expensive_hides_no_other():
     rows[:, 30] = rows[:, 1] * rows[:, 20]
     prices = np.where(np.arange(KNOWN, WIDTH) == 30, 1e4, 0.0)
     options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "known": KNOWN}
-    assert needed(rows, 80.0 * rows[:, 30], **options, prices=prices).tolist() == [20]
-    assert needed(rows, 80.0 * rows[:, 30], **options, prices=0.0 * prices).tolist() == [30]
+    assert needed(rows, 80.0 * rows[:, 30], **options, prices=prices).columns.tolist() == [20]
+    assert needed(rows, 80.0 * rows[:, 30], **options, prices=0.0 * prices).columns.tolist() == [30]
 
 
 @pytest.mark.parametrize("noise", [0.0, 10.0])
@@ -60,3 +60,17 @@ def test_of_many_labels_an_even_selection_by_score_is_used(num):
     assert (np.diff(some) > 0).all()
     if num > MOST_ROWS:
         assert np.abs(np.sort(scores[some]) - np.quantile(scores, np.linspace(0.0, 1.0, MOST_ROWS))).max() < 3.0
+
+
+def test_the_posterior_is_higher_where_cells_explain_more():
+    rows = np.random.default_rng(0).integers(0, 2, (60, WIDTH)).astype(float)
+    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "known": KNOWN}
+    prices = np.zeros(WIDTH - KNOWN)
+
+    def posterior(scores, price=0.0):
+        return needed(rows, scores, **options, prices=prices + price).log_posterior
+
+    clear, unclear = 80.0 * rows[:, 1], np.random.default_rng(1).permutation(80.0 * rows[:, 1])
+    assert posterior(clear) > posterior(unclear)
+    assert posterior(80.0 * rows[:, 20], 9.0) == pytest.approx(posterior(80.0 * rows[:, 20]) - 9.0)
+    assert needed(rows[:9], clear[:9], **options, prices=prices).log_posterior == -np.inf
