@@ -11,10 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.features.columns.table import FeatureTable
-from grammarlab.features.patterns.pattern import Feature, Total
-from grammarlab.features.search.points import find_points
-from grammarlab.features.search.totals import counted, total_of
+from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.base import MAX_SCORE
@@ -62,16 +59,11 @@ def further(
     every = np.append(known.groups, groups)
     found = needed(rows, scores, groups=every, continuous=continuous, known=width, prices=prices)
     added = tuple(features[column - width] for column in found.columns.tolist())
-    points = _points(known, scores, found.log_posterior)
-    return added if points is None else (*added, points)
-
-
-def _points(table: FeatureTable, scores: Floats, least: float) -> Total | None:
-    """The total of counts that explains scores [n] best, if its evidence is larger than that of cells."""
-    features, counts = counted(table)
-    found = [(_log_likelihood(each.predicted, scores) - each.price, each) for each in find_points(counts, scores)]
-    evidence, best = max(found, key=lambda each: each[0], default=(least, None))
-    return None if best is None or evidence <= least else total_of(features, best.weights)
+    evidence = {
+        each.feature: _log_likelihood(each.predicted, scores) - each.price for each in space.points(known, scores)
+    }
+    points = max(evidence, key=lambda feature: evidence[feature], default=None)
+    return added if points is None or evidence[points] <= found.log_posterior else (*added, points)
 
 
 def _log_likelihood(values: Floats, scores: Floats) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,16 @@ class NoParts(AbstractParts):
 
     def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
         return ()
+
+
+class PointsFeature(NamedTuple):
+    """A feature that predicts scores."""
+
+    feature: Feature
+    predicted: Floats
+    """[n] the scores, in points."""
+    price: float
+    """What the choice of its weights costs, in nats."""
 
 
 class AbstractDesignSpace(ABC, Generic[Designs]):
@@ -127,6 +137,10 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         Each has a price: the gain in nats from which it counts, since it was chosen among many.
         """
         return {}
+
+    def points(self, table: FeatureTable, scores: Floats) -> list[PointsFeature]:
+        """Features that predict scores [n] of designs from several columns of a table, each with its own weight."""
+        return []
 
     @abstractmethod
     def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:

@@ -29,6 +29,7 @@ from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import Accepted, derive_accepted
 from grammarlab.features.search.equalities import find_equalities
 from grammarlab.features.search.patterns import search_patterns
+from grammarlab.features.search.points import find_points
 from grammarlab.features.search.readers import readers_of
 from grammarlab.features.search.relations import find_relations
 from grammarlab.features.search.sums import find_steps, find_sum
@@ -41,7 +42,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.tree import String
 from grammarlab.language.syntax.walking import walk
 from grammarlab.learning.designs.addresses import Address, hashes_of
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realized
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, PointsFeature, Realized
 from grammarlab.learning.designs.flattening import Flattened, flattened
 from grammarlab.learning.designs.grammar_parts import GrammarParts
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
@@ -162,6 +163,11 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         equalities, price_of_one = find_equalities(designs, scores)
         joined: dict[Feature, float] = {total_of(features, found.weights): found.price for found in totals}
         return joined | dict.fromkeys(relations, price) | dict.fromkeys(equalities, price_of_one)
+
+    def points(self, table: FeatureTable, scores: Floats) -> list[PointsFeature]:
+        features, counts = counted(table)
+        found = find_points(counts, scores)
+        return [PointsFeature(total_of(features, each.weights), each.predicted, each.price) for each in found]
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
