@@ -1,4 +1,4 @@
-"""The same examples in every run. HYPOTHESIS_PROFILE=explore looks for new ones."""
+"""The same examples in every run, HYPOTHESIS_PROFILE=explore looks for new ones; and no core is wasted."""
 
 from __future__ import annotations
 
@@ -6,8 +6,17 @@ import os
 
 from hypothesis import HealthCheck, settings
 
+from grammarlab.runs.work.compiled import keep_compiled
+
 # On a busy machine everything is slow, which is no fault of a test.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("repeatable", settings.get_profile("patient"), derandomize=True)
 settings.register_profile("explore", settings.get_profile("patient"), max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+# Tests run side by side: idle threads of numerical libraries sleep instead of spinning on a core that others need.
+# NumPy reads this when it is imported. Results do not depend on it.
+os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+# What one test has compiled is not compiled again by another one, nor by the processes that it starts.
+keep_compiled()
