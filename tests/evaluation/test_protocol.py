@@ -19,7 +19,7 @@ BATCH = 16
 
 def test_a_learner_that_has_seen_every_kind_of_model_is_exact():
     material = world()
-    _, curve = protocol.run(material, BATCH, seed=1, max_labels=POOL)
+    _, curve = protocol.run(material, POOL // 3, seed=1, max_labels=POOL)
     assert curve.points[-1].js == pytest.approx(0, abs=1e-4)
     assert curve.points[-1].correlation == pytest.approx(1, abs=1e-3)
     assert material.js_original > 0.05
@@ -37,7 +37,7 @@ def test_what_other_persons_said_before_does_not_matter():
 
 
 def test_a_curve_for_fewer_labels_is_the_beginning_of_a_longer_one():
-    long = protocol.run(world(2), BATCH, 3, 64)[1]
+    long = protocol.run(world(2), BATCH, 3, 48)[1]
     assert protocol.run(world(2), BATCH, 3, 32)[1] == long.until(32)
 
 
@@ -110,8 +110,8 @@ def answers_of(state):
 
 
 def test_an_exact_person_changes_nothing():
-    state, curve = protocol.run(world(), BATCH, 5, 48)
-    exact, same = protocol.run(world().answered_by(EXACT, 5), BATCH, 5, 48)
+    state, curve = protocol.run(world(), BATCH, 5, 32)
+    exact, same = protocol.run(world().answered_by(EXACT, 5), BATCH, 5, 32)
     assert same == curve
     assert answers_of(exact).scores.tolist() == answers_of(state).scores.tolist()
 
@@ -119,13 +119,13 @@ def test_an_exact_person_changes_nothing():
 def test_a_person_with_noise_gives_the_same_scores_again_and_is_measured_against_the_truth():
     noisy = world().answered_by(RESPONDENTS["sd10"], 5)
     assert np.array_equal(noisy.scores, world().scores)
-    state, curve = protocol.run(noisy, BATCH, 5, 48)
-    again, same = protocol.run(world().answered_by(RESPONDENTS["sd10"], 5), BATCH, 5, 48)
+    state, curve = protocol.run(noisy, BATCH, 5, 32)
+    again, same = protocol.run(world().answered_by(RESPONDENTS["sd10"], 5), BATCH, 5, 32)
     assert same == curve
     answers = answers_of(state)
     assert answers_of(again).scores.tolist() == answers.scores.tolist()
     # By hand: models are shown in the order of their addresses, and the n-th of all has the n-th noise.
-    for start in range(0, 48, BATCH):
+    for start in range(0, 32, BATCH):
         part = sorted(zip(answers.designs[start : start + BATCH], answers.scores[start : start + BATCH], strict=True))
         true = score_of(noisy.study.space.make([design for design, _ in part]))[:, :1]
         expected = RESPONDENTS["sd10"].answers(true, 5, start)[:, 0]
@@ -166,25 +166,25 @@ def test_a_preference_that_stars_cannot_express_is_refused():
 
 def test_nothing_but_scores_reaches_the_learner():
     material = world()
-    state, curve = protocol.run(material, BATCH, 5, 64)
+    state, curve = protocol.run(material, BATCH, 5, 48)
 
     def liar(addresses, before):
-        return material.person(addresses, before) if before < 32 else 100.0 - material.person(addresses, before)
+        return material.person(addresses, before) if before < 16 else 100.0 - material.person(addresses, before)
 
     other = replace(material, scores=100.0 - material.scores)
-    same, measured = protocol.run(other, BATCH, 5, 64)
+    same, measured = protocol.run(other, BATCH, 5, 48)
     assert answers_of(same).designs == answers_of(state).designs
     assert [point.js for point in measured.points] != [point.js for point in curve.points]
-    lied_to, _ = protocol.run(replace(other, person=liar), BATCH, 5, 64)
+    lied_to, _ = protocol.run(replace(other, person=liar), BATCH, 5, 48)
     # What is asked in a round follows from the scores of the rounds before.
-    assert answers_of(lied_to).designs[:48] == answers_of(state).designs[:48]
-    assert answers_of(lied_to).designs[48:] != answers_of(state).designs[48:]
+    assert answers_of(lied_to).designs[:32] == answers_of(state).designs[:32]
+    assert answers_of(lied_to).designs[32:] != answers_of(state).designs[32:]
 
 
 def test_models_count_as_liked_whatever_a_person_who_errs_says():
     for respondent in (RESPONDENTS["sd20"], RESPONDENTS["blunders10"]):
         material = world().answered_by(respondent, 3)
-        state, curve = protocol.run(material, BATCH, 0, 4 * BATCH)
+        state, curve = protocol.run(material, BATCH, 0, 3 * BATCH)
         asked = answers_of(state)
         truth = score_of(material.study.space.make(asked.designs))[:, 0]
         assert curve.points[-1].liked == (truth > 0.0).sum()
