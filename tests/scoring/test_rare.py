@@ -28,7 +28,7 @@ from grammarlab.scoring.workers.worker_pool import Handler
 from tests.scoring.rare import POSTS, SCENARIO, scores_of
 from tests.scoring.windows import Window, shown_models
 
-SIZE, BATCH, ROUNDS = 250, 8, 14
+SIZE, BATCH, ROUNDS = 250, 16, 7
 NUMBERS = {"overall": 1}
 
 
