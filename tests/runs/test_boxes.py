@@ -115,7 +115,7 @@ def test_options_that_boxes_have_not_are_refused(
 
 def test_errors_are_told_as_those_of_rules(boxes: Path, run: Callable[..., Any]):
     boxes.write_text('{"ranges": {}}')
-    assert "my.boxes:1:1: error: these are no boxes" in run("sample", boxes, code=1).output
+    assert "my.boxes:1:1: error: these are no boxes" in run("sample", boxes, "--jobs", 1, code=1).output
     with pytest.raises(GrammarlabError, match="these are no boxes"):
         Session(str(boxes), boxes.with_suffix(".db"), jobs=1)
 
@@ -139,7 +139,7 @@ def test_what_is_learned_about_boxes_is_sampled_and_learned_from_again(
 ):
     def taught(file: Path) -> Path:
         """Learns from scores of the models of a file."""
-        space, pool = space_of(file), list(Pool(SEED))[:160]
+        space, pool = space_of(file), list(Pool(SEED))[:96]
         scores = liked(space.make(pool)).tolist()
         rows = [address.label(OVERALL, score, space.hashes) for address, score in zip(pool, scores, strict=True)]
         labels, learned = tmp_path / f"{file.stem}.csv", tmp_path / f"{file.stem}-liked.boxes"
