@@ -41,4 +41,4 @@ def run_two(folder):
             Event().wait()
         return make(task)
 
-    run_tasks(make_or_wait, tasks(), Path(folder))
+    run_tasks(make_or_wait, tasks(2), Path(folder))
