@@ -5,8 +5,12 @@ from grammarlab.cli import app
 
 
 @pytest.fixture
-def run():
-    """Runs a command line in this process: ``run("list", "--json")``; errors of ours that escape fail the test."""
+def run(monkeypatch):
+    """Runs a command line in this process: ``run("list", "--json")``; errors of ours that escape fail the test.
+
+    Unless ``--jobs`` says otherwise it starts no others, which takes longer than what they would do.
+    """
+    monkeypatch.setattr("grammarlab.runs.work.executors.available_cores", lambda: 1)
 
     def call(*arguments, code=0):
         result = CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)

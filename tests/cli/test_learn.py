@@ -4,7 +4,9 @@ import json
 import re
 
 import pytest
+from typer.testing import CliRunner
 
+from grammarlab.cli import app
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.learn import report, side_by_side
 
@@ -138,14 +140,24 @@ def test_nothing_to_like_is_told(run, files, tmp_path):
     assert not (tmp_path / "x.cga").exists()
 
 
-@pytest.fixture
-def labelled(run, files, tmp_path):
-    """A rule file, a scenario, and labels that a simulated person gave."""
-    grammar, scenario = files
-    labels = tmp_path / "labels.csv"
-    values = json.loads(run("label", scenario, "-n", "32", "-o", labels, "--json").stdout)
+@pytest.fixture(scope="module")
+def given(tmp_path_factory):
+    """Labels that a simulated person gave, as they are in their file."""
+    folder = tmp_path_factory.mktemp("labels")
+    (folder / "house.cga").write_text(RULES)
+    (folder / "test.toml").write_text(SCENARIO)
+    command = ["label", str(folder / "test.toml"), "-n", "32", "-o", str(folder / "labels.csv"), "--json"]
+    values = json.loads(CliRunner().invoke(app, command, catch_exceptions=False).stdout)
     assert (values["labels"], values["factors"]) == (32, ["overall"])
-    return grammar, scenario, labels
+    return (folder / "labels.csv").read_bytes()
+
+
+@pytest.fixture
+def labelled(files, tmp_path, given):
+    """A rule file, a scenario, and labels that a simulated person gave."""
+    labels = tmp_path / "labels.csv"
+    labels.write_bytes(given)
+    return *files, labels
 
 
 @pytest.mark.parametrize("which", [0, 1, 2])
@@ -210,16 +222,26 @@ def test_a_person_without_labels_or_something_to_compare_with_is_refused(run, op
     assert "--labels FILE and --scenario FILE" in run("learn", "building", "--person", "stars", *options, code=2).stderr
 
 
-@pytest.mark.parametrize("name", ["sd10", "blunders10", "stars"])
-def test_what_a_person_said_is_in_the_file_and_is_said_again(run, files, tmp_path, name):
-    def said(*options):
+@pytest.fixture
+def said(run, files, tmp_path):
+    """Scores in the file of a person."""
+
+    def call(*options):
         file = tmp_path / "labels.jsonl"
         values = json.loads(run("label", files[1], "-n", "16", "-o", file, "--json", *options).stdout)
         scores = [json.loads(line)["score"] for line in file.read_text().splitlines()]
         assert (values["person"], values["labels"]) == (options[1] if options else "exact", len(scores))
         return scores
 
+    return call
+
+
+def test_without_a_person_the_scores_are_exact(said):
     assert set(said()) == {0.0, 80.0}
+
+
+@pytest.mark.parametrize("name", ["sd10", "blunders10", "stars"])
+def test_what_a_person_said_is_in_the_file_and_is_said_again(said, name):
     scores = said("--person", name)
     assert scores == said("--person", name)
     assert (set(scores) == {0.0, 75.0}) == (name == "stars")

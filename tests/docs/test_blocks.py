@@ -16,7 +16,7 @@ PAGES += sorted((ROOT / "docs" / "howto").glob("*.md"))
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_code_blocks_run_in_the_order_of_the_page(page, tmp_path, monkeypatch):
-    monkeypatch.setattr("grammarlab.runs.work.workers.available_cores", lambda: 1)  # starting processes takes longer
+    monkeypatch.setattr("grammarlab.runs.work.executors.available_cores", lambda: 1)  # starting processes takes longer
     with warnings.catch_warnings(action="error"):
         run_page(page, tmp_path)
 
