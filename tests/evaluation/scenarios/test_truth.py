@@ -243,15 +243,15 @@ def test_hand_labelled_trees_get_their_labels(name):
 
 @cache
 def sample(name: str) -> tuple[tuple[Forest, Forest], list[Model]]:
-    """200 models, half of them with equally likely alternatives so that rare ones are among them."""
+    """500 models, half of them with equally likely alternatives so that rare ones are among them."""
     assets = ROOT / "grammars" / "assets"
-    forest = derive(grammar(name), 100, 7, assets=assets)
-    rare = derive(flattened(grammar(name)).program, 100, 8, assets=assets)
+    forest = derive(grammar(name), 250, 7, assets=assets)
+    rare = derive(flattened(grammar(name)).program, 250, 8, assets=assets)
     return (forest, rare), [*models(forest), *models(rare)]
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_models_get_the_score_that_plain_python_gives_them(name):
+def test_500_models_get_the_score_that_plain_python_gives_them(name):
     forests, trees = sample(SCENARIOS[name].grammar)
     expected = [TRUTH[name](tree) for tree in trees]
     assert set(expected) >= set(SCENARIOS[name].score.levels)
