@@ -34,7 +34,7 @@ def further(
     options: FeatureOptions,
     extra: tuple[Feature, ...],
 ) -> tuple[Feature, ...]:
-    """Features of `FURTHER` kinds without which cells do not explain scores; () if there are none.
+    """Features of `FURTHER` kinds without which cells do not explain scores, and points that explain scores better.
 
     Args:
         space: the design space.

@@ -6,8 +6,9 @@ Choices of different symbols are comparable if they have the same alternatives: 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import combinations
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import combinations, islice
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -100,7 +101,8 @@ class _Choice(NamedTuple):
 class _Equality(NamedTuple):
     """Choices that may be made alike."""
 
-    total: Total
+    total: Callable[[], Total]
+    """Makes the feature: of thousands, a few are needed."""
     values: Ints
     """[n] how many are."""
     alone: float
@@ -138,7 +140,7 @@ def find_equalities(forests: Sequence[Forest], scores: Floats) -> tuple[list[Tot
     order = [
         equalities[place] for place in np.argsort(-gained, kind="stable") if gained[place] > equalities[place].alone
     ]
-    return [each.total for each in order[:MOST]], float(np.log(len(equalities)))
+    return [each.total() for each in order[:MOST]], float(np.log(len(equalities)))
 
 
 def _made(forests: Sequence[Forest], labels: NodeLabels) -> Iterator[tuple[dict[int, _Branch], _Made]]:
@@ -194,21 +196,27 @@ def _adjacent(made: _Made, branches: dict[int, _Branch], labels: NodeLabels, num
             equal = pairs & (own.taken[place] == own.taken)
             if equal.any():
                 shared = _line(own.take(pairs | np.isin(part, following)), length, labels)
-                runs = [Below((shared.pattern(branch),) * 2) for branch in branches.values()]
                 values = np.bincount(own.model[equal], minlength=num_models)
-                yield _Equality(Total(tuple((Pattern(below=(run,)), 1) for run in runs)), values, 0.0)
+                yield _Equality(partial(_all_adjacent, shared, list(branches.values())), values, 0.0)
+
+
+def _all_adjacent(line: _Line, branches: Sequence[_Branch]) -> Total:
+    """The number of adjacent parts that have taken the same alternative."""
+    runs = [Below((line.pattern(branch),) * 2) for branch in branches]
+    return Total(tuple((Pattern(below=(run,)), 1) for run in runs))
 
 
 def _pairs(
     made: _Made, branches: dict[int, _Branch], labels: NodeLabels, root: str, scores: Floats
 ) -> Iterator[_Equality]:
     """Equalities of two choices that models make at most once."""
-    choices = list(_choices(made, labels, len(scores)))[:_MOST_CHOICES]
+    choices = list(islice(_choices(made, labels, len(scores)), _MOST_CHOICES))
     alone = [float(gains_of((each.taken + 1)[None], scores)[0]) for each in choices]
     for (one, first), (other, second) in combinations(zip(choices, alone, strict=True), 2):
-        total = _equal(one, other, list(branches.values()), root)
-        if total is not None:
+        top = _top(one, other, root)
+        if top:
             same = (one.taken == other.taken) & (one.taken >= 0)
+            total = partial(_equal, one.line, other.line, list(branches.values()), top)
             yield _Equality(total, same.astype(np.int64), max(first, second, 0.0))
 
 
@@ -233,15 +241,19 @@ def _line(made: _Made, length: int, labels: NodeLabels) -> _Line:
     return _Line(names, tuple(made.children[:length, 0][::-1].tolist()))
 
 
-def _equal(one: _Choice, other: _Choice, branches: Sequence[_Branch], root: str) -> Total | None:
-    """The number of alternatives that both choices have taken, which is 1 or 0; None if it cannot be said."""
-    (first, *_), (second, *_) = one.line.symbols, other.line.symbols
+def _top(one: _Choice, other: _Choice, root: str) -> str:
+    """Symbol of a node above both choices; empty if there is none that a pattern can name."""
+    (first, *inner), (second, *others) = one.line.symbols, other.line.symbols
+    if len(inner) != len(others):
+        return ""
     both = (one.taken >= 0) & (other.taken >= 0)
-    below = len(one.line.symbols) > 1 and len(other.line.symbols) > 1
-    top = first if below and first == second and (one.top == other.top)[both].all() else root
-    if not top or len(one.line.symbols) != len(other.line.symbols):
-        return None
-    pairs = [Pattern(top, below=(one.line.below(top, each), other.line.below(top, each))) for each in branches]
+    shared = inner and first == second and (one.top == other.top)[both].all()
+    return (first if shared else root) or ""
+
+
+def _equal(one: _Line, other: _Line, branches: Sequence[_Branch], top: str) -> Total:
+    """The number of alternatives that both choices have taken, which is 1 or 0."""
+    pairs = [Pattern(top, below=(one.below(top, each), other.below(top, each))) for each in branches]
     return Total(tuple((pair, 1) for pair in pairs))
 
 

@@ -46,7 +46,7 @@ class Needed(NamedTuple):
     columns: Ints
     """Ascending indices; empty if trees of the known columns explain scores about as well."""
     log_posterior: float
-    """Log-posterior of the most likely tree, nats; minus infinity for too few labels."""
+    """Log-posterior of the most likely tree, less prices, in nats; minus infinity for too few labels."""
 
 
 def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, known: int, prices: Floats) -> Needed:
