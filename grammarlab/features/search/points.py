@@ -1,7 +1,7 @@
 """Totals of counts with a number of points for each: for persons who like many things that add up, or multiply.
 
-Points are found by forward selection in a linear model of the scores, or of their logarithm, and rounded to small whole
-numbers. How scores depend on the total is for others to learn.
+Points are found by forward selection in a linear model of the scores, or of their logarithm, in which some scores are
+random, and rounded to small whole numbers. How scores depend on the total is for others to learn.
 """
 
 from __future__ import annotations
@@ -24,11 +24,18 @@ _POINTS = 8
 _MOST_POINTS = 200
 _LEAST_NOISE = 0.5
 """Smallest standard deviation of errors, in points of scores."""
+_RANDOM = 1e-9, 0.05
+"""Candidate shares of random scores, which lie anywhere between the lowest and the highest score. While terms are
+missing, many scores look random, so the larger share finds fewer terms if no score is."""
+_DOUBT = 5.0
+"""Gain of the log-likelihood in nats from which some scores are random."""
 _TRIED = 3
 """Number of counts that are tried as the next term."""
 _STEPS = 12
-"""Gauss-Newton steps of a model of logarithms."""
+"""Gauss-Newton steps of a model, each followed by a step of expectation maximisation."""
 _SIZES = (1.0, 0.5, 0.25, 0.1)
+_SAME = 1e-3
+"""Gain of the log-likelihood in nats below which a model is found."""
 _RIDGE = 1e-3
 _HIGHEST = 6.0
 """Bound on the size of logarithms."""
@@ -46,8 +53,15 @@ class FoundPoints(NamedTuple):
     """What the choice of the counts and of their points costs, in nats."""
 
 
+class _Errors(NamedTuple):
+    least: float
+    """Smallest standard deviation of errors, as a share of the range of scores."""
+    random: float
+    """Share of random scores."""
+
+
 class _Model(NamedTuple):
-    """A least-squares fit."""
+    """A fit in which each score may be random."""
 
     weights: Floats
     """[1 + k] constant, and the weight of each term."""
@@ -55,9 +69,14 @@ class _Model(NamedTuple):
     """[n]"""
     slopes: Floats
     """[n] derivative of the predictions by the linear part."""
+    trust: Floats
+    """[n] probability that a score is not random."""
+    log_likelihood: float
+    """Of the scores, with the most likely noise."""
 
 
-_Fit: TypeAlias = Callable[[Floats, Floats], _Model]
+_Mean: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
+"""Predictions [n], and their derivative [n], by the linear part [n]."""
 
 
 def find_points(counts: Ints, scores: Floats) -> list[FoundPoints]:
@@ -72,13 +91,19 @@ def find_points(counts: Ints, scores: Floats) -> list[FoundPoints]:
     varying = np.flatnonzero(np.ptp(counts, axis=0) > 0)
     columns = varying[np.sort(np.unique(counts[:, varying], axis=1, return_index=True)[1])]
     ranges, unit = np.ptp(counts[:, columns], axis=0), float(np.ptp(scores))
+    one = _price(len(columns), len(scores))
     found: list[FoundPoints] = []
-    for fit in (_added, _multiplied):
-        terms, model = _selected(counts[:, columns] / ranges, scores / unit, fit, _LEAST_NOISE / unit)
+    for mean, middle in ((_added, float(scores.mean()) / unit), (_multiplied, np.log(max(scores.mean() / unit, 1e-3)))):
+        sure, doubtful = (
+            _selected(counts[:, columns] / ranges, scores / unit, mean, middle, _Errors(_LEAST_NOISE / unit, random))
+            for random in _RANDOM
+        )
+        gain = doubtful[1].log_likelihood - sure[1].log_likelihood - one * (len(doubtful[0]) - len(sure[0]))
+        terms, model = doubtful if gain > _DOUBT else sure
         weights = np.zeros(counts.shape[1], dtype=np.int64)
         weights[columns[terms]] = _rounded(model.weights[1:] / ranges[terms])
         if np.count_nonzero(weights) > 1:
-            price = len(terms) * _price(len(columns), len(scores)) + 0.5 * float(np.log(len(scores)))
+            price = len(terms) * one + 0.5 * float(np.log(len(scores)))
             found.append(FoundPoints(weights, unit * model.predicted, price))
     return found
 
@@ -97,14 +122,15 @@ def _price(num_columns: int, num_scores: int) -> float:
     return float(np.log(num_columns) + 0.5 * np.log(num_scores))
 
 
-def _selected(columns: Floats, scores: Floats, fit: _Fit, noise: float) -> tuple[Ints, _Model]:
+def _selected(columns: Floats, scores: Floats, mean: _Mean, middle: float, errors: _Errors) -> tuple[Ints, _Model]:
     """Columns [n, C] whose model explains scores best, term by term while each gains more than its price."""
     price, terms = _price(columns.shape[1], len(scores)), list[int]()
-    model = fit(columns[:, terms], scores)
+    model = _fitted(columns[:, terms], scores, mean, np.array([middle]), errors)
     while len(terms) < MOST_TERMS:
         # Columns are compared by what they explain beside the terms, to first order.
-        basis = np.linalg.qr(np.column_stack([np.ones(len(scores)), columns[:, terms]]) * model.slopes[:, None])[0]
-        beside, left = columns * model.slopes[:, None], scores - model.predicted
+        size = model.slopes * np.sqrt(model.trust)
+        basis = np.linalg.qr(np.column_stack([np.ones(len(scores)), columns[:, terms]]) * size[:, None])[0]
+        beside, left = columns * size[:, None], (scores - model.predicted) * np.sqrt(model.trust)
         beside, left = beside - basis @ (basis.T @ beside), left - basis @ (basis.T @ left)
         sizes = (beside**2).sum(axis=0)
         gains = np.where(sizes > _NONE, (beside.T @ left) ** 2 / np.maximum(sizes, _NONE), 0.0)
@@ -112,51 +138,48 @@ def _selected(columns: Floats, scores: Floats, fit: _Fit, noise: float) -> tuple
         trials = [
             [*terms, place] for place in np.argsort(-gains, kind="stable")[:_TRIED].tolist() if gains[place] > 0.0
         ]
-        models = [fit(columns[:, trial], scores) for trial in trials]
-        likelihoods = [_likelihood(each, scores, noise) for each in models]
-        if not models or max(likelihoods) - _likelihood(model, scores, noise) < price:
+        start = np.append(model.weights, 0.0)
+        models = [_fitted(columns[:, trial], scores, mean, start, errors) for trial in trials]
+        best = int(np.argmax([each.log_likelihood for each in models])) if models else -1
+        if best < 0 or models[best].log_likelihood - model.log_likelihood < price:
             break
-        best = int(np.argmax(likelihoods))
         terms, model = trials[best], models[best]
     return np.array(terms, dtype=np.int64), model
 
 
-def _likelihood(model: _Model, scores: Floats, noise: float) -> float:
-    """Log-likelihood of scores, with the most likely noise that is no smaller than a given one."""
-    variance = float(((scores - model.predicted) ** 2).mean())
-    most_likely = max(variance, noise**2)
-    return -0.5 * len(scores) * (float(np.log(2.0 * np.pi * most_likely)) + variance / most_likely)
+def _added(linear: Floats) -> tuple[Floats, Floats]:
+    return linear, np.ones(len(linear))
 
 
-def _added(columns: Floats, scores: Floats) -> _Model:
-    """A linear model."""
+def _multiplied(linear: Floats) -> tuple[Floats, Floats]:
+    value = np.exp(np.clip(linear, -_HIGHEST, _HIGHEST))
+    return value, value
+
+
+def _fitted(columns: Floats, scores: Floats, mean: _Mean, weights: Floats, errors: _Errors) -> _Model:
+    """The model of columns [n, k] that is most likely near the weights [1 + k] to start with."""
     table = np.column_stack([np.ones(len(scores)), columns])
-    weights = np.linalg.solve(table.T @ table + _RIDGE * np.eye(table.shape[1]), table.T @ scores)
-    return _Model(weights.astype(np.float64), table @ weights, np.ones(len(scores)))
-
-
-def _multiplied(columns: Floats, scores: Floats) -> _Model:
-    """A linear model of logarithms, by damped Gauss-Newton steps."""
-    table = np.column_stack([np.ones(len(scores)), columns])
-    weights = np.zeros(table.shape[1])
-    weights[0] = np.log(max(float(scores.mean()), 1e-3))
-
-    def predicted(some: Floats) -> Floats:
-        return np.exp(np.clip(table @ some, -_HIGHEST, _HIGHEST))
-
-    def loss(some: Floats) -> float:
-        return float(((scores - predicted(some)) ** 2).sum() + _RIDGE * (some[1:] ** 2).sum())
-
-    lowest = loss(weights)
+    model = _judged(table, scores, mean, weights, np.ones(len(scores)), errors)
     for _ in range(_STEPS):
-        now = predicted(weights)
-        steep = table * now[:, None]
-        matrix = steep.T @ steep + _RIDGE * np.eye(len(weights))
-        step = np.linalg.solve(matrix, steep.T @ (scores - now) - _RIDGE * weights)
-        size = next((each for each in _SIZES if loss(weights + each * step) < lowest), 0.0)
-        if not size:
+        steep = table * model.slopes[:, None]
+        ridge = _RIDGE * np.append(0.0, np.ones(columns.shape[1]))
+        matrix = (steep * model.trust[:, None]).T @ steep + np.diag(ridge + _NONE)
+        left = model.trust * (scores - model.predicted)
+        step = np.linalg.solve(matrix, steep.T @ left - ridge * model.weights)
+        trials = (_judged(table, scores, mean, model.weights + size * step, model.trust, errors) for size in _SIZES)
+        better = next((trial for trial in trials if trial.log_likelihood > model.log_likelihood), model)
+        if better.log_likelihood < model.log_likelihood + _SAME:
             break
-        weights = weights + size * step
-        lowest = loss(weights)
-    now = predicted(weights)
-    return _Model(weights, now, now)
+        model = better
+    return model
+
+
+def _judged(table: Floats, scores: Floats, mean: _Mean, weights: Floats, trust: Floats, errors: _Errors) -> _Model:
+    """A model, with the noise that is most likely if scores have some trust [n], and the trust that follows."""
+    predicted, slopes = mean(table @ weights)
+    away = (scores - predicted) ** 2
+    variance = max(float((trust * away).sum() / max(trust.sum(), 1.0)), errors.least**2)
+    meant = (1.0 - errors.random) * np.exp(-0.5 * away / variance) / np.sqrt(2.0 * np.pi * variance)
+    return _Model(
+        weights, predicted, slopes, meant / (meant + errors.random), float(np.log(meant + errors.random).sum())
+    )

@@ -48,6 +48,18 @@ def test_factors_that_multiply_are_found_in_proportion_to_their_logarithms(noise
     )
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("multiplied", [False, True])
+def test_points_are_found_although_every_tenth_score_is_random(multiplied, seed):
+    counts, randomness = models(128), np.random.default_rng(seed)
+    linear = counts[:, PLACES[:3]] @ (np.log([4.0, 3.0, 2.0]) if multiplied else POINTS[:3])
+    meant = 4.0 * np.exp(linear) if multiplied else linear
+    scores = np.where(randomness.random(128) < 0.1, randomness.uniform(0.0, 100.0, 128), meant)
+    found = points(counts, scores)[multiplied]
+    assert set(np.flatnonzero(found.weights)) == set(PLACES[:3])
+    np.testing.assert_allclose(found.predicted, meant, atol=2.0)
+
+
 def test_a_small_weight_of_a_large_count_is_kept():
     counts = models(128)
     counts[:, 5] = np.random.default_rng(2).integers(0, 60, 128)
