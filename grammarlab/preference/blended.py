@@ -2,7 +2,7 @@
 
 Cells (`grammarlab.preference.cells.partition`) are better than processes if a person has few values and makes errors,
 processes (`grammarlab.preference.processes.grouped`) are better than cells if many parts or draws add up, or scores are
-exact. Their evidences are not comparable, so the weight is that with the best predictions of held-out scores.
+exact. Their evidences are not comparable, so the weight is an average by the likelihood of held-out scores.
 """
 
 from __future__ import annotations
@@ -16,16 +16,25 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints, Prediction, Relevance, Rows
 from grammarlab.preference.cells import partition
-from grammarlab.preference.cells.partition import NOISES, PartitionPreference
+from grammarlab.preference.cells.partition import BLUNDERS, NOISES, PartitionPreference
 from grammarlab.preference.cells.splits import Flags
 from grammarlab.preference.explain import level_of
 from grammarlab.preference.likelihood import expected_score, value_of
-from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
+from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels, observe
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 
-SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
+SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
+_ODDS = 20.0
+"""Prior odds of cells alone against any other share."""
+_SELDOM = 0.25
+"""Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
+their structure from all scores."""
+_NOISES = (3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
+"""Candidate standard deviations of the errors on held-out scores, in points."""
+_LEAST_SHARE = 0.005
+"""Share of the process below which it is left out."""
 FOLDS = 3
 FEWEST = 16
 """Smallest number of labels for held-out scores; with fewer, only the process is used."""
@@ -33,15 +42,10 @@ MOST = 160
 """Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
 FEWER_STARTS = 3
 """Number of starts of the process with more labels than these, which leave fewer explanations open."""
-_DOUBT = 1.0 / 200.0
-"""Share of the process, per point of noise, if held-out scores do not show that cells alone are better."""
-_SETTLING = 64
-"""Number of labels from which this share falls with the square of their number."""
-_SURE = 2.0
-"""Number of standard errors by which they must be better."""
+_DISTRUST = 7.0
+"""Power of the ratio of what cells and the process like of all designs. Where the process was the better part, they
+liked about as much (.9 to 1.1); where it was the worse one, it liked 1.2 to 50 times as much."""
 _LEAST_DAMPING = 1e-9
-_SMALL_PART = 0.05
-"""Share of the highest prediction below which a prediction is too small as a divisor."""
 _OF_MEDIAN = 1.4826
 """Ratio of the standard deviation to the median size of normal errors."""
 _UNDERSTATED = 2.0
@@ -74,7 +78,8 @@ class BlendedPreference(AbstractPreference):
         for share, preference in self._counting():
             part = preference.predict(rows) if preference is self.partition else self.meant(rows)
             mean, square = mean + share * part.mean, square + share * (part.std**2 + part.mean**2)
-        return Prediction(mean, np.sqrt(np.maximum(square - mean**2, 0.0)))
+        deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
+        return Prediction(np.clip(mean, 0.0, MAX_SCORE), deviation)
 
     def meant(self, rows: Rows) -> Prediction:
         """Predicted values, as the process learns means of scores, and the deviation of scores around them."""
@@ -126,8 +131,7 @@ class BlendedPreference(AbstractPreference):
     def damped(self, rows: Rows, weights: Floats) -> BlendedPreference:
         """The preference for a density over designs: the process counts less if it likes more of them than cells do.
 
-        Densities are mixed, not values: if cells like one design in 10,000, a hundredth of a process that is not quite
-        0 for all others would hide it.
+        If cells like one design in 10,000, a hundredth of a process that is not quite 0 for all others would hide it.
 
         Args:
             rows: [m, F] designs.
@@ -137,7 +141,8 @@ class BlendedPreference(AbstractPreference):
             return self
         parts = self.partition.predict(rows), self.meant(rows)
         by_cells, by_process = (float(weights @ np.maximum(part.mean, 0.0)) for part in parts)
-        damping = max(min(1.0, by_cells / by_process), _LEAST_DAMPING) if by_process > 0.0 else 1.0
+        ratio = min(1.0, by_cells / by_process) if by_process > 0.0 else 1.0
+        damping = max(ratio**_DISTRUST, _LEAST_DAMPING)
         return replace(self, damping=damping, sketches=tuple(part.damped(rows, weights) for part in self.sketches))
 
     def _counting(self) -> Iterator[tuple[float, AbstractPreference]]:
@@ -157,7 +162,7 @@ def fit(
     seed: int = 0,
     warm: AbstractPreference | None = None,
 ) -> BlendedPreference:
-    """Both kinds of preference, and the share of each that predicts held-out scores best.
+    """Both kinds of preference, and the share of each by held-out scores.
 
     Args:
         rows: [n, F] finite numbers.
@@ -178,14 +183,18 @@ def fit(
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     if len(values) < FEWEST:
         return BlendedPreference(process, cells, 1.0)
-    return BlendedPreference(process, cells, *_share(table, values, numbers, drawn, seed, cells))
+    return BlendedPreference(process, cells, *_share(table, values, drawn, seed, process, cells))
 
 
 def _share(
-    rows: Floats, scores: Floats, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
+    rows: Floats,
+    scores: Floats,
+    continuous: Flags,
+    seed: int,
+    process: GroupedPreference,
+    cells: PartitionPreference,
 ) -> tuple[float, float, tuple[BlendedPreference, ...]]:
-    """Share of the process that predicts held-out scores best, the error, and the fits without these labels."""
-    least = _least_share(cells.noise, len(scores))
+    """Share of the process by held-out scores, the error, and the fits without these labels."""
     randomness = np.random.default_rng(seed)
     some = np.sort(randomness.permutation(len(scores))[:MOST])
     rows, scores = rows[some], scores[some]
@@ -197,51 +206,40 @@ def _share(
     for number in range(FOLDS):
         held, known = fold == number, fold != number
         if held.any() and known.any():
-            process = grouped.fit(rows[known], scores[known], groups=groups, continuous=continuous, seed=seed, starts=1)
-            predicted[0, held] = process.predict(rows[held]).mean
+            # Both keep their structure, so that both are about as optimistic: a process that is fitted to fewer labels
+            # often ends in a poor optimum.
             with threadpool_limits(1, "blas"):
-                sketch = cells.without(rows[known], scores[known], continuous)
-                predicted[1, held] = sketch.predict(rows[held]).mean
-            parts.append((process, sketch))
+                part = (
+                    process.given(observe(rows[known], scores[known])),
+                    cells.without(rows[known], scores[known], continuous),
+                )
+                predicted[:, held] = [preference.predict(rows[held]).mean for preference in part]
+            parts.append(part)
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
-    share = _best_share(predicted, scores, row, least)
+    share = _best_share(predicted, scores, row)
     missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(missed))) * _OF_MEDIAN, sketches
 
 
-def _least_share(noise: float, num_labels: int) -> float:
-    """The share that the process keeps if the scores allow it.
-
-    Cells of few scores with errors can miss what is liked, and a density that is 0 there never finds it.
-
-    Args:
-        noise: standard deviation of the scores in points, by the cells.
-        num_labels: number of scores.
-    """
-    if noise <= NOISES[0]:
-        return 0.0
-    return min(1.0, _DOUBT * noise * min(1.0, _SETTLING / num_labels) ** 2)
-
-
-def _best_share(predicted: Floats, scores: Floats, row: Ints, least: float) -> float:
-    """The smallest share of the process that predicts scores about as well as the best one.
-
-    A small divergence between densities is a sum of squared errors divided by expected values. "About as well" means
-    within a standard error of the difference: cells are simpler, and predict 0 for disliked designs.
+def _best_share(predicted: Floats, scores: Floats, row: Ints) -> float:
+    """The mean share of the process under the posterior of shares, given held-out scores.
 
     Args:
         predicted: [2, n] predictions of the process and of the cells, 0-100.
-        scores: [n] 0-100.
-        row: [n] design of each score, from 0; the error on one design counts once.
-        least: a share of the process that is kept unless it predicts the scores worse by several standard errors.
+        scores: [n] 0-100; each is random with a small probability.
+        row: [n] design of each score, from 0; a design counts once.
     """
-    expected = predicted.mean(axis=0)
-    weights = 1.0 / (expected + _SMALL_PART * max(float(expected.max()), 1.0))
-    candidates = np.array((least, *SHARES))[:, None]
-    losses = weights * (candidates * predicted[0] + (1.0 - candidates) * predicted[1] - scores) ** 2
-    worse = np.array([np.bincount(row, each) for each in losses - losses[losses.sum(axis=1).argmin()]])
-    total, error = worse.sum(axis=1), np.sqrt(worse.shape[1]) * worse.std(axis=1)
-    best = SHARES[int(np.argmax((total <= error)[1:]))]
-    return max(best, least) if total[0] <= _SURE * error[0] else best
+    shares = np.array(SHARES)[:, None]
+    missed = shares * predicted[0] + (1.0 - shares) * predicted[1] - scores
+    likelihoods = np.full(len(SHARES), -np.inf)
+    for noise in _NOISES:
+        meant = np.exp(-0.5 * (missed / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
+        each = np.log((1.0 - BLUNDERS[1]) * meant + BLUNDERS[1] / MAX_SCORE)
+        of_designs = np.array([np.bincount(row, some) for some in each]) / np.bincount(row)
+        likelihoods = np.logaddexp(likelihoods, of_designs.sum(axis=1))
+    odds = np.exp(_SELDOM * (likelihoods - likelihoods.max()))
+    odds[0] *= _ODDS
+    share = float(odds @ shares[:, 0] / odds.sum())
+    return share if share >= _LEAST_SHARE else 0.0

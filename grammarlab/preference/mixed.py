@@ -7,7 +7,6 @@ are improved in turns. Cells get the intervals of values. If all labels are scor
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,12 +19,12 @@ from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.cells.splits import Flags
 from grammarlab.preference.labels.table import Kind
 from grammarlab.preference.likelihood import Intervals, matched
-from grammarlab.preference.observations import Observations, checked_groups, checked_kinds
+from grammarlab.preference.observations import checked_groups, checked_kinds
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.processes.grouped_search import AMPLITUDE
 from grammarlab.preference.processes.kinds import BLUNDERS, Judgements, Understood, judgements_of, middle_of, understood
-from grammarlab.preference.processes.posterior import Hyperparameters, condition
+from grammarlab.preference.processes.posterior import Hyperparameters
 
 NOISE = 5.0
 """Standard deviation in points before a kernel has been found."""
@@ -66,7 +65,7 @@ def fit(
         told, process = _in_turns(judgements, numbers, drawn, seed)
     cells = partition.fit(told.rows, told.scores, groups=numbers, continuous=drawn, seed=seed, said=told.said)
     few = len(judgements.scores) < FEWEST
-    share, sketches = (1.0, ()) if few else _share(judgements, told, numbers, drawn, seed, cells)
+    share, sketches = (1.0, ()) if few else _share(judgements, told, drawn, seed, process, cells)
     return BlendedPreference(process, cells, share, sketches=sketches)
 
 
@@ -82,7 +81,7 @@ def _in_turns(
     told = _under(judgements, process)
     process = grouped.fit_observed(told.seen, groups=groups, continuous=continuous, seed=seed)
     told = _under(judgements, process)
-    return told, _given(process, told.observations)
+    return told, process.given(told.observations)
 
 
 def _under(judgements: Judgements, process: GroupedPreference) -> Understood:
@@ -91,17 +90,13 @@ def _under(judgements: Judgements, process: GroupedPreference) -> Understood:
     return understood(judgements, kernel, middle_of(judgements, kernel))
 
 
-def _given(process: GroupedPreference, observations: Observations) -> GroupedPreference:
-    """The kernels of a process, given other observations."""
-    explanations = tuple(
-        replace(explanation, posterior=condition(explanation.posterior.hyperparameters, observations))
-        for explanation in process.explanations
-    )
-    return replace(process, observations=observations, explanations=explanations)
-
-
 def _share(
-    judgements: Judgements, told: Understood, groups: Ints, continuous: Flags, seed: int, cells: PartitionPreference
+    judgements: Judgements,
+    told: Understood,
+    continuous: Flags,
+    seed: int,
+    process: GroupedPreference,
+    cells: PartitionPreference,
 ) -> tuple[float, tuple[BlendedPreference, ...]]:
     """Share of the process that maximises the likelihood of held-out labels, and the fits without these labels."""
     randomness = np.random.default_rng(seed)
@@ -118,15 +113,13 @@ def _share(
         known, apart = ~out[told.label], np.flatnonzero((fold_of[told.of] != number).all(axis=1))
         held = np.flatnonzero(out & some)
         if len(held) and known.any() and len(apart):
-            part = told.seen.take(apart)
-            process = grouped.fit_observed(part, groups=groups, continuous=continuous, seed=seed, starts=1)
-            process = _given(process, told.observations.take(apart))
             with threadpool_limits(1, "blas"):
-                sketch = cells.without(told.rows[known], told.scores[known], continuous, told.said.take(known))
-            found.append((process, sketch))
-            parts = [
-                np.clip(preference.predict(judgements.rows).mean, 0.0, MAX_SCORE) for preference in (process, sketch)
-            ]
+                sketch = (
+                    process.given(told.observations.take(apart)),
+                    cells.without(told.rows[known], told.scores[known], continuous, told.said.take(known)),
+                )
+                parts = [np.clip(part.predict(judgements.rows).mean, 0.0, MAX_SCORE) for part in sketch]
+            found.append(sketch)
             for place, share in enumerate(SHARES):
                 values = share * parts[0] + (1.0 - share) * parts[1]
                 differences = values[first[held]] - compared[held] * values[second[held]]

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from grammarlab.errors import UsageError
 from grammarlab.preference import blended
-from grammarlab.preference.cells.partition import NOISES
 
 
 def coins(number, width, seed):
@@ -37,6 +37,21 @@ def test_what_adds_up_is_left_to_the_process():
     assert blended.fit(rows, wanted("sum", rows)).share >= 0.75
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_smooth_is_left_to_the_process_although_scores_have_errors(seed):
+    randomness = np.random.default_rng(seed)
+    rows, fresh = randomness.random((48, 12)), randomness.random((300, 12))
+
+    def smooth(some):
+        return 90.0 * np.exp(-8.0 * ((some[:, 0] - 0.5) ** 2 + (some[:, 1] - 0.4) ** 2))
+
+    given = np.clip(smooth(rows) + 8.0 * randomness.normal(size=48), 0.0, 100.0)
+    found = blended.fit(rows, given, continuous=np.ones(12, dtype=bool))
+    missed = [np.abs(part.predict(fresh).mean - smooth(fresh)).mean() for part in (found, found.partition)]
+    assert found.share >= 0.25
+    assert missed[0] < missed[1]
+
+
 def test_predictions_are_scores():
     rows = coins(60, 10, 4)
     told = blended.fit(rows, 100.0 * rows[:, 0]).predict(coins(500, 10, 5))
@@ -53,21 +68,51 @@ def test_noise_that_a_process_explains_by_many_draws_is_noise():
     assert 5.0 < found.noise < 20.0
 
 
-def test_a_process_keeps_a_share_unless_scores_speak_against_it():
-    scores = np.array([0.0, 10.0, 0.0, 50.0, 70.0, 40.0])
-    alike = np.stack([scores + 5.0, scores - 5.0])
-    every = np.arange(6)
-    assert blended._best_share(alike, scores, every, 0.1) == 0.5
-    cells = np.stack([scores + 5.0, scores + 4.0 + np.array([0.0, 3.0, -2.0, 0.0, 1.0, 0.0])])
-    assert [blended._best_share(cells, scores, every, least) for least in (0.0, 0.04, 0.1)] == [0.0, 0.04, 0.1]
-    far = np.stack([scores + 50.0, scores])
-    assert blended._best_share(far, scores, every, 0.14) == 0.0
+def shared(process, cells, scores, row=None):
+    """Share of a process that misses scores by some points, and cells that miss them by others."""
+    predicted = np.clip(np.stack([scores + process, scores + cells]), 0.0, 100.0)
+    return blended._best_share(predicted, scores, np.arange(len(scores)) if row is None else row)
 
 
-def test_the_least_share_grows_with_errors_and_falls_with_labels():
-    assert blended._least_share(NOISES[0], 32) == 0.0
-    assert [blended._least_share(20.0, num) for num in (32, 64, 128, 256)] == pytest.approx([0.1, 0.1, 0.025, 0.00625])
-    assert blended._least_share(10.0, 64) == pytest.approx(0.05)
+def test_cells_are_preferred_if_both_parts_are_equally_good():
+    scores = np.linspace(20.0, 80.0, 40)
+    same = 5.0 * np.random.default_rng(0).normal(size=40)
+    assert shared(same, same, scores) == pytest.approx(np.sum(blended.SHARES) / (20.0 + len(blended.SHARES) - 1.0))
+
+
+def test_the_share_is_a_mean_over_the_posterior_of_shares():
+    randomness, scores = np.random.default_rng(1), np.linspace(20.0, 80.0, 30)
+    process, cells = 4.0 * randomness.normal(size=30), 6.0 * randomness.normal(size=30)
+
+    def density(share, noise):
+        return np.prod(0.97 * norm.pdf(share * process + (1.0 - share) * cells, 0.0, noise) + 0.03 / 100.0)
+
+    densities = np.array([sum(density(share, noise) for noise in blended._NOISES) for share in blended.SHARES])
+    odds = densities**0.25 * np.append(20.0, np.ones(len(blended.SHARES) - 1))
+    assert shared(process, cells, scores) == pytest.approx(odds @ blended.SHARES / odds.sum())
+
+
+def test_the_better_part_gets_almost_all():
+    randomness = np.random.default_rng(2)
+    good, poor = 3.0 * randomness.normal(size=60), 20.0 * randomness.normal(size=60)
+    scores = np.linspace(20.0, 80.0, 60)
+    assert shared(good, poor, scores) > 0.85
+    assert shared(poor, good, scores) < 0.05
+
+
+def test_a_random_score_does_not_choose_the_part():
+    randomness = np.random.default_rng(3)
+    good, poor = 4.0 * randomness.normal(size=60), 12.0 * randomness.normal(size=60)
+    good[7] = 70.0
+    assert shared(good, poor, np.full(60, 20.0)) > 0.7
+
+
+def test_scores_of_one_design_count_once():
+    randomness = np.random.default_rng(4)
+    good, poor = 4.0 * randomness.normal(size=20), 12.0 * randomness.normal(size=20)
+    scores, row = np.linspace(20.0, 80.0, 20), np.arange(20)
+    again = np.append(row, [3] * 40)
+    assert shared(good[again], poor[again], scores[again], again) == pytest.approx(shared(good, poor, scores))
 
 
 def test_few_labels_are_believed_to_the_process():
@@ -102,7 +147,7 @@ def test_a_process_does_not_hide_what_cells_like_of_few_designs():
     found = replace(blended.fit(rows[asked], given), share=0.2)
     damped = found.damped(rows, np.ones(len(rows)))
     cells, process = found.partition.predict(rows).mean, found.meant(rows).mean
-    odds = 0.25 * min(1.0, cells.sum() / process.sum())
+    odds = 0.25 * min(1.0, cells.sum() / process.sum()) ** 7
     np.testing.assert_allclose(damped.predict(rows).mean, (odds * process + cells) / (1.0 + odds), rtol=1e-9, atol=1e-9)
     assert damped.damping == pytest.approx(odds / 0.25)
     for share in (0.0, 1.0):

@@ -10,7 +10,7 @@ others if the choice matters.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import numpy as np
@@ -96,6 +96,14 @@ class GroupedPreference(AbstractPreference):
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         return relevances(self.observations.looked_at, self.column_weights(), self.groups, group_names)
+
+    def given(self, observations: Observations) -> GroupedPreference:
+        """The same kernels, and their shares, with the posterior of other observations."""
+        explanations = tuple(
+            replace(explanation, posterior=condition(explanation.posterior.hyperparameters, observations))
+            for explanation in self.explanations
+        )
+        return replace(self, observations=observations, explanations=explanations)
 
     def column_weights(self) -> Floats:
         """[F] the weight of each column, averaged over the explanations."""
