@@ -217,14 +217,14 @@ def _share(
             parts.append(part)
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
-    share = _best_share(predicted, scores, row)
+    share = _share_by(predicted, scores, row)
     missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(missed))) * _OF_MEDIAN, sketches
 
 
-def _best_share(predicted: Floats, scores: Floats, row: Ints) -> float:
-    """The mean share of the process under the posterior of shares, given held-out scores.
+def _share_by(predicted: Floats, scores: Floats, row: Ints) -> float:
+    """The share of the process by held-out scores.
 
     Args:
         predicted: [2, n] predictions of the process and of the cells, 0-100.
@@ -239,7 +239,16 @@ def _best_share(predicted: Floats, scores: Floats, row: Ints) -> float:
         each = np.log((1.0 - BLUNDERS[1]) * meant + BLUNDERS[1] / MAX_SCORE)
         of_designs = np.array([np.bincount(row, some) for some in each]) / np.bincount(row)
         likelihoods = np.logaddexp(likelihoods, of_designs.sum(axis=1))
-    odds = np.exp(_SELDOM * (likelihoods - likelihoods.max()))
+    return mean_share(likelihoods)
+
+
+def mean_share(log_likelihoods: Floats) -> float:
+    """The mean of `SHARES` under their posterior; 0 if it is small.
+
+    Args:
+        log_likelihoods: [S] of held-out labels, for each of the shares.
+    """
+    odds = np.exp(_SELDOM * (log_likelihoods - log_likelihoods.max()))
     odds[0] *= _ODDS
-    share = float(odds @ shares[:, 0] / odds.sum())
+    share = float(odds @ np.array(SHARES) / odds.sum())
     return share if share >= _LEAST_SHARE else 0.0

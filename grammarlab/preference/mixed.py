@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows
-from grammarlab.preference.blended import FEWEST, FOLDS, MOST, SHARES, BlendedPreference
+from grammarlab.preference.blended import FEWEST, FOLDS, MOST, SHARES, BlendedPreference, mean_share
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.cells.splits import Flags
@@ -30,8 +30,6 @@ NOISE = 5.0
 """Standard deviation in points before a kernel has been found."""
 LEAST_NOISE = 3.0
 """Smallest error in points of predictions of held-out labels."""
-AS_GOOD = 2.0
-"""Difference in nats below which shares count as equal; then the smallest is used, since cells are simpler."""
 
 
 def fit(
@@ -44,7 +42,7 @@ def fit(
     continuous: ArrayLike | None = None,
     seed: int = 0,
 ) -> BlendedPreference:
-    """Both kinds of preference, and the share of each that predicts held-out labels best.
+    """Both kinds of preference, and the share of each by held-out labels.
 
     Args:
         rows: [n, F] finite numbers.
@@ -98,7 +96,7 @@ def _share(
     process: GroupedPreference,
     cells: PartitionPreference,
 ) -> tuple[float, tuple[BlendedPreference, ...]]:
-    """Share of the process that maximises the likelihood of held-out labels, and the fits without these labels."""
+    """Share of the process by the likelihood of held-out labels, and the fits without these labels."""
     randomness = np.random.default_rng(seed)
     num_rows, num_labels = len(judgements.rows), len(judgements.scores)
     # Labels of equal rows are held out together: otherwise one would predict the other.
@@ -124,7 +122,7 @@ def _share(
                 values = share * parts[0] + (1.0 - share) * parts[1]
                 differences = values[first[held]] - compared[held] * values[second[held]]
                 evidence[place] += _log_likelihood(told.bounds.take(held), differences, cells)
-    share = next(share for share, told_by in zip(SHARES, evidence, strict=True) if told_by >= evidence.max() - AS_GOOD)
+    share = mean_share(evidence)
     return share, tuple(BlendedPreference(*part, share) for part in found)
 
 

@@ -71,7 +71,7 @@ def test_noise_that_a_process_explains_by_many_draws_is_noise():
 def shared(process, cells, scores, row=None):
     """Share of a process that misses scores by some points, and cells that miss them by others."""
     predicted = np.clip(np.stack([scores + process, scores + cells]), 0.0, 100.0)
-    return blended._best_share(predicted, scores, np.arange(len(scores)) if row is None else row)
+    return blended._share_by(predicted, scores, np.arange(len(scores)) if row is None else row)
 
 
 def test_cells_are_preferred_if_both_parts_are_equally_good():
