@@ -46,6 +46,8 @@ _DISTRUST = 7.0
 """Power of the ratio of what cells and the process like of all designs. Where the process was the better part, they
 liked about as much (.9 to 1.1); where it was the worse one, it liked 1.2 to 50 times as much."""
 _LEAST_DAMPING = 1e-9
+_LIKED = 1.0
+"""Smallest value of a liked design, in points."""
 _OF_MEDIAN = 1.4826
 """Ratio of the standard deviation to the median size of normal errors."""
 _UNDERSTATED = 2.0
@@ -217,7 +219,8 @@ def _share(
             parts.append(part)
     predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
-    share = _share_by(predicted, scores, row)
+    # Cells that like no scored design would only make the values of the process smaller.
+    share = _share_by(predicted, scores, row) if cells.predict(rows).mean.max() >= _LIKED else 1.0
     missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(missed))) * _OF_MEDIAN, sketches
@@ -229,16 +232,16 @@ def _share_by(predicted: Floats, scores: Floats, row: Ints) -> float:
     Args:
         predicted: [2, n] predictions of the process and of the cells, 0-100.
         scores: [n] 0-100; each is random with a small probability.
-        row: [n] design of each score, from 0; a design counts once.
+        row: [n] design of each score, from 0; a design counts once, with the mean of its scores.
     """
     shares = np.array(SHARES)[:, None]
-    missed = shares * predicted[0] + (1.0 - shares) * predicted[1] - scores
+    process, cells, said = (np.bincount(row, values) / np.bincount(row) for values in (*predicted, scores))
+    missed = shares * process + (1.0 - shares) * cells - said
     likelihoods = np.full(len(SHARES), -np.inf)
     for noise in _NOISES:
         meant = np.exp(-0.5 * (missed / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
-        each = np.log((1.0 - BLUNDERS[1]) * meant + BLUNDERS[1] / MAX_SCORE)
-        of_designs = np.array([np.bincount(row, some) for some in each]) / np.bincount(row)
-        likelihoods = np.logaddexp(likelihoods, of_designs.sum(axis=1))
+        likelihood = np.log((1.0 - BLUNDERS[1]) * meant + BLUNDERS[1] / MAX_SCORE).sum(axis=1)
+        likelihoods = np.logaddexp(likelihoods, likelihood)
     return mean_share(likelihoods)
 
 

@@ -115,6 +115,20 @@ def test_scores_of_one_design_count_once():
     assert shared(good[again], poor[again], scores[again], again) == pytest.approx(shared(good, poor, scores))
 
 
+def test_contradicting_scores_of_a_design_are_its_mean():
+    scores, row = np.append(np.zeros(8), np.full(8, 90.0)), np.tile(np.arange(8), 2)
+    assert blended._share_by(np.stack([np.full(16, 45.0), np.zeros(16)]), scores, row) > 0.9
+
+
+def test_cells_that_like_no_scored_design_have_no_share():
+    rows, scores = coins(20, 6, 1), np.zeros(20)
+    scores[12] = 67.0
+    found = blended.fit(rows, scores)
+    assert found.partition.predict(rows).mean.max() < 1.0
+    assert found.share == 1.0
+    assert blended.fit(rows, 80.0 * rows[:, 0]).share < 1.0
+
+
 def test_few_labels_are_believed_to_the_process():
     rows = coins(10, 4, 6)
     assert blended.fit(rows, 50.0 * rows[:, 0]).share == 1.0
