@@ -16,6 +16,17 @@ IN_MEMORY = 4 << 20
 """Largest size of a part in memory, in bytes; larger parts use temporary files."""
 
 
+class _Part(SpooledTemporaryFile[bytes]):
+    """A temporary file whose destructor, which asks whether it is closed, works after Ctrl-C in its constructor."""
+
+    @property
+    def closed(self) -> bool:
+        try:
+            return super().closed
+        except AttributeError:
+            return True  # there is no file yet
+
+
 @dataclass(frozen=True, slots=True)
 class Output:
     """An unfinished file, and the parts that are appended at its end."""
@@ -27,7 +38,7 @@ class Output:
 
     def part(self) -> IO[bytes]:
         """An empty stream to write and read again while the file is open."""
-        return self._parts.enter_context(SpooledTemporaryFile(max_size=IN_MEMORY, dir=self.folder))
+        return self._parts.enter_context(_Part(max_size=IN_MEMORY, dir=self.folder))
 
 
 @contextmanager

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import gc
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +17,7 @@ from PIL import Image
 
 from grammarlab.errors import AssetError, DerivationError, UsageError
 from grammarlab.export import SaveOptions, files, gltf_document, save, save_each, textures
+from grammarlab.export.files import whole_file
 from grammarlab.export.textures import find_texture
 from grammarlab.scene import Scene
 from tests.scene.buildings import BOX, STONE, house, materials, scene_of, street
@@ -229,3 +235,41 @@ def test_images_that_are_too_large_are_refused(assets, monkeypatch, limit, messa
     monkeypatch.setattr(textures, limit, 10)
     with pytest.raises(AssetError, match=message):
         find_texture("walls/brick.png", assets)
+
+
+def test_ctrl_c_at_any_line_leaves_nothing_that_complains_when_it_is_destroyed(tmp_path, monkeypatch):
+    complaints = []
+    monkeypatch.setattr(sys, "unraisablehook", complaints.append)
+    line = 0
+    while is_interrupted(line, lambda: write_parts(tmp_path / "model.glb")):
+        line += 1
+    gc.collect()
+    assert line > 50
+    # The interruption itself may come in a destructor; and only who asks for it hears that one has closed a file.
+    harmless = (KeyboardInterrupt, ResourceWarning)
+    assert [each.exc_value for each in complaints if not isinstance(each.exc_value, harmless)] == []
+
+
+def write_parts(path: Path) -> None:
+    with whole_file(path) as output:
+        output.part().write(b"part")
+
+
+def is_interrupted(line: int, run: Callable[[], None]) -> bool:
+    """Interrupt a function in a line, counted in the order in which they run; whether it has so many."""
+    passed = count()
+
+    def trace(_frame: object, event: str, _argument: object) -> Any:
+        if event == "line" and next(passed) == line:
+            raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        run()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
