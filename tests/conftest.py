@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 from grammarlab.runs.work.compiled import keep_compiled
@@ -20,3 +22,13 @@ os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 # What one test has compiled is not compiled again by another one, nor by the processes that it starts.
 keep_compiled()
+
+
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """What is still used after a file of tests is not looked through for garbage again and again.
+
+    Compiled code and caches are millions of objects, and each full search through all of them takes a second.
+    """
+    if nextitem is None or nextitem.path != item.path:
+        gc.collect()
+        gc.freeze()
