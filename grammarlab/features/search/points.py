@@ -91,11 +91,13 @@ def find_points(counts: Ints, scores: Floats) -> list[FoundPoints]:
     varying = np.flatnonzero(np.ptp(counts, axis=0) > 0)
     columns = varying[np.sort(np.unique(counts[:, varying], axis=1, return_index=True)[1])]
     ranges, unit = np.ptp(counts[:, columns], axis=0), float(np.ptp(scores))
-    one = _price(len(columns), len(scores))
+    one = float(np.log(len(columns)) + 0.5 * np.log(len(scores)))
     found: list[FoundPoints] = []
     for mean, middle in ((_added, float(scores.mean()) / unit), (_multiplied, np.log(max(scores.mean() / unit, 1e-3)))):
         sure, doubtful = (
-            _selected(counts[:, columns] / ranges, scores / unit, mean, middle, _Errors(_LEAST_NOISE / unit, random))
+            _selected(
+                counts[:, columns] / ranges, scores / unit, mean, middle, _Errors(_LEAST_NOISE / unit, random), one
+            )
             for random in _RANDOM
         )
         gain = doubtful[1].log_likelihood - sure[1].log_likelihood - one * (len(doubtful[0]) - len(sure[0]))
@@ -117,14 +119,11 @@ def _rounded(slopes: Floats) -> Ints:
     return np.round(slopes * scale).astype(np.int64)
 
 
-def _price(num_columns: int, num_scores: int) -> float:
-    """What one more term costs, in nats."""
-    return float(np.log(num_columns) + 0.5 * np.log(num_scores))
-
-
-def _selected(columns: Floats, scores: Floats, mean: _Mean, middle: float, errors: _Errors) -> tuple[Ints, _Model]:
-    """Columns [n, C] whose model explains scores best, term by term while each gains more than its price."""
-    price, terms = _price(columns.shape[1], len(scores)), list[int]()
+def _selected(
+    columns: Floats, scores: Floats, mean: _Mean, middle: float, errors: _Errors, price: float
+) -> tuple[Ints, _Model]:
+    """Columns [n, C] whose model explains scores best, term by term while each gains more than its price in nats."""
+    terms = list[int]()
     model = _fitted(columns[:, terms], scores, mean, np.array([middle]), errors)
     while len(terms) < MOST_TERMS:
         # Columns are compared by what they explain beside the terms, to first order.
