@@ -93,6 +93,17 @@ def majority_furniture(m: Model) -> float:
     return 100 if sum(branch(m, symbol) == liked for symbol, liked in wanted.items()) >= 2 else 0
 
 
+def additive_furniture(m: Model) -> float:
+    points = {
+        "Finish": (LIGHT, 30),
+        "Plan": (RECTANGLE, 25),
+        "Under": (1, 20),
+        "LegCount": (TWO, 15),
+        "Support": (0, 10),
+    }
+    return sum(worth for symbol, (liked, worth) in points.items() if branch(m, symbol) == liked)
+
+
 def smooth_furniture(m: Model) -> float:
     return near(m.draws["tableHeight"] - 0.745, width=2 * 0.006**2)
 
@@ -212,6 +223,38 @@ def equal_skyscraper_frames(m: Model) -> float:
     return 100 if len(frames) >= 2 and len(set(frames)) == 1 else 0
 
 
+PODIUM, PLINTH = 2, 3
+
+
+def multiplicative_skyscraper(m: Model) -> float:
+    ground = 1 if m.root.find("Podium") else 0.5 if m.root.find("GlassLobby") else 0.2
+    return 100 * ground * {0: 1, 3: 0.6}.get(branch(m, "Cladding"), 0.25) * {3: 1, 2: 0.5}.get(len(blocks(m)), 0.3)
+
+
+def parity_skyscraper(m: Model) -> float:
+    return 100 if len(m.root.find("VBlock")) in {1, 3} else 0
+
+
+def comparison_skyscraper(m: Model) -> float:
+    return 100 if len(blocks(m)) > 1 and m.draws["secondHeight"] / m.draws["firstHeight"] > 0.8 else 0
+
+
+def factors_skyscraper(m: Model) -> float:
+    return multiplicative_skyscraper(m) * comparison_skyscraper(m) * parity_skyscraper(m) / 10_000
+
+
+def levels_skyscraper(m: Model) -> float:
+    grades = {4: {PODIUM: 100, PLINTH: 90}, 3: {PODIUM: 60, 0: 50}, 2: {1: 20}, 1: {}}
+    number = len(blocks(m))
+    return grades[number].get(branch(m, "Ground"), {4: 70, 3: 40, 2: 8, 1: 2}[number])
+
+
+def rare_skyscraper(m: Model) -> float:
+    if len(m.root.find("CylinderBlock")) < 3:
+        return 0
+    return 100 if m.root.find("Colonnade") else 50
+
+
 # Airplanes -----------------------------------------------------------------------------------------------------------
 
 
@@ -321,6 +364,11 @@ def smooth_two_pavilion(m: Model) -> float:
     return near(m.draws["width"] / m.draws["columnHeight"] - 1.618, width=2 * 0.1**2)
 
 
+def equal_discrete(m: Model) -> float:
+    width, depth = steps(m, "width", "depth")
+    return 100 if abs(width - depth) < 0.501 else 0
+
+
 def sum_discrete(m: Model) -> float:
     walk = 2 * sum(steps(m, "width", "depth"))
     return min(max(100 * (20 - walk) / 12, 0), 100)
@@ -341,6 +389,27 @@ def ratio_arcade(m: Model) -> float:
     return 100 if breadth >= 3 else 40 if breadth >= 2 else 0
 
 
+def sides_of_door(m: Model) -> tuple[int, int]:
+    """Numbers of columns of windows on the left and on the right of the door."""
+    columns = [node.symbol for node in m.root.walk() if node.symbol in {"ArchedWindowColumn", "PortalColumn"}]
+    door = columns.index("PortalColumn")
+    return door, len(columns) - door - 1
+
+
+def xor_arcade(m: Model) -> float:
+    tall = len(m.root.find("ArchedWindowColumn")[0].find("ArchedWindowCell3")) >= 3
+    return 100 if tall ^ (sides_of_door(m)[0] <= 2) else 0
+
+
+def count_arcade(m: Model) -> float:
+    return 100 if len(m.root.find("ArchedWindow")) + len(m.root.find("ArchedWindow2")) >= 12 else 0
+
+
+def symmetric_arcade(m: Model) -> float:
+    left, right = sides_of_door(m)
+    return 100 if left == right else 0
+
+
 def parity_arcade(m: Model) -> float:
     return 100 if len(m.root.find("ArchedWindowColumn")) in {1, 3, 5, 7, 9} else 0
 
@@ -348,43 +417,53 @@ def parity_arcade(m: Model) -> float:
 TASTE_TRUTH: dict[str, Callable[[Model], float]] = {
     "additive_airplane": additive_airplane,
     "additive_building": additive_building,
+    "additive_furniture": additive_furniture,
     "additive_skyscraper": additive_skyscraper,
     "band_building": band_building,
     "band_skyscraper": band_skyscraper,
     "comparison_building": comparison_building,
     "comparison_limits": lambda m: 100 if sizes(m) == sorted(sizes(m)) else 0,
+    "comparison_skyscraper": comparison_skyscraper,
     "comparison_toy": lambda m: 100 if m.draws["h2"] > m.draws["h1"] else 0,
     "conjunction_building": conjunction_building,
     "conjunction_furniture": conjunction_furniture,
+    "count_arcade": count_arcade,
     "count_building": count_building,
     "count_skyscraper": lambda m: 100 if len(m.root.find("Fin")) >= 90 else 0,
     "count_townhouse": count_townhouse,
     "equal_building": equal_building,
+    "equal_discrete": equal_discrete,
     "equal_skyscraper": equal_skyscraper,
     "equal_skyscraper_frames": equal_skyscraper_frames,
     "factors_airplane": factors_airplane,
     "factors_building": factors_building,
     "factors_furniture": factors_furniture,
+    "factors_skyscraper": factors_skyscraper,
     "levels_building": levels_building,
     "levels_furniture": levels_furniture,
+    "levels_skyscraper": levels_skyscraper,
     "levels_toy": levels_toy,
     "majority_airplane": majority_airplane,
     "majority_furniture": majority_furniture,
     "multiplicative_airplane": multiplicative_airplane,
     "multiplicative_building": multiplicative_building,
     "multiplicative_furniture": multiplicative_furniture,
+    "multiplicative_skyscraper": multiplicative_skyscraper,
     "parity_airplane": parity_airplane,
     "parity_arcade": parity_arcade,
     "parity_pavilion": lambda m: 100 if gilded(m).total() in {1, 3, 5} else 0,
+    "parity_skyscraper": parity_skyscraper,
     "partial_building": partial_building,
     "partial_furniture": partial_furniture,
     "partial_skyscraper": partial_skyscraper,
     "rare_airplane": rare_airplane,
     "rare_furniture": rare_furniture,
     "rare_pavilion": rare_pavilion,
+    "rare_skyscraper": rare_skyscraper,
     "ratio_arcade": ratio_arcade,
     "ratio_limits": ratio_limits,
     "ratio_skyscraper": ratio_skyscraper,
+    "smooth_airplane": lambda m: near(m.draws["lengthScale"] - 1.03, width=0.03**2),
     "smooth_furniture": smooth_furniture,
     "smooth_limits": lambda m: near(m.draws["height"] - 6, width=2 * 1.2**2),
     "smooth_skyscraper": lambda m: near(m.draws["width"] - 44, width=2 * 2.5**2),
@@ -395,8 +474,10 @@ TASTE_TRUTH: dict[str, Callable[[Model], float]] = {
     "sum_limits": sum_limits,
     "sum_toy": sum_toy,
     "symmetric_airplane": symmetric_airplane,
+    "symmetric_arcade": symmetric_arcade,
     "symmetric_skyscraper": symmetric_skyscraper,
     "symmetric_toy": symmetric_toy,
+    "xor_arcade": xor_arcade,
     "xor_building": xor_building,
     "xor_furniture": xor_furniture,
     "xor_skyscraper": xor_skyscraper,
