@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints
-from grammarlab.preference.blended import FEWEST, BlendedPreference
+from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.observations import observe
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
 from grammarlab.preference.questions.liked import liked
@@ -25,19 +25,15 @@ _ALIKE_NOISE = 1e-3
 """Noise, as a share of the amplitude."""
 
 
-def few_are_liked(preference: BlendedPreference, known: Floats, scores: Floats) -> bool:
-    """Whether some models seem liked, but so few that explanations are unreliable.
+def surely_liked(preference: BlendedPreference, known: Floats, scores: Floats) -> NDArray[np.bool_]:
+    """[n] whether a model seems liked, and its score is no blunder to cells.
 
     Args:
-        preference: the preference; scores that its cells take for blunders do not count as liked.
+        preference: the preference.
         known: [n, F] rows of scored models.
         scores: [n] their scores.
     """
-    high = np.flatnonzero(liked(scores, preference.noise))
-    if len(scores) < FEWEST or not len(high):
-        return False
-    meant = preference.partition.predict(known[high]).mean
-    return int(np.count_nonzero(meant >= _DOUBTED * scores[high])) < FEW_LIKED
+    return liked(scores, preference.noise) & (preference.partition.predict(known).mean >= _DOUBTED * scores)
 
 
 def most_alike(

@@ -173,7 +173,18 @@ def rare_situation(num_liked, num_asked=FEWEST):
 def test_where_liked_models_are_rare_others_like_the_few_known_ones_are_asked_about():
     known, truth = rare_situation(num_liked=1)
     assert (truth > 0).mean() < 0.03
-    assert (truth[propose("default", known, 16, seed=0)] > 0).sum() >= 3
+    assert (truth[propose("default", known, 16, seed=0)] > 0).sum() >= 2
+
+
+def test_while_all_high_scores_may_be_random_one_half_of_the_questions_looks_for_what_is_liked():
+    known, _ = rare_situation(num_liked=0)
+    scores = known.scores.copy()
+    scores[::16] = (70.0, 20.0, 45.0, 30.0)
+    known = replace(known, scores=scores, preference=by_process(known.pool[known.asked], scores))
+    chosen = propose("default", known, 16, seed=0)
+    assert np.count_nonzero(~known.from_grammar[chosen[8:]]) >= 4
+    distance = np.abs(known.pool[chosen][:, None] - known.pool[known.asked[::16]]).sum(axis=2).min(axis=1)
+    assert distance[:8].mean() < distance[8:].mean() - 1.0
 
 
 def test_where_nothing_is_liked_for_long_only_models_from_elsewhere_are_asked_about():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from grammarlab.preference import blended
-from grammarlab.preference.questions.resembling import FEW_LIKED, few_are_liked, most_alike
+from grammarlab.preference.questions.resembling import FEW_LIKED, most_alike, surely_liked
 from tests.preference.rows import bits
 
 
@@ -17,19 +17,23 @@ def judged(num_liked, num_random=0, seed=0):
     return rows, asked, scores
 
 
-def test_few_are_liked_between_the_first_liked_model_and_the_fourth():
+def test_liked_models_are_sure_but_for_a_first_one_that_may_be_a_blunder():
     found = []
     for num_liked in (0, 1, FEW_LIKED - 1, FEW_LIKED + 2):
         rows, asked, scores = judged(num_liked)
-        found.append(few_are_liked(blended.fit(rows[asked], scores), rows[asked], scores))
-    assert found == [False, True, True, False]
+        sure = surely_liked(blended.fit(rows[asked], scores), rows[asked], scores)
+        assert not sure[scores == 0.0].any()
+        found.append(np.count_nonzero(sure))
+    assert found[0] == 0
+    assert found[1] <= 1
+    assert found[3] == FEW_LIKED + 2
 
 
 def test_random_scores_are_not_liked_models():
     rows, asked, scores = judged(0, num_random=FEW_LIKED)
     preference = blended.fit(rows[asked], scores)
     assert preference.partition.predict(rows[asked]).mean.max() < 20.0
-    assert few_are_liked(preference, rows[asked], scores)
+    assert not surely_liked(preference, rows[asked], scores).any()
 
 
 def test_models_most_alike_share_what_liked_models_share():
