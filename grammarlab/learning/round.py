@@ -194,7 +194,7 @@ def _learned(study: Study[Designs], state: State, told: State, report: Report) -
             warm = before if study.settings.warm else None
             before = _fit(table, places(tables, columns, found), found, others, study.settings, warm)
             if isinstance(before, BlendedPreference):
-                before = before.damped(*_some(table, tables.made.weights))
+                before = before.for_density(*_some(table, tables.made.weights))
         preferences[found.factor] = before
     liked = tuple(found.factor for found in given if found.is_liked)
     return State(told.answers, preferences, columns, liked, tables.made.pool.wide)

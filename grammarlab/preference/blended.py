@@ -14,7 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints, Prediction, Relevance, Rows
+from grammarlab.preference.base import (
+    MAX_SCORE,
+    AbstractPreference,
+    Floats,
+    Ints,
+    Prediction,
+    Relevance,
+    Rows,
+    rows_to_predict,
+)
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import BLUNDERS, NOISES, PartitionPreference
 from grammarlab.preference.cells.splits import Flags
@@ -68,7 +77,7 @@ class BlendedPreference(AbstractPreference):
     sketches: tuple[BlendedPreference, ...] = ()
     """Quick fits to parts of the labels, each without its held-out scores."""
     damping: float = 1.0
-    """Factor on the odds of the process in predictions, > 0 and at most 1, see `damped`."""
+    """Factor on the odds of the process in predictions, > 0 and at most 1, see `for_density`."""
 
     @property
     def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - told by both parts
@@ -130,22 +139,31 @@ class BlendedPreference(AbstractPreference):
         entries = [Relevance(name, share, level_of(share)) for name, share in shares]
         return sorted(entries, key=lambda relevance: -relevance.share)
 
-    def damped(self, rows: Rows, weights: Floats) -> BlendedPreference:
-        """The preference for a density over designs: the process counts less if it likes more of them than cells do.
+    def for_density(self, rows: Rows, weights: Floats) -> BlendedPreference:
+        """The preference for a density over designs.
 
-        If cells like one design in 10,000, a hundredth of a process that is not quite 0 for all others would hide it.
+        Cells have the values of `PartitionPreference.for_density`, and the process counts less if it likes more of the
+        designs than cells do: if cells like one design in 10,000, a hundredth of a process that is not quite 0 for all
+        others would hide it.
 
         Args:
             rows: [m, F] designs.
-            weights: [m] >= 0, their density.
+            weights: [m] >= 0, their density; not all 0.
         """
-        if not 0.0 < self.share < 1.0:
+        if self.share == 1.0:
             return self
-        parts = self.partition.predict(rows), self.meant(rows)
-        by_cells, by_process = (float(weights @ np.maximum(part.mean, 0.0)) for part in parts)
+        table = rows_to_predict(rows, self.num_columns)
+        cells = self.partition.for_density(table, weights)
+        by_cells, by_process = (
+            float(weights @ np.maximum(part.mean, 0.0)) for part in (cells.predict(table), self.meant(table))
+        )
         ratio = min(1.0, by_cells / by_process) if by_process > 0.0 else 1.0
-        damping = max(ratio**_DISTRUST, _LEAST_DAMPING)
-        return replace(self, damping=damping, sketches=tuple(part.damped(rows, weights) for part in self.sketches))
+        return replace(
+            self,
+            partition=cells,
+            damping=max(ratio**_DISTRUST, _LEAST_DAMPING) if self.share > 0.0 else 1.0,
+            sketches=tuple(part.for_density(table, weights) for part in self.sketches),
+        )
 
     def _counting(self) -> Iterator[tuple[float, AbstractPreference]]:
         share = self.share * self.damping / (self.share * self.damping + 1.0 - self.share)

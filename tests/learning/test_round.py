@@ -61,7 +61,7 @@ def test_a_process_counts_by_how_much_it_likes_of_the_pool():
     found = state.preferences["overall"]
     assert isinstance(found, BlendedPreference)
     assert 0.0 < found.share < 1.0
-    again = replace(found, damping=1.0).damped(study.table(state).rows, study.tables().made.weights)
+    again = replace(found, damping=1.0).for_density(study.table(state).rows, study.tables().made.weights)
     assert found.damping == pytest.approx(again.damping)
     assert found.damping < 0.9
 

@@ -159,11 +159,14 @@ def test_a_process_does_not_hide_what_cells_like_of_few_designs():
     asked = np.concatenate([np.flatnonzero(rare)[:8], np.arange(60)])
     given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
     found = replace(blended.fit(rows[asked], given), share=0.2)
-    damped = found.damped(rows, np.ones(len(rows)))
-    cells, process = found.partition.predict(rows).mean, found.meant(rows).mean
+    damped = found.for_density(rows, np.ones(len(rows)))
+    cells, process = damped.partition.predict(rows).mean, found.meant(rows).mean
+    assert cells.sum() < found.partition.predict(rows).mean.sum()
     odds = 0.25 * min(1.0, cells.sum() / process.sum()) ** 7
     np.testing.assert_allclose(damped.predict(rows).mean, (odds * process + cells) / (1.0 + odds), rtol=1e-9, atol=1e-9)
     assert damped.damping == pytest.approx(odds / 0.25)
-    for share in (0.0, 1.0):
-        alone = replace(found, share=share)
-        assert alone.damped(rows, np.ones(len(rows))) is alone
+    alone = replace(found, share=0.0).for_density(rows, np.ones(len(rows)))
+    np.testing.assert_array_equal(alone.predict(rows).mean, cells)
+    assert alone.damping == 1.0
+    by_process = replace(found, share=1.0)
+    assert by_process.for_density(rows, np.ones(len(rows))) is by_process

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +23,7 @@ from threadpoolctl import threadpool_limits
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
+from grammarlab.preference.cells.densities import values_for_density
 from grammarlab.preference.cells.growing import Growth, Tree, grow, regrown, replanted
 from grammarlab.preference.cells.ranking import MANY
 from grammarlab.preference.cells.splits import Flags, Splits
@@ -63,6 +65,15 @@ _LIKELY_NOISE = 0.25
 would make every disliked cell a little liked, and most designs are disliked."""
 
 
+class Designs(NamedTuple):
+    """Designs with a density."""
+
+    rows: Floats
+    """[m, F + shares of sums] their rows."""
+    masses: Floats
+    """[m] >= 0, their density; the sum is 1."""
+
+
 @dataclass(frozen=True, eq=False)
 class PartitionPreference(AbstractPreference):
     """Result of `fit` with `method="partition"`."""
@@ -78,6 +89,8 @@ class PartitionPreference(AbstractPreference):
     """Trees, most likely first."""
     doubtful: tuple[Tree, ...]
     """Alternative trees."""
+    designs: Designs | None = None
+    """The designs over which predictions are a density; None for predictions of scores only."""
 
     @property
     def noise(self) -> float:
@@ -96,17 +109,42 @@ class PartitionPreference(AbstractPreference):
 
     def predict(self, rows: Rows) -> Prediction:
         table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
-        mean, square = np.zeros(len(table)), np.zeros(len(table))
-        for share, tree in self._counting():
+        value, mean, square = np.zeros((3, len(table)))
+        for (share, tree), known in zip(self._counting(), self._known, strict=True):
             number, cells = tree.cell_of(table)
             means, variances = self._values(cells)
             mean += share * means[number]
             square += share * (variances + means**2)[number]
+            told = [known.get(cell.tobytes(), own) for cell, own in zip(cells, means.tolist(), strict=True)]
+            value += share * np.array(told)[number]
         variance = np.maximum(square - mean**2, 0.0) + self.noise**2
         # A blunder is any score from 0 to 100.
         chance = self.blunders
         variance = (1.0 - chance) * variance + chance * (100.0**2 / 12.0 + (1.0 - chance) * (mean - 50.0) ** 2)
-        return Prediction(mean, np.sqrt(variance))
+        return Prediction(value, np.sqrt(variance))
+
+    def for_density(self, rows: Floats, weights: Floats) -> PartitionPreference:
+        """The preference whose predictions are a density: cells have their expected shares, see `values_for_density`.
+
+        Args:
+            rows: [m, F] designs.
+            weights: [m] >= 0, their density; not all 0.
+        """
+        return replace(self, designs=Designs(widened(rows, self.shares_of), weights / weights.sum()))
+
+    @cached_property
+    def _known(self) -> tuple[dict[bytes, float], ...]:
+        """For each tree that counts, values for the density, by the labels of the cells with designs."""
+        known = list[dict[bytes, float]]()
+        for _, tree in self._counting():
+            values = dict[bytes, float]()
+            if self.designs is not None:
+                number, cells = tree.cell_of(self.designs.rows)
+                masses = np.bincount(number, self.designs.masses, minlength=len(cells)).astype(np.float64)
+                found = values_for_density(self._posteriors(cells), self.cells.grid, masses)
+                values = dict(zip((cell.tobytes() for cell in cells), found.tolist(), strict=True))
+            known.append(values)
+        return tuple(known)
 
     def values(self, rows: Rows) -> Floats:
         """[m, G] probability of each value of the grid."""
@@ -165,7 +203,7 @@ class PartitionPreference(AbstractPreference):
             best = max(trees, key=lambda tree: tree.log_posterior)
             trees += [regrown(cells, best, growth, randomness) for growth in growths[1:]]
         # A copy without the cached ranks.
-        return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=())
+        return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=(), designs=None)
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:
         """Mean [m] and covariance [m, m] of the values of rows [m, F], with doubtful trees weighted like the others."""
