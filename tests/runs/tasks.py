@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 from functools import partial
+from multiprocessing import util
 from pathlib import Path
 
 import numpy as np
@@ -104,3 +105,20 @@ def begin_and_sleep(begun: Path) -> None:
         time.sleep(LONG)
     finally:
         begun.with_suffix(".tidy").touch()
+
+
+def terminated_at_the_end(number: int) -> int:
+    """The number; the process gets a signal to end when it ends."""
+    util.Finalize(None, os.kill, (os.getpid(), signal.SIGTERM), exitpriority=1)
+    return number
+
+
+def terminated_in_a_destructor(number: int) -> int:
+    """The number; the process gets a signal to end while an object is destroyed."""
+
+    class Fragile:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    Fragile()
+    return number

@@ -326,7 +326,14 @@ def fit(
         )
         doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(num_doubtful)]
     trees.sort(key=lambda tree: -tree.log_posterior)
-    return PartitionPreference(table.shape[1], numbers, shares_of, cells, tuple(trees), tuple(doubtful))
+    return PartitionPreference(
+        num_columns=table.shape[1],
+        groups=numbers,
+        shares_of=shares_of,
+        cells=cells,
+        trees=tuple(trees),
+        doubtful=tuple(doubtful),
+    )
 
 
 def splits_of(rows: Floats, groups: Ints, continuous: Flags, shares_of: tuple[Ints, ...]) -> Splits:

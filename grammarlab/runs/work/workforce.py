@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import signal
+import sys
 import time
 import traceback
 from collections import deque
@@ -175,13 +176,21 @@ def _do_tasks(connection: Connection) -> None:
     """Main function of a process: run tasks until the connection is closed."""
     signal.signal(signal.SIGTERM, _tidy_up)
     with suppress(_EndedError, EOFError, OSError):
-        connection.send_bytes(_READY)
-        work = connection.recv_bytes()
-        while True:
-            connection.send_bytes(_answer(work, connection.recv_bytes()))
+        try:
+            connection.send_bytes(_READY)
+            work = connection.recv_bytes()
+            while True:
+                connection.send_bytes(_answer(work, connection.recv_bytes()))
+        finally:
+            # The process ends anyway, and what the library does at its end must not be interrupted.
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 def _tidy_up(_signal: int, _frame: object) -> None:
+    """End the process where it is; if that is in a destructor, when it waits for its next task."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    # Half-made objects and destructors would complain on stderr.
+    sys.unraisablehook = lambda _: None
     raise _EndedError
 
 

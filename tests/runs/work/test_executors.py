@@ -236,3 +236,14 @@ def test_a_script_that_does_not_guard_what_it_runs_is_told_how(tmp_path: Path):
     assert "WorkerError: worker processes import the script that starts them" in done.stderr
     assert 'if __name__ == "__main__":' in done.stderr
     assert done.stderr.count("Traceback") == 1
+
+
+def test_a_signal_while_a_process_ends_says_nothing(capfd: pytest.CaptureFixture[str]):
+    assert Processes(2).results(tasks.terminated_at_the_end, range(3)) == [0, 1, 2]
+    assert capfd.readouterr().err == ""
+
+
+def test_a_signal_in_a_destructor_says_nothing(capfd: pytest.CaptureFixture[str]):
+    # What the signal raises there is lost, so the process does its tasks until its connection is closed.
+    assert Processes(2).results(tasks.terminated_in_a_destructor, range(3)) == [0, 1, 2]
+    assert capfd.readouterr().err == ""
