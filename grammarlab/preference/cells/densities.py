@@ -19,7 +19,7 @@ _NONE = 1e-12
 
 
 def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
-    """[k] values of cells with which each has its expected share in the total; the highest ones are equal.
+    """[k] values of cells with which each has its expected share in the total, with the same highest value.
 
     Args:
         posteriors: [k, G] probability of each value of each cell; rows sum to 1.
