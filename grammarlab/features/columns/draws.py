@@ -21,7 +21,7 @@ def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
     """Counts of the outcomes of choices of few branches, ``p`` and ``fileRandom``; one "branch" key each."""
     sites, draws = trees.forest.sites, trees.forest.draws
     names = list(dict.fromkeys(site.name for site in sites))
-    discrete = np.array([not _is_quantity(site) for site in sites], dtype=bool)
+    discrete = np.array([not is_quantity(site) for site in sites], dtype=bool)
     rows = np.flatnonzero(discrete[draws.site])
     name_of_site = np.array([names.index(site.name) for site in sites], dtype=np.int64)
     outcome = draws.value[rows].astype(np.int64)
@@ -35,12 +35,13 @@ def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
 
 def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
     """The mean of the draws of each ``rand`` and of each choice of many branches; one "draw" key each."""
-    names = tuple(dict.fromkeys(site.name for site in trees.forest.sites if _is_quantity(site)))
+    names = tuple(dict.fromkeys(site.name for site in trees.forest.sites if is_quantity(site)))
     columns = index.columns((("draw", name) for name in names), grow)
     return columns_of(count(trees, [Draw(name) for name in names]), columns, len(index))
 
 
-def _is_quantity(site: Site) -> bool:
+def is_quantity(site: Site) -> bool:
+    """Whether draws are numbers to be compared: random numbers, and the branches of choices of many."""
     return site.kind == "uniform" or site.choices > MOST_BRANCHES
 
 

@@ -20,6 +20,7 @@ from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import UsageError
+from grammarlab.features.columns.draws import is_quantity
 from grammarlab.features.columns.table import FeatureTable
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.counting.counts import count
@@ -201,11 +202,11 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     @cached_property
     def _drawn(self) -> list[str]:
-        """Names of continuous draws."""
-        return list(dict.fromkeys(site.name for site in self.program.sites if site.kind == "uniform"))
+        """Names of draws that are quantities."""
+        return list(dict.fromkeys(site.name for site in self.program.sites if is_quantity(site)))
 
     def _comparisons(self, forests: Sequence[Forest]) -> tuple[HalfSpace, ...]:
-        """Comparisons of two continuous draws, either of which may be the smaller one."""
+        """Comparisons of two quantities, either of which may be the smaller one."""
         values = self.values(forests, [Draw(name) for name in self._drawn])
         smaller = values[:, :, None] < values[:, None, :]
         varying = np.triu(smaller.any(axis=0) & ~smaller.all(axis=0), 1)
