@@ -15,7 +15,7 @@ import numpy as np
 
 from grammarlab.preference.base import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells
-from grammarlab.preference.cells.splits import Split
+from grammarlab.preference.cells.splits import Above, Split
 
 MOST_DEPTH = 12
 GUIDED = 0.5
@@ -174,6 +174,23 @@ def regrown(
     )
     gained = sum(new.log_posterior - old.log_posterior for (_, new), (_, old) in zip(parts, tree.parts, strict=True))
     return replace(tree, log_posterior=tree.log_posterior + gained, parts=parts)
+
+
+def loosened(tree: Tree, rows: Floats, randomness: np.random.Generator) -> Tree:
+    """A tree with each bound somewhere between the nearest labels on both sides, where no label says more.
+
+    Args:
+        tree: the tree.
+        rows: [n, F] rows of all labels.
+        randomness: draws the bounds.
+    """
+    split = tree.split
+    if isinstance(split, Above):
+        values = rows[tree.labels, split.column]
+        above = values > split.bound
+        split = Above(split.column, float(randomness.uniform(values[~above].max(), values[above].min())))
+    parts = tuple((part, loosened(branch, rows, randomness)) for part, branch in tree.parts)
+    return replace(tree, split=split, parts=parts)
 
 
 def _stays(gain: float, doubt: float, randomness: np.random.Generator) -> bool:

@@ -11,7 +11,7 @@ clipped scores.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -24,9 +24,9 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.densities import values_for_density
-from grammarlab.preference.cells.growing import Growth, Tree, grow, regrown, replanted
+from grammarlab.preference.cells.growing import Growth, Tree, grow, loosened, regrown, replanted
 from grammarlab.preference.cells.ranking import MANY
-from grammarlab.preference.cells.splits import Flags, Splits
+from grammarlab.preference.cells.splits import Above, Flags, Splits
 from grammarlab.preference.explain import level_of
 from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
@@ -192,7 +192,9 @@ class PartitionPreference(AbstractPreference):
         growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
         found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
-        cells = replace(cells, levels=levels_of(cells, found))
+        finer = splits_of(rows, self.groups, continuous, self.shares_of, _bounds(sketches))
+        cells = replace(cells, levels=levels_of(cells, found), splits=finer)
+        growths = [replace(growth, guides=_with(growth.guides, finer)) for growth in growths]
         trees = [grow(cells, every, growth, randomness) for growth in growths]
         if self.noise > NOISES[0]:
             # The tree of all labels is a candidate, pruned by these labels only.
@@ -319,12 +321,16 @@ def fit(
     num_trees, num_around, num_doubtful = (_enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
     with threadpool_limits(1, "blas"):
         cells, guides, found = _erring(splits, values, said, randomness)
+        finer = splits_of(table, numbers, drawn, shares_of, _bounds([found]))
+        cells, guides = replace(cells, splits=finer), _with(guides, finer)
+        found = replanted(cells, found, widened(table, shares_of), every)
         growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(num_trees - 1)]
         trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
         trees += _around(
             cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), num_around, randomness
         )
         doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(num_doubtful)]
+        doubtful = [loosened(tree, widened(table, shares_of), randomness) for tree in doubtful]
     trees.sort(key=lambda tree: -tree.log_posterior)
     return PartitionPreference(
         num_columns=table.shape[1],
@@ -336,11 +342,13 @@ def fit(
     )
 
 
-def splits_of(rows: Floats, groups: Ints, continuous: Flags, shares_of: tuple[Ints, ...]) -> Splits:
-    """Splits of rows, including splits by shares."""
+def splits_of(
+    rows: Floats, groups: Ints, continuous: Flags, shares_of: tuple[Ints, ...], near: Collection[Above] = ()
+) -> Splits:
+    """Splits of rows, including splits by shares; columns of many values at every bound near given ones."""
     owners = np.concatenate([groups, *(groups[columns] for columns in shares_of)])
     added = np.ones(sum(len(columns) for columns in shares_of), dtype=bool)
-    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]))
+    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), near)
 
 
 def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:
@@ -374,6 +382,16 @@ def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
     spread = float(cells.scores.std())
     noises = (_GUIDE[0], spread) if spread > _GUIDE[0] else _GUIDE[:1]
     return tuple(replace(cells, noise=noise, blunders=_GUIDE[1]) for noise in noises)
+
+
+def _with(guides: Sequence[ScoreCells], splits: Splits) -> tuple[ScoreCells, ...]:
+    """Guides with other splits."""
+    return tuple(replace(guide, splits=splits) for guide in guides)
+
+
+def _bounds(trees: Sequence[Tree]) -> set[Above]:
+    """The bounds of trees."""
+    return {node.split for tree in trees for node in tree.nodes() if isinstance(node.split, Above)}
 
 
 def _enough(num: int, scores: Floats) -> int:

@@ -8,7 +8,7 @@ explain anything.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -169,14 +169,18 @@ class Splits:
         return float(np.exp(self.log_prior[self.many[alike]]).max(initial=0.0))
 
     @classmethod
-    def of(cls, rows: Floats, groups: Ints, continuous: Flags) -> Splits:
+    def of(cls, rows: Floats, groups: Ints, continuous: Flags, near: Collection[Above] = ()) -> Splits:
         """Splits that distinguish rows.
 
         Args:
             rows: [n, F].
             groups: [F] group numbers.
             continuous: [F] whether columns are continuous instead of counts.
+            near: splits near which columns of many values are divided at every bound instead of some.
         """
+        used: dict[int, list[float]] = {}
+        for column, bound in near:
+            used.setdefault(column, []).append(bound)
         varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
         shares = {
             group: CONTINUOUS_SHARE if continuous[varying[groups[varying] == group]].all() else 1.0
@@ -186,7 +190,7 @@ class Splits:
         splits: list[Split] = []
         log_prior: list[float] = []
         for group, share in shares.items():
-            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous):
+            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous, used):
                 splits += found
                 log_prior += [float(np.log(mass * share / total / len(found)))] * len(found)
         parts = np.array([split.parts(rows) for split in splits], dtype=np.int16).reshape(len(splits), len(rows))
@@ -235,7 +239,9 @@ def _factors(number: int) -> Ints:
     return np.random.default_rng(0).integers(1, 2**62, number, dtype=np.int64)
 
 
-def _of_group(rows: Floats, columns: Ints, continuous: Flags) -> Iterator[tuple[float, Sequence[Split]]]:
+def _of_group(
+    rows: Floats, columns: Ints, continuous: Flags, used: Mapping[int, Sequence[float]]
+) -> Iterator[tuple[float, Sequence[Split]]]:
     """Sets of splits of a group, each with its share of the prior mass of the group."""
     counts, left = columns[~continuous[columns]], 1.0
     if len(counts) > 1:
@@ -245,7 +251,7 @@ def _of_group(rows: Floats, columns: Ints, continuous: Flags) -> Iterator[tuple[
             yield 0.5, [Patterns(tuple(counts.tolist()), known)]
     for column in columns.tolist():
         share, values = left / len(columns), np.unique(rows[:, column])
-        bounds = _few((values[1:] + values[:-1]) / 2.0)
+        bounds = _few((values[1:] + values[:-1]) / 2.0, used.get(column, ()))
         above = [Above(column, bound) for bound in bounds.tolist()]
         if continuous[column] or not 2 < len(values) <= _MOST_NUMBERS:
             yield share, above
@@ -256,7 +262,13 @@ def _of_group(rows: Floats, columns: Ints, continuous: Flags) -> Iterator[tuple[
         yield 0.1 * share, [Odd(column, float(values[0]), float(np.diff(values).min()))]
 
 
-def _few(bounds: Floats) -> Floats:
+def _few(bounds: Floats, used: Sequence[float]) -> Floats:
+    """Some of ascending bounds, evenly spaced by rank, and all next to used ones."""
     if len(bounds) <= _MOST_BOUNDS:
         return bounds
-    return bounds[np.linspace(0, len(bounds) - 1, _MOST_BOUNDS).astype(np.int64)]
+    few = np.linspace(0, len(bounds) - 1, _MOST_BOUNDS).astype(np.int64)
+    kept = np.zeros(len(bounds), dtype=bool)
+    kept[few] = True
+    for place in np.searchsorted(bounds[few], used).tolist():
+        kept[few[max(place - 1, 0)] : few[min(place + 1, _MOST_BOUNDS - 1)]] = True
+    return bounds[kept]
