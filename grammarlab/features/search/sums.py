@@ -71,6 +71,14 @@ def find_steps(forests: Sequence[Forest], scores: Floats, space: HalfSpace) -> S
     return found if is_left and explained(sums[:, None], left)[0] > _STEPS else None
 
 
+class PricedSum(NamedTuple):
+    """A sum of draws."""
+
+    sum: Sum
+    price: float
+    """What the choice of its terms costs, in nats."""
+
+
 class _Found(NamedTuple):
     """A sum of columns."""
 
@@ -86,8 +94,10 @@ def _worth(found: _Found) -> float:
 
 def find_sum(
     forests: Sequence[Forest], scores: Floats, names: Sequence[str], readers: Mapping[str, tuple[Pattern, ...]]
-) -> Sum | None:
+) -> PricedSum | None:
     """Sum of draws of which an interval explains most of the scores; None if held-out scores do not confirm it.
+
+    Many sums explain some: whether scores need this one is for others to judge.
 
     Args:
         forests: the scored models.
@@ -122,7 +132,7 @@ def find_sum(
     return _supported(terms, values, uses, scores) if telling else None
 
 
-def _supported(terms: Sequence[Term], values: Floats, uses: Floats, scores: Floats) -> Sum | None:
+def _supported(terms: Sequence[Term], values: Floats, uses: Floats, scores: Floats) -> PricedSum | None:
     """The sum of terms that explains most, if held-out scores confirm it.
 
     Args:
@@ -136,7 +146,8 @@ def _supported(terms: Sequence[Term], values: Floats, uses: Floats, scores: Floa
     if signs is None or not _has_support(values, uses, scores, alone):
         return None
     used = np.flatnonzero(signs).tolist()
-    return Sum(tuple(terms[place]._replace(weight=float(signs[place] * signs[used[0]])) for place in used))
+    found = Sum(tuple(terms[place]._replace(weight=float(signs[place] * signs[used[0]])) for place in used))
+    return PricedSum(found, float(_prices(signs[None])[0]))
 
 
 def _terms(forests: Sequence[Forest], names: Sequence[str], readers: Mapping[str, tuple[Pattern, ...]]) -> list[Term]:
@@ -243,10 +254,14 @@ def _exchanged(signs: Floats, allowed: tuple[float, ...]) -> Floats:
 def _worths(values: Floats, signs: Floats, scores: Floats) -> Floats:
     """[K] log-likelihood gained by sums of columns [n, C] with signs [K, C], minus the price of their terms."""
     shares = np.minimum(explained(values @ signs.T, scores), 1.0 - 1e-9)
-    terms = np.count_nonzero(signs, axis=1)
+    return -0.5 * len(scores) * np.log1p(-shares) - _prices(signs)
+
+
+def _prices(signs: Floats) -> Floats:
+    """[K] what the choice of the terms of sums with signs [K, C] costs, in nats."""
     # Sums of equal signs are more likely: a sum with both signs pays for the choice of its signs.
-    choices = np.where((signs < 0.0).any(axis=1), 2.0, 1.0) * values.shape[1]
-    return -0.5 * len(scores) * np.log1p(-shares) - np.log(choices) * terms
+    choices = np.where((signs < 0.0).any(axis=1), 2.0, 1.0) * signs.shape[1]
+    return np.log(choices) * np.count_nonzero(signs, axis=1)
 
 
 def explained(columns: Floats, scores: Floats) -> Floats:

@@ -162,7 +162,9 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         totals = find_totals(counts, scores)
         relations, price = find_relations(designs, scores, self._drawn)
         equalities, price_of_one = find_equalities(designs, scores)
+        summed = find_sum(designs, scores, self._drawn, self._readers)
         joined: dict[Feature, float] = {total_of(features, found.weights): found.price for found in totals}
+        joined |= {} if summed is None else {summed.sum: summed.price}
         return joined | dict.fromkeys(relations, price) | dict.fromkeys(equalities, price_of_one)
 
     def points(self, table: FeatureTable, scores: Floats) -> list[PointsFeature]:
@@ -190,15 +192,14 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return (node.value for node in walk(self.grammar.tree) if isinstance(node, String))
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
-        """Bounds on continuous draws: on several together if they explain scores, else a sum and single bounds."""
+        """Bounds on quantities: on several together if they explain scores, otherwise single ones."""
         names = self._drawn
         liked = scores > (scores.min() + scores.max()) / 2
         together = find_half_space(forests, np.asarray(liked), names) if names else None
         if together is not None and len(together.sites) > 1:
             steps = find_steps(forests, scores, together)
             return (together,) if steps is None else (together, steps)
-        summed = find_sum(forests, scores, names, self._readers)
-        return (*find_thresholds(forests, scores, names), *(() if summed is None else (summed,)))
+        return find_thresholds(forests, scores, names)
 
     @cached_property
     def _drawn(self) -> list[str]:

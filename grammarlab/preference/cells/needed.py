@@ -77,17 +77,19 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         of_known = max(of_known, again, key=_posterior)
     if _gain(of_known, of_all) >= price:
         return Needed(used, _posterior(of_all) - price)
-    if not prices[used - known].any():
+    highest = float(prices[used - known].max(initial=0.0))
+    if not highest:
         return Needed(np.zeros(0, dtype=np.int64), _posterior(of_known))
     # Others may be needed that a column which is too expensive has made up for.
-    kept = np.concatenate([np.arange(known), known + np.flatnonzero(prices == 0.0)])
+    cheaper = np.flatnonzero(prices < highest)
+    kept = np.concatenate([np.arange(known), known + cheaper])
     found = needed(
         rows[:, kept],
         scores,
         groups=groups[kept],
         continuous=continuous[kept],
         known=known,
-        prices=np.zeros(len(kept) - known),
+        prices=prices[cheaper],
     )
     return Needed(kept[found.columns], found.log_posterior)
 

@@ -9,7 +9,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.features.counting.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Term
 from grammarlab.features.search.readers import readers_of
-from grammarlab.features.search.sums import explained, find_steps, find_sum
+from grammarlab.features.search.sums import MOST_DRAWS, PricedSum, explained, find_steps, find_sum
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse("""
@@ -40,6 +40,7 @@ def test_a_band_of_a_sum_of_as_many_draws_as_there_are_is_found(num):
     forest = derive(GRAMMAR, num, 4)
     found = find_sum([forest], liked(forest, 5.0, 8.0), NAMES, readers_of(GRAMMAR))
     assert found is not None
+    found = found.sum
     assert set(found.terms) >= {term for term in HEIGHT.terms if term[0] != "one"}
     assert np.atleast_2d(np.corrcoef(count(forest, [found, HEIGHT]).T))[0, 1] > 0.95
     assert str(found) == "one + two where used + three where used"
@@ -61,6 +62,7 @@ def test_floors_of_one_height_are_multiplied_by_their_number(num):
     scores = np.clip(meant + np.random.default_rng(0).normal(size=num) * 5.0, 0.0, 100.0)
     found = find_sum([forest], scores, list(grammar.attributes), readers_of(grammar))
     assert found is not None
+    found = found.sum
     assert np.atleast_2d(np.corrcoef(count(forest, [found])[:, 0], height))[0, 1] > 0.995
     assert "floor * (choice 0 to 4 of Floors)" in str(found)
     times = next(term.times for term in found.terms if term.times)
@@ -99,7 +101,7 @@ def test_of_many_draws_and_scores_some_are_enough():
     forest = derive(grammar, 2_000, 4)
     total = count(forest, [Sum.of(("a", "b"), (1.0, 1.0))])[:, 0]
     found = find_sum([forest], np.where(total < 9.0, 100.0, 0.0), list(grammar.attributes), readers_of(grammar))
-    assert found == Sum.of(("a", "b"), (1.0, 1.0))
+    assert found == PricedSum(Sum.of(("a", "b"), (1.0, 1.0)), pytest.approx(2.0 * np.log(MOST_DRAWS)))
 
 
 def test_the_order_of_models_does_not_matter():
