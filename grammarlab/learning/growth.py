@@ -15,8 +15,8 @@ from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.cells.erring import BLUNDERS
 from grammarlab.preference.cells.needed import NOISES, needed
-from grammarlab.preference.cells.partition import BLUNDERS
 from grammarlab.preference.likelihood import log_likelihood
 
 Floats = NDArray[np.float64]

@@ -52,6 +52,10 @@ class Tree:
         for _, part in self.parts:
             yield from part.nodes()
 
+    def bounds(self) -> set[Above]:
+        """Its splits at bounds."""
+        return {node.split for node in self.nodes() if isinstance(node.split, Above)}
+
     def cell_of(self, rows: Floats) -> tuple[Ints, tuple[Ints, ...]]:
         """Number [m] of the cell of each row [m, F], and the cells; rows of new parts belong to the whole node."""
         number, cells = np.zeros(len(rows), dtype=np.int64), list[Ints]()

@@ -12,10 +12,11 @@ import numpy as np
 
 from grammarlab.preference.base import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
+from grammarlab.preference.cells.erring import BLUNDERS, COOL, guides_of
 from grammarlab.preference.cells.growing import Growth, Tree, grow
-from grammarlab.preference.cells.partition import BLUNDERS, guides_of, splits_of, sums_of
 from grammarlab.preference.cells.ranking import MANY
 from grammarlab.preference.cells.splits import Flags, Splits
+from grammarlab.preference.cells.widening import splits_of, sums_of
 
 PRICE = 5.0
 """Smallest gain of the log-posterior in nats: the prior odds that no further column is needed."""
@@ -31,7 +32,6 @@ _NUM_AGAIN = 7, 24
 """Numbers of further guided trees of known columns while columns seem needed, first per noise and then of the most
 likely noise. This search is more careful: otherwise columns are added that only make up for a poor search, as on B1
 and F1."""
-_COOL = 0.5
 
 
 def selected(scores: Floats) -> Ints:
@@ -115,7 +115,7 @@ def _most_likely(splits: Splits, scores: Floats, num_guided: int, noises: tuple[
     """The most likely of a few trees."""
     randomness, every, grid = np.random.default_rng(seed), np.arange(len(scores)), grid_of(scores)
     guides = guides_of(ScoreCells(splits=splits, scores=scores, grid=grid, noise=noises[0], blunders=BLUNDERS[1]))
-    growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * num_guided
+    growths = [Growth(1e-2)] + [Growth(COOL, 0.0, guides)] * num_guided
     found: list[_Found] = []
     for noise in noises:
         # Trees of little noise are large, and of many labels unlikely if the next larger noise was.

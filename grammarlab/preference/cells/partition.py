@@ -2,8 +2,10 @@
 
 A person who likes some combinations of parts and dislikes all others has few values and many designs of each. Labels
 of one cell then measure one number, so that noise averages out and a single inconsistent score is a blunder. The error
-of the person is found by evidence, from several starts: trees found under much noise stay small, trees found under
-little noise explain the noise.
+of the person is found by evidence (`grammarlab.preference.cells.erring`).
+
+Splits of columns of many values have few bounds at first, then all bounds near those of the most likely tree. Where no
+label lies between two bounds, the alternative trees that choose questions have any bound in between.
 
 Cells of value 0 are predicted as 0, which matters most to a density: Gaussian processes predict a small mean for
 clipped scores.
@@ -11,7 +13,7 @@ clipped scores.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -22,21 +24,25 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
-from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
+from grammarlab.preference.cells.cells import ScoreCells, levels_of
 from grammarlab.preference.cells.densities import values_for_density
+from grammarlab.preference.cells.erring import (
+    COOL,
+    NOISES,
+    Start,
+    enough,
+    find_error,
+    guides_of,
+    posterior_shares,
+    sketching,
+)
 from grammarlab.preference.cells.growing import Growth, Tree, grow, loosened, regrown, replanted
-from grammarlab.preference.cells.ranking import MANY
-from grammarlab.preference.cells.splits import Above, Flags, Splits
+from grammarlab.preference.cells.splits import Flags
+from grammarlab.preference.cells.widening import splits_of, sums_of, widened
 from grammarlab.preference.explain import level_of
 from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 
-NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
-"""Candidate standard deviations of the noise."""
-BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
-"""Candidate probabilities of blunders."""
-PRICE_OF_BLUNDERS = 40.0
-"""Log-prior of a probability pi of blunders: minus this times pi."""
 MAX_ROWS_TO_FIT = 512
 """Largest number of labels that trees are grown from; of more, an even selection by score is used."""
 NUM_TREES = 12
@@ -46,19 +52,10 @@ NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
 DOUBT = 4.0
 """Approximate loss in nats of these trees."""
-_BEGINNINGS = (15.0, 5.0, 0.5)
-_NOISY = 7.5
-"""Noise of many labels in points, found from other beginnings, from which the smallest beginning is left out: its
-trees explain all noise, are large, and are then unlikely. With few labels, only it finds some tastes, such as parity.
-"""
-_ROUNDS = 3
-_NUM_SKETCHES = 4
-_GUIDE = (15.0, 0.05)
-"""Noise and blunders of the first guide."""
-_COOL, _WARM = 0.5, 1.0
-"""Temperatures of the draws of splits."""
-_TEMPERATURE = 3.0
-"""Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
+_NUM_REPLANTED = 4
+"""Number of trees of all labels that are candidates for some of the labels."""
+_WARM = 1.0
+"""Temperature of draws of splits, for some of the trees."""
 _LEAST_SHARE = 1e-3
 _LIKELY_NOISE = 0.25
 """Least probability of a noise that values are averaged over, relative to the most likely one: an unlikely small one
@@ -105,7 +102,7 @@ class PartitionPreference(AbstractPreference):
     @cached_property
     def shares(self) -> Floats:
         """[trees] the weight of each tree; all sum to 1."""
-        return _shares(self.trees)
+        return posterior_shares(self.trees)
 
     def predict(self, rows: Rows) -> Prediction:
         table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
@@ -189,21 +186,22 @@ class PartitionPreference(AbstractPreference):
             splits=splits, scores=scores, grid=self.cells.grid, noise=self.noise, blunders=self.blunders, said=said
         )
         guides = guides_of(cells)
-        growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
-        sketches = [grow(cells, every, growth, randomness) for growth in growths]
-        found = [(share, tuple(tree.cells())) for share, tree in zip(_shares(sketches).tolist(), sketches, strict=True)]
-        finer = splits_of(rows, self.groups, continuous, self.shares_of, _bounds(sketches))
-        cells = replace(cells, levels=levels_of(cells, found), splits=finer)
-        growths = [replace(growth, guides=_with(growth.guides, finer)) for growth in growths]
-        trees = [grow(cells, every, growth, randomness) for growth in growths]
-        if self.noise > NOISES[0]:
+        sketches = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
+        shares = posterior_shares(sketches)
+        found = [(share, tuple(tree.cells())) for share, tree in zip(shares.tolist(), sketches, strict=True)]
+        start = Start(replace(cells, levels=levels_of(cells, found)), guides, sketches[int(np.argmax(shares))])
+        # Exact held-out scores have influenced the splits of all labels, which would be a leak.
+        known = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] else ()
+        near = start.tree.bounds().union(*(tree.bounds() for tree in known))
+        table = widened(rows, self.shares_of)
+        cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, near), table)
+        trees = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
+        if known:
             # The tree of all labels is a candidate, pruned by these labels only.
-            table = widened(rows, self.shares_of)
-            trees += [replanted(cells, tree, table, every) for tree in self.trees[:_NUM_SKETCHES]]
+            trees += [replanted(cells, tree, table, every) for tree in known]
         else:
-            # Exact held-out scores have influenced the splits of all labels, which would be a leak.
             best = max(trees, key=lambda tree: tree.log_posterior)
-            trees += [regrown(cells, best, growth, randomness) for growth in growths[1:]]
+            trees += [regrown(cells, best, growth, randomness) for growth in sketching(guides)[1:]]
         # A copy without the cached ranks.
         return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=(), designs=None)
 
@@ -315,88 +313,28 @@ def fit(
         some = np.sort(by_score[np.arange(MAX_ROWS_TO_FIT) * len(values) // MAX_ROWS_TO_FIT])
         table, values = table[some], values[some]
         said = None if said is None else said.take(some)
-    shares_of = sums_of(table, numbers, drawn)
-    splits = splits_of(table, numbers, drawn, shares_of)
-    every = np.arange(len(values))
-    num_trees, num_around, num_doubtful = (_enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
+    sums = sums_of(table, numbers, drawn)
+    wide, every = widened(table, sums), np.arange(len(values))
+    num_trees, num_around, num_doubtful = (enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
     with threadpool_limits(1, "blas"):
-        cells, guides, found = _erring(splits, values, said, randomness)
-        finer = splits_of(table, numbers, drawn, shares_of, _bounds([found]))
-        cells, guides = replace(cells, splits=finer), _with(guides, finer)
-        found = replanted(cells, found, widened(table, shares_of), every)
-        growths = [Growth(1e-2)] + [Growth(_COOL if n % 2 else _WARM, 0.0, guides) for n in range(num_trees - 1)]
+        start = find_error(splits_of(table, numbers, drawn, sums), values, said, randomness)
+        cells, guides, found = start.refined(splits_of(table, numbers, drawn, sums, start.tree.bounds()), wide)
+        growths = [Growth(1e-2)] + [Growth(COOL if n % 2 else _WARM, 0.0, guides) for n in range(num_trees - 1)]
         trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
         trees += _around(
             cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), num_around, randomness
         )
         doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(num_doubtful)]
-        doubtful = [loosened(tree, widened(table, shares_of), randomness) for tree in doubtful]
+        doubtful = [loosened(tree, wide, randomness) for tree in doubtful]
     trees.sort(key=lambda tree: -tree.log_posterior)
     return PartitionPreference(
         num_columns=table.shape[1],
         groups=numbers,
-        shares_of=shares_of,
+        shares_of=sums,
         cells=cells,
         trees=tuple(trees),
         doubtful=tuple(doubtful),
     )
-
-
-def splits_of(
-    rows: Floats, groups: Ints, continuous: Flags, shares_of: tuple[Ints, ...], near: Collection[Above] = ()
-) -> Splits:
-    """Splits of rows, including splits by shares; columns of many values at every bound near given ones."""
-    owners = np.concatenate([groups, *(groups[columns] for columns in shares_of)])
-    added = np.ones(sum(len(columns) for columns in shares_of), dtype=bool)
-    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), near)
-
-
-def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:
-    """Rows with the share of each column of some sets in their sum; -1/2 if the sum is 0."""
-    if not shares_of:
-        return rows
-    parts = []
-    for columns in shares_of:
-        total = rows[:, columns].sum(axis=1, keepdims=True)
-        parts.append(np.where(total > 0.0, rows[:, columns] / np.where(total > 0.0, total, 1.0), -0.5))
-    return np.concatenate([rows, *parts], axis=1)
-
-
-def sums_of(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
-    """Groups whose counts have different sums: the share of a column may be relevant."""
-    found = []
-    for group in np.unique(groups[~continuous]).tolist():
-        columns = np.flatnonzero((groups == group) & ~continuous)
-        total = rows[:, columns].sum(axis=1)
-        if len(columns) > 1 and np.ptp(total) > 0.0 and total.max() > 1.0:
-            found.append(columns)
-    return tuple(found)
-
-
-def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
-    """The same labels with more noise, which prefers parts that differ in their mean.
-
-    With the spread of the scores as noise, all parts are worth dividing that are not yet of one value: the first of
-    several splits, after which liked and disliked designs are still mixed, has little evidence with less noise.
-    """
-    spread = float(cells.scores.std())
-    noises = (_GUIDE[0], spread) if spread > _GUIDE[0] else _GUIDE[:1]
-    return tuple(replace(cells, noise=noise, blunders=_GUIDE[1]) for noise in noises)
-
-
-def _with(guides: Sequence[ScoreCells], splits: Splits) -> tuple[ScoreCells, ...]:
-    """Guides with other splits."""
-    return tuple(replace(guide, splits=splits) for guide in guides)
-
-
-def _bounds(trees: Sequence[Tree]) -> set[Above]:
-    """The bounds of trees."""
-    return {node.split for tree in trees for node in tree.nodes() if isinstance(node.split, Above)}
-
-
-def _enough(num: int, scores: Floats) -> int:
-    """Number of trees or rounds for a number of scores."""
-    return num if len(scores) <= MANY else num - num // 3
 
 
 def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
@@ -404,57 +342,3 @@ def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness:
     for _ in range(num):
         tree = regrown(cells, tree, growth, randomness, temperature=1.0)
         yield tree
-
-
-def _erring(
-    splits: Splits, scores: Floats, said: Intervals | None, randomness: np.random.Generator
-) -> tuple[ScoreCells, tuple[ScoreCells, ...], Tree]:
-    """Error model, guide and tree: the best of several starts."""
-    grid, every = grid_of(scores), np.arange(len(scores))
-    first = ScoreCells(splits=splits, scores=scores, grid=grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
-    guides = guides_of(first)
-    best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
-    seen, many = set[tuple[float, float]](), len(scores) > MANY
-    for noise in _BEGINNINGS:
-        if many and noise == _BEGINNINGS[-1] and best.noise >= _NOISY:
-            break
-        cells, seen = replace(first, noise=noise), seen if many else set[tuple[float, float]]()
-        for _ in range(_enough(_ROUNDS, scores)):
-            growths = [Growth(1e-2)] + [Growth(_COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
-            trees = [grow(cells, every, growth, randomness) for growth in growths]
-            tree = max(trees, key=lambda tree: tree.log_posterior)
-            posterior = tree.log_posterior - PRICE_OF_BLUNDERS * cells.blunders
-            if posterior > highest:
-                best, highest, most_likely = cells, posterior, tree
-            found = [(float(share), tuple(tree.cells())) for share, tree in zip(_shares(trees), trees, strict=True)]
-            erring = _most_likely(cells, found)
-            if erring in seen:
-                break
-            seen.add(erring)
-            cells = replace(cells, noise=erring[0], blunders=erring[1], levels=levels_of(cells, found))
-    return best, guides, most_likely
-
-
-def _most_likely(cells: ScoreCells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
-    """Noise and blunders with the highest posterior for the two most likely divisions."""
-    top = sorted(found, key=lambda item: -item[0])[:2]
-    every = np.arange(len(cells.scores))
-    members = []
-    for share, parts in top:
-        inside = np.zeros((len(parts), len(every)), dtype=np.float32)
-        for place, cell in enumerate(parts):
-            inside[place, cell] = 1.0
-        members.append((share, inside))
-
-    def posterior(erring: tuple[float, float]) -> float:
-        other = replace(cells, noise=erring[0], blunders=erring[1])
-        evidence = sum(share * float(other.log_evidence(inside, every).sum()) for share, inside in members)
-        return evidence / sum(share for share, _ in members) - PRICE_OF_BLUNDERS * erring[1]
-
-    return max(((noise, blunders) for noise in NOISES for blunders in BLUNDERS), key=posterior)
-
-
-def _shares(trees: Sequence[Tree]) -> Floats:
-    posterior = np.array([tree.log_posterior for tree in trees])
-    shares = np.exp((posterior - posterior.max()) / _TEMPERATURE)
-    return shares / shares.sum()

@@ -14,7 +14,8 @@ from scipy.special import ndtr
 
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Rows
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.cells.partition import NOISES, PartitionPreference
+from grammarlab.preference.cells.erring import NOISES
+from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.likelihood import HALF_STEP, log_likelihood
 

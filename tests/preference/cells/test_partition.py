@@ -8,6 +8,7 @@ import pytest
 
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
+from grammarlab.preference.cells.erring import NOISES
 from grammarlab.preference.cells.growing import Growth, grow
 from grammarlab.preference.cells.splits import Splits
 
@@ -64,7 +65,7 @@ def test_values_are_averages_over_the_noises_that_the_labels_allow():
     found = partition.fit(rows, scores)
     low = np.flatnonzero(rows[:, 0] == 0.0)
     least = 0.25 * found.noises.max()
-    likely = [(share, noise) for share, noise in zip(found.noises, partition.NOISES, strict=True) if share >= least]
+    likely = [(share, noise) for share, noise in zip(found.noises, NOISES, strict=True) if share >= least]
     assert len(likely) > 1
     means = [share * replace(found.cells, noise=noise).posterior(low) @ found.cells.grid for share, noise in likely]
     assert found._values([low])[0][0] == pytest.approx(sum(means) / sum(share for share, _ in likely))
@@ -128,7 +129,7 @@ def test_exact_scores_that_are_held_out_leave_no_mark():
     continuous = np.zeros(8, dtype=bool)
     preference = partition.fit(rows, scores)
     other = partition.fit(rows, np.where(known, scores, 100.0 - scores))
-    assert preference.noise == partition.NOISES[0]
+    assert preference.noise == NOISES[0]
     parts = [
         replace(preference, trees=trees).without(rows[known], scores[known], continuous)
         for trees in (preference.trees, other.trees)
@@ -148,7 +149,7 @@ def test_splits_that_errors_hide_from_few_labels_are_kept():
     rows, scores, known = exact_labels(3)
     noisy = np.clip(scores + np.random.default_rng(0).normal(0.0, 10.0, 60), 0.0, 100.0)
     preference = partition.fit(rows, noisy)
-    assert preference.noise > partition.NOISES[0]
+    assert preference.noise > NOISES[0]
     part = preference.without(rows[known], noisy[known], np.zeros(8, dtype=bool))
     found = [{column for node in tree.nodes() if node.split for column in node.split.columns} for tree in part.trees]
     assert all({0, 1, 2, 3} <= columns for columns in found[4:])
