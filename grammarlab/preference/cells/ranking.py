@@ -100,7 +100,9 @@ def _after_two(
     """
     best, number = np.full(len(mass), -np.inf), len(inside)
     likely, gaining = (num if len(told) <= MANY else num - num // 3 for num in (_LIKELY, _GAINING))
-    tried = np.union1d(_highest(mass[:number], likely), _highest(posterior[:number], gaining))
+    # Of equal masses, those that gain more alone come first.
+    by_mass = np.lexsort((-posterior[:number], -mass[:number]))[:likely]
+    tried = np.union1d(by_mass, _highest(posterior[:number], gaining))
     seconds, price = inside[tried], mass[tried]
     best[tried] = _halves_divided(seconds, price, told, evidence)
     for split in np.union1d(_highest(mass[number:], _MANY_WAYS), _highest(posterior[number:], _MANY_WAYS)).tolist():

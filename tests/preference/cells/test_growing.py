@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
-from grammarlab.preference.cells.growing import Growth, Tree, grow, regrown, replanted
-from grammarlab.preference.cells.splits import Splits
+from grammarlab.preference.cells.growing import Growth, Tree, grow, loosened, regrown, replanted
+from grammarlab.preference.cells.splits import Above, Splits
 
 EVERY = np.arange(60)
 
@@ -53,6 +53,19 @@ def test_what_is_grown_again_is_never_less_likely(seed):
         assert np.sort(np.concatenate(list(better.cells()))).tolist() == EVERY.tolist()
         tree = better
     assert tree.log_posterior == pytest.approx(_by_hand(cells, tree, 0), abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_loose_bounds_keep_all_labels_and_lie_between_the_nearest(seed):
+    rows, cells = labelled(seed)
+    tree = grow(cells, EVERY, Growth(1e-2), np.random.default_rng(seed))
+    loose = loosened(tree, rows, np.random.default_rng(seed))
+    assert loose.log_posterior == tree.log_posterior
+    assert [cell.tolist() for cell in loose.cell_of(rows)[1]] == [cell.tolist() for cell in tree.cell_of(rows)[1]]
+    assert np.array_equal(loose.cell_of(rows)[0], tree.cell_of(rows)[0])
+    bounds = [(node, other) for node, other in zip(tree.nodes(), loose.nodes(), strict=True) if node.split]
+    assert any(node.split != other.split for node, other in bounds)
+    assert all(node.split == other.split or isinstance(other.split, Above) for node, other in bounds)
 
 
 def _by_hand(cells, tree, depth):

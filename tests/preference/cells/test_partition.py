@@ -47,6 +47,25 @@ def test_every_label_lies_in_its_own_cell():
         assert all(label in cells[number[label]] for label in range(60))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_both_bounds_of_a_narrow_range_lie_between_the_nearest_labels(seed):
+    # Few bounds, evenly spaced by rank, miss those of a range with a twentieth of the labels.
+    rows = np.random.default_rng(seed).uniform(0.0, 1.0, (120, 3))
+    inside = (rows[:, 1] > 0.5) & (rows[:, 1] < 0.55)
+    found = partition.fit(rows, 100.0 * inside, continuous=np.ones(3, dtype=bool))
+    assert found.predict(rows).mean == pytest.approx(100.0 * inside, abs=1.0)
+    below, above = (rows[~inside & side, 1] for side in (rows[:, 1] <= 0.5, rows[:, 1] >= 0.55))
+    ends = {below.max(): rows[inside, 1].min(), rows[inside, 1].max(): above.min()}
+    bounds = sorted({split.bound for split in found.trees[0].bounds()})
+    assert bounds == pytest.approx(sorted((low + high) / 2.0 for low, high in ends.items()))
+    # Where no label says more, questions are about the whole gap.
+    apart = np.full((99, 3), 0.5)
+    low, high = max(ends.items(), key=lambda ends: ends[1] - ends[0])
+    apart[:, 1] = np.linspace(low, high, 101)[1:-1]
+    spread = np.sqrt(np.diag(found.joint(apart)[1]))
+    assert (spread[20:80] > 10.0).all()
+
+
 @pytest.mark.parametrize("noise", [0.0, 10.0, 20.0])
 def test_either_but_not_both_is_found_through_noise(noise):
     rows, randomness = coins(160, 12, 1), np.random.default_rng(2)
