@@ -64,7 +64,8 @@ def needed(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, kno
         return Needed(np.zeros(0, dtype=np.int64), -np.inf)
     shares_of = sums_of(rows[:, :known], groups[:known], continuous[:known])
     familiar, every = (
-        splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of) for width in (known, rows.shape[1])
+        splits_of(rows[:, :width], groups[:width], continuous[:width], shares_of, scores)
+        for width in (known, rows.shape[1])
     )
     of_all, of_known = (_most_likely(splits, scores, _NUM_GUIDED, NOISES, 0) for splits in (every, familiar))
     used = _further(of_all.tree, known, rows.shape[1])

@@ -181,7 +181,7 @@ class PartitionPreference(AbstractPreference):
             said: [n] intervals of these labels, if they are not scores.
         """
         randomness, every = np.random.default_rng(0), np.arange(len(scores))
-        splits = splits_of(rows, self.groups, continuous, self.shares_of)
+        splits = splits_of(rows, self.groups, continuous, self.shares_of, scores)
         cells = ScoreCells(
             splits=splits, scores=scores, grid=self.cells.grid, noise=self.noise, blunders=self.blunders, said=said
         )
@@ -194,7 +194,7 @@ class PartitionPreference(AbstractPreference):
         known = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] else ()
         near = start.tree.bounds().union(*(tree.bounds() for tree in known))
         table = widened(rows, self.shares_of)
-        cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, near), table)
+        cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, scores, near), table)
         trees = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
         if known:
             # The tree of all labels is a candidate, pruned by these labels only.
@@ -317,8 +317,8 @@ def fit(
     wide, every = widened(table, sums), np.arange(len(values))
     num_trees, num_around, num_doubtful = (enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
     with threadpool_limits(1, "blas"):
-        start = find_error(splits_of(table, numbers, drawn, sums), values, said, randomness)
-        cells, guides, found = start.refined(splits_of(table, numbers, drawn, sums, start.tree.bounds()), wide)
+        start = find_error(splits_of(table, numbers, drawn, sums, values), values, said, randomness)
+        cells, guides, found = start.refined(splits_of(table, numbers, drawn, sums, values, start.tree.bounds()), wide)
         growths = [Growth(1e-2)] + [Growth(COOL if n % 2 else _WARM, 0.0, guides) for n in range(num_trees - 1)]
         trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
         trees += _around(

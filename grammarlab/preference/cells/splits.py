@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.preference.base import Floats, Ints
+from grammarlab.preference.cells.intervals import best_intervals
 
 Flags = NDArray[np.bool_]
 
@@ -169,18 +170,20 @@ class Splits:
         return float(np.exp(self.log_prior[self.many[alike]]).max(initial=0.0))
 
     @classmethod
-    def of(cls, rows: Floats, groups: Ints, continuous: Flags, near: Collection[Above] = ()) -> Splits:
+    def of(cls, rows: Floats, groups: Ints, continuous: Flags, scores: Floats, near: Collection[Above] = ()) -> Splits:
         """Splits that distinguish rows.
+
+        Columns of many values are divided at some bounds, evenly spaced by rank, and at both ends of the interval that
+        explains the scores best.
 
         Args:
             rows: [n, F].
             groups: [F] group numbers.
             continuous: [F] whether columns are continuous instead of counts.
-            near: splits near which columns of many values are divided at every bound instead of some.
+            scores: [n]
+            near: splits near which columns of many values are divided at every bound.
         """
-        used: dict[int, list[float]] = {}
-        for column, bound in near:
-            used.setdefault(column, []).append(bound)
+        bounds_of = _bounds_of(rows, scores, near)
         varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
         shares = {
             group: CONTINUOUS_SHARE if continuous[varying[groups[varying] == group]].all() else 1.0
@@ -190,7 +193,7 @@ class Splits:
         splits: list[Split] = []
         log_prior: list[float] = []
         for group, share in shares.items():
-            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous, used):
+            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous, bounds_of):
                 splits += found
                 log_prior += [float(np.log(mass * share / total / len(found)))] * len(found)
         parts = np.array([split.parts(rows) for split in splits], dtype=np.int16).reshape(len(splits), len(rows))
@@ -239,8 +242,29 @@ def _factors(number: int) -> Ints:
     return np.random.default_rng(0).integers(1, 2**62, number, dtype=np.int64)
 
 
+def _bounds_of(rows: Floats, scores: Floats, near: Collection[Above]) -> dict[int, Floats]:
+    """Bounds on the columns that have too many values for all bounds."""
+    values = [np.unique(column) for column in rows.T]
+    many = [column for column, found in enumerate(values) if len(found) > _MOST_BOUNDS + 1]
+    known: dict[int, Floats] = {}
+    for column, ends in zip(many, best_intervals(rows[:, many], scores) if many else (), strict=True):
+        around = [split.bound for split in near if split.column == column]
+        known[column] = _some((values[column][1:] + values[column][:-1]) / 2.0, ends, around)
+    return known
+
+
+def _some(bounds: Floats, exactly: Floats, around: Sequence[float]) -> Floats:
+    """Some of ascending bounds: evenly spaced by rank, some exact ones, and all next to others."""
+    few = np.linspace(0, len(bounds) - 1, _MOST_BOUNDS).astype(np.int64)
+    kept = np.isin(bounds, exactly)
+    kept[few] = True
+    for place in np.searchsorted(bounds[few], around).tolist():
+        kept[few[max(place - 1, 0)] : few[min(place + 1, _MOST_BOUNDS - 1)]] = True
+    return bounds[kept]
+
+
 def _of_group(
-    rows: Floats, columns: Ints, continuous: Flags, used: Mapping[int, Sequence[float]]
+    rows: Floats, columns: Ints, continuous: Flags, bounds_of: Mapping[int, Floats]
 ) -> Iterator[tuple[float, Sequence[Split]]]:
     """Sets of splits of a group, each with its share of the prior mass of the group."""
     counts, left = columns[~continuous[columns]], 1.0
@@ -251,7 +275,7 @@ def _of_group(
             yield 0.5, [Patterns(tuple(counts.tolist()), known)]
     for column in columns.tolist():
         share, values = left / len(columns), np.unique(rows[:, column])
-        bounds = _few((values[1:] + values[:-1]) / 2.0, used.get(column, ()))
+        bounds = bounds_of.get(column, (values[1:] + values[:-1]) / 2.0)
         above = [Above(column, bound) for bound in bounds.tolist()]
         if continuous[column] or not 2 < len(values) <= _MOST_NUMBERS:
             yield share, above
@@ -260,15 +284,3 @@ def _of_group(
         yield 0.2 * share, [Equal(column, value) for value in values[1:-1].tolist()]
         yield 0.1 * share, [Patterns((column,), values[:, None])]
         yield 0.1 * share, [Odd(column, float(values[0]), float(np.diff(values).min()))]
-
-
-def _few(bounds: Floats, used: Sequence[float]) -> Floats:
-    """Some of ascending bounds, evenly spaced by rank, and all next to used ones."""
-    if len(bounds) <= _MOST_BOUNDS:
-        return bounds
-    few = np.linspace(0, len(bounds) - 1, _MOST_BOUNDS).astype(np.int64)
-    kept = np.zeros(len(bounds), dtype=bool)
-    kept[few] = True
-    for place in np.searchsorted(bounds[few], used).tolist():
-        kept[few[max(place - 1, 0)] : few[min(place + 1, _MOST_BOUNDS - 1)]] = True
-    return bounds[kept]

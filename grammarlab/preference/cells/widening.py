@@ -11,12 +11,17 @@ from grammarlab.preference.cells.splits import Above, Flags, Splits
 
 
 def splits_of(
-    rows: Floats, groups: Ints, continuous: Flags, shares_of: tuple[Ints, ...], near: Collection[Above] = ()
+    rows: Floats,
+    groups: Ints,
+    continuous: Flags,
+    shares_of: tuple[Ints, ...],
+    scores: Floats,
+    near: Collection[Above] = (),
 ) -> Splits:
-    """Splits of rows, including splits by shares; columns of many values at every bound near given ones."""
+    """`Splits.of` rows, including splits by shares."""
     owners = np.concatenate([groups, *(groups[columns] for columns in shares_of)])
     added = np.ones(sum(len(columns) for columns in shares_of), dtype=bool)
-    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), near)
+    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), scores, near)
 
 
 def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:

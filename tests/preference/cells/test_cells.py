@@ -12,7 +12,7 @@ SCORES = np.array([0.0, 0.0, 62.0, 60.0, 3.0, 57.0])
 
 
 def cells_of(noise=5.0, levels=None):
-    splits = Splits.of(ROWS, np.array([0, 1]), np.zeros(2, dtype=bool))
+    splits = Splits.of(ROWS, np.array([0, 1]), np.zeros(2, dtype=bool), SCORES)
     return ScoreCells(splits, SCORES, grid_of(SCORES), noise, 0.05, levels)
 
 
@@ -62,7 +62,7 @@ def test_a_look_ahead_divides_each_part_once_more_where_this_gains():
     style = randomness.integers(0, 3, 18)
     rows = np.column_stack([np.eye(3)[style], randomness.integers(0, 2, (18, 3)).astype(float)])
     scores = np.where(rows[:, 3] == (style == 1), 90.0, randomness.choice([0.0, 30.0], 18))
-    splits = Splits.of(rows, np.array([0, 0, 0, 1, 2, 3]), np.zeros(6, dtype=bool))
+    splits = Splits.of(rows, np.array([0, 0, 0, 1, 2, 3]), np.zeros(6, dtype=bool), scores)
     cells, every = ScoreCells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(18)
     ranked, alone = cells.ranked(every, ahead=True), cells.ranked(every)
     assert ranked is not None

@@ -17,7 +17,7 @@ def labelled(seed):
     rows = np.column_stack([choice[:, None] == np.arange(4), randomness.integers(3, size=(60, 3))]).astype(np.float64)
     liked = ((choice == 1) | (choice == 2)) & (rows[:, 4] > 0.0)
     scores = np.clip(70.0 * liked + randomness.normal(0.0, 8.0, 60), 0.0, 100.0)
-    splits = Splits.of(rows, np.array([0, 0, 0, 0, 1, 2, 3]), np.zeros(7, dtype=bool))
+    splits = Splits.of(rows, np.array([0, 0, 0, 0, 1, 2, 3]), np.zeros(7, dtype=bool), scores)
     return rows, ScoreCells(splits, scores, grid_of(scores), 8.0, 0.03)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from grammarlab.preference.cells.intervals import best_intervals
 from grammarlab.preference.cells.splits import Above, Splits, different
 
 
@@ -19,7 +20,7 @@ def test_equal_rows_are_those_of_a_comparison_entry_by_entry(number, width):
 
 def test_near_given_splits_a_column_of_many_values_is_divided_at_every_bound():
     rows = np.random.default_rng(0).uniform(0.0, 1.0, (100, 2))
-    options = np.arange(2), np.ones(2, dtype=bool)
+    options = np.arange(2), np.ones(2, dtype=bool), np.zeros(100)
     coarse = Splits.of(rows, *options)
     used = next(split for split in coarse.splits[10:] if split.column == 0)
     finer = Splits.of(rows, *options, [used])
@@ -37,4 +38,36 @@ def test_near_given_splits_a_column_of_many_values_is_divided_at_every_bound():
     shifted = [Splits.of(rows, *options, [Above(0, used.bound + shift)]).splits for shift in (-1e-9, 1e-9)]
     assert set(finer.splits) <= set(shifted[0]) | set(shifted[1])
     assert all(set(coarse.splits) <= set(Splits.of(rows, *options, [Above(1, bound)]).splits) for bound in (-1.0, 2.0))
-    assert Splits.of(rows[:20], *options, [used]).splits == Splits.of(rows[:20], *options).splits
+    few = *options[:2], np.zeros(20)
+    assert Splits.of(rows[:20], *few, [used]).splits == Splits.of(rows[:20], *few).splits
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_interval_that_explains_most_is_that_of_all_intervals(seed):
+    randomness = np.random.default_rng(seed)
+    values, scores = randomness.integers(0, 12, (30, 4)) / 4.0, randomness.uniform(0.0, 100.0, 30)
+    left = []
+    for column, (low, high) in zip(values.T, best_intervals(values, scores), strict=True):
+        ends = [-np.inf, *(np.unique(column)[1:] + np.unique(column)[:-1]) / 2.0, np.inf]
+        assert {low, high} <= set(ends)
+
+        def spread(low, high, column=column):
+            inside = (column > low) & (column < high)
+            return sum(scores[side].var() * side.sum() for side in (inside, ~inside) if side.any())
+
+        least = min(spread(low, high) for number, low in enumerate(ends) for high in ends[number + 1 :])
+        left.append(spread(low, high) - least)
+    assert np.abs(left) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_both_ends_of_the_best_interval_are_among_few_bounds():
+    values = np.arange(200.0)[:, None]
+    inside = (values[:, 0] > 50.0) & (values[:, 0] < 54.0)
+    splits = Splits.of(values, np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool), 100.0 * inside)
+    assert {Above(0, 50.5), Above(0, 53.5)} <= set(splits.splits)
+    assert len(splits.splits) <= 26
+
+
+@pytest.mark.parametrize("num", [1, 2])
+def test_few_rows_have_intervals(num):
+    assert best_intervals(np.arange(float(num))[:, None], np.zeros(num)).shape == (1, 2)
