@@ -37,6 +37,17 @@ def test_a_column_that_is_too_expensive_hides_no_other():
     assert needed(rows, 80.0 * rows[:, 30], **options, prices=0.0 * prices).columns.tolist() == [30]
 
 
+def test_a_column_that_is_too_expensive_leaves_cheaper_ones():
+    # Of three columns that say nearly the same, the first two cost too much.
+    rows = np.random.default_rng(0).integers(0, 2, (60, WIDTH)).astype(float)
+    rows[:, 30] = rows[:, 31] = rows[:, 32]
+    rows[0, 31], rows[:2, 32] = 1.0 - rows[0, 31], 1.0 - rows[:2, 32]
+    prices = 9.0 * (np.arange(KNOWN, WIDTH) == 32)
+    prices[30 - KNOWN], prices[31 - KNOWN] = 1e5, 1e4
+    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "known": KNOWN}
+    assert needed(rows, 80.0 * rows[:, 30], **options, prices=prices).columns.tolist() == [32]
+
+
 @pytest.mark.parametrize("noise", [0.0, 10.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_nothing_is_needed_where_known_columns_explain_scores(noise, seed):
