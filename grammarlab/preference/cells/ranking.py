@@ -20,7 +20,7 @@ Evidence: TypeAlias = Callable[[Singles], Floats]
 """[k] log-evidence of parts from the sums [k, W] of what their labels tell; an empty part has 0."""
 
 _LIKELY, _GAINING = 120, 60
-"""Numbers of splits into two that are combined: those with the largest prior mass, and those that gain most alone."""
+"""Numbers of splits into two that are combined: those with the largest prior mass, after those that gain most alone."""
 MANY = 160
 """Number of labels above which a less careful search is enough: a third of its splits, trees and rounds is left out."""
 _MANY_WAYS = 8
@@ -101,8 +101,9 @@ def _after_two(
     best, number = np.full(len(mass), -np.inf), len(inside)
     likely, gaining = (num if len(told) <= MANY else num - num // 3 for num in (_LIKELY, _GAINING))
     # Of equal masses, those that gain more alone come first.
-    by_mass = np.lexsort((-posterior[:number], -mass[:number]))[:likely]
-    tried = np.union1d(by_mass, _highest(posterior[:number], gaining))
+    by_mass = np.lexsort((-posterior[:number], -mass[:number]))
+    first = _highest(posterior[:number], gaining)
+    tried = np.union1d(first, by_mass[~np.isin(by_mass, first)][:likely])
     seconds, price = inside[tried], mass[tried]
     best[tried] = _halves_divided(seconds, price, told, evidence)
     for split in np.union1d(_highest(mass[number:], _MANY_WAYS), _highest(posterior[number:], _MANY_WAYS)).tolist():
