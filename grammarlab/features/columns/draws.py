@@ -41,7 +41,7 @@ def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
 
 
 def is_quantity(site: Site) -> bool:
-    """Whether draws are numbers to be compared: random numbers, and the branches of choices of many."""
+    """Whether its draws are numbers to compare: random numbers, and branch numbers of choices of many branches."""
     return site.kind == "uniform" or site.choices > MOST_BRANCHES
 
 

@@ -183,8 +183,8 @@ class Splits:
             scores: [n]
             near: splits near which columns of many values are divided at every bound.
         """
-        bounds_of = _bounds_of(rows, scores, near)
         varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
+        bounds = _bounds_of(rows, varying, scores, near)
         shares = {
             group: CONTINUOUS_SHARE if continuous[varying[groups[varying] == group]].all() else 1.0
             for group in np.unique(groups[varying]).tolist()
@@ -193,7 +193,7 @@ class Splits:
         splits: list[Split] = []
         log_prior: list[float] = []
         for group, share in shares.items():
-            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous, bounds_of):
+            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous, bounds):
                 splits += found
                 log_prior += [float(np.log(mass * share / total / len(found)))] * len(found)
         parts = np.array([split.parts(rows) for split in splits], dtype=np.int16).reshape(len(splits), len(rows))
@@ -242,15 +242,15 @@ def _factors(number: int) -> Ints:
     return np.random.default_rng(0).integers(1, 2**62, number, dtype=np.int64)
 
 
-def _bounds_of(rows: Floats, scores: Floats, near: Collection[Above]) -> dict[int, Floats]:
-    """Bounds on the columns that have too many values for all bounds."""
-    values = [np.unique(column) for column in rows.T]
-    many = [column for column, found in enumerate(values) if len(found) > _MOST_BOUNDS + 1]
-    known: dict[int, Floats] = {}
+def _bounds_of(rows: Floats, columns: Ints, scores: Floats, near: Collection[Above]) -> dict[int, Floats]:
+    """Bounds on columns: all of them if there are few values."""
+    ascending = np.sort(rows[:, columns], axis=0)
+    middle, apart = (ascending[1:] + ascending[:-1]) / 2.0, ascending[1:] > ascending[:-1]
+    bounds = {column: middle[apart[:, place], place] for place, column in enumerate(columns.tolist())}
+    many = [column for column, found in bounds.items() if len(found) > _MOST_BOUNDS]
     for column, ends in zip(many, best_intervals(rows[:, many], scores) if many else (), strict=True):
-        around = [split.bound for split in near if split.column == column]
-        known[column] = _some((values[column][1:] + values[column][:-1]) / 2.0, ends, around)
-    return known
+        bounds[column] = _some(bounds[column], ends, [split.bound for split in near if split.column == column])
+    return bounds
 
 
 def _some(bounds: Floats, exactly: Floats, around: Sequence[float]) -> Floats:
@@ -264,7 +264,7 @@ def _some(bounds: Floats, exactly: Floats, around: Sequence[float]) -> Floats:
 
 
 def _of_group(
-    rows: Floats, columns: Ints, continuous: Flags, bounds_of: Mapping[int, Floats]
+    rows: Floats, columns: Ints, continuous: Flags, bounds: Mapping[int, Floats]
 ) -> Iterator[tuple[float, Sequence[Split]]]:
     """Sets of splits of a group, each with its share of the prior mass of the group."""
     counts, left = columns[~continuous[columns]], 1.0
@@ -274,12 +274,11 @@ def _of_group(
             left = 0.5
             yield 0.5, [Patterns(tuple(counts.tolist()), known)]
     for column in columns.tolist():
-        share, values = left / len(columns), np.unique(rows[:, column])
-        bounds = bounds_of.get(column, (values[1:] + values[:-1]) / 2.0)
-        above = [Above(column, bound) for bound in bounds.tolist()]
-        if continuous[column] or not 2 < len(values) <= _MOST_NUMBERS:
+        share, above = left / len(columns), [Above(column, bound) for bound in bounds[column].tolist()]
+        if continuous[column] or not 1 < len(above) < _MOST_NUMBERS:
             yield share, above
             continue
+        values = np.unique(rows[:, column])
         yield 0.6 * share, above
         yield 0.2 * share, [Equal(column, value) for value in values[1:-1].tolist()]
         yield 0.1 * share, [Patterns((column,), values[:, None])]
