@@ -18,28 +18,30 @@ def test_equal_rows_are_those_of_a_comparison_entry_by_entry(number, width):
     assert all((sides[:row] != sides[row]).any(axis=1).all() for row in first.tolist())
 
 
+def bounds_of(rows, scores, near=()):
+    """The bounds on each of two continuous columns, and the total prior mass."""
+    splits = Splits.of(rows, np.arange(2), np.ones(2, dtype=bool), scores, near)
+    found = [split for split in splits.splits if isinstance(split, Above)]
+    assert len(found) == len(splits.splits)
+    assert np.exp(splits.log_prior).sum() == pytest.approx(1.0)
+    return [{split.bound for split in found if split.column == column} for column in range(2)]
+
+
 def test_near_given_splits_a_column_of_many_values_is_divided_at_every_bound():
-    rows = np.random.default_rng(0).uniform(0.0, 1.0, (100, 2))
-    options = np.arange(2), np.ones(2, dtype=bool), np.zeros(100)
-    coarse = Splits.of(rows, *options)
-    used = next(split for split in coarse.splits[10:] if split.column == 0)
-    finer = Splits.of(rows, *options, [used])
-    assert set(coarse.splits) < set(finer.splits)
-    added = sorted(split.bound for split in set(finer.splits) - set(coarse.splits))
-    assert {split.column for split in set(finer.splits) - set(coarse.splits)} == {0}
+    rows, scores = np.random.default_rng(0).uniform(0.0, 1.0, (100, 2)), np.zeros(100)
+    coarse = bounds_of(rows, scores)
+    few = np.array(sorted(coarse[0]))
+    finer = bounds_of(rows, scores, [Above(0, few[10])])
+    assert finer[1] == coarse[1]
     values = np.sort(rows[:, 0])
-    bounds = (values[1:] + values[:-1]) / 2.0
-    few = np.array([split.bound for split in coarse.splits if split.column == 0])
-    around = (bounds > few[few < used.bound].max()) & (bounds < few[few > used.bound].min())
-    assert added == [bound for bound in bounds[around].tolist() if bound != used.bound]
-    for splits in (coarse, finer):
-        assert np.exp(splits.log_prior).sum() == pytest.approx(1.0)
+    every = (values[1:] + values[:-1]) / 2.0
+    assert finer[0] == coarse[0] | set(every[(every > few[9]) & (every < few[11])].tolist())
+    assert len(finer[0]) > len(coarse[0])
     # Bounds of other labels count as well, and those outside do no harm.
-    shifted = [Splits.of(rows, *options, [Above(0, used.bound + shift)]).splits for shift in (-1e-9, 1e-9)]
-    assert set(finer.splits) <= set(shifted[0]) | set(shifted[1])
-    assert all(set(coarse.splits) <= set(Splits.of(rows, *options, [Above(1, bound)]).splits) for bound in (-1.0, 2.0))
-    few = *options[:2], np.zeros(20)
-    assert Splits.of(rows[:20], *few, [used]).splits == Splits.of(rows[:20], *few).splits
+    shifted = [bounds_of(rows, scores, [Above(0, few[10] + shift)])[0] for shift in (-1e-9, 1e-9)]
+    assert finer[0] <= shifted[0] | shifted[1]
+    assert all(coarse[1] <= bounds_of(rows, scores, [Above(1, bound)])[1] for bound in (-1.0, 2.0))
+    assert bounds_of(rows[:20], scores[:20], [Above(0, 0.5)]) == bounds_of(rows[:20], scores[:20])
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -61,11 +63,11 @@ def test_the_interval_that_explains_most_is_that_of_all_intervals(seed):
 
 
 def test_both_ends_of_the_best_interval_are_among_few_bounds():
-    values = np.arange(200.0)[:, None]
-    inside = (values[:, 0] > 50.0) & (values[:, 0] < 54.0)
-    splits = Splits.of(values, np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool), 100.0 * inside)
-    assert {Above(0, 50.5), Above(0, 53.5)} <= set(splits.splits)
-    assert len(splits.splits) <= 26
+    rows = np.column_stack([np.arange(200.0), np.arange(200.0)])
+    first, second = bounds_of(rows, np.where((rows[:, 0] > 50.0) & (rows[:, 0] < 54.0), 100.0, 0.0))
+    assert {50.5, 53.5} <= first
+    assert first == second
+    assert len(first) <= 26
 
 
 @pytest.mark.parametrize("num", [1, 2])
