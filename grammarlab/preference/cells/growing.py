@@ -192,7 +192,9 @@ def loosened(tree: Tree, rows: Floats, randomness: np.random.Generator) -> Tree:
     if isinstance(split, Above):
         values = rows[tree.labels, split.column]
         above = values > split.bound
-        split = Above(split.column, float(randomness.uniform(values[~above].max(), values[above].min())))
+        low, high, share = values[~above].max(), values[above].min(), randomness.random()
+        # Of neighbouring floats, and of floats whose difference is infinite, too.
+        split = Above(split.column, float(min((1.0 - share) * low + share * high, np.nextafter(high, low))))
     parts = tuple((part, loosened(branch, rows, randomness)) for part, branch in tree.parts)
     return replace(tree, split=split, parts=parts)
 

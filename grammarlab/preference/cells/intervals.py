@@ -32,6 +32,7 @@ def best_intervals(values: Floats, scores: Floats) -> Floats:
     size = (last - first).astype(np.float64)
     # Scores are centred, so that what is outside has the opposite sum.
     scale = 1.0 / size + 1.0 / (num - size)
+    # Column by column, since pairs of bounds are many.
     for column in range(width):
         inside = sums[last, column] - sums[first, column]
         between = np.where(apart[first, column] & apart[last, column], inside**2 * scale, -1.0)

@@ -68,6 +68,16 @@ def test_loose_bounds_keep_all_labels_and_lie_between_the_nearest(seed):
     assert all(node.split == other.split or isinstance(other.split, Above) for node, other in bounds)
 
 
+@pytest.mark.parametrize("ends", [(1.0, np.nextafter(1.0, 2.0)), (-1e308, 1e308), (6.5e6, 6.5e6 + 1e-8)])
+def test_loose_bounds_of_any_numbers_lie_between_them(ends):
+    rows = np.array(ends)[:, None]
+    parts = tuple((side, Tree(np.array([side]), 0.0)) for side in range(2))
+    tree = Tree(np.arange(2), 0.0, Above(0, ends[0]), parts)
+    for seed in range(20):
+        loose = loosened(tree, rows, np.random.default_rng(seed))
+        assert loose.cell_of(rows)[0].tolist() == [0, 1]
+
+
 def _by_hand(cells, tree, depth):
     dividing = 0.9 / np.sqrt(1.0 + depth)
     if tree.split is None:
