@@ -8,7 +8,7 @@ quantities:
 - label: one score (0-100) of one model of the pool for one factor, as the person answers
   (`grammarlab.evaluation.respondents`): the true score, or that with noise. With several factors, a label for each
   counts.
-- round: ``batch`` models for one factor; rounds take the factors in turn.
+- round: ``batch`` models for one factor: the default method asks about the factor that is most open, others take turns.
 - learned preference û_i: the product over the liked factors of the predicted mean / 100, clipped to 0-1; 1 before
   anything is liked.
 - target weights p*_i = w_i u_i / sum_j w_j u_j and learned weights q_i = w_i û_i / sum_j w_j û_j, where w_i = 1 for

@@ -236,7 +236,8 @@ def _share(
                 )
                 predicted[:, held] = [preference.predict(rows[held]).mean for preference in part]
             parts.append(part)
-    predicted[1] = expected_score(predicted[1], cells.noise, cells.blunders)
+    # Blunders are a part of the likelihood of their own.
+    predicted[1] = expected_score(predicted[1], cells.noise, blunders=0.0)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
     # Cells that like no scored design would only make the values of the process smaller.
     share = _share_by(predicted, scores, row) if cells.predict(rows).mean.max() >= _LIKED else 1.0

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.asking.questions import ask
+from grammarlab.learning.asking.turns import next_factor
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study, init, step
@@ -24,9 +25,9 @@ def interview(
 ) -> Iterator[State]:
     """The states after each round, until the budget is spent or the pool is used up.
 
-    Rounds take the factors in turn, and a design is asked about at most once per factor. The choice of designs in
-    round r for factor f draws from a key of (seed, r, f), so a shorter interview is the beginning of a longer one,
-    except that its last batch may be shorter.
+    Each round is about the factor with the highest expected gain (`grammarlab.learning.asking.turns`), and a design is
+    asked about at most once per factor. The choice of designs in round r for factor f draws from a key of (seed, r, f),
+    so a shorter interview is the beginning of a longer one, except that its last batch may be shorter.
 
     Args:
         study: the pool and the settings.
@@ -38,8 +39,9 @@ def interview(
     """
     state, rounds = init(study), 0
     while state.num_answers < min(budget, len(study.pool) * len(factors)):
-        active = rounds % len(factors)
-        num, choice = min(batch, budget - state.num_answers), derived_seed(seed, rounds, active, 0)
+        num = min(batch, budget - state.num_answers)
+        active = next_factor(study, state, factors, num)
+        choice = derived_seed(seed, rounds, active, 0)
         asked = ask(study, state, num, choice, factor=factors[active])
         order = sorted(range(len(asked)), key=asked.__getitem__)
         scores = np.empty(len(asked))

@@ -56,22 +56,43 @@ def expected_divergence(study: Study[Designs], state: State) -> float | None:
     product = state.product
     if product is None:
         return None
+    rows, weights = some_designs(study, state)
+    left = divergence_left(product, rows, weights, state.num_answers, study.settings.seed)
+    is_constant = np.ptp(product.predict(rows).mean) <= _CONSTANT * MAX_SCORE
+    if is_constant and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
+        return None
+    return left
+
+
+def divergence_left(product: ProductPreference, rows: Floats, weights: Floats, known: int, seed: int) -> float | None:
+    """Expected divergence of a learned density from the target density in nats; None without a posterior.
+
+    Args:
+        product: the preference.
+        rows: [m, F] designs.
+        weights: [m] >= 0, their density without a preference; not all 0.
+        known: number of scores.
+        seed: seed of the draws.
+    """
+    found = draws(product, rows, _DRAWS, np.random.default_rng(seed))
+    if found is None:
+        return None
+    # A function that likes nothing leaves the density of the grammar.
+    densities = [
+        weights * values if (weights * values).any() else weights for values in (*found, product.predict(rows).mean)
+    ]
+    *possible, predicted = densities
+    open_ = float(np.mean([jensen_shannon(density, predicted) for density in possible]))
+    return max(open_, _moved(product, rows, weights, predicted, known))
+
+
+def some_designs(study: Study[Designs], state: State) -> tuple[Floats, Floats]:
+    """Rows [m, F] and density weights [m] of some designs of the pool, evenly spaced."""
     weights = study.tables(state.wide).made.weights
     made = np.flatnonzero(weights > 0.0)
     num = min(_DESIGNS, len(made))
     some = made[np.arange(num) * len(made) // num]
-    rows, weights = study.table(state).rows[some], weights[some]
-    found = draws(product, rows, _DRAWS, np.random.default_rng(study.settings.seed))
-    if found is None:
-        return None
-    mean = product.predict(rows).mean
-    if np.ptp(mean) <= _CONSTANT * MAX_SCORE and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
-        return None
-    # A function that likes nothing leaves the density of the grammar.
-    densities = [weights * values if values.any() else weights for values in (*found, mean)]
-    *possible, predicted = densities
-    open_ = float(np.mean([jensen_shannon(density, predicted) for density in possible]))
-    return max(open_, _moved(product, rows, weights, predicted, state.num_answers))
+    return study.table(state).rows[some], weights[some]
 
 
 def _moved(product: ProductPreference, rows: Floats, weights: Floats, predicted: Floats, known: int) -> float:
@@ -85,6 +106,6 @@ def _moved(product: ProductPreference, rows: Floats, weights: Floats, predicted:
         values = np.prod(
             [np.clip(sketch.predict(rows).mean, 0.0, MAX_SCORE) / MAX_SCORE for sketch in sketches], axis=0
         )
-        density = weights * values if values.any() else weights
+        density = weights * values if (weights * values).any() else weights
         left.append(jensen_shannon(density, predicted) * some / max(known - some, 1))
     return sum(left) / max(len(left) - 1, 1)

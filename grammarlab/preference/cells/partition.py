@@ -27,6 +27,7 @@ from grammarlab.preference.base import AbstractPreference, Floats, Ints, Predict
 from grammarlab.preference.cells.cells import ScoreCells, levels_of
 from grammarlab.preference.cells.densities import values_for_density
 from grammarlab.preference.cells.erring import (
+    BLUNDERS,
     COOL,
     NOISES,
     Start,
@@ -190,8 +191,8 @@ class PartitionPreference(AbstractPreference):
         shares = posterior_shares(sketches)
         found = [(share, tuple(tree.cells())) for share, tree in zip(shares.tolist(), sketches, strict=True)]
         start = Start(replace(cells, levels=levels_of(cells, found)), guides, sketches[int(np.argmax(shares))])
-        # Exact held-out scores have influenced the splits of all labels, which would be a leak.
-        known = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] else ()
+        # Without errors, held-out scores have influenced the splits of all labels, which would be a leak.
+        known = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] or self.blunders > BLUNDERS[0] else ()
         near = start.tree.bounds().union(*(tree.bounds() for tree in known))
         table = widened(rows, self.shares_of)
         cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, scores, near), table)

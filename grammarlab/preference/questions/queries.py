@@ -28,7 +28,7 @@ from grammarlab.preference.processes.disagreement import (
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.processes.posterior import squared_distances
 from grammarlab.preference.questions.liked import EXACT, liked, liked_are_rare, noise_of
-from grammarlab.preference.questions.resembling import FEW_LIKED, most_alike, surely_liked
+from grammarlab.preference.questions.resembling import FEW_LIKED, LEAST_NOISE, most_alike, most_missed, surely_liked
 
 Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
 
@@ -47,8 +47,6 @@ SCARCE = 1 / 64
 """Share of models of the grammar that seem liked, below which half of the questions are about models that do."""
 SMALL_PART = 0.1
 """Share of the highest value below which an expected value is too small as a divisor."""
-LEAST_NOISE = 3.0
-"""Smallest standard deviation of cells, in points."""
 NOVELTY = 0.1
 """Variance of new effects unknown to cells, as a share of the squared highest value."""
 _CANDIDATES = (800, 200)
@@ -56,6 +54,8 @@ _CANDIDATES = (800, 200)
 
 _PER_CHANCE = 8
 """Number of questions by cells of which one, rounded to the nearest number, is about a model at random."""
+_PER_MISSED = 4
+"""Number of questions of which one, rounded to the nearest number, is about a model similar to an unexplained one."""
 _TOGETHER = 256
 """Number of known models per block of distances."""
 
@@ -139,7 +139,8 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     While nothing is liked, the first part uses models from elsewhere, since liked models may be too rare in samples of
     the grammar. If liked models have been rare, all questions are of this kind. While few models are liked, half of the
     questions are about models similar to these, or all questions if liked models have been rare and cells do not take
-    the scores of all of them for blunders.
+    the scores of all of them for blunders. Later, one of four questions is about a model similar to those with
+    scores above what cells expect, if there are any.
 
     Doubtful scores are not requested again. Repeating them whenever cells expected more gain from it than from the last
     new model did not help: the divergence after 64 scores was 0.080 instead of 0.076, the mean of three persons with
@@ -159,6 +160,8 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         if not sure.any():
             # Probably all of them are blunders, and what is liked has still to be found.
             situation = replace(situation, scores=np.where(situation.liked, 0.0, scores))
+    elif len(scores) >= FEWEST:
+        alike = most_missed(preference, pool, asked, scores, _one_in(_PER_MISSED, num), _unasked(situation), randomness)
     return np.append(alike, _informative(preference, situation, num - len(alike), alike, rare, randomness))
 
 
@@ -192,12 +195,16 @@ def _informative(
     by_process = min(round(max(preference.share, least) * (num - len(apart))), len(candidates) - len(apart))
     first = np.append(apart, _of_process(preference.process, situation, candidates, apart, by_process, rare))
     left = min(num, len(candidates)) - len(first)
-    by_chance = 0 if rare else (left + _PER_CHANCE // 2) // _PER_CHANCE
+    by_chance = 0 if rare else _one_in(_PER_CHANCE, left)
     second = _of_cells(preference, situation, candidates, first, left - by_chance)
     open_ = np.ones(len(candidates), dtype=bool)
     open_[np.concatenate((first, second))] = False
     third = _drawn(open_, situation.from_grammar[candidates].astype(np.float64), by_chance, randomness)
     return candidates[np.concatenate((first, second, third))]
+
+
+def _one_in(per: int, num: int) -> int:
+    return (num + per // 2) // per
 
 
 def _are_scarce(preference: BlendedPreference, situation: Situation) -> bool:

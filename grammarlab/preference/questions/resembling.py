@@ -1,7 +1,8 @@
-"""Models similar to the few liked ones, while hardly any are known.
+"""Models similar to liked ones that have no reliable explanation yet.
 
-Explanations of so few liked models are unreliable. A single high score among many low ones can also be a blunder: if
-similar models are liked, it is none, and if they are not, less is lost than by looking for its reasons elsewhere.
+While hardly any liked models are known, all explanations are unreliable. Later, a high score among many low ones may be
+an error, or the first model of another liked kind. If similar models are liked, it is none, and if they are not, less
+is lost than by looking for its reasons elsewhere.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints
 from grammarlab.preference.blended import BlendedPreference
+from grammarlab.preference.likelihood import expected_score
 from grammarlab.preference.observations import observe
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
 from grammarlab.preference.questions.liked import liked
@@ -19,10 +21,16 @@ FEW_LIKED = 4
 """Number of liked models from which questions follow from explanations only."""
 _DOUBTED = 0.25
 """Share of a score below which the value by cells means that they take it for a blunder."""
+LEAST_NOISE = 3.0
+"""Smallest standard deviation of cells, in points."""
 _ALIKE_DISTANCE = 2.6
 """Weighted squared distance between two typical models if all columns have equal weight."""
 _ALIKE_NOISE = 1e-3
 """Noise, as a share of the amplitude."""
+_MISSED = 1.5
+"""Number of standard deviations by which a score is above the expected one if it has no explanation."""
+_OF_HIGHEST = 0.5
+"""Value of models of another liked kind, as a share of the highest value."""
 
 
 def surely_liked(preference: BlendedPreference, known: Floats, scores: Floats) -> NDArray[np.bool_]:
@@ -34,6 +42,37 @@ def surely_liked(preference: BlendedPreference, known: Floats, scores: Floats) -
         scores: [n] their scores.
     """
     return liked(scores, preference.noise) & (preference.partition.predict(known).mean >= _DOUBTED * scores)
+
+
+def most_missed(
+    preference: BlendedPreference,
+    pool: Floats,
+    asked: Ints,
+    scores: Floats,
+    num: int,
+    allowed: NDArray[np.bool_],
+    randomness: np.random.Generator,
+) -> Ints:
+    """Models similar to those with higher scores than cells explain, and different from those without.
+
+    A cell of many disliked models takes the scores of a rare liked kind for errors, and has no reason to ask for more.
+
+    Args:
+        preference: the preference.
+        pool: [m, F] rows of all models.
+        asked: [n] pool indices of scored models.
+        scores: [n] their scores.
+        num: number of models; none if cells explain all scores.
+        allowed: [m] whether a model may be chosen.
+        randomness: decides between equally similar models.
+    """
+    cells = preference.partition
+    values, noise = cells.predict(pool[asked]).mean, max(cells.noise, LEAST_NOISE)
+    missed = np.maximum(scores - expected_score(values, noise, 0.0), 0.0)
+    if not (missed > _MISSED * noise).any():
+        return asked[:0]
+    amplitude = _OF_HIGHEST * max(float(values.max()), noise)
+    return _nearest(pool, asked, missed, (noise / amplitude) ** 2, num, allowed, randomness)
 
 
 def most_alike(
@@ -54,10 +93,23 @@ def most_alike(
         allowed: [m] whether a model may be chosen.
         randomness: decides between equally similar models.
     """
+    return _nearest(pool, asked, scores, _ALIKE_NOISE, num, allowed, randomness)
+
+
+def _nearest(
+    pool: Floats,
+    asked: Ints,
+    scores: Floats,
+    noise: float,
+    num: int,
+    allowed: NDArray[np.bool_],
+    randomness: np.random.Generator,
+) -> Ints:
+    """Allowed models with the highest expected scores; the noise is a share of the amplitude."""
     variance = pool.var(axis=0)
     varies = variance > 0.0
     weights = np.zeros(len(variance))
     weights[varies] = _ALIKE_DISTANCE / (2.0 * varies.sum() * variance[varies])
-    alike = condition(Hyperparameters(MAX_SCORE**2, weights, _ALIKE_NOISE * MAX_SCORE**2), observe(pool[asked], scores))
+    alike = condition(Hyperparameters(MAX_SCORE**2, weights, noise * MAX_SCORE**2), observe(pool[asked], scores))
     open_ = randomness.permutation(np.flatnonzero(allowed))
     return open_[np.argsort(-alike.predict(pool[open_]).mean, kind="stable")[:num]]

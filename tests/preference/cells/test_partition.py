@@ -8,7 +8,7 @@ import pytest
 
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
-from grammarlab.preference.cells.erring import NOISES
+from grammarlab.preference.cells.erring import BLUNDERS, NOISES
 from grammarlab.preference.cells.growing import Growth, grow
 from grammarlab.preference.cells.splits import Splits
 
@@ -164,12 +164,22 @@ def test_without_some_exact_scores_the_best_tree_is_grown_again():
     assert again > grown + 1.0
 
 
-def test_splits_that_errors_hide_from_few_labels_are_kept():
+def noisy(scores):
+    return np.clip(scores + np.random.default_rng(0).normal(0.0, 10.0, 60), 0.0, 100.0)
+
+
+def blundering(scores):
+    randomness = np.random.default_rng(0)
+    return np.where(randomness.random(60) < 0.1, 100.0 * randomness.random(60).round(2), scores)
+
+
+@pytest.mark.parametrize("errs", [noisy, blundering])
+def test_splits_that_errors_hide_from_few_labels_are_kept(errs):
     rows, scores, known = exact_labels(3)
-    noisy = np.clip(scores + np.random.default_rng(0).normal(0.0, 10.0, 60), 0.0, 100.0)
-    preference = partition.fit(rows, noisy)
-    assert preference.noise > NOISES[0]
-    part = preference.without(rows[known], noisy[known], np.zeros(8, dtype=bool))
+    given = errs(scores)
+    preference = partition.fit(rows, given)
+    assert (preference.noise > NOISES[0], preference.blunders > BLUNDERS[0]) == (errs is noisy, errs is blundering)
+    part = preference.without(rows[known], given[known], np.zeros(8, dtype=bool))
     found = [{column for node in tree.nodes() if node.split for column in node.split.columns} for tree in part.trees]
     assert all({0, 1, 2, 3} <= columns for columns in found[4:])
     assert not all({0, 1, 2, 3} <= columns for columns in found[:4])

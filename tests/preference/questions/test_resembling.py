@@ -3,7 +3,7 @@
 import numpy as np
 
 from grammarlab.preference import blended
-from grammarlab.preference.questions.resembling import FEW_LIKED, most_alike, surely_liked
+from grammarlab.preference.questions.resembling import FEW_LIKED, most_alike, most_missed, surely_liked
 from tests.preference.rows import bits
 
 
@@ -51,3 +51,34 @@ def test_no_more_models_than_there_are():
     allowed = np.zeros(len(rows), dtype=bool)
     allowed[[7, 9]] = True
     assert sorted(most_alike(rows, asked, scores, 8, allowed, np.random.default_rng(0)).tolist()) == [7, 9]
+
+
+def errs(num_rare):
+    """Rows of 90 designs scored with noise: a tenth is liked, and some of a rare kind are worth half as much."""
+    rows = bits(4000, 12, 0)
+    liked, rare = (rows[:, :3].sum(axis=1) == total for total in (3.0, 0.0))
+    rare &= rows[:, 3:6].sum(axis=1) == 0.0
+    known = [np.flatnonzero(~liked & ~rare)[:78], np.flatnonzero(liked)[:12], np.flatnonzero(rare)[:num_rare]]
+    asked = np.concatenate(known)
+    value = np.select([liked, rare], [80.0, 40.0], 0.0)
+    scores = np.clip(value[asked] + np.random.default_rng(1).normal(0.0, 10.0, len(asked)), 0.0, 100.0)
+    allowed = np.ones(len(rows), dtype=bool)
+    allowed[asked] = False
+    return rows, asked, scores, allowed, rare
+
+
+def test_a_rare_liked_kind_that_cells_take_for_errors_is_asked_about_again():
+    rows, asked, scores, allowed, rare = errs(num_rare=1)
+    preference = blended.fit(rows[asked], scores)
+    assert preference.partition.predict(rows[asked[-1:]]).mean < 20.0
+    found = most_missed(preference, rows, asked, scores, 8, allowed, np.random.default_rng(0))
+    assert allowed[found].all()
+    assert len(np.unique(found)) == 8
+    assert rare[found].mean() > 10.0 * rare.mean()
+
+
+def test_scores_that_cells_explain_lead_to_no_questions():
+    rows, asked, scores, allowed, _ = errs(num_rare=0)
+    exact = np.where(scores > 50.0, 80.0, 0.0)
+    preference = blended.fit(rows[asked], exact)
+    assert not len(most_missed(preference, rows, asked, exact, 8, allowed, np.random.default_rng(0)))

@@ -1,0 +1,66 @@
+"""Which factor to ask about next: the one whose scores are expected to change the learned density most.
+
+Some factors are known after a few scores, and others take most of them. The divergence that a factor leaves open is
+estimated as in `grammarlab.learning.asking.stopping`, with the other factors at their predictions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from grammarlab.learning.asking.stopping import divergence_left, some_designs
+from grammarlab.learning.designs.design_space import Designs
+from grammarlab.learning.round import State, Study
+from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.factors import ProductPreference
+
+FEWEST = 24
+"""Number of scores of every factor before one is preferred."""
+LEAST = 0.5
+"""Least share of the scores that a factor would get in turn, since a learner that is sure may be wrong."""
+
+
+def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num: int) -> int:
+    """Index of the factor to ask about next.
+
+    Args:
+        study: the pool and the settings.
+        state: the state.
+        factors: names of K >= 1 factors, at least one of them without a score for some design of the pool.
+        num: number of scores of the next round, >= 1.
+
+    Returns:
+        The factor with the highest expected gain. While any factor has too few scores or none above 0, and for learning
+        methods without a posterior, the first one of those with the fewest scores.
+    """
+    known = [len(state.answers[name].designs) if name in state.answers else 0 for name in factors]
+    behind = int(np.argmin(known))
+    fewest = max(FEWEST, LEAST * sum(known) / len(factors))
+    if len(factors) == 1 or known[behind] < fewest or not set(factors) <= set(state.liked):
+        return behind
+    gains = _gains(study, state, factors, known, num)
+    return behind if gains is None else int(np.argmax(gains))
+
+
+def _gains(
+    study: Study[Designs], state: State, factors: Sequence[str], known: Sequence[int], num: int
+) -> list[float] | None:
+    """Expected gain of more scores of each factor, in nats; None without a posterior.
+
+    With n scores of a factor, and a divergence that is proportional to 1 / n, k more are a gain of a share k / (n + k).
+    """
+    rows, weights = some_designs(study, state)
+    preferences = [state.preferences[name] for name in factors]
+    values = [np.clip(each.predict(rows).mean, 0.0, MAX_SCORE) for each in preferences]
+    gains = list[float]()
+    for place, (preference, number) in enumerate(zip(preferences, known, strict=True)):
+        others = weights * np.prod([each for other, each in enumerate(values) if other != place], axis=0)
+        product = ProductPreference({factors[place]: preference})
+        left = divergence_left(product, rows, others if others.any() else weights, number, study.settings.seed)
+        if left is None:
+            return None
+        is_open = number < len(study.pool)
+        gains.append(left * num / (number + num) if is_open else -1.0)
+    return gains
