@@ -48,6 +48,7 @@ def state_of(rounds: Rounds) -> Message:
         "relevance": _relevance(predicted),
         "words": [] if knowledge.learned is None else list(knowledge.learned.words),
         "gain": None if knowledge.learned is None else knowledge.learned.gain,
+        "turn": knowledge.learned.turn if knowledge.learned and knowledge.learned.turn in record.factors else "",
         "updating": None if updating is None else updating.as_json(),
         "fresh": knowledge.judgements == record.judgements,
         "ways": [{"name": name, "says": says} for name, says in WAYS.items() if name != PAIRS],

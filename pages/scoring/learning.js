@@ -65,14 +65,15 @@ export function makeLearning(page) {
 
 /** @param {State} state */
 function hintOf(state) {
-  const [{ fresh, chart, gain }, all] = [state, said(state)];
+  const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
   if (!all) return "Score some models, then update: the density follows your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
   const more = gain === null ? "" : ` 16 more scores may gain about ${gain.toPrecision(1)} nats.`;
+  const next = turn && turn !== active ? ` Those of “${turn}” tell most.` : "";
   const known = settled ? "the density has settled." : "the predictions know them all.";
-  return `${all}; ${known}${more}`;
+  return `${all}; ${known}${more}${next}`;
 }
 
 /** Numbers of scores and comparisons, in words. @param {State} state */

@@ -49,6 +49,7 @@
  * @property {Relevance[]} relevance
  * @property {string[]} words What is liked and what is not, a sentence each.
  * @property {number | null} gain Nats that 16 more scores are expected to gain.
+ * @property {string} turn Factor whose scores would tell most; empty if there is one factor only.
  * @property {Progress | null} updating
  * @property {boolean} fresh whether the predictions know all scores
  * @property {Way[]} ways

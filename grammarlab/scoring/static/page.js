@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source d4ce13388e31243c */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source a8f17b937b8e2f52 */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -1104,14 +1104,15 @@ function makeLearning(page) {
   return { element: section, update, progress };
 }
 function hintOf(state) {
-  const [{ fresh, chart, gain }, all] = [state, said(state)];
+  const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
   if (!all) return "Score some models, then update: the density follows your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
   const more = gain === null ? "" : ` 16 more scores may gain about ${gain.toPrecision(1)} nats.`;
+  const next = turn && turn !== active ? ` Those of “${turn}” tell most.` : "";
   const known = settled ? "the density has settled." : "the predictions know them all.";
-  return `${all}; ${known}${more}`;
+  return `${all}; ${known}${more}${next}`;
 }
 function said({ scored, compared }) {
   return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from grammarlab.learning.answers import Answers, answers_for
 from grammarlab.learning.asking.questions import ask, ask_pairs
-from grammarlab.learning.asking.stopping import expected_gain
+from grammarlab.learning.asking.stopping import MORE, expected_gain
+from grammarlab.learning.asking.turns import next_factor
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import State, Study, answered, init, step
@@ -123,7 +124,11 @@ class _LastUpdate:
             chosen=chosen,
             words=words,
             gain=gain,
+            turn=self._turn(tuple(request.factors)),
         )
+
+    def _turn(self, names: tuple[str, ...]) -> str:
+        return names[next_factor(self._study, self._state, names, MORE)] if len(names) > 1 else ""
 
     def _words(self, product: Predictions | None) -> tuple[str, ...]:
         """Liked and disliked kinds in words."""

@@ -182,6 +182,8 @@ class LearnedUpdate:
     """Liked and disliked kinds, one sentence each."""
     gain: float | None = None
     """Expected gain of 16 more scores in nats; None if it is unknown."""
+    turn: str = ""
+    """Factor whose scores would tell most; empty if there is one factor only."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -220,3 +220,10 @@ def test_comparisons_alone_can_be_learned_from(handler: Handler, pool: ModelPool
     found = handler(Update({"overall": scores}, NUMBERS, ModelChoice("pairs", "overall", 6, 1)), report)
     asked = {frozenset(found.chosen[place : place + 2]) for place in (0, 2, 4)}
     assert not asked & {frozenset(pair) for pair in pairs}
+
+
+def test_the_factor_with_the_fewest_scores_is_next_and_one_alone_has_no_turn(handler: Handler, pool: ModelPool):
+    scores = {model: 100.0 * (number % 2) for number, model in enumerate(pool.names[:8])}
+    assert update(handler, {"a": scores}).turn == ""
+    assert update(handler, {"a": scores, "b": dict(list(scores.items())[:4])}).turn == "b"
+    assert update(handler, {"a": dict(list(scores.items())[:4]), "b": scores}).turn == "a"
