@@ -20,6 +20,8 @@ FEWEST = 24
 """Number of scores of every factor before one is preferred."""
 LEAST = 0.5
 """Least share of the scores that a factor would get in turn, since a learner that is sure may be wrong."""
+SMALL = 1e-3
+"""Gain in nats below which gains are equal."""
 
 
 def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num: int) -> int:
@@ -32,8 +34,8 @@ def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num
         num: number of scores of the next round, >= 1.
 
     Returns:
-        The factor with the highest expected gain. While any factor has too few scores or none above 0, and for learning
-        methods without a posterior, the first one of those with the fewest scores.
+        The factor with the highest expected gain; of equal ones, and while any factor has too few scores or none above
+        0, and for learning methods without a posterior, the first one of those with the fewest scores.
     """
     known = [len(state.answers[name].designs) if name in state.answers else 0 for name in factors]
     behind = int(np.argmin(known))
@@ -41,7 +43,10 @@ def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num
     if len(factors) == 1 or known[behind] < fewest or not set(factors) <= set(state.liked):
         return behind
     gains = _gains(study, state, factors, known, num)
-    return behind if gains is None else int(np.argmax(gains))
+    if gains is None:
+        return behind
+    open_ = [place for place, number in enumerate(known) if number < len(study.pool)]
+    return min(open_, key=lambda place: (-max(gains[place], SMALL), known[place]))
 
 
 def _gains(
@@ -61,6 +66,5 @@ def _gains(
         left = divergence_left(product, rows, others if others.any() else weights, number, study.settings.seed)
         if left is None:
             return None
-        is_open = number < len(study.pool)
-        gains.append(left * num / (number + num) if is_open else -1.0)
+        gains.append(left * num / (number + num))
     return gains

@@ -72,3 +72,8 @@ def test_one_factor_is_always_asked_about_and_no_model_twice():
 
     *_, last = interview(full, NAMES, person, budget=10_000, batch=16)
     assert [len(last.answers[name].designs) for name in NAMES] == [size, size]
+
+
+def test_factors_that_seem_known_take_turns_again():
+    assert next_factor(*known((88, 96)), NAMES, 8) == 0
+    assert next_factor(*known((96, 88)), NAMES, 8) == 1
