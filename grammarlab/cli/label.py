@@ -35,15 +35,23 @@ def label(
     ] = ("default"),
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the labels.")] = False,
 ) -> None:
-    """Save scores that a simulated person gives to models."""
-    with friendly_errors():
+    """Save scores that a simulated person gives to models.
+
+    The file is written after every round of questions.
+    """
+    saved: list[int] = []
+    with friendly_errors(lambda: f"{file} has the first {saved[-1]:,} scores." if saved else ""):
+        from grammarlab.cli.console.progress import progress
         from grammarlab.runs.evaluate.find import find_scenario
         from grammarlab.runs.evaluate.label import label_models_of
 
         found = find_scenario(scenario)
         file = file or Path(f"{found.stem}_labels.csv")
         check_overwrites([file], [found])
-        result = label_models_of(found, file, number, seed=seed, method=method, person=person)
+        with progress(lambda _what, done, _total: saved.append(done)) as on_progress:
+            result = label_models_of(
+                found, file, number, seed=seed, method=method, person=person, on_progress=on_progress
+            )
         liked = sum(label.score > 0 for label in result.labels)
         js = result.curve.points[-1].js
         if as_json:

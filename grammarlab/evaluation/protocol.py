@@ -19,6 +19,8 @@ quantities:
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,7 +34,9 @@ from grammarlab.preference.base import MAX_SCORE
 Floats = NDArray[np.float64]
 
 
-def run(material: Material, batch: int, seed: int, max_labels: int) -> tuple[State, Curve]:
+def run(
+    material: Material, batch: int, seed: int, max_labels: int, on_round: Callable[[State], None] = lambda _state: None
+) -> tuple[State, Curve]:
     """All rounds up to a number of labels, or until the pool is used up.
 
     Args:
@@ -40,6 +44,7 @@ def run(material: Material, batch: int, seed: int, max_labels: int) -> tuple[Sta
         batch: models per round, >= 1.
         seed: 0 <= seed < 2**64.
         max_labels: >= 1; the last round is cut to it.
+        on_round: called with the state after every round.
     """
     state, points, liked = init(material.study), list[Point](), 0
     rounds = interview(material.study, material.factors, material.person, budget=max_labels, batch=batch, seed=seed)
@@ -48,6 +53,7 @@ def run(material: Material, batch: int, seed: int, max_labels: int) -> tuple[Sta
         state = after
         js, correlation = agreement(material.target, learned(material, state), material.weights)
         points.append(Point(state.num_answers, js, correlation, liked))
+        on_round(state)
     return state, Curve(tuple(points))
 
 

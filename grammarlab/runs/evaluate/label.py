@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from grammarlab.evaluation.curves import Curve
+from grammarlab.evaluation.material import Material
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.names import chosen_one
 from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
+from grammarlab.learning.round import State
 from grammarlab.preference.labels.files import save_labels
 from grammarlab.preference.labels.table import OVERALL, Labels
+from grammarlab.runs.disk.results import Progress
 from grammarlab.runs.evaluate.task import CurveTask, run_protocol
 from grammarlab.runs.sampling.sources import load_source
 from grammarlab.runs.work.workers import one_thread
@@ -36,8 +40,11 @@ def label_models_of(
     method: str = "default",
     person: str = EXACT.name,
     cache: Path | None = None,
+    on_progress: Progress = lambda _what, _done, _total: None,
 ) -> LabelResult:
     """Let a simulated person score models, which are chosen round after round as for a real person.
+
+    The file is written after every round, so what was scored before an interruption is not lost.
 
     Args:
         scenario: a scenario file.
@@ -47,6 +54,7 @@ def label_models_of(
         method: method of choosing models, of `grammarlab.evaluation.methods.METHODS`.
         person: error model of scores, of `grammarlab.evaluation.respondents.RESPONDENTS`.
         cache: folder for counted features, reused by later calls.
+        on_progress: called after every round.
 
     Raises:
         UsageError: If the method, the person or the suffix of the file is unknown.
@@ -54,6 +62,11 @@ def label_models_of(
     way, respondent = chosen_one(method, METHODS, "method"), chosen_one(person, RESPONDENTS, "person")
     key = load_source(scenario).key
     file.parent.mkdir(parents=True, exist_ok=True)
+
+    def on_labels(labels: Labels) -> None:
+        save_labels(labels, file)
+        on_progress("scores", len(labels), num_labels)
+
     with tempfile.TemporaryDirectory() as scratch:
         save_labels(Labels(), Path(scratch, file.name))  # report a wrong suffix before the work
         labels, curve = labels_of(
@@ -65,20 +78,29 @@ def label_models_of(
                 max_labels=num_labels,
                 cache=cache or Path(scratch),
                 person=respondent,
-            )
+            ),
+            on_labels,
         )
-    save_labels(labels, file)
     return LabelResult(file, labels, curve)
 
 
-def labels_of(task: CurveTask) -> tuple[Labels, Curve]:
-    """Labels of the simulated person of a task, and their learning curve."""
+def labels_of(task: CurveTask, on_labels: Callable[[Labels], None] = lambda _labels: None) -> tuple[Labels, Curve]:
+    """Labels of the simulated person of a task, and their learning curve.
+
+    Args:
+        task: the task.
+        on_labels: called with the labels after every round.
+    """
     with one_thread():
-        material, state, curve = run_protocol(task)
+        material, state, curve = run_protocol(task, lambda material, state: on_labels(_labels(material, state)))
+    return _labels(material, state), curve
+
+
+def _labels(material: Material, state: State) -> Labels:
     single, hashes = len(material.factors) == 1, material.study.space.hashes
     rows = [
         address.label(OVERALL if single else name, score, hashes)
         for name, answers in state.answers.items()
         for address, score in zip(answers.designs, answers.scores.tolist(), strict=True)
     ]
-    return Labels(tuple(rows)), curve
+    return Labels(tuple(rows))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -68,12 +69,21 @@ def load_material(scenario: Path, _source_key: str, settings: Settings, seed: in
     return prepare(load_source(scenario).for_person(seed), settings)
 
 
-def run_protocol(task: CurveTask) -> tuple[Material, State, Curve]:
-    """The simulated person of a task, after all rounds."""
+def run_protocol(
+    task: CurveTask, on_round: Callable[[Material, State], None] = lambda _material, _state: None
+) -> tuple[Material, State, Curve]:
+    """The simulated person of a task, after all rounds.
+
+    Args:
+        task: the task.
+        on_round: called with the material and the state after every round.
+    """
     material = load_material(task.scenario, task.source_key, task.settings, task.seed)
     material = material if task.method.factored else material.as_one_factor()
     material = material.answered_by(task.person, task.seed)
-    state, curve = protocol.run(material, task.method.batch, task.seed, task.max_labels)
+    state, curve = protocol.run(
+        material, task.method.batch, task.seed, task.max_labels, lambda state: on_round(material, state)
+    )
     return material, state, curve
 
 
