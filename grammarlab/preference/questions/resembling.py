@@ -29,6 +29,8 @@ _ALIKE_NOISE = 1e-3
 """Noise, as a share of the amplitude."""
 _MISSED = 1.5
 """Number of standard deviations by which a score is above the expected one if it has no explanation."""
+_MOST_CANDIDATES = 8_000
+"""Largest number of models that are compared with those; a pool for rare tastes has many more."""
 _OF_HIGHEST = 0.5
 """Value of models of another liked kind, as a share of the highest value."""
 
@@ -72,7 +74,8 @@ def most_missed(
     if not (missed > _MISSED * noise).any():
         return asked[:0]
     amplitude = _OF_HIGHEST * max(float(values.max()), noise)
-    return _nearest(pool, asked, missed, (noise / amplitude) ** 2, num, allowed, randomness)
+    some = randomness.permutation(np.flatnonzero(allowed))[:_MOST_CANDIDATES]
+    return _nearest(pool, asked, missed, (noise / amplitude) ** 2, some)[:num]
 
 
 def most_alike(
@@ -93,23 +96,14 @@ def most_alike(
         allowed: [m] whether a model may be chosen.
         randomness: decides between equally similar models.
     """
-    return _nearest(pool, asked, scores, _ALIKE_NOISE, num, allowed, randomness)
+    return _nearest(pool, asked, scores, _ALIKE_NOISE, randomness.permutation(np.flatnonzero(allowed)))[:num]
 
 
-def _nearest(
-    pool: Floats,
-    asked: Ints,
-    scores: Floats,
-    noise: float,
-    num: int,
-    allowed: NDArray[np.bool_],
-    randomness: np.random.Generator,
-) -> Ints:
-    """Allowed models with the highest expected scores; the noise is a share of the amplitude."""
+def _nearest(pool: Floats, asked: Ints, scores: Floats, noise: float, open_: Ints) -> Ints:
+    """Open models by their expected scores, highest first; the noise is a share of the amplitude."""
     variance = pool.var(axis=0)
     varies = variance > 0.0
     weights = np.zeros(len(variance))
     weights[varies] = _ALIKE_DISTANCE / (2.0 * varies.sum() * variance[varies])
     alike = condition(Hyperparameters(MAX_SCORE**2, weights, noise * MAX_SCORE**2), observe(pool[asked], scores))
-    open_ = randomness.permutation(np.flatnonzero(allowed))
-    return open_[np.argsort(-alike.predict(pool[open_]).mean, kind="stable")[:num]]
+    return open_[np.argsort(-alike.predict(pool[open_]).mean, kind="stable")]
