@@ -140,7 +140,7 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     the grammar. If liked models have been rare, all questions are of this kind. While few models are liked, half of the
     questions are about models similar to these, or all questions if liked models have been rare and cells do not take
     the scores of all of them for blunders. Later, one of eight questions is about a model similar to those with
-    scores above what cells expect, if there are any; with one of four, B1 was .053 to .066 instead of .033 to .039
+    scores above what cells expect, if there are any; with one of four, B1 was .053 and .066 instead of .033 and .039
     after 128 scores with noise of 10 points, as cells of many scores of a rare kind are too large at first.
 
     Doubtful scores are not requested again. Repeating them whenever cells expected more gain from it than from the last
