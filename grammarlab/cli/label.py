@@ -37,7 +37,7 @@ def label(
 ) -> None:
     """Save scores that a simulated person gives to models.
 
-    The file is written after every round of questions.
+    A new file is written after every round of questions; an existing one is replaced at the end.
     """
     saved: list[int] = []
     with friendly_errors(lambda: f"{file} has the first {saved[-1]:,} scores." if saved else ""):
@@ -48,7 +48,8 @@ def label(
         found = find_scenario(scenario)
         file = file or Path(f"{found.stem}_labels.csv")
         check_overwrites([file], [found])
-        with progress(lambda _what, done, _total: saved.append(done)) as on_progress:
+        is_new = not file.exists()
+        with progress(lambda _what, done, _total: saved.extend([done] if is_new else [])) as on_progress:
             result = label_models_of(
                 found, file, number, seed=seed, method=method, person=person, on_progress=on_progress
             )

@@ -30,12 +30,13 @@ def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num
     Args:
         study: the pool and the settings.
         state: the state.
-        factors: names of K >= 1 factors, at least one of them without a score for some design of the pool.
+        factors: names of K >= 1 factors.
         num: number of scores of the next round, >= 1.
 
     Returns:
         The factor with the highest expected gain; of equal ones, and while any factor has too few scores or none above
-        0, and for learning methods without a posterior, the first one of those with the fewest scores.
+        0, and for learning methods without a posterior, the first one of those with the fewest scores. One with
+        scores for the whole pool comes last.
     """
     known = [len(state.answers[name].designs) if name in state.answers else 0 for name in factors]
     behind = int(np.argmin(known))
@@ -45,8 +46,9 @@ def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num
     gains = _gains(study, state, factors, known, num)
     if gains is None:
         return behind
+    # A person may have compared or scored more models than the pool has.
     open_ = [place for place, number in enumerate(known) if number < len(study.pool)]
-    return min(open_, key=lambda place: (-max(gains[place], SMALL), known[place]))
+    return min(open_ or range(len(factors)), key=lambda place: (-max(gains[place], SMALL), known[place]))
 
 
 def _gains(

@@ -44,7 +44,8 @@ def label_models_of(
 ) -> LabelResult:
     """Let a simulated person score models, which are chosen round after round as for a real person.
 
-    The file is written after every round, so what was scored before an interruption is not lost.
+    A new file is written after every round, so what was scored before an interruption is not lost. An existing one is
+    replaced at the end.
 
     Args:
         scenario: a scenario file.
@@ -63,8 +64,11 @@ def label_models_of(
     key = load_source(scenario).key
     file.parent.mkdir(parents=True, exist_ok=True)
 
+    is_new = not file.exists()
+
     def on_labels(labels: Labels) -> None:
-        save_labels(labels, file)
+        if is_new:
+            save_labels(labels, file)
         on_progress("scores", len(labels), num_labels)
 
     with tempfile.TemporaryDirectory() as scratch:
@@ -81,6 +85,7 @@ def label_models_of(
             ),
             on_labels,
         )
+    save_labels(labels, file)
     return LabelResult(file, labels, curve)
 
 

@@ -75,3 +75,10 @@ def test_one_factor_is_always_asked_about_and_no_model_twice():
 def test_factors_that_seem_known_take_turns_again():
     assert next_factor(*known((88, 96)), NAMES, 8) == 0
     assert next_factor(*known((96, 88)), NAMES, 8) == 1
+
+
+def test_with_scores_for_the_whole_pool_every_factor_is_known():
+    study, state = known((48, 48), size=48)
+    assert next_factor(study, state, NAMES, 8) == 0
+    study, state = known((48, 40), (40.0, 0.0), size=48)
+    assert next_factor(study, state, NAMES, 8) == 1

@@ -31,3 +31,17 @@ def test_what_was_scored_before_an_interruption_is_the_beginning_of_all(scenario
     assert seen == [("scores", 8, 24, 8), ("scores", 16, 24, 16)]
     assert read_labels(part).rows == read_labels(tmp_path / "whole.csv").rows[:16]
     assert len(whole.labels) == 24
+
+
+def test_an_interruption_leaves_an_earlier_file_as_it_was(scenario, tmp_path):
+    file = tmp_path / "labels.csv"
+    label_models_of(scenario, file, 16)
+    before = file.read_bytes()
+
+    def interrupt(_what, _done, _total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        label_models_of(scenario, file, 24, person="sd10", on_progress=interrupt)
+    assert file.read_bytes() == before
+    assert len(label_models_of(scenario, file, 24).labels) == len(read_labels(file)) == 24
