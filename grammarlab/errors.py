@@ -7,6 +7,7 @@ GrammarlabError
 │   └── BudgetError        too many shapes, or too deep
 ├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
 │   └── MissingAssetError  a file that its folder lacks
+├── TableError             a table of text that cannot be read: names the line
 ├── WorkerError            a task whose processes have died repeatedly
 ├── FacadeError            an invalid facade, or constraints that contradict each other
 └── InexactError           a density that no grammar has exactly: states the reason
@@ -149,6 +150,10 @@ class WorkerError(GrammarlabError):
 
 class FacadeError(GrammarlabError):
     """An invalid facade or facade file, with the place of the mistake."""
+
+
+class TableError(GrammarlabError):
+    """A table of text that cannot be read, with the line of the mistake but without the name of the file."""
 
 
 class InexactError(GrammarlabError):

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import os
 import secrets
 import shutil
+import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, UsageError
 
 PART_PREFIX = ".part-"
 """Prefix of the names of unfinished files and folders."""
@@ -69,6 +71,28 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, text.encode())
 
 
+def read_bounded(path: Path, most: int) -> bytes:
+    """Content of a regular file.
+
+    A pipe or a device is refused without reading it: it may wait, or have no end.
+
+    Args:
+        path: the file; links are followed.
+        most: largest size in bytes.
+
+    Raises:
+        AssetError: If it is not a regular file, or longer.
+        OSError: If it cannot be opened or read.
+    """
+    with io.BufferedReader(io.FileIO(path, opener=_open_at_once)) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise AssetError(f"{path}: expected a regular file, found a pipe or a device.")
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise AssetError(f"{path}: expected at most {most:,} bytes.")
+    return content
+
+
 def check_overwrites(targets: Iterable[Path], inputs: Iterable[Path]) -> None:
     """Refuse to write over a file that is read.
 
@@ -118,6 +142,11 @@ def file_hash(path: Path) -> str:
 def _part_of(path: Path) -> Path:
     """An unused short name beside a path; the name of the path may already have the maximum length."""
     return path.with_name(f"{PART_PREFIX}{secrets.token_hex(8)}{path.suffix}")
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Descriptor of a file; a pipe without a writer is opened without waiting for one."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _sync(path: Path) -> None:

@@ -5,16 +5,18 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import (
     PART_PREFIX,
     atomic_file,
     atomic_folder,
     check_overwrites,
     existing,
+    read_bounded,
     remove_parts,
     write_bytes,
     write_text,
@@ -121,3 +123,21 @@ def test_a_text_that_is_too_long_for_a_name_names_no_file(tmp_path):
     assert existing(str(tmp_path)) == tmp_path
     for text in (str(tmp_path / "missing"), "a" * 300, "a" * 5000, "a/" * 5000, "with\0zero"):
         assert existing(text) is None
+
+
+def test_a_file_is_read_up_to_its_bound(tmp_path):
+    path = tmp_path / "a.bin"
+    path.write_bytes(bytes(range(10)))
+    assert read_bounded(path, 10) == bytes(range(10))
+    with pytest.raises(AssetError, match="at most 9 bytes"):
+        read_bounded(path, 9)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_without_a_writer_and_a_device_without_an_end_are_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(AssetError, match="expected a regular file"):
+            read_bounded(path, 10)
+    with pytest.raises(OSError, match=str(tmp_path)):
+        read_bounded(tmp_path, 10)

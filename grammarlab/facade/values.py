@@ -7,7 +7,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import FacadeError
+from grammarlab import files
+from grammarlab.errors import AssetError, FacadeError
 
 MOST_BYTES = 128 * 2**20
 """Largest size of a file; its values may take twenty times the memory."""
@@ -19,13 +20,12 @@ def read_bounded(path: Path, most: int = MOST_BYTES) -> bytes:
     """The content of a file.
 
     Raises:
-        FacadeError: If it is longer than `most` bytes.
+        FacadeError: If it is not a regular file, or longer than `most` bytes.
     """
-    with path.open("rb") as file:
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise FacadeError(f"{path.name}: expected at most {most:,} bytes.")
-    return content
+    try:
+        return files.read_bounded(path, most)
+    except AssetError as error:
+        raise FacadeError(str(error)) from error
 
 
 def parse_json(content: bytes) -> Any:
