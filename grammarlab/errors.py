@@ -18,9 +18,12 @@ columns from 1; a column counts characters, not bytes.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Literal
+
+from grammarlab.printable import printable
 
 Severity = Literal["error", "unsupported", "warning"]
 
@@ -63,12 +66,12 @@ class Finding:
         return {**asdict(self), "location": asdict(self.location)}
 
     def render(self, lines: Sequence[str]) -> str:
-        """The finding with its line of the rule file and a caret under the place.
+        """The finding with its line of the rule file and a caret under the place, as `printable` text.
 
         Args:
             lines: all lines of the rule file; without them only the place is named.
         """
-        head = f"{self.location}: {self.severity}: {self.message} [{self.code}]"
+        head = printable(f"{self.location}: {self.severity}: {self.message} [{self.code}]")
         parts = [head]
         if 1 <= self.location.line <= len(lines):
             line = lines[self.location.line - 1]
@@ -76,11 +79,11 @@ class Finding:
             if len(line) > _WIDEST:  # a window around the place
                 first = max(0, start - _WIDEST // 2)
                 line, start = line[first : first + _WIDEST], start - first
-            pad = "".join("\t" if c == "\t" else " " for c in line[:start])
-            room = max(1, len(line) - start)
-            parts += ["  " + line, "  " + pad + "^" * max(1, min(self.location.length, room))]
+            pad = re.sub(r"[^\t]", " ", printable(line[:start]))
+            underlined = printable(line[start : start + self.location.length])
+            parts += ["  " + printable(line), "  " + pad + "^" * max(1, len(underlined))]
         if self.hint:
-            parts.append(f"  hint: {self.hint}")
+            parts.append(printable(f"  hint: {self.hint}"))
         return "\n".join(parts)
 
 

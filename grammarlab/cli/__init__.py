@@ -3,12 +3,18 @@
 Heavy libraries are imported inside functions, so that ``--help`` and completion answer at once.
 """
 
+import io
+import sys
+
 from grammarlab.cli.app import app
 from grammarlab.runs.work.compiled import keep_compiled
 
 
 def main() -> None:
     """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal or a pipe may not have every character
     keep_compiled()
     app()
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import FAILURE, friendly_errors, print_json
+from grammarlab.cli.console.report import FAILURE, friendly_errors, print_json, print_result
 
 
 def check(
@@ -37,8 +37,8 @@ def check(
             for one in checked:
                 lines = one.text.splitlines()
                 for finding in one.findings:
-                    typer.echo(finding.render(lines) + "\n")
-            typer.echo(_summary(file, counts))
+                    print_result(finding.render(lines) + "\n")
+            print_result(_summary(file, counts))
         if counts["error"]:
             raise typer.Exit(FAILURE)
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result
 
 
 def list_examples(
@@ -22,4 +22,4 @@ def list_examples(
             return
         width = max((len(e.name) for e in examples), default=0)
         for example in examples:
-            typer.echo(f"{example.name:<{width}}  {example.description()}")
+            print_result(f"{example.name:<{width}}  {example.description()}")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import FAILURE, friendly_errors, say
+from grammarlab.cli.console.report import FAILURE, friendly_errors, print_content, say
 from grammarlab.errors import UsageError
 
 
@@ -33,7 +33,7 @@ def format_file(
             say(f"{file}: {'would change' if changed else 'is formatted'}")
             raise typer.Exit(FAILURE if changed else 0)
         if not in_place:
-            typer.echo(formatted, nl=False)
+            print_content(formatted)
         elif changed:
             write_text(file, formatted)
             say(f"{file}: formatted")

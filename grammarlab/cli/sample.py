@@ -233,9 +233,9 @@ def _tell_missing(result: RunResult) -> None:
 
 
 def _tell_prints(texts: tuple[str, ...]) -> None:
-    """Print the output of the rules, without control characters."""
+    """Print the output of the rules."""
     for text in texts[:MOST_PRINTS]:
-        say("".join(c if c.isprintable() else " " for c in text))
+        say(text.replace("\n", " "))
     if len(texts) > MOST_PRINTS:
         say(f"… and {len(texts) - MOST_PRINTS:,} more printed lines; --json lists them")
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, say
+from grammarlab.cli.console.report import friendly_errors, print_result, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def score(
         opened.listen(_warner())
 
         def tell(address: str) -> None:
-            typer.echo(address)
+            print_result(address)
             say(f"scores are saved in {path}; Ctrl-C ends")
             if browser:
                 typer.launch(address)

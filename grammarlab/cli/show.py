@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say, was_given
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say, was_given
 from grammarlab.cli.sample import complete_grammar
 from grammarlab.errors import UsageError
+from grammarlab.printable import printable
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -71,12 +72,13 @@ def show(
                 print_json(as_values(trace))
                 return
             for line in as_lines(trace, everything):
-                typer.echo(line)
+                print_result(line)
             return
         for name, option in _OF_A_MODEL.items():
             if was_given(context, name):
                 raise UsageError(f"{option} is about one model: say which, as in --model 17 --seed 5.")
         from rich.console import Console
+        from rich.text import Text
 
         from grammarlab.cli.pictures.rule_graph import rule_graph
         from grammarlab.language.grammar import Grammar
@@ -92,7 +94,7 @@ def show(
             _draw(symbols, graph)
             return
         console = Console()
-        console.print(_summary(parsed, symbols), highlight=False)
+        console.print(Text(printable(_summary(parsed, symbols))))
         free = [attribute for attribute in parsed.attributes.values() if not attribute.constant]
         if free:
             console.print(_attribute_table(free))
@@ -154,7 +156,7 @@ def _attribute_table(attributes: list[Attribute]) -> Table:
             notes.get("description", "").strip('"'),
             str(attribute.location.line),
         )
-        table.add_row(*(Text(cell) for cell in cells))
+        table.add_row(*(Text(printable(cell)) for cell in cells))
     return table
 
 
@@ -173,7 +175,7 @@ def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
         probabilities, branches = _probabilities(rule)
         made = ", ".join(sorted(leads_to[rule.name]))
         cells = (start + rule.name + parameters, str(branches), probabilities, made, str(rule.location.line))
-        table.add_row(*(Text(cell) for cell in cells))
+        table.add_row(*(Text(printable(cell)) for cell in cells))
     return table
 
 

@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from grammarlab.printable import printable
+
 Show = Callable[[str, int, int], None]
 
 
@@ -20,6 +22,7 @@ def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
         yield note
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import Progress, TaskID
 
     with Progress(console=Console(stderr=True), transient=True) as bars:
@@ -27,7 +30,7 @@ def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
 
         def show(what: str, done: int, total: int) -> None:
             if what not in tasks:
-                tasks[what] = bars.add_task(what, total=total)
+                tasks[what] = bars.add_task(escape(printable(what)), total=total)
             bars.update(tasks[what], completed=done)
             note(what, done, total)
 

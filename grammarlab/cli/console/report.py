@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -11,13 +12,24 @@ import typer
 
 from grammarlab.errors import GrammarlabError, LanguageError, UsageError, WorkerError
 from grammarlab.extras import named_extras
+from grammarlab.printable import printable
 
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 
 
 def say(message: str) -> None:
-    """Print a message on stderr."""
-    typer.echo(message, err=True)
+    """Print a message on stderr; it may quote files from strangers."""
+    typer.echo(printable(message), err=True)
+
+
+def print_result(result: object) -> None:
+    """Print a result on stdout: a path, an address or lines that may quote files from strangers."""
+    typer.echo(printable(str(result)))
+
+
+def print_content(text: str) -> None:
+    """Write text that another program may read to stdout: as it is, unless stdout is a terminal."""
+    typer.echo(printable(text) if sys.stdout.isatty() else text, nl=False)
 
 
 def print_json(value: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import BOXES, RULES, wanted
 from grammarlab.errors import UsageError
 
@@ -114,7 +114,7 @@ def read(
         else:
             say(f"{result.facade.width:.2f} x {result.facade.height:.2f} m, {values['leaves']} leaves")
             say(f"boxes were moved by {result.snapped:.3f} m at most")
-            typer.echo(result.file)
+            print_result(result.file)
 
 
 def _check_sizes(sizes: dict[str, float | None]) -> None:

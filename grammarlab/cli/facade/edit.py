@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import FACADE, wanted
 
 
@@ -51,4 +51,4 @@ def edit(
                 say(f"  in conflict: {'; '.join(each.conflict)}")
             for words in (*each.relaxed, *each.missing):
                 say(f"  {words}")
-            typer.echo(path)
+            print_result(path)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import FACADE, wanted
 from grammarlab.errors import UsageError
 from grammarlab.files import check_overwrites
@@ -57,7 +57,7 @@ def grammar(
             for name, (least, often) in result.choices["rows"].items():
                 say(f"{name}: {least} to {often}")
             say(f"{result.choices['facades']:,.0f} different facades")
-        typer.echo(target)
+        print_result(target)
 
 
 def metres(option: str, text: str) -> tuple[float, float] | None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import FACADE, wanted
 from grammarlab.files import check_overwrites
 
@@ -64,4 +64,4 @@ def infer(
             return
         say(f"{len(design.layers)} layers of {len(design.patterns)} patterns over {len(design.symbols)} symbols")
         say(f"{score.area:.2%} of the area, elements overlap by {score.iou:.2%}, {score.found} for {score.elements}")
-        typer.echo(str(target))
+        print_result(target)

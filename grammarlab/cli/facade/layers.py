@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import DESIGN, wanted
 from grammarlab.errors import UsageError
 
@@ -76,10 +76,10 @@ def layers(
             counters = ", ".join(f"{name} = {value}" for name, value in layout.candidate.counters.items())
             proof = "proven" if layout.proven else f"at least {layout.bound:.4g}"
             say(f"{counters or 'no counters'}: energy {layout.energy:.4g} ({proof})")
-            typer.echo(made["facade"])
+            print_result(made["facade"])
         if family is not None:
             say(f"{family.rules} rules; separate grammars of the layouts would need {family.alone}")
-            typer.echo(values["family"]["file"])
+            print_result(values["family"]["file"])
 
 
 def _sizes(option: str, text: str, largest: float) -> list[float]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import ELEMENTS, MESH, wanted
 from grammarlab.files import check_overwrites
 
@@ -80,4 +80,4 @@ def match(
         for each in values["elements"]:
             if each["uncertain"]:
                 say(f"element {each['element']}: {each['kind']}, uncertain: {each['uncertain']}")
-        typer.echo(files[0])
+        print_result(files[0])

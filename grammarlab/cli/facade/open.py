@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Protocol
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, say
+from grammarlab.cli.console.report import friendly_errors, print_result, say
 from grammarlab.cli.facade.file_kinds import DESIGN, ELEMENTS, FACADE, MESH, wanted
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def _serve(shown: _Shown, port: int, *, browser: bool) -> None:
     from grammarlab.runs.serving.server import serve
 
     def tell(address: str) -> None:
-        typer.echo(address)
+        print_result(address)
         say(f"saves to {shown.target}; Ctrl-C ends")
         if browser:
             typer.launch(address)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors
+from grammarlab.cli.console.report import friendly_errors, print_result
 
 
 def scene(
@@ -39,4 +39,4 @@ def scene(
         made = scenes.house(noise=noise, seed=seed) if house else scenes.rectangles(options, seed)
         output.parent.mkdir(parents=True, exist_ok=True)
         save_elements(made, output)
-        typer.echo(output)
+        print_result(output)

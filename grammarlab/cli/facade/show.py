@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors
+from grammarlab.cli.console.report import friendly_errors, print_result
 from grammarlab.cli.facade.file_kinds import FACADE, wanted
 
 
@@ -25,4 +25,4 @@ def show(
 
         with wanted(file, FACADE):
             facade = load_facade(file)
-        typer.echo(show_facade(facade, output, pixels))
+        print_result(show_facade(facade, output, pixels))

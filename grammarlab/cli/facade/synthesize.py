@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import MESH, kind_of, wanted
 from grammarlab.cli.facade.grammar import metres
 from grammarlab.errors import UsageError
@@ -146,10 +146,10 @@ def synthesize(
             )
             for note in each["notes"]:
                 say(f"  {note}")
-            typer.echo(each["files"]["glb"])
+            print_result(each["files"]["glb"])
         if report["family"]:
             say(f"{report['family']['facades']:,.0f} buildings of other sizes:")
-            typer.echo(report["family"]["file"])
+            print_result(report["family"]["file"])
 
 
 def _box(text: str) -> tuple[float | None, float | None, float | None]:

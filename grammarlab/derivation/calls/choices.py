@@ -127,10 +127,10 @@ def _draw(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace) 
 
 
 def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace) -> Floats:
-    """Percentages [B], or [N, B] where they differ between shapes.
+    """Weights [B] of the branches, or [N, B] where they differ between shapes; their sums are finite.
 
     Raises:
-        DerivationError: If one is negative or not a number, or all are zero.
+        DerivationError: If a percentage is negative or not finite, or all are zero.
     """
     given: list[float | Floats] = []
     for code in choice.percentages:
@@ -139,15 +139,20 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
             raise DerivationError(f"expected a percentage, found a {kind_of(value)}", choice.location)
         given.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type]
     if any(isinstance(value, np.ndarray) for value in given):
-        weights = np.stack([number_column(value, shapes.num) for value in given], axis=1)
+        percentages = np.stack([number_column(value, shapes.num) for value in given], axis=1)
     else:
-        weights = np.array(given)
-    weights = weights_of_percentages(weights, choice.percentages[-1] is None)
-    if not (np.isfinite(weights).all() and (weights >= 0.0).all() and (weights.sum(axis=-1) > 0.0).all()):
-        raise DerivationError(
-            f"expected percentages that are not negative and not all zero, found {weights.min()}", choice.location
-        )
-    return weights
+        percentages = np.array(given)
+    invalid = percentages[~(np.isfinite(percentages) & (percentages >= 0.0))]
+    if len(invalid):
+        raise DerivationError(f"expected finite percentages of at least 0, found {invalid[0]:g}", choice.location)
+    with np.errstate(over="ignore"):
+        weights = weights_of_percentages(percentages, choice.percentages[-1] is None)
+        total = weights.sum(axis=-1, keepdims=True)
+    if not (total > 0.0).all():
+        raise DerivationError("expected a percentage above 0, found only 0", choice.location)
+    if np.isfinite(total).all():
+        return weights
+    return np.where(np.isfinite(total), weights, weights / weights.max(axis=-1, keepdims=True))
 
 
 def _truth(value: Value, location: Location) -> bool | NDArray[np.bool_]:

@@ -73,7 +73,7 @@ def check_percentages(choice: Stochastic, remarks: Remarks) -> None:
     known = [value for value in values if value is not None]
     if len(known) < len(values) or any(not value >= 0 for value in known):
         return
-    total = math.fsum(known)
+    total = sum(known)  # infinite if it is too large, where math.fsum raises
     has_else = choice.percentages[-1] is None
     excess = max(total - 100, 0) if has_else else abs(total - 100)
     if excess > TOLERANCE:

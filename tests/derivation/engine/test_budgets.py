@@ -56,10 +56,29 @@ def test_negative_sizes_in_a_split_are_left_out():
     assert set(forest.nodes.symbol[2:]) == {forest.symbols.index("B")}
 
 
-@pytest.mark.parametrize("weights", ["-10% : A else : B", "0% : A 0% : B"])
-def test_impossible_percentages_are_refused(weights):
-    with pytest.raises(DerivationError, match="percentages that are not negative and not all zero"):
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        ("-10% : A else : B", "finite percentages of at least 0, found -10"),
+        ("0% : A 0% : B", "a percentage above 0, found only 0"),
+        ("(1e308 * 10)% : A 1% : B", "finite percentages of at least 0, found inf"),
+        ("(0 / 0)% : A else : B", "finite percentages of at least 0, found nan"),
+        ("(scope.sx - 20)% : A (-1)% : B", "finite percentages of at least 0, found -"),
+    ],
+)
+def test_impossible_percentages_are_refused_with_the_value(weights, message):
+    with pytest.raises(DerivationError, match=message):
         sample(f"Lot --> {weights}")
+
+
+@pytest.mark.parametrize("largest", ["1e308", "1e308 + scope.sx"])
+def test_percentages_whose_sum_overflows_keep_their_ratios(largest):
+    small, large = (
+        derive(Grammar.parse(f"Lot --> ({weight})% : A (({weight}) / 3)% : B ({weight})% : C"), 60, seed=4)
+        for weight in ("30", largest)
+    )
+    np.testing.assert_array_equal(small.nodes.symbol, large.nodes.symbol)
+    np.testing.assert_allclose(small.log_probability(), large.log_probability(), rtol=1e-12)
 
 
 def test_an_unknown_attribute_is_a_usage_error():

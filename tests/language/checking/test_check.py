@@ -74,6 +74,9 @@ def codes(text):
         # chance
         ("Lot --> 30% : A 60% : B", "percentages", "30"),
         ("Lot --> 60% : A 60% : B else : C", "percentages", "60"),
+        ("Lot --> 1e308% : A 1e308% : B else : C", "percentages", "1e308"),
+        ("Lot --> 1e308% : A 1e308% : B", "percentages", "1e308"),
+        ("Lot --> 0% : A 0% : B", "percentages", "0"),
         ("attr a = 50% : 1 20% : 2\nLot --> A", "percentages", "50"),
         ("Lot --> 130% : A (-30)% : B", "bad-percentage", "-30"),
         # what never ends
