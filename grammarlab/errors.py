@@ -8,6 +8,7 @@ GrammarlabError
 ├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
 │   └── MissingAssetError  a file that its folder lacks
 ├── TableError             a table of text that cannot be read: names the line
+├── TomlError              a text that is not TOML: has line and column
 ├── WorkerError            a task whose processes have died repeatedly
 ├── FacadeError            an invalid facade, or constraints that contradict each other
 └── InexactError           a density that no grammar has exactly: states the reason
@@ -157,6 +158,26 @@ class FacadeError(GrammarlabError):
 
 class TableError(GrammarlabError):
     """A table of text that cannot be read, with the line of the mistake but without the name of the file."""
+
+
+class TomlError(GrammarlabError):
+    """A text that is not TOML, without the name of the file.
+
+    Args:
+        message: what was expected and what was found.
+        line: line of the mistake, from 1; None if it is unknown.
+        column: its column, from 1.
+    """
+
+    def __init__(self, message: str, line: int | None = None, column: int | None = None) -> None:
+        self.message = message
+        self.line = line
+        self.column = column
+        super().__init__(message if line is None else f"{message} (line {line}, column {column})")
+
+    def __reduce__(self) -> tuple[type[TomlError], tuple[str, int | None, int | None]]:
+        """Arguments to pickle an equal error."""
+        return type(self), (self.message, self.line, self.column)
 
 
 class InexactError(GrammarlabError):

@@ -84,13 +84,18 @@ def read_bounded(path: Path, most: int) -> bytes:
         AssetError: If it is not a regular file, or longer.
         OSError: If it cannot be opened or read.
     """
-    with io.BufferedReader(io.FileIO(path, opener=_open_at_once)) as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise AssetError(f"{path}: expected a regular file, found a pipe or a device.")
-        content = file.read(most + 1)
+    content = read_start(path, most + 1)
     if len(content) > most:
         raise AssetError(f"{path}: expected at most {most:,} bytes.")
     return content
+
+
+def read_start(path: Path, most: int) -> bytes:
+    """The first bytes of a regular file, at most `most`; errors as in `read_bounded`, but longer files are allowed."""
+    with io.BufferedReader(io.FileIO(path, opener=_open_at_once)) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise AssetError(f"{path}: expected a regular file, found a pipe or a device.")
+        return file.read(most)
 
 
 def check_overwrites(targets: Iterable[Path], inputs: Iterable[Path]) -> None:

@@ -9,6 +9,7 @@ import typer
 from grammarlab.about import __version__
 from grammarlab.cli.check import check
 from grammarlab.cli.compare import compare
+from grammarlab.cli.console.numbers import PlainNumbers
 from grammarlab.cli.evaluate import evaluate
 from grammarlab.cli.examples import list_examples
 from grammarlab.cli.facade.app import facade
@@ -53,23 +54,23 @@ def grammarlab(
     """Sample real models from stochastic CGA shape grammars."""
 
 
-app.command("sample")(sample)
-app.command("check")(check)
-app.command("list")(list_examples)
-app.command("show")(show)
-app.command("format")(format_file)
-app.command("label")(label)
-app.command("score")(score)
-app.command("learn")(learn)
-app.command("compare")(compare)
-app.command("evaluate")(evaluate)
-facade.command("edit")(edit)
-facade.command("grammar")(grammar)
-facade.command("open")(open_facade)
-facade.command("infer")(infer)
-facade.command("layers")(layers)
-facade.command("match")(match)
-facade.command("scene")(scene)
-facade.command("show")(show_facade)
-facade.command("synthesize")(synthesize)
+app.command("sample", cls=PlainNumbers)(sample)
+app.command("check", cls=PlainNumbers)(check)
+app.command("list", cls=PlainNumbers)(list_examples)
+app.command("show", cls=PlainNumbers)(show)
+app.command("format", cls=PlainNumbers)(format_file)
+app.command("label", cls=PlainNumbers)(label)
+app.command("score", cls=PlainNumbers)(score)
+app.command("learn", cls=PlainNumbers)(learn)
+app.command("compare", cls=PlainNumbers)(compare)
+app.command("evaluate", cls=PlainNumbers)(evaluate)
+facade.command("edit", cls=PlainNumbers)(edit)
+facade.command("grammar", cls=PlainNumbers)(grammar)
+facade.command("open", cls=PlainNumbers)(open_facade)
+facade.command("infer", cls=PlainNumbers)(infer)
+facade.command("layers", cls=PlainNumbers)(layers)
+facade.command("match", cls=PlainNumbers)(match)
+facade.command("scene", cls=PlainNumbers)(scene)
+facade.command("show", cls=PlainNumbers)(show_facade)
+facade.command("synthesize", cls=PlainNumbers)(synthesize)
 app.add_typer(facade)

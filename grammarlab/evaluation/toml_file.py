@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, TomlError, UsageError
+from grammarlab.files import read_bounded
+from grammarlab.toml_text import toml_table, toml_text
 
 SUFFIX = ".toml"
 
@@ -31,21 +32,18 @@ def read(path: Path, what: str) -> str:
     Raises:
         UsageError: If the file is missing, unreadable, too large or not in UTF-8.
     """
-    if not path.is_file():
+    if not path.exists() or path.is_dir():
         near = get_close_matches(path.name, [p.name for p in path.parent.glob(f"*{SUFFIX}")], n=3, cutoff=0.5)
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
         raise UsageError(f"no {what} file {str(path)!r}{hint}")
     try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
+        return toml_text(read_bounded(path, MAX_BYTES))
     except OSError as error:
         raise UsageError(f"cannot read {path}: {error.strerror or error}") from None
-    if len(content) > MAX_BYTES:
-        raise UsageError(f"{path}: expected a {what} of at most {MAX_BYTES:,} bytes")
-    try:
-        return content.decode("utf-8").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        raise UsageError(f"{path}: expected text in UTF-8; byte {error.start} is not") from None
+    except AssetError as error:
+        raise UsageError(f"{error} A {what} is a short text file.") from None
+    except TomlError as error:
+        raise UsageError(f"{path}{f':{error.line}' if error.line else ''}: {error.message}") from None
 
 
 class TomlFile:
@@ -63,13 +61,9 @@ class TomlFile:
     def table(self) -> dict[str, Any]:
         """All of it."""
         try:
-            return tomllib.loads(self._text)
-        except RecursionError:
-            raise self.wrong("arrays or tables are nested too deeply") from None
-        except ValueError as error:
-            message, _, place = str(error).partition(" (at ")
-            line = re.match(r"line (\d+)", place)
-            raise self.wrong(f"this is not TOML: {message}", line=int(line[1]) if line else None) from None
+            return toml_table(self._text)
+        except TomlError as error:
+            raise self.wrong(error.message, line=error.line) from None
 
     def part(self, table: dict[str, Any], key: str, known: Sequence[str]) -> dict[str, Any]:
         """A subtable, empty if it is missing; ``known`` are the allowed keys."""

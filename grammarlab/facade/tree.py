@@ -23,6 +23,8 @@ Ints = NDArray[np.int64]
 
 LEAF = -1
 X, Y = 0, 1
+SHORTEST, LONGEST = 1e-9, 1e6
+"""Smallest and largest width or height of a part, metres: areas and ratios of sizes are finite numbers."""
 TOLERANCE = 1e-9
 """Largest gap between children and the sides of their parent, as a fraction of the facade's width or height."""
 
@@ -226,9 +228,12 @@ def _check_columns(facade: Facade) -> None:
     for name in ("position", "size", "outline_points", "window"):
         if not np.isfinite(getattr(facade, name)).all():
             raise FacadeError(f"Column {name}: expected finite numbers.")
-    if (facade.size <= 0.0).any():
-        node = int(np.flatnonzero((facade.size <= 0.0).any(axis=1))[0])
-        raise FacadeError(f"Node {node}: expected a width and height above 0, found {facade.size[node].tolist()}.")
+    outside = np.flatnonzero(((facade.size < SHORTEST) | (facade.size > LONGEST)).any(axis=1))
+    if outside.size:
+        raise FacadeError(
+            f"Node {outside[0]}: expected a width and height above 0, from {SHORTEST:g} to {LONGEST:,.0f} m, found "
+            f"{facade.size[outside[0]].tolist()}."
+        )
     for name, limit in (("label", len(facade.labels)), ("picture", len(facade.pictures))):
         column = getattr(facade, name)
         if ((column < -1) | (column >= limit)).any():

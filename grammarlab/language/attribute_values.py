@@ -70,7 +70,7 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
     if kind is Boolean:
         raise UsageError(f"attribute {name!r}: expected true or false, found {text!r}.")
     if number is None or not math.isfinite(number):
-        raise UsageError(f"attribute {name!r}: expected a finite number, found {text!r}.")
+        raise UsageError(f"attribute {name!r}: expected a finite number, found {text[:60]!r}.")
     return number
 
 
@@ -84,6 +84,8 @@ def _kind(name: str, grammar: Grammar) -> type | None:
 
 
 def _number(text: str) -> float | None:
+    if "_" in text or not text.isascii():  # Python reads 1_000 as 1000
+        return None
     try:
         return float(text)
     except ValueError:

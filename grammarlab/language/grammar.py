@@ -11,7 +11,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TypeVar
 
-from grammarlab.errors import Finding, LanguageError, Location
+from grammarlab.errors import AssetError, Finding, LanguageError, Location
+from grammarlab.files import read_bounded
 from grammarlab.language.parsing.parse import MAX_CHARACTERS, parse
 from grammarlab.language.syntax.tree import Attribute, Definition, Function, Import, Rule, RuleFile, Style
 from grammarlab.language.syntax.walking import number
@@ -121,13 +122,12 @@ def read_text(path: Path) -> str:
         LanguageError: If the file cannot be read, or is too large.
     """
     try:
-        with path.open("rb") as stream:
-            content = stream.read(4 * MAX_CHARACTERS + 1)
+        content = read_bounded(path, 4 * MAX_CHARACTERS)
     except OSError as error:
         reason = error.strerror or str(error)
         raise _unreadable(path, "missing-file", f"cannot read the rule file {path}: {reason}") from error
-    if len(content) > 4 * MAX_CHARACTERS:
-        raise _unreadable(path, "file-too-large", f"{path} is larger than {4 * MAX_CHARACTERS:,} bytes")
+    except AssetError as error:
+        raise _unreadable(path, "unreadable-file", f"cannot read the rule file {error}") from error
     encoding = "utf-16" if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
     try:
         return content.decode(encoding)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from grammarlab.cli.console.numbers import PlainNumbers
 from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import BOXES, RULES, wanted
 from grammarlab.errors import UsageError
@@ -24,7 +24,7 @@ facade = typer.Typer(
 )
 
 
-@facade.command("read")
+@facade.command("read", cls=PlainNumbers)
 def read(
     file: Annotated[
         Path,
@@ -118,9 +118,13 @@ def read(
 
 
 def _check_sizes(sizes: dict[str, float | None]) -> None:
+    from grammarlab.facade.tree import LONGEST, SHORTEST
+
     for option, metres in sizes.items():
-        if metres is not None and not 0.0 < metres < math.inf:
-            raise UsageError(f"{option}: expected metres above 0, found {metres:g}.")
+        if metres is not None and not SHORTEST <= metres <= LONGEST:
+            raise UsageError(
+                f"{option}: expected metres above 0, from {SHORTEST:g} to {LONGEST:,.0f}, found {metres:g}."
+            )
 
 
 def _refuse_sizes(wall: str, width: float | None, height: float | None) -> None:

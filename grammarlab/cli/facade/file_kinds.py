@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from grammarlab.errors import FacadeError, GrammarlabError, UsageError
+from grammarlab.errors import AssetError, FacadeError, GrammarlabError, UsageError
+from grammarlab.files import read_start
 
 FACADE, DESIGN, RULES, ELEMENTS, MESH, BOXES = "facade", "design", "rules", "elements", "mesh", "boxes"
 
@@ -67,8 +68,10 @@ def kind_of(file: Path) -> str:
     ending = file.suffix.lower()
     if ending != ".json":
         return _BY_ENDING.get(ending, "")
-    with file.open("rb") as opened:
-        head = opened.read(_HEAD)
+    try:
+        head = read_start(file, _HEAD)
+    except AssetError:  # a pipe or a device
+        return ""
     if found := re.search(rb'"format"\s*:\s*"grammarlab (facade|elements)"', head):
         return found[1].decode()
     return BOXES if re.search(rb'"(annotations|shapes)"\s*:', head) else ""

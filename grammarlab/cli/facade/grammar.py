@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from grammarlab.cli.console.numbers import plain_number
 from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import FACADE, wanted
 from grammarlab.errors import UsageError
@@ -62,12 +63,14 @@ def grammar(
 
 def metres(option: str, text: str) -> tuple[float, float] | None:
     """Two numbers separated by a colon; None for an empty text."""
+    from grammarlab.facade.tree import LONGEST
+
     if not text:
         return None
     try:
-        low, high = (float(part) for part in text.split(":"))
+        low, high = (plain_number(part) for part in text.split(":"))
     except ValueError:
         low = high = math.nan
-    if not 0.0 <= low <= high < math.inf or high == 0.0:
-        raise UsageError(f"{option}: expected metres from and to, such as 10:40, found {text!r}.")
+    if not 0.0 <= low <= high <= LONGEST or high == 0.0:
+        raise UsageError(f"{option}: expected metres from and to, such as 10:40, found {text[:60]!r}.")
     return low, high

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from grammarlab.cli.console.numbers import plain_number
 from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import DESIGN, wanted
 from grammarlab.errors import UsageError
@@ -46,14 +47,18 @@ def layers(
     All layers of the design fit each other.
     """
     with friendly_errors():
-        from grammarlab.facade.layers.designs.file import LARGEST, load_design
+        from grammarlab.facade.layers.designs.file import LARGEST, SMALLEST, load_design
         from grammarlab.files import write_text
         from grammarlab.runs.facade.layers import family_of, save_layouts, solve_design
 
         for option, value in (("--width", width), ("--height", height)):
-            if value is not None and not (math.isfinite(value) and 0.0 < value <= LARGEST):
-                raise UsageError(f"{option}: expected metres above 0 and at most {LARGEST:,.0f}, found {value:g}.")
-        across, up = _sizes("--widths", widths, LARGEST), _sizes("--heights", heights, LARGEST)
+            if value is not None and not SMALLEST <= value <= LARGEST:
+                raise UsageError(
+                    f"{option}: expected metres above 0, from {SMALLEST:g} to {LARGEST:,.0f}, found {value:g}."
+                )
+        across, up = (
+            _sizes(option, text, SMALLEST, LARGEST) for option, text in (("--widths", widths), ("--heights", heights))
+        )
         with wanted(file, DESIGN):
             design = load_design(file)
         solved = solve_design(design, width, height, number)
@@ -82,18 +87,19 @@ def layers(
             print_result(values["family"]["file"])
 
 
-def _sizes(option: str, text: str, largest: float) -> list[float]:
+def _sizes(option: str, text: str, smallest: float, largest: float) -> list[float]:
     """Sizes in metres from a text such as 6:30:13: first, last, number of sizes; none for an empty text."""
     if not text:
         return []
     try:
-        low, high, *rest = (float(part) for part in text.split(":"))
+        low, high, *rest = (plain_number(part) for part in text.split(":"))
         (num,) = rest or [5.0]
     except ValueError:
         low, high, num = math.nan, math.nan, math.nan
-    if not (0.0 < low <= high <= largest and num in range(1, _MOST_SIZES + 1)):
+    if not (smallest <= low <= high <= largest and num in range(1, _MOST_SIZES + 1)):
         raise UsageError(
-            f"{option}: expected metres from and to and at most {_MOST_SIZES} sizes, such as 6:30:13, found {text!r}."
+            f"{option}: expected metres from and to and at most {_MOST_SIZES} sizes, such as 6:30:13, found "
+            f"{text[:60]!r}."
         )
     count = int(num) if high > low else 1
     return [round(low + (high - low) * each / max(count - 1, 1), 6) for each in range(count)]

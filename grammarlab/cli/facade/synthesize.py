@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from grammarlab.cli.console.numbers import plain_number
 from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import MESH, kind_of, wanted
 from grammarlab.cli.facade.grammar import metres
@@ -156,7 +157,7 @@ def _box(text: str) -> tuple[float | None, float | None, float | None]:
     if not text:
         return None, None, None
     try:
-        width, depth, height = (float(each) for each in text.lower().split("x"))
+        width, depth, height = (plain_number(each) for each in text.lower().split("x"))
     except ValueError as error:
         raise UsageError(f"--box: expected WIDTHxDEPTHxHEIGHT in metres, such as 40x12x25, found {text!r}.") from error
     return width or None, height or None, depth or None

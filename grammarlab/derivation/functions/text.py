@@ -71,6 +71,8 @@ def _column(results: list[str | float | bool], inverse: np.ndarray, call: Functi
 
 def to_number(text: str) -> float:
     """Number from a text; NaN if it is not a number."""
+    if "_" in text or not text.isascii():  # Python reads 1_000 as 1000
+        return float("nan")
     try:
         return float(text)
     except ValueError:

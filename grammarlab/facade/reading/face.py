@@ -59,8 +59,8 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
         FacadeError: If there are no shapes on it, or none of these symbols.
     """
     name, _, place = face.partition(":")
-    if name not in FACES or not (place or "0").isdecimal():
-        raise UsageError(f"unknown side {face!r}; expected one of {', '.join(FACES)}, with :1, :2, … for others.")
+    if name not in FACES or not re.fullmatch("[0-9]{0,6}", place):
+        raise UsageError(f"unknown side {face[:60]!r}; expected one of {', '.join(FACES)}, with :1, :2, … for others.")
     azimuth = np.radians(FACES[name])
     outwards = np.array([np.sin(azimuth), 0.0, np.cos(azimuth)])
     right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])

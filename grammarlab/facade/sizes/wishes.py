@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.tree import SHORTEST, Facade, X, Y
 
 LARGEST = 1000.0
 """Largest length of a wish, as a multiple of the larger side of the facade."""
+MOST_ASPECT = 1e6
+"""Largest ratio of the sides of a part, in both directions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +71,14 @@ def checked(wishes: Sequence[Wish], facade: Facade) -> tuple[Wish, ...]:
         if not 0 <= wish.node < len(facade):
             raise FacadeError(f"A wish for node {wish.node}: expected 0 to {len(facade) - 1}.")
         if isinstance(wish, Aspect):
-            if not 0.0 < wish.least <= wish.most or not isfinite(wish.most):
-                raise FacadeError(f"{in_words(wish, facade)}: expected a range above 0, the smaller number first.")
+            if not 1.0 / MOST_ASPECT <= wish.least <= wish.most <= MOST_ASPECT:
+                raise FacadeError(
+                    f"{in_words(wish, facade)}: expected a range above 0, the smaller number first, from "
+                    f"{1.0 / MOST_ASPECT:g} to {MOST_ASPECT:,.0f}."
+                )
         elif wish.axis not in {X, Y}:
             raise FacadeError(f"A wish along axis {wish.axis}: expected {X} for x or {Y} for y.")
-        elif not (0.0 <= wish.metres <= largest) or (isinstance(wish, Size) and wish.metres == 0.0):
+        elif not (SHORTEST if isinstance(wish, Size) else 0.0) <= wish.metres <= largest:
             bound = "above 0" if isinstance(wish, Size) else "of at least 0"
             raise FacadeError(f"{in_words(wish, facade)}: expected a length {bound} and at most {largest:g} m.")
     return tuple(wishes)

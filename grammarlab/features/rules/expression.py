@@ -273,7 +273,7 @@ class _StepBuilder(Transformer_NonRecursive):
     def number(self, token: Token) -> int:
         value = float(token)
         if not np.isfinite(value):
-            raise self._wrong(token, f"{token} is too large for a number")
+            raise self._wrong(token, f"{token:.40} is too large for a number")
         return self._program.add(ConstantTerm(value))
 
     def pattern(self, token: Token) -> int:

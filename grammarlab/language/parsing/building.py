@@ -75,7 +75,7 @@ class TreeBuilder(Transformer[Any, Any]):
         (token,) = children
         value = float(token.value)
         if not isfinite(value):
-            raise MistakeError("number-too-large", f"the number {token.value} is too large", token.location)
+            raise MistakeError("number-too-large", f"the number {token.value:.40} is too large", token.location)
         return Number(value, location=token.location)
 
     def string(self, children: list[Any]) -> String:

@@ -36,7 +36,7 @@ from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, 
 from grammarlab.derivation.lots import AttributeColumn, Footprints, Lots
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError, UsageError
-from grammarlab.files import atomic_folder
+from grammarlab.files import atomic_folder, read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 
 FORMAT = 4
@@ -58,6 +58,8 @@ FILES = (
     "footprints.parquet",
     HEADER,
 )
+_MOST_HEADER_BYTES = 1 << 28
+"""Largest size of the header; it names every symbol, rule and site."""
 _SINCE = {"maps.parquet": 3, "lots.parquet": 4, "footprints.parquet": 4}
 """Tables that earlier formats lack, and the first format that has them."""
 _ATTRIBUTE = "attribute."
@@ -108,7 +110,7 @@ def load_forest(folder: Path | str) -> Forest:
     if missing:
         raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
     try:
-        header = json.loads((folder / HEADER).read_text(encoding="utf-8"))
+        header = json.loads(read_bounded(folder / HEADER, _MOST_HEADER_BYTES))
         version = header["format"]
         if version not in range(1, FORMAT + 1):
             raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {version}.")

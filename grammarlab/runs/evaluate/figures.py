@@ -19,15 +19,16 @@ A curve may have a scenario of its own, and any of fit, query, batch, path_lengt
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, TomlError, UsageError
 from grammarlab.evaluation.methods import METHODS, Method, checked
 from grammarlab.evaluation.scenario import SUFFIX
+from grammarlab.files import read_bounded
+from grammarlab.toml_text import toml_table, toml_text
 
 MAX_BYTES = 1 << 18
 MAX_LABELS = 100_000
@@ -79,11 +80,11 @@ def load_figures(folder: Path, names: str = "all") -> tuple[PlannedFigure, ...]:
 
 def _read(path: Path) -> list[PlannedFigure]:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UsageError(f"{path} is larger than {MAX_BYTES:,} bytes.")
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise UsageError(f"{path}: not a TOML file: {error}.") from error
+        table = toml_table(toml_text(read_bounded(path, MAX_BYTES)))
+    except AssetError as error:
+        raise UsageError(str(error)) from error
+    except TomlError as error:
+        raise UsageError(f"{path}: {error}.") from error
     tables = table.get("figures")
     if not isinstance(tables, list) or set(table) != {"figures"}:
         raise UsageError(f"{path}: expected only tables [[figures]].")

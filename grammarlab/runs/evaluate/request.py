@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -124,9 +125,9 @@ def _label_numbers(text: str) -> dict[str, int]:
     found: dict[str, int] = {}
     for word in filter(None, (word.strip() for word in text.split(","))):
         name, _, number = word.rpartition("=")
-        if not (number.strip().isdecimal() and 0 < int(number) <= MOST_LABELS):
+        if not (re.fullmatch(r"\s*[0-9]{1,9}\s*", number) and 0 < int(number) <= MOST_LABELS):
             raise UsageError(
-                f"expected numbers of labels from 1 to {MOST_LABELS:,}, such as 128,F1=288; found {word!r}."
+                f"expected numbers of labels from 1 to {MOST_LABELS:,}, such as 128,F1=288; found {word[:60]!r}."
             )
         found[name.strip()] = int(number)
     return found

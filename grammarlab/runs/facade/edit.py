@@ -18,7 +18,7 @@ from grammarlab.facade.retargeting.retarget import Retargeted, retarget
 from grammarlab.facade.retargeting.stepwise import MOST_STEPS, affordable, stepwise
 from grammarlab.facade.sizes.solve import Residuals, Resized, resize
 from grammarlab.facade.sizes.wishes import Size, Wish, checked, in_words
-from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.tree import LONGEST, SHORTEST, Facade, X, Y
 from grammarlab.facade.variations.inheriting import inherited, lost
 from grammarlab.facade.variations.ranking import ranked
 from grammarlab.facade.variations.sequences import canonical, sequences
@@ -122,8 +122,8 @@ def edit(
     if max(abs(columns), abs(rows)) > MOST_STEPS:
         raise UsageError(f"--columns and --rows: expected at most {MOST_STEPS} more or fewer.")
     for name, metres in (("--width", width), ("--height", height)):
-        if metres is not None and not (isfinite(metres) and metres > 0.0):
-            raise UsageError(f"{name}: expected metres above 0, found {metres:g}.")
+        if metres is not None and not SHORTEST <= metres <= LONGEST:
+            raise UsageError(f"{name}: expected metres above 0, from {SHORTEST:g} to {LONGEST:,.0f}, found {metres:g}.")
     facade = facade if facade.grids else with_proposals(facade)
     wishes = [Size(0, axis, size) for axis, size in ((X, width), (Y, height)) if size is not None]
     checked(wishes, facade)

@@ -25,6 +25,7 @@ from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.disk.derivations import HEADER
@@ -146,9 +147,7 @@ def _own_names(program: Program, num_models: int) -> _Names:
 
 def _names(header: Path, program: Program) -> _Names:
     """Content of ``forest.json``."""
-    if header.stat().st_size > MAX_HEADER_BYTES:
-        raise ValueError(f"{header.name} has more than {MAX_HEADER_BYTES:,} bytes")
-    values = json.loads(header.read_text(encoding="utf-8"))
+    values = json.loads(read_bounded(header, MAX_HEADER_BYTES))
     num_models = values["num_models"]
     if not isinstance(num_models, int) or not 0 <= num_models <= MAX_MODELS:
         raise ValueError(f"{num_models!r:.40} models")
@@ -175,7 +174,7 @@ def _places(known: Sequence[object], found: Sequence[object]) -> Ints:
 
 def _read(file: Path, kinds: Mapping[str, bool]) -> dict[str, NDArray[Any]]:
     """Columns of numbers, whole if their kind requires it."""
-    if file.stat().st_size > MAX_FILE_BYTES:
+    if not file.is_file() or file.stat().st_size > MAX_FILE_BYTES:
         raise ValueError(f"{file.name} has more than {MAX_FILE_BYTES:,} bytes")
     with pq.ParquetFile(file) as table:
         if table.metadata.num_rows > MAX_ROWS:

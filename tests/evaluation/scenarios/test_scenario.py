@@ -1,5 +1,6 @@
 """Scenario files."""
 
+import os
 import re
 from contextlib import suppress
 from pathlib import Path
@@ -231,6 +232,18 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
         load(tmp_path / "binary.toml")
     (tmp_path / "dos.toml").write_bytes(SMALL.replace("\n", "\r\n").encode())
     assert load(tmp_path / "dos.toml") == load(tmp_path / "small.toml")
+    (tmp_path / "marked.toml").write_text(SMALL, encoding="utf-8-sig")
+    assert load(tmp_path / "marked.toml") == load(tmp_path / "small.toml")
+    (tmp_path / "wide.toml").write_text(SMALL, encoding="utf-16")
+    with pytest.raises(UsageError, match="found UTF-16"):
+        load(tmp_path / "wide.toml")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_a_pipe_is_refused_without_waiting_for_it(tmp_path):
+    os.mkfifo(tmp_path / "pipe.toml")
+    with pytest.raises(UsageError, match="a regular file, found a pipe"):
+        load(tmp_path / "pipe.toml")
 
 
 @pytest.mark.parametrize(

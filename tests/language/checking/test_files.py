@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
 
 import pytest
 
 from grammarlab.errors import LanguageError
 from grammarlab.language.checking.files import check_files
+from grammarlab.language.grammar import read_text
+from grammarlab.language.importing import load
 
 
 def write(folder, **files):
@@ -79,3 +82,15 @@ def test_imports_that_cannot_be_followed_are_reported_at_their_place(tmp_path, t
 def test_a_file_that_is_not_there_is_an_error(tmp_path):
     with pytest.raises(LanguageError, match="cannot read the rule file"):
         check_files(tmp_path / "gone.cga", "gone.cga")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_an_import_that_is_a_pipe_is_refused_without_waiting_for_it(tmp_path):
+    main = write(tmp_path, main='import a : "a.cga"\nLot --> X')
+    os.mkfifo(tmp_path / "a.cga")
+    (checked,) = check_files(main, "main.cga")
+    assert [finding.code for finding in checked.findings] == ["bad-import"]
+    assert "expected a regular file, found a pipe" in checked.findings[0].message
+    with pytest.raises(LanguageError, match="expected a regular file, found a pipe"):
+        read_text(tmp_path / "a.cga")
+    assert "a pipe" in load(main).import_findings[0].message

@@ -74,7 +74,7 @@ def test_figures_are_chosen_by_name():
         ('scenario = "F1"', "", "expected a scenario"),
         ("[[figures]]", "[[figure]]", r"expected only tables \[\[figures\]\]"),
         ("[[figures]]", "figures = 1\n[x]", r"expected only tables \[\[figures\]\]"),
-        ("[[figures]]", "[[figures", "not a TOML file"),
+        ("[[figures]]", "[[figures", "this is not TOML"),
     ],
 )
 def test_a_mistake_in_a_file_of_experiments_is_named(folder, old, new, message):

@@ -16,6 +16,7 @@ from grammarlab.facade.layers.alignment.spreads import Spreads
 from grammarlab.facade.layers.alignment.strains import Strains
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.weights import Weights
+from grammarlab.facade.tree import LONGEST, SHORTEST
 
 _PRICE = 1_000_000
 """Integer weight of one unit of length."""
@@ -125,10 +126,10 @@ def align(
     Raises:
         FacadeError: If the canvas, the tolerance or the count is out of range.
     """
-    if not (math.isfinite(canvas) and canvas > 0.0 and math.isfinite(tolerance) and tolerance >= 0.0 and count >= 1):
+    if not (SHORTEST <= canvas <= LONGEST and 0.0 <= tolerance <= LONGEST and count >= 1):
         raise FacadeError(
-            "Alignment: expected a canvas above 0, a tolerance of at least 0 and a count of at least 1, found "
-            f"{canvas}, {tolerance} and {count}."
+            f"Alignment: expected a canvas above 0, from {SHORTEST:g} to {LONGEST:,.0f} m, a tolerance of at least 0 "
+            f"and a count of at least 1, found {canvas}, {tolerance} and {count}."
         )
     if not any(words):
         return Aligned((), math.inf, done=True)

@@ -5,25 +5,24 @@ A file may come from a stranger: its values are bounded and checked before a des
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
-from grammarlab.errors import Finding, LanguageError, Location
+from grammarlab.errors import Finding, LanguageError, Location, TomlError
 from grammarlab.facade.layers.designs.design import WILDCARD, Counter, Design, Layer, Shape, Symbol
 from grammarlab.facade.layers.designs.parsing import PatternError, parse_pattern
 from grammarlab.facade.layers.designs.patterns import REFLECTIONS, LayerPattern, Sign
 from grammarlab.facade.layers.designs.places import place_of
 from grammarlab.facade.layers.weights import Weights
 from grammarlab.facade.values import read_bounded, shown
+from grammarlab.toml_text import toml_table, toml_text
 
 MOST_BYTES = 2**20
-LARGEST = 10_000.0
-"""Largest size of a canvas or a symbol, metres."""
+SMALLEST, LARGEST = 1e-6, 10_000.0
+"""Smallest and largest size of a canvas or a symbol, metres."""
 MOST_LAYERS, _MOST_NAMES, _MOST_TIMES = 64, 1_000, 10_000
 _TABLES = ("title", "canvas", "symbols", "counters", "patterns", "shapes", "solver", "layers")
 _FLAGS = ("opaque", "attached", "unoccludable", "transparent")
@@ -36,15 +35,18 @@ def load_design(path: Path) -> Design:
 
     Raises:
         LanguageError: If it has a mistake; with line and column.
-        FacadeError: If the file is too large.
+        FacadeError: If the file is not a regular file, or too large.
     """
+    return parse_design(read_design_text(path), path.name)
+
+
+def read_design_text(path: Path) -> str:
+    """The text of a design; errors as in `load_design`."""
     content = read_bounded(path, MOST_BYTES)
     try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        finding = Finding("error", "not-text", f"expected UTF-8, found other bytes: {error}", Location(file=path.name))
-        raise LanguageError((finding,)) from error
-    return parse_design(text, path.name)
+        return toml_text(content)
+    except TomlError as error:
+        raise _not_toml(error, "", path.name) from error
 
 
 def parse_design(text: str, file: str = "<text>") -> Design:
@@ -54,17 +56,15 @@ def parse_design(text: str, file: str = "<text>") -> Design:
         LanguageError: If it has a mistake; with line and column.
     """
     try:
-        values = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        at = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)", str(error))
-        line = int(at[1]) if at and at[1] else max(1, len(text.splitlines()))
-        column = int(at[2]) if at and at[2] else 1
-        message = "this is not TOML: " + str(error).split(" (at")[0]
-        finding = Finding("error", "not-toml", message, Location(line, column, file=file))
-        raise LanguageError((finding,), text) from error
-    except RecursionError as error:
-        raise LanguageError((Finding("error", "not-toml", "too deeply nested values", Location(file=file)),)) from error
+        values = toml_table(text)
+    except TomlError as error:
+        raise _not_toml(error, text, file) from error
     return _DesignReader(text, file).design(values)
+
+
+def _not_toml(error: TomlError, text: str, file: str) -> LanguageError:
+    location = Location(error.line or 1, error.column or 1, file=file)
+    return LanguageError((Finding("error", "not-toml", error.message, location),), text if error.line else "")
 
 
 @dataclass
@@ -271,8 +271,9 @@ class _DesignReader:
 
     def _length(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> float:
         number = self._number(value, table, index, keys, within=1e300)
-        if not 0.0 < number <= LARGEST:
-            self._fail(f"expected metres above 0 and at most {LARGEST:,.0f}, found {number:g}", table, index, keys)
+        if not SMALLEST <= number <= LARGEST:
+            message = f"expected metres above 0, from {SMALLEST:g} to {LARGEST:,.0f}, found {number:g}"
+            self._fail(message, table, index, keys)
         return number
 
     def _number(

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from grammarlab.errors import FacadeError, UsageError
+from grammarlab.errors import AssetError, FacadeError, UsageError
 from grammarlab.facade.templates.elements import Elements, Floats, check
 from grammarlab.facade.templates.evidence.maps import FINEST
 from grammarlab.facade.templates.reading.boxes import FoundBoxes, cut_out, find_boxes, read_boxes
 from grammarlab.facade.templates.reading.document import FORMAT, load_arrays, loads
 from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surfaces
 from grammarlab.facade.values import parse_json, read_bounded
+from grammarlab.files import read_start
 
 DOCUMENTS = (".json", ".npz")
 _MOST_BYTES = 1 << 30
@@ -39,8 +40,10 @@ def is_elements(path: Path) -> bool:
 
 def _has_faces(path: Path) -> bool:
     """Whether a PLY file is a mesh, by its head."""
-    with path.open("rb") as file:
-        head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
+    try:
+        head = read_start(path, _HEAD_BYTES).partition(b"end_header")[0]
+    except AssetError as error:
+        raise FacadeError(str(error)) from error
     return re.search(rb"element\s+face\s+[1-9]", head) is not None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.layers.designs.file import LARGEST, MOST_BYTES
+from grammarlab.facade.layers.designs.file import LARGEST, MOST_BYTES, SMALLEST
 from grammarlab.learning.designs.addresses import shown
 from grammarlab.runs.facade.layers_page.desk import Canvas, DesignDesk
 from grammarlab.runs.facade.layers_page.state import layouts_of
@@ -107,8 +107,8 @@ def _done(desk: DesignDesk) -> Message:
 def _canvas(request: Request) -> Canvas:
     width, height = (request.number(name) for name in ("width", "height"))
     for name, metres in (("width", width), ("height", height)):
-        if not 0.0 < metres <= LARGEST:
-            raise UsageError(f"{name}: expected metres above 0 and at most {LARGEST:,.0f}, found {metres:g}.")
+        if not SMALLEST <= metres <= LARGEST:
+            raise UsageError(f"{name}: expected metres above 0, from {SMALLEST:g} to {LARGEST:,.0f}, found {metres:g}.")
     return width, height
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
-from grammarlab.facade.layers.designs.file import MOST_BYTES, load_design
+from grammarlab.facade.layers.designs.file import MOST_BYTES, parse_design, read_design_text
 from grammarlab.runs.facade.editor.exporting import checked_target, stem_of, unused_path
 from grammarlab.runs.facade.editor.history import History
 from grammarlab.runs.facade.layers_page.commands import run
@@ -33,8 +33,8 @@ class Designer(Desktop[DesignDesk]):
             LanguageError: If the design has a mistake; with line and column.
             UsageError: If the output is not a valid file name.
         """
-        load_design(file)
-        text = file.read_text(encoding="utf-8-sig")
+        text = read_design_text(file)
+        parse_design(text, file.name)
         target = (
             checked_target(output, SUFFIX) if output else unused_path(Path(f"{stem_of(file)}.edited{SUFFIX}"), SUFFIX)
         )

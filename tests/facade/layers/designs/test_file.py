@@ -48,7 +48,10 @@ def test_a_small_design_needs_little() -> None:
         ("size = 1.6", 'size = "wide"', "number"),
         ("size = 1.6", "sise = 1.6", "found 'sise'"),
         ("width = 6.0", "width = 0", "above 0"),
-        ("width = 6.0", "width = 1e9", "at most 10,000"),
+        ("width = 6.0", "width = 1e9", "from 1e-06 to 10,000"),
+        ("width = 6.0", "width = 1e-320", "above 0"),
+        ("size = 1.6", "size = 1e-320", "above 0"),
+        ("size = 1.6", "size = 1" + "0" * 5_000, "number"),
         ("width = 6.0", "width = nan", "number"),
         ("size = 1.6", "size = 1" + "0" * 400, "number"),
         ('x = "Cx"', 'x = "Cz"', "unknown symbol 'z'"),
@@ -120,6 +123,18 @@ def test_files_are_bounded_and_of_text(tmp_path) -> None:
         load_design(large)
     with pytest.raises(LanguageError, match="UTF-8"):
         load_design(odd)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig"])
+def test_a_byte_order_mark_changes_no_design_and_no_place(tmp_path, encoding) -> None:
+    path = tmp_path / "design.toml"
+    path.write_text(SMALL, encoding=encoding)
+    assert load_design(path) == parse_design(SMALL)
+    path.write_text(SMALL.replace("6.0", "6.0.0"), encoding=encoding)
+    with pytest.raises(LanguageError) as caught:
+        load_design(path)
+    (finding,) = caught.value.findings
+    assert (finding.location.line, finding.location.column) == (1, 24)
 
 
 def test_the_documented_design_is_one() -> None:
