@@ -67,8 +67,11 @@ def write_bytes(path: Path, content: bytes, *, lasting: bool = True) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write UTF-8 text atomically, with Unix line ends on every system."""
-    write_bytes(path, text.encode())
+    r"""Write UTF-8 text atomically, with Unix line ends on every system.
+
+    Bytes of file names that are not UTF-8, lone surrogates in Python, are written as ``\udcff``, as in JSON.
+    """
+    write_bytes(path, text.encode(errors="backslashreplace"))
 
 
 def read_bounded(path: Path, most: int) -> bytes:

@@ -67,10 +67,10 @@ class ObjWriter(AbstractWriter):
         """Write the images and the library before the geometry that refers to them."""
         for name, content in self._images.values():
             write_whole(self._path.with_name(name), content)
-        write_whole(self._path.with_suffix(".mtl"), ("\n".join(self._library) + "\n").encode())
+        write_whole(self._path.with_suffix(".mtl"), _encoded("\n".join(self._library) + "\n"))
 
     def _write(self, lines: list[str]) -> None:
-        self._stream.write("".join(f"{line}\n" for line in lines if line).encode())
+        self._stream.write(_encoded("".join(f"{line}\n" for line in lines if line)))
 
     def _material(self, table: Materials, material: int) -> int:
         """Number of a material, which is added to the library.
@@ -94,6 +94,11 @@ class ObjWriter(AbstractWriter):
             self._images[number] = (name, texture.content)
             lines.append(f"map_Kd {name}")
         return number
+
+
+def _encoded(text: str) -> bytes:
+    """UTF-8; file names that are not UTF-8 have their bytes."""
+    return text.encode(errors="surrogateescape")
 
 
 def origin_comments(start: str, origin: NDArray[np.float64]) -> list[str]:

@@ -82,10 +82,17 @@ def a_whole_number(value: Any, where: str, low: int, end: int) -> int:
 
 
 def a_text(value: Any, where: str, most: int = 1_000) -> str:
-    """The value, if it is a text of at most `most` characters."""
+    """The value, if it is a text of at most `most` characters that can be written."""
     if not isinstance(value, str) or len(value) > most:
         raise FacadeError(f"{where}: expected a text of at most {most} characters, found {shown(value)}.")
+    if not is_unicode(value):
+        raise FacadeError(f"{where}: expected Unicode text, found half of a character in {shown(value)}.")
     return value
+
+
+def is_unicode(text: str) -> bool:
+    r"""Whether a text can be written; JSON may have halves of characters, such as ``\ud800``."""
+    return all(not 0xD800 <= ord(character) < 0xE000 for character in text)
 
 
 def numbers(value: Any, where: str, count: int) -> list[float]:

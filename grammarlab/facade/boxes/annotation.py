@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import Floats, Ints
+from grammarlab.facade.values import is_unicode
 
 MOST_BOXES = 100_000
 FARTHEST = 1e9
@@ -140,6 +141,8 @@ def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
         raise FacadeError(f"{_box_text(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
     if (wrong := np.array([len(name) > LONGEST_NAME for name in names], dtype=bool)).any():
         raise FacadeError(f"{_box_text(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
+    if (wrong := np.array([not is_unicode(name) for name in names], dtype=bool)).any():
+        raise FacadeError(f"{_box_text(boxes, names, wrong)}: expected Unicode text, found half of a character.")
     if (wrong := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
         raise FacadeError(f"{_box_text(boxes, names, wrong)} has a negative width or height.")
 

@@ -88,14 +88,14 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
     }
     with atomic_folder(Path(folder)) as part:
         for name, columns in tables.items():
-            pq.write_table(
+            _write_table(
                 pa.table({key: _to_arrow(column) for key, column in columns.items()}), part / f"{name}.parquet"
             )
-        pq.write_table(_meshes_to_arrow(forest.meshes), part / "meshes.parquet")
-        pq.write_table(_materials_to_arrow(forest.materials), part / "materials.parquet")
-        pq.write_table(_lots_to_arrow(forest.lots), part / "lots.parquet")
+        _write_table(_meshes_to_arrow(forest.meshes), part / "meshes.parquet")
+        _write_table(_materials_to_arrow(forest.materials), part / "materials.parquet")
+        _write_table(_lots_to_arrow(forest.lots), part / "lots.parquet")
         points = _ragged(forest.lots.footprints.points, forest.lots.footprints.offsets)
-        pq.write_table(pa.table({"points": points}), part / "footprints.parquet")
+        _write_table(pa.table({"points": points}), part / "footprints.parquet")
         (part / HEADER).write_text(json.dumps(header, indent=1), encoding="utf-8")
 
 
@@ -130,8 +130,8 @@ def load_forest(folder: Path | str) -> Forest:
             draws=Draws(**_read(folder, "draws")),
             reports=Reports(**_read(folder, "reports"), keys=tuple(header["report_keys"])),
             frames=_read(folder, "frames")["rotation"].reshape(-1, 3, 3),
-            meshes=_meshes_from_arrow(pq.read_table(folder / "meshes.parquet")),
-            materials=_materials_from_arrow(pq.read_table(folder / "materials.parquet")),
+            meshes=_meshes_from_arrow(_read_table(folder / "meshes.parquet")),
+            materials=_materials_from_arrow(_read_table(folder / "materials.parquet")),
             texture_maps=maps,
         )
     except (
@@ -158,8 +158,8 @@ def _lots(folder: Path, header: Mapping[str, Any]) -> Lots:
     """The lots of a stored forest; for an earlier format the stored fields, on the default footprint."""
     if header["format"] < _SINCE["lots.parquet"]:
         return Lots.of(header["num_models"], header["seed"], first_model=header["first_model"])
-    table = pq.read_table(folder / "lots.parquet")
-    points, counts = _flat(pq.read_table(folder / "footprints.parquet").column("points"))
+    table = _read_table(folder / "lots.parquet")
+    points, counts = _flat(_read_table(folder / "footprints.parquet").column("points"))
     names = [name for name in table.column_names if name.startswith(_ATTRIBUTE)]
     return Lots(
         seed=_from_arrow(table.column("seed")),
@@ -210,8 +210,18 @@ def _from_arrow(column: pa.ChunkedArray) -> Array:
     return array.to_numpy()
 
 
+def _write_table(table: pa.Table, path: Path) -> None:
+    with path.open("wb") as stream:  # Arrow refuses names of files that are not UTF-8
+        pq.write_table(table, stream)
+
+
+def _read_table(path: Path) -> pa.Table:
+    with path.open("rb") as stream:
+        return pq.read_table(stream)
+
+
 def _read(folder: Path, name: str) -> dict[str, Array]:
-    table = pq.read_table(folder / f"{name}.parquet")
+    table = _read_table(folder / f"{name}.parquet")
     return {key: _from_arrow(table.column(key)) for key in table.column_names}
 
 

@@ -176,7 +176,7 @@ def _read(file: Path, kinds: Mapping[str, bool]) -> dict[str, NDArray[Any]]:
     """Columns of numbers, whole if their kind requires it."""
     if not file.is_file() or file.stat().st_size > MAX_FILE_BYTES:
         raise ValueError(f"{file.name} has more than {MAX_FILE_BYTES:,} bytes")
-    with pq.ParquetFile(file) as table:
+    with file.open("rb") as stream, pq.ParquetFile(stream) as table:
         if table.metadata.num_rows > MAX_ROWS:
             raise ValueError(f"{file.name} has more than {MAX_ROWS:,} rows")
         for name, whole in kinds.items():

@@ -39,8 +39,8 @@ def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
         "liked": pa.array([p.liked for _, p in rows], pa.int64()),
         "js_original": pa.array([r.js_original for r, _ in rows], pa.float64()),
     }
-    with atomic_file(path) as part:
-        pq.write_table(pa.table(columns), part)
+    with atomic_file(path) as part, part.open("wb") as stream:
+        pq.write_table(pa.table(columns), stream)
 
 
 def write_page(

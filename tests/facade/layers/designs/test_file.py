@@ -134,7 +134,7 @@ def test_a_byte_order_mark_changes_no_design_and_no_place(tmp_path, encoding) ->
     with pytest.raises(LanguageError) as caught:
         load_design(path)
     (finding,) = caught.value.findings
-    assert (finding.location.line, finding.location.column) == (1, 24)
+    assert (finding.location.line, finding.location.column) == (1, 23)
 
 
 def test_the_documented_design_is_one() -> None:
