@@ -1,5 +1,6 @@
 """Files and folders are whole or not there."""
 
+import json
 import os
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from grammarlab.files import (
     check_overwrites,
     existing,
     read_bounded,
+    read_start,
     remove_parts,
     write_bytes,
     write_text,
@@ -141,3 +143,19 @@ def test_a_pipe_without_a_writer_and_a_device_without_an_end_are_refused_at_once
             read_bounded(path, 10)
     with pytest.raises(OSError, match=str(tmp_path)):
         read_bounded(tmp_path, 10)
+
+
+def test_text_with_bytes_of_file_names_is_written_as_json_writes_it(tmp_path):
+    name = os.fsdecode(b"b\xff")
+    write_text(tmp_path / "a.json", json.dumps({"name": name, "word": "é"}, ensure_ascii=False))
+    assert json.loads((tmp_path / "a.json").read_text(encoding="utf-8")) == {"name": name, "word": "é"}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+def test_the_start_of_a_file_is_read_but_not_that_of_a_pipe(tmp_path):
+    write_bytes(tmp_path / "a", b"12345")
+    assert read_start(tmp_path / "a", 3) == b"123"
+    assert read_start(tmp_path / "a", 9) == b"12345"
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(AssetError, match="found a pipe"):
+        read_start(tmp_path / "pipe", 3)

@@ -106,5 +106,10 @@ def shown(value: Any) -> str:
     """A value for a message, abbreviated."""
     if value is None:
         return "nothing"
-    text = f"a list of {len(value)}" if isinstance(value, list) else repr(value)[: _MOST_SHOWN + 1]
+    if isinstance(value, list):
+        return f"a list of {len(value)}"
+    try:
+        text = repr(value)[: _MOST_SHOWN + 1]
+    except RecursionError:  # an object nested almost as deep as a reader of JSON follows
+        return "a deeply nested object"
     return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"

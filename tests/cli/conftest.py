@@ -30,3 +30,10 @@ def rules(tmp_path):
         return tmp_path / name
 
     return write
+
+
+@pytest.fixture
+def run_any(monkeypatch):
+    """Runs a command line in this process with any exit code; errors of ours that escape fail the test."""
+    monkeypatch.setattr("grammarlab.runs.work.executors.available_cores", lambda: 1)
+    return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)

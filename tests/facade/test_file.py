@@ -179,6 +179,12 @@ def changed(*path_and_value):
         (changed("nodes", 1, "width", None), "Node 1, width: expected a finite number, found nothing"),
         (changed("nodes", 1, "width", -0.1), "Node 1: expected a width and height above 0"),
         (changed("nodes", 1, "width", 0.15), "miss its width"),
+        (changed("nodes", 0, "width", 1e-320), "Node 0: expected a width and height above 0, from 1e-09"),
+        (changed("nodes", 0, "width", 1e308), "from 1e-09 to 1,000,000 m"),
+        (changed("nodes", 0, "width", 10**400), "Node 0, width: expected a finite number"),
+        (b'{"format": ' + b"9" * 5_000 + b"}", "not valid JSON"),
+        (b'{"version": ' + b'{"a":' * 950 + b"1" + b"}" * 951, "not a facade"),
+        (changed("labels", ["\ud800", "wall"]), "labels: expected Unicode text, found half of a character"),
         (changed("nodes", 1, "parent", 1.0), "Node 1, parent: expected a whole number from -1 to 2"),
         (changed("nodes", 1, "parent", 2), "earlier nodes"),
         (changed("nodes", 1, "label", "roof"), "'roof' is not in the list \"labels\""),
@@ -255,7 +261,12 @@ def test_a_damaged_file_is_a_facade_or_refused_in_words(start, length, other):
 
 
 SCRAPS = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=3),
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(st.characters(), max_size=3)
+    | st.sampled_from([1e308, -1e308, 1e-320, 10**400, "\ud800", "\x1b[31m", "\0"]),
     lambda some: st.lists(some, max_size=3) | st.dictionaries(st.sampled_from(["node", "row", "name", "x"]), some),
     max_leaves=6,
 )

@@ -51,7 +51,20 @@ def test_properties_take_the_kind_of_the_attribute_and_leave_constants_alone():
 
 @pytest.mark.parametrize(
     "text",
-    ["height", "=5", "height=", "height=tall", "height=inf", "shops=1", "height=true", "drawn=true", "drawn=tall"],
+    [
+        "height",
+        "=5",
+        "height=",
+        "height=tall",
+        "height=inf",
+        "height=1_000",
+        "height=٣",
+        "height=1e999",
+        "shops=1",
+        "height=true",
+        "drawn=true",
+        "drawn=tall",
+    ],
 )
 def test_what_does_not_fit_is_refused(text):
     with pytest.raises(UsageError, match="expected"):

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 
 from grammarlab.errors import FacadeError
+
+SMALLEST, LARGEST = 1e-9, 1e6
+"""Smallest and largest weight above 0: ratios of weights are finite numbers."""
+
+
+def is_weight(value: float) -> bool:
+    """Whether a number can be a weight."""
+    return value == 0.0 or SMALLEST <= value <= LARGEST
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,5 +29,7 @@ class Weights:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not (math.isfinite(value) and 0.0 <= value <= 1e6):
-                raise FacadeError(f"Weight {field.name}: expected a number from 0 to 1,000,000, found {value}.")
+            if not is_weight(value):
+                raise FacadeError(
+                    f"Weight {field.name}: expected 0, or a number from {SMALLEST:g} to {LARGEST:,.0f}, found {value}."
+                )

@@ -99,7 +99,7 @@ def test_what_stands_beside_with_a_gap_is_another_wall_and_a_gable_has_an_outlin
 
 def test_unknown_sides_and_symbols_are_explained() -> None:
     forest = forest_of(HOUSE)
-    for face in ("north", "front:x", "front:-1", ""):
+    for face in ("north", "front:x", "front:-1", "front:٣", "front:" + "9" * 5_000, ""):
         with pytest.raises(UsageError, match="unknown side"):
             face_of(forest, face, ())
     with pytest.raises(FacadeError, match=r"no shape of Gate; its leaves are Door\., Glass\., Wall\."):

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -141,3 +142,15 @@ def test_formats_without_texture_coordinates_are_still_read(tmp_path, version):
     read = load_forest(tmp_path / "d")
     assert (read.leaves.texture_map == -1).all()
     np.testing.assert_array_equal(read.leaves.mesh, forest.leaves.mesh)
+
+
+def test_a_folder_may_have_a_name_that_is_no_text_and_no_table_of_arrow(tmp_path):
+    forest = random_forest(np.random.default_rng(5), 2, 9, 4, 4)
+    for name in (b"b\xff", b"s3:\xff", b"seed=7"):
+        folder = tmp_path / os.fsdecode(name)
+        try:
+            folder.mkdir()
+        except OSError:  # a file system of Unicode names
+            continue
+        save_forest(forest, folder)
+        assert_same(load_forest(folder), forest)

@@ -16,7 +16,8 @@ from grammarlab.facade.layers.designs.design import WILDCARD, Counter, Design, L
 from grammarlab.facade.layers.designs.parsing import PatternError, parse_pattern
 from grammarlab.facade.layers.designs.patterns import REFLECTIONS, LayerPattern, Sign
 from grammarlab.facade.layers.designs.places import place_of
-from grammarlab.facade.layers.weights import Weights
+from grammarlab.facade.layers.weights import SMALLEST as LEAST_WEIGHT
+from grammarlab.facade.layers.weights import Weights, is_weight
 from grammarlab.facade.values import read_bounded, shown
 from grammarlab.toml_text import toml_table, toml_text
 
@@ -121,8 +122,9 @@ class _DesignReader:
         self._check_keys(table, (*known, "overhang"), "solver", None, ())
         numbers = {name: self._number(table[name], "solver", None, (name,)) for name in known if name in table}
         for name, number in numbers.items():
-            if number < 0.0:
-                self._fail(f"expected a weight of at least 0, found {number:g}", "solver", None, (name,))
+            if not is_weight(number):
+                message = f"expected a weight of at least 0, above 0 at least {LEAST_WEIGHT:g}, found {number:g}"
+                self._fail(message, "solver", None, (name,))
         return Weights(**numbers), self._truth(table.get("overhang", False), "solver", None, ("overhang",))
 
     def _named(self, values: dict[str, Any], table: str) -> Iterable[tuple[str, Any]]:

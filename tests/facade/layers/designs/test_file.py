@@ -66,6 +66,7 @@ def test_a_small_design_needs_little() -> None:
         ("[patterns]", "[counters]\nk = { least = 5, most = 2 }\n[patterns]", "at least 5"),
         ("[patterns]", '[counters]\nk = { reflection = "up" }\n[patterns]', "pivot-total"),
         ("[patterns]", "[solver]\nomega = -1\n[patterns]", "at least 0"),
+        ("[patterns]", "[solver]\nsizing = 1e-320\n[patterns]", "at least 0"),
     ],
 )
 def test_mistakes_are_said_with_their_place(old: str, new: str, message: str) -> None:
