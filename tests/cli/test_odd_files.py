@@ -18,16 +18,11 @@ DESIGN = 'canvas = { width = WIDTH, height = 16.0 }\nsymbols = { A = 1.0 }\n[[la
     ("command", "name"),
     [
         (["check"], "pipe.cga"),
-        (["show"], "pipe.cga"),
-        (["sample"], "pipe.cga"),
         (["facade", "show", "-o", "a.svg"], "pipe.json"),
-        (["facade", "grammar"], "pipe.json"),
         (["facade", "read"], "pipe.csv"),
-        (["facade", "read"], "pipe.xml"),
         (["facade", "layers", "-o", "out"], "pipe.toml"),
         (["facade", "match", "-o", "out"], "pipe.json"),
         (["facade", "match", "-o", "out"], "pipe.ply"),
-        (["evaluate"], "pipe.toml"),
     ],
 )
 def test_a_pipe_is_refused_without_waiting_for_it(run_any, tmp_path, monkeypatch, command, name):

@@ -16,7 +16,7 @@ class PlainNumbers(TyperCommand):
         rest = super().parse_args(ctx, args)
         for name, text in texts.items():
             if isinstance(ctx.params.get(name), int | float) and isinstance(text, str) and not _is_plain(text):
-                option = next((param for param in self.params if param.name == name), None)
+                option: Any = next((param for param in self.params if param.name == name), None)
                 raise typer.BadParameter(f"expected a number such as 1000, found {text[:60]!r}.", ctx, option)
         return rest
 

@@ -25,6 +25,8 @@ LARGEST = 10_000.0
 """Largest side of a facade, metres."""
 OUTSIDE = "outside"
 """Label of the area beyond the outline of a wall that is not rectangular."""
+_FLATTEST = 1e-9
+"""Least ratio of the sides of the area of all boxes; also its least side, in the unit of the boxes."""
 _SLIVER = 1e-6
 """Largest negligible part of a leaf."""
 
@@ -128,6 +130,8 @@ def _scale(
     elif annotation.unit == "parts" and (width is None or height is None):
         notes.append("the aspect ratio of the picture is unknown: assumed to be 1; give a width and a height")
     extent = (annotation.frame[1] - annotation.frame[0]) * shape
+    if extent.min() < _FLATTEST * max(1.0, extent.max()):
+        raise FacadeError(f"The boxes span {extent[X]:g} x {extent[Y]:g} {annotation.unit}: that is no facade.")
     if annotation.unit == "metres" and width is None and height is None:
         if extent.max() > LARGEST:
             raise FacadeError(f"The facade is {extent.max():g} metres large; expected at most {LARGEST:,.0f}.")

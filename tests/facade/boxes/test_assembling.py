@@ -171,3 +171,10 @@ def test_boxes_without_size_are_left_out_and_those_that_jut_out_are_cut_off():
 def test_a_million_boxes_are_refused_at_once():
     with pytest.raises(FacadeError, match="There are 1,000,000 boxes; a facade has at most 100,000"):
         annotate(np.zeros((1_000_000, 4)), [], "metres")
+
+
+@pytest.mark.parametrize("unit", ["metres", "pixels", "parts"])
+@pytest.mark.parametrize("box", [(0, 0, 1e-320, 3), (0, 0, 3, 1e-320), (0, 0, 1e-300, 1e-300), (0, 0, 1e-7, 1e5)])
+def test_boxes_without_extent_are_refused(unit, box):
+    with pytest.raises(FacadeError, match=f"{unit}: that is no facade"):
+        assemble(annotation(box, unit=unit), width=5.0)
