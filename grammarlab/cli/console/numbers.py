@@ -12,8 +12,10 @@ class PlainNumbers(TyperCommand):
     """A command whose numbers are ASCII digits without underscores: Python reads ``1_000`` as 1000."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        rest = super().parse_args(ctx, list(args))
+        if ctx.resilient_parsing:  # completion
+            return rest
         texts, _, _ = self.make_parser(ctx).parse_args(args=list(args))
-        rest = super().parse_args(ctx, args)
         for name, text in texts.items():
             if isinstance(ctx.params.get(name), int | float) and isinstance(text, str) and not _is_plain(text):
                 option: Any = next((param for param in self.params if param.name == name), None)

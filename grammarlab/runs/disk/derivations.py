@@ -58,10 +58,10 @@ FILES = (
     "footprints.parquet",
     HEADER,
 )
-_MOST_HEADER_BYTES = 1 << 28
-"""Largest size of the header; it names every symbol, rule and site."""
 _SINCE = {"maps.parquet": 3, "lots.parquet": 4, "footprints.parquet": 4}
 """Tables that earlier formats lack, and the first format that has them."""
+MAX_HEADER_BYTES = 1 << 28
+"""Largest size of the header."""
 _ATTRIBUTE = "attribute."
 Array = NDArray[Any]
 _FIRST_KINDS: dict[str, SiteKind] = {"choice": "choice", "rand": "uniform", "p": "bernoulli", "fileRandom": "file"}
@@ -110,7 +110,7 @@ def load_forest(folder: Path | str) -> Forest:
     if missing:
         raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
     try:
-        header = json.loads(read_bounded(folder / HEADER, _MOST_HEADER_BYTES))
+        header = json.loads(read_bounded(folder / HEADER, MAX_HEADER_BYTES))
         version = header["format"]
         if version not in range(1, FORMAT + 1):
             raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {version}.")
