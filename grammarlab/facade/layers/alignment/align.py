@@ -16,12 +16,13 @@ from grammarlab.facade.layers.alignment.spreads import Spreads
 from grammarlab.facade.layers.alignment.strains import Strains
 from grammarlab.facade.layers.letters import Word
 from grammarlab.facade.layers.weights import Weights
-from grammarlab.facade.tree import LONGEST, SHORTEST
 
 _PRICE = 1_000_000
 """Integer weight of one unit of length."""
 _DEAREST = 1 << 200
 """An upper bound of the cost of any alignment."""
+_SHORTEST, _LONGEST = 1e-100, 1e100
+"""Smallest and largest canvas: its unit and all prices are finite numbers."""
 
 
 @dataclass(frozen=True)
@@ -126,9 +127,9 @@ def align(
     Raises:
         FacadeError: If the canvas, the tolerance or the count is out of range.
     """
-    if not (SHORTEST <= canvas <= LONGEST and 0.0 <= tolerance <= LONGEST and count >= 1):
+    if not (_SHORTEST <= canvas <= _LONGEST and 0.0 <= tolerance <= _LONGEST and count >= 1):
         raise FacadeError(
-            f"Alignment: expected a canvas above 0, from {SHORTEST:g} to {LONGEST:,.0f} m, a tolerance of at least 0 "
+            f"Alignment: expected a canvas above 0, from {_SHORTEST:g} to {_LONGEST:g} m, a tolerance of at least 0 "
             f"and a count of at least 1, found {canvas}, {tolerance} and {count}."
         )
     if not any(words):

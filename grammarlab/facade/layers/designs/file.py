@@ -274,7 +274,7 @@ class _DesignReader:
     def _length(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> float:
         number = self._number(value, table, index, keys, within=1e300)
         if not SMALLEST <= number <= LARGEST:
-            message = f"expected metres above 0, from {SMALLEST:g} to {LARGEST:,.0f}, found {number:g}"
+            message = f"expected metres above 0, at least {SMALLEST:g} and at most {LARGEST:,.0f}, found {number:g}"
             self._fail(message, table, index, keys)
         return number
 

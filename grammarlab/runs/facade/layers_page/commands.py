@@ -108,7 +108,9 @@ def _canvas(request: Request) -> Canvas:
     width, height = (request.number(name) for name in ("width", "height"))
     for name, metres in (("width", width), ("height", height)):
         if not SMALLEST <= metres <= LARGEST:
-            raise UsageError(f"{name}: expected metres above 0, from {SMALLEST:g} to {LARGEST:,.0f}, found {metres:g}.")
+            raise UsageError(
+                f"{name}: expected metres above 0, at least {SMALLEST:g} and at most {LARGEST:,.0f}, found {metres:g}."
+            )
     return width, height
 
 

@@ -220,7 +220,9 @@ def test_canvases_of_any_size(canvas):
     assert best.span == pytest.approx(1.4 * canvas)
 
 
-@pytest.mark.parametrize(("canvas", "tolerance"), [(0.0, 1.0), (math.inf, 1.0), (math.nan, 1.0), (1.0, -1.0)])
+@pytest.mark.parametrize(
+    ("canvas", "tolerance"), [(0.0, 1.0), (1e-320, 1.0), (math.inf, 1.0), (math.nan, 1.0), (1.0, -1.0)]
+)
 def test_what_is_no_length_is_refused(canvas, tolerance):
     with pytest.raises(FacadeError, match="expected a canvas above 0"):
         alignments([word("A", HOUSE)], canvas, Weights(), tolerance=tolerance)

@@ -48,7 +48,7 @@ def test_a_small_design_needs_little() -> None:
         ("size = 1.6", 'size = "wide"', "number"),
         ("size = 1.6", "sise = 1.6", "found 'sise'"),
         ("width = 6.0", "width = 0", "above 0"),
-        ("width = 6.0", "width = 1e9", "from 1e-06 to 10,000"),
+        ("width = 6.0", "width = 1e9", "at least 1e-06 and at most 10,000"),
         ("width = 6.0", "width = 1e-320", "above 0"),
         ("size = 1.6", "size = 1e-320", "above 0"),
         ("size = 1.6", "size = 1" + "0" * 5_000, "number"),
