@@ -54,7 +54,8 @@ def layers(
         for option, value in (("--width", width), ("--height", height)):
             if value is not None and not SMALLEST <= value <= LARGEST:
                 raise UsageError(
-                    f"{option}: expected metres above 0, at least {SMALLEST:g} and at most {LARGEST:,.0f}, found {value:g}."
+                    f"{option}: expected metres above 0, at least {SMALLEST:g} and at most {LARGEST:,.0f}, "
+                    f"found {value:g}."
                 )
         across, up = (
             _sizes(option, text, SMALLEST, LARGEST) for option, text in (("--widths", widths), ("--heights", heights))
