@@ -61,7 +61,7 @@ def test_check_and_sample_find_the_meshes_of_a_project(run, tmp_path):
 def test_check_reports_a_missing_or_unreadable_file(run, tmp_path):
     assert "no rule file" in run("check", tmp_path / "nowhere.cga", code=2).stderr
     (tmp_path / "big.cga").write_bytes(b" " * 20_000_000)
-    assert "larger" in run("check", tmp_path / "big.cga", code=1).stderr
+    assert "expected at most 16,777,216 bytes" in run("check", tmp_path / "big.cga", code=1).stderr
 
 
 @settings(
