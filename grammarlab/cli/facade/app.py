@@ -118,12 +118,13 @@ def read(
 
 
 def _check_sizes(sizes: dict[str, float | None]) -> None:
-    from grammarlab.facade.tree import LONGEST, SHORTEST
+    from grammarlab.facade.boxes.assembling import LARGEST
+    from grammarlab.facade.tree import SHORTEST
 
     for option, metres in sizes.items():
-        if metres is not None and not SHORTEST <= metres <= LONGEST:
+        if metres is not None and not SHORTEST <= metres <= LARGEST:
             raise UsageError(
-                f"{option}: expected metres above 0, from {SHORTEST:g} to {LONGEST:,.0f}, found {metres:g}."
+                f"{option}: expected metres above 0, at least {SHORTEST:g} and at most {LARGEST:,.0f}, found {metres:g}."
             )
 
 
