@@ -124,7 +124,8 @@ def _check_sizes(sizes: dict[str, float | None]) -> None:
     for option, metres in sizes.items():
         if metres is not None and not SHORTEST <= metres <= LARGEST:
             raise UsageError(
-                f"{option}: expected metres above 0, at least {SHORTEST:g} and at most {LARGEST:,.0f}, found {metres:g}."
+                f"{option}: expected metres above 0, at least {SHORTEST:g} and at most {LARGEST:,.0f}, found "
+                f"{metres:g}."
             )
 
 
