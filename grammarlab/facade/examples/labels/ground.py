@@ -123,7 +123,7 @@ def _filling(examples: Sequence[LabelGrid], single: _Mask) -> _Mask:
     beside, above = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
     for example in examples:
         places = [column for column in range(example.columns) if not _special_end(example, column)]
-        beside |= _numbers(example.labels[0, places], size) > 0
+        beside |= (_numbers(example.labels[0, places], size) > 0) & ~_of_one_end(example, size)
         above |= _numbers(example.labels[1:2, _between_corners(example)], size) > 0
     beside &= ~single
     return beside if beside.any() else above & ~single
@@ -144,6 +144,13 @@ def _special_end(example: LabelGrid, column: int) -> bool:
     if 0 < column < example.columns - 1 or example.columns < 3:
         return False
     return not np.isin(example.labels[1:, column], example.labels[:, 1:-1]).all()
+
+
+def _of_one_end(example: LabelGrid, size: int) -> _Mask:
+    """[labels] whether only the left end has a label, or only the right end; none of an example without an inside."""
+    number = _numbers(example.labels, size)
+    ends = [_numbers(example.labels[:, column], size) for column in (0, -1)]
+    return (number > 0) & ((ends[0] == number) | (ends[1] == number)) & (example.columns > 2)
 
 
 def _between_corners(example: LabelGrid) -> slice:

@@ -145,7 +145,7 @@ def _windows_like(example: LabelGrid, vertical: int, horizontal: int) -> Labels:
 
 
 def _allowed(examples: Sequence[LabelGrid], vertical: int, horizontal: int) -> NDArray[np.bool_]:
-    """[labels] labels at these borders; if all are holes, those of these rows, or of any rows above the ground floor."""
+    """[labels] labels at these borders; if all are holes, those of these rows, or of all rows of upper storeys."""
     num_labels = len(examples[0].names)
     lowest = 0 if vertical & 1 else 1
     for parts in (

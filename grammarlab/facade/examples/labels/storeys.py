@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
 
 from grammarlab.facade.examples.label_grid import HOLE, LabelGrid, Labels
 from grammarlab.facade.looks import is_door
@@ -59,7 +58,8 @@ def _upper_row(example: LabelGrid) -> Labels:
     low = np.array([*(touches_ground(name) for name in example.names), True])[row]  # index -1 is the hole's
     if low.all():
         return row
-    nearest = ndimage.distance_transform_edt(low, return_distances=False, return_indices=True)[0]
+    others = np.flatnonzero(~low)
+    nearest = others[np.searchsorted((others[:-1] + others[1:]) / 2.0, np.arange(len(row)))]
     return np.where(row == HOLE, HOLE, row[nearest])
 
 
