@@ -46,7 +46,7 @@ class Synthesis:
     """With method em, the paper's energy after each iteration; else empty."""
     quality: Quality
     notes: tuple[str, ...]
-    """Defaults that could not be kept, in words."""
+    """What the example has too little for, and defaults that could not be kept, in words."""
 
 
 def synthesize(

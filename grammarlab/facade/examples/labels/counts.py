@@ -54,7 +54,7 @@ def label_count(domain: Domain, example: LabelGrid, count: Count, symmetric: boo
 
 
 def make_way(domain: Domain, wide: Domain, label: int, most: int, fixed: Collection[tuple[int, int]]) -> None:
-    """Cells whose only label has a largest count below their number get the labels that any cell may have."""
+    """Cells whose only label has a largest count below their number get those of a wider domain."""
     forced = forced_cells(domain, label)
     if int(forced.sum()) > max(0, most):
         for row, column in np.argwhere(forced).tolist():

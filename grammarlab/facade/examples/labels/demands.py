@@ -12,6 +12,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
 from grammarlab.facade.examples.labels.counts import Domain, check_room, label_count, make_way
 from grammarlab.facade.examples.labels.ground import keep_ground_units
+from grammarlab.facade.examples.labels.storeys import rows_of_labels
 from grammarlab.facade.examples.wishes import Rows, Wishes
 
 
@@ -60,11 +61,12 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     Raises:
         FacadeError: If labels are unknown, cells are outside of the grid, or wishes contradict each other.
     """
-    found = _only(domain.copy(), examples[0], wishes)
+    anywhere = domain | (domain.any(axis=(0, 1)) & rows_of_labels(examples, len(domain))[:, None])
+    found = _only(domain.copy(), anywhere, examples[0], wishes)
     found = _fixed(found, examples[0], wishes)
     fixed = {(wish.row, wish.column): wish.label for wish in wishes.fixed}
     rows, columns = found.shape[:2]
-    wide = _only(np.broadcast_to(domain.any(axis=(0, 1)), domain.shape).copy(), examples[0], wishes)
+    wide = _only(anywhere.copy(), anywhere, examples[0], wishes)
     for count in wishes.counts:
         make_way(found, wide, examples[0].label(count.label), count.most, fixed)
     if wishes.equal_corners or wishes.symmetric:
@@ -83,7 +85,8 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     return LabelDemands(found, tuple(counts), wishes.symmetric, ends, tuple(notes))
 
 
-def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
+def _only(domain: Domain, anywhere: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
+    """The domain with labels in the rows that wishes name; cells that lose their only label get those of `anywhere`."""
     for wish in wishes.only:
         label = example.label(wish.label)
         rows = _rows(wish.rows, len(domain))
@@ -95,7 +98,7 @@ def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
             domain[rows, :, label] = True
         alone = domain.sum(axis=2) == 1
         alone &= domain[:, :, label] & ~rows[:, None]
-        domain[alone] = domain.any(axis=(0, 1))
+        domain[alone] = anywhere[alone]
         domain[~rows, :, label] = False
     empty = np.argwhere(~domain.any(axis=2))
     if len(empty):

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.examples.label_grid import LabelGrid, Labels
+from grammarlab.facade.examples.label_grid import LabelGrid
 from grammarlab.facade.examples.labels.counts import Domain, LabelCount, forced_cells, label_count
-from grammarlab.facade.examples.labels.storeys import touches_ground
+from grammarlab.facade.examples.labels.storeys import label_numbers, touches_ground
 from grammarlab.facade.examples.wishes import Count, Wishes
 from grammarlab.facade.looks import is_door
 
@@ -31,10 +31,10 @@ def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
     low = np.array([touches_ground(name) for name in examples[0].names])
     often, most, floor, inner, grounded = (np.zeros(size, dtype=np.int64) for _ in range(5))
     for example in examples:
-        number = _numbers(example.labels, size)
-        between = _numbers(example.labels[0, _between_corners(example)], size)
+        number = label_numbers(example.labels, size)
+        between = label_numbers(example.labels[0, _between_corners(example)], size)
         often, most = often + number, np.maximum(most, number)
-        floor, inner = floor + _numbers(example.labels[0], size), inner + between
+        floor, inner = floor + label_numbers(example.labels[0], size), inner + between
         grounded += between if example.rows > 1 else between * low
     repeats = bool((often[inner > 0] > 1).any())
     special = (often > 0) & (((grounded == often) & repeats) | ((floor == often) & door))
@@ -123,8 +123,8 @@ def _filling(examples: Sequence[LabelGrid], single: _Mask) -> _Mask:
     beside, above = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
     for example in examples:
         places = [column for column in range(example.columns) if not _special_end(example, column)]
-        beside |= (_numbers(example.labels[0, places], size) > 0) & ~_of_one_end(example, size)
-        above |= _numbers(example.labels[1:2, _between_corners(example)], size) > 0
+        beside |= (label_numbers(example.labels[0, places], size) > 0) & ~_of_one_end(example, size)
+        above |= label_numbers(example.labels[1:2, _between_corners(example)], size) > 0
     beside &= ~single
     return beside if beside.any() else above & ~single
 
@@ -143,21 +143,17 @@ def _special_end(example: LabelGrid, column: int) -> bool:
     """Whether a column is at an end and has upper units that no column between the ends has."""
     if 0 < column < example.columns - 1 or example.columns < 3:
         return False
-    return not np.isin(example.labels[1:, column], example.labels[:, 1:-1]).all()
+    upper = example.labels[1:, column]
+    return not np.isin(upper[upper >= 0], example.labels[:, 1:-1]).all()
 
 
 def _of_one_end(example: LabelGrid, size: int) -> _Mask:
     """[labels] whether only the left end has a label, or only the right end; none of an example without an inside."""
-    number = _numbers(example.labels, size)
-    ends = [_numbers(example.labels[:, column], size) for column in (0, -1)]
+    number = label_numbers(example.labels, size)
+    ends = [label_numbers(example.labels[:, column], size) for column in (0, -1)]
     return (number > 0) & ((ends[0] == number) | (ends[1] == number)) & (example.columns > 2)
 
 
 def _between_corners(example: LabelGrid) -> slice:
     """The columns between the ends; all columns of an example that has no others."""
     return slice(1, -1) if example.columns > 2 else slice(None)
-
-
-def _numbers(labels: Labels, size: int) -> Labels:
-    """[labels] number of cells with each label."""
-    return np.bincount(labels[labels >= 0].ravel(), minlength=size)

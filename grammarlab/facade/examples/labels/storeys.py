@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import HOLE, LabelGrid, Labels
 from grammarlab.facade.looks import is_door
@@ -33,11 +34,36 @@ def with_upper_storeys(examples: Sequence[LabelGrid], regions: Labels) -> list[L
     return [_raised(example, regions, number) for number, example in enumerate(examples)]
 
 
+def rows_of_labels(examples: Sequence[LabelGrid], rows: int) -> NDArray[np.bool_]:
+    """[rows, labels] rows of a new grid that may have each label: those of the ground or the top alone stay there."""
+    size = len(examples[0].names)
+    low = np.array([touches_ground(name) for name in examples[0].names])
+    often, ground, top = (np.zeros(size, dtype=np.int64) for _ in range(3))
+    for example in examples:
+        number, floor, roof = (label_numbers(part, size) for part in (example.labels, *example.labels[[0, -1]]))
+        often += number
+        ground += floor if example.rows > 1 else floor * low
+        top += roof * (example.rows > 2)
+    allowed = np.ones((rows, size), dtype=np.bool_)
+    allowed[1:, (ground > 0) & (ground == often)] = False
+    allowed[:-1, (top > 0) & (top == often)] = False
+    return allowed
+
+
+def label_numbers(labels: Labels, size: int) -> Labels:
+    """[size] number of cells with each label."""
+    return np.bincount(labels[labels >= 0].ravel(), minlength=size)
+
+
 def storey_notes(examples: Sequence[LabelGrid], regions: Labels) -> tuple[str, ...]:
-    """Statements in words about the upper rows of a grid if all examples have one row."""
-    if len(regions) == 1 or any(example.rows > 1 for example in examples):
+    """Statements in words about doors and shops in the upper rows of a grid, if all examples have one row."""
+    if len(regions) == 1 or regions.max() >= 0 or any(example.rows > 1 for example in examples):
         return ()
-    if all(touches_ground(example.names[label]) for example in examples for label in np.unique(_known(example))):
+    labels = {label for example in examples for label in example.labels[example.labels != HOLE].tolist()}
+    low = [touches_ground(examples[0].names[label]) for label in labels]
+    if not any(low):
+        return ()
+    if all(low):
         return ("the example has one storey of doors and shops only, so they are repeated above the ground floor",)
     return ("the example has one storey; storeys above it are the same without its doors and shops",)
 
@@ -61,7 +87,3 @@ def _upper_row(example: LabelGrid) -> Labels:
     others = np.flatnonzero(~low)
     nearest = others[np.searchsorted((others[:-1] + others[1:]) / 2.0, np.arange(len(row)))]
     return np.where(row == HOLE, HOLE, row[nearest])
-
-
-def _known(example: LabelGrid) -> Labels:
-    return example.labels[example.labels != HOLE]

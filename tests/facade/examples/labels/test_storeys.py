@@ -5,10 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import HOLE, LabelGrid
 from grammarlab.facade.examples.labels.storeys import with_upper_storeys
 from grammarlab.facade.examples.synthesis import Synthesis, synthesize
-from grammarlab.facade.examples.wishes import Fixed, Only, Wishes
+from grammarlab.facade.examples.wishes import Count, Fixed, Only, Wishes
 from tests.facade.examples.grids import all_grids, slow_energies
 
 NAMES = ("window", "door", "shop", "window-2", "cornice")
@@ -138,6 +139,17 @@ def test_wishes_move_units_off_the_ground() -> None:
     result = synthesize([example], 4, 5, wishes=Wishes(fixed=(Fixed(2, 3, "door"),)))[0]
     assert result.grid.labels[2, 3] == 1
     assert (result.grid.labels == 1).sum(axis=1).tolist() == [1, 0, 1, 0]
+
+
+def test_counts_and_rows_of_wishes_keep_ground_and_top() -> None:
+    """Cells that lose their only label get others, but none of the ground floor above it, and no cornice below."""
+    example = house("ccc", "www", "wdw")
+    for wishes in (Wishes(counts=(Count("door", 1, 1),)), Wishes(only=(Only("door", "top"),))):
+        labels = synthesize([example], 4, 6, wishes=wishes)[0].grid.labels
+        assert (labels == 1).sum() == 1
+        assert not (labels[:-1] == 4).any()
+    with pytest.raises(FacadeError, match="window only ground: no label is left for row 1"):
+        synthesize([house("www", "wdw")], 3, 5, wishes=Wishes(only=(Only("window", "ground"),)))
 
 
 def test_a_map_puts_a_storey_of_shops_where_it_says() -> None:
