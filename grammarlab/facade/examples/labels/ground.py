@@ -118,12 +118,16 @@ def _fill(
 
 
 def _filling(examples: Sequence[LabelGrid], single: _Mask) -> _Mask:
-    """[labels] the labels beside units that occur once, or else those above them."""
+    """[labels] the labels beside units that occur once, except special ends without shops; or else those above them."""
     size = len(single)
+    low = np.array([touches_ground(name) for name in examples[0].names])
     beside, above = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
     for example in examples:
         places = [column for column in range(example.columns) if not _special_end(example, column)]
-        beside |= (label_numbers(example.labels[0, places], size) > 0) & ~_of_one_end(example, size)
+        plain = (label_numbers(example.labels[0, places], size) > 0) | (
+            low & (label_numbers(example.labels[0], size) > 0)
+        )
+        beside |= plain & ~_of_one_end(example, size)
         above |= label_numbers(example.labels[1:2, _between_corners(example)], size) > 0
     beside &= ~single
     return beside if beside.any() else above & ~single

@@ -1,5 +1,6 @@
 """Walls, units and labels of known buildings."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -107,3 +108,12 @@ def test_units_of_upper_storeys_are_those_of_upper_storeys(rows: int, tmp_path: 
     below, above = (OUTSIDE, window, window, window), (window, OUTSIDE, window, window)
     between, alone = (window, window, window, window), (OUTSIDE, OUTSIDE, window, window)
     assert [region.source(window, around)[0] for around in (below, between, above, alone)] == [0, 1, rows - 1, 0]
+
+
+def test_a_door_is_a_unit_of_a_house_of_one_storey(tmp_path: Path) -> None:
+    """It takes more than 0.6 of the height of the wall, as pilasters do."""
+    known = house(4, 1, 2, door=1)
+    low = known.points[:, 1] > 3.0
+    points = np.where(low[:, None] & [False, True, False], known.points - [0.0, 1.3, 0.0], known.points)
+    region = analysed(replace(known, points=points), tmp_path).main
+    assert [region.grid.names[label] for label in region.grid.labels[0]] == ["window", "door", "window", "window"]
