@@ -98,7 +98,8 @@ def synthesize(
             f"examples: {sum(len(patches) for patches in plain.patches):,} different windows are too many for "
             f"{rows} x {columns} cells; use smaller examples or fewer cells."
         )
-    demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False))
+    mapped = regions is not None
+    demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False), mapped=mapped)
     starts = with_upper_storeys(grids, places) if borders else grids
     notes = storey_notes(grids, places) if borders and method == "exact" else ()
     bound = 0

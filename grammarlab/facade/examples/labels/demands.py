@@ -48,7 +48,7 @@ class LabelDemands:
         return cells
 
 
-def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) -> LabelDemands:
+def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes, *, mapped: bool = False) -> LabelDemands:
     """Constraints from wishes and defaults.
 
     A wish takes precedence over the examples' borders: a label with a wish for a row is allowed there.
@@ -57,6 +57,7 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
         domain: [rows, columns, labels] labels that the examples have at the same borders.
         examples: examples with one numbering of labels.
         wishes: wishes for the grid.
+        mapped: whether a map from cells to examples may put units of the ground floor above it.
 
     Raises:
         FacadeError: If labels are unknown, cells are outside of the grid, or wishes contradict each other.
@@ -78,7 +79,8 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
     check_room(found, examples[0].names, counts)
     notes: list[str] = []
     if wishes.keep:
-        kept, notes = keep_ground_units(found, examples, wishes, counts)
+        above = domain[1:].sum(axis=(0, 1)) if mapped else np.zeros(domain.shape[2], dtype=np.int64)
+        kept, notes = keep_ground_units(found, examples, wishes, counts, above)
         counts += kept
     counts.sort(key=lambda each: each[2])
     ends = tuple(sorted({0, rows - 1})) if wishes.equal_corners else ()

@@ -43,7 +43,11 @@ def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
 
 
 def keep_ground_units(
-    domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes, counts: Sequence[LabelCount]
+    domain: Domain,
+    examples: Sequence[LabelGrid],
+    wishes: Wishes,
+    counts: Sequence[LabelCount],
+    above: NDArray[np.int64],
 ) -> tuple[list[LabelCount], list[str]]:
     """Counts of the units of the ground floor, and notes about those that cannot be kept.
 
@@ -55,6 +59,7 @@ def keep_ground_units(
         examples: examples with one numbering of labels.
         wishes: wishes for the grid; labels with a count among them are left out.
         counts: counts from these wishes.
+        above: [labels] number of cells above the ground floor in which a map allows each label.
     """
     names, columns = examples[0].names, domain.shape[1]
     counted = {label for label, _, _ in counts}
@@ -72,7 +77,7 @@ def keep_ground_units(
         count = None
         if least < max(1, columns - 2):
             _open_ends(domain, examples, label, fixed)
-            count = _count(domain, examples[0], label, once, symmetric)
+            count = _count(domain, examples[0], label, once, symmetric, int(above[label]))
         if count is None:
             notes.append(f"{names[label]} is on the ground floor of the example; there is no room for it here")
         else:
@@ -81,13 +86,15 @@ def keep_ground_units(
     return kept, notes
 
 
-def _count(domain: Domain, example: LabelGrid, label: int, once: bool, symmetric: bool) -> LabelCount | None:
-    """One on the ground floor, besides those that wishes force above it; None if there is no room."""
+def _count(
+    domain: Domain, example: LabelGrid, label: int, once: bool, symmetric: bool, above: int
+) -> LabelCount | None:
+    """One on the ground floor, besides those that wishes or a map put above it; None if there is no room."""
     forced = forced_cells(domain, label).sum(axis=1)
     floor = max(1, int(forced[0])) if once else 1
     least = max(1, (floor if domain[0, :, label].any() else 0) + int(forced[1:].sum()))
     # Symmetric grids may only have room for a pair.
-    limits = (least, least + 1) if once else (max(least, int(domain[:, :, label].sum())),)
+    limits = (least + above, least + above + 1) if once else (max(least, int(domain[:, :, label].sum())),)
     for most in limits:
         try:
             return label_count(domain, example, Count(example.names[label], least, most), symmetric)

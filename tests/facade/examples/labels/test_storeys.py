@@ -158,6 +158,8 @@ def test_a_map_puts_a_storey_of_shops_where_it_says() -> None:
     regions = np.repeat([[0], [0], [1], [0]], 4, axis=1)
     result = synthesize([house("wwww", "vdvv"), house("sdss")], 4, 4, regions=regions, wishes=Wishes(keep=False))[0]
     assert letters(result) == ["wwww", "sdss", "wwww", "vdvv"]
+    again = synthesize([house("wwww", "vdvv"), house("sdss")], 4, 4, regions=regions)[0]
+    assert letters(again) == letters(result)
     mixed = synthesize([house("wwww", "vdvv"), house("sdss")], 4, 4)[0]
     assert set("".join(letters(mixed)[:-1])) == {"w"}
 
