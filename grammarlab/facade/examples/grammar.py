@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
-from grammarlab.facade.examples.labels.demands import ground_labels
+from grammarlab.facade.examples.labels.ground import ground_labels
 from grammarlab.facade.looks import look_of
 from grammarlab.facade.tree import LEAF
 from grammarlab.facade.writing.family import Around, Range, WrittenFamily, write_pattern

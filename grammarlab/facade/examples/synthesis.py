@@ -16,6 +16,7 @@ from grammarlab.facade.examples.labels.exact import least_energy
 from grammarlab.facade.examples.labels.expectation import expectation_maximization
 from grammarlab.facade.examples.labels.problem import MOST_COMPARED, bordered, unbordered
 from grammarlab.facade.examples.labels.search import PENALTY
+from grammarlab.facade.examples.labels.storeys import storey_notes, with_upper_storeys
 from grammarlab.facade.examples.quality import Quality, quality_of
 from grammarlab.facade.examples.wishes import Wishes
 
@@ -45,7 +46,7 @@ class Synthesis:
     """With method em, the paper's energy after each iteration; else empty."""
     quality: Quality
     notes: tuple[str, ...]
-    """Defaults that could not be kept, in words."""
+    """What the example has too little for, and defaults that could not be kept, in words."""
 
 
 def synthesize(
@@ -97,7 +98,10 @@ def synthesize(
             f"examples: {sum(len(patches) for patches in plain.patches):,} different windows are too many for "
             f"{rows} x {columns} cells; use smaller examples or fewer cells."
         )
-    demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False))
+    mapped = regions is not None
+    demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False), mapped=mapped)
+    starts = with_upper_storeys(grids, places) if borders else grids
+    notes = storey_notes(grids, places) if borders and method == "exact" else ()
     bound = 0
     runs: list[tuple[int, Labels, tuple[int, ...]]] = []
     if method == "em":
@@ -108,14 +112,14 @@ def synthesize(
         runs.sort(key=lambda run: run[0])
     else:
         try:
-            found = least_energy(problem, demands, grids, seed, count, effort)
+            found = least_energy(problem, demands, starts, seed, count, effort)
         except FacadeError:
             if len(demands.counts) == len(wishes.counts):
                 raise
             # Wishes take precedence over defaults.
             given_up = "the units of the ground floor could not all be kept with these wishes"
             demands = replace(demands_of(problem.domain, grids, replace(wishes, keep=False)), notes=(given_up,))
-            found = least_energy(problem, demands, grids, seed, count, effort)
+            found = least_energy(problem, demands, starts, seed, count, effort)
         bound = found.bound
         runs = [(value, labels, ()) for value, labels in found.grids]
     return [
@@ -128,7 +132,7 @@ def synthesize(
             paper_energy=energy(plain, labels),
             history=history,
             quality=quality_of(labels, grids),
-            notes=demands.notes,
+            notes=notes + demands.notes,
         )
         for value, labels, history in runs
     ]

@@ -48,4 +48,5 @@ class Wishes:
     symmetric: bool = False
     """Whether every row is a palindrome."""
     keep: bool = True
-    """Whether a unit that occurs once on the example's ground floor, such as its door, occurs exactly once."""
+    """Whether a unit that occurs once on the example's ground floor, such as its door, occurs exactly once there, in
+    addition to those that `fixed` puts above."""

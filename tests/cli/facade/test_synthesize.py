@@ -162,6 +162,20 @@ def test_shops_keep_their_ground_floor_and_their_door(run, tmp_path: Path) -> No
     assert np.ptp(front[:, 1]) == pytest.approx(0.3, abs=0.02)
 
 
+def test_the_only_door_of_a_house_of_two_storeys_stays_on_the_ground(run, tmp_path: Path) -> None:
+    file = house(4, 2, 2, door=1).write(tmp_path / "house.obj")
+    made = report(run, file, "--rows", 4, "--columns", 5, "-o", tmp_path / "out")["results"][0]
+    labels = np.array(made["labels"])
+    assert (labels == made["names"].index("door")).sum(axis=1).tolist() == [1, 0, 0, 0]
+    assert made["proven"]
+    assert made["watertight"]
+    facade = load_facade(Path(made["files"]["facade"]))
+    doors = [leaf for leaf in facade.leaves.tolist() if facade.name_of(leaf) == "door"]
+    windows = [leaf for leaf in facade.leaves.tolist() if facade.name_of(leaf) == "window"]
+    assert len(doors) == 1
+    assert facade.position[doors[0], 1] < facade.position[windows, 1].min()
+
+
 @pytest.mark.parametrize("start", ["Block", "Shops", "Corner", "Curved"])
 def test_shipped_examples_make_buildings_that_trimesh_finds_closed(run, start: str, tmp_path: Path) -> None:
     facades = examples_folder() / "facades"

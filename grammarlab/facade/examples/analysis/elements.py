@@ -23,6 +23,9 @@ _CORNER = 0.3
 """Largest width of a return at the end of a wall that belongs to other walls, such as their plinth, metres."""
 LONGEST = 0.6
 """Largest part of a wall's side that an element takes; longer parts are bands, cornices or pilasters."""
+_ENTRANCE, _GROUND = 3.0, 0.85
+"""Largest height of a door or a shop, and of its lower side above the ground, metres: in a wall of one storey, it takes
+more of the height than other elements."""
 _BESIDE, _ONE_PLACE = 1.0, 0.002
 """Distance of an element's side from the points that determine it, pixels, and spread of these points, metres."""
 
@@ -124,7 +127,7 @@ def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bool
         own = label[place] == number
         low = map_.low + np.array([place[1].start, place[0].start]) * map_.step
         high = map_.low + np.array([place[1].stop, place[0].stop]) * map_.step
-        if (high - low > LONGEST * (wall.high - wall.low)).any():
+        if _is_long(low, high, map_.depth[place][own], wall, float(corners[..., 1].min())):
             long[place] |= own
             continue
         if (high - low).min() < _LEAST_SIDE or own.sum() * map_.step**2 < _LEAST_AREA:
@@ -143,6 +146,21 @@ def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bool
         points = corners[seen[seen >= 0], :, :2].reshape(-1, 2)
         boxes.append(np.stack([_exact(side, points, map_.step, wall.noise) for side in (low, high)]))
     return boxes, long
+
+
+def _is_long(low: Floats, high: Floats, depth: Floats, wall: Wall, ground: float) -> bool:
+    """Whether a part of a wall is a band, cornice or pilaster rather than an element.
+
+    Args:
+        low: [2] its low corner, metres.
+        high: [2] its high corner, metres.
+        depth: depth of its pixels, metres.
+        wall: the wall.
+        ground: lowest height of the building, metres.
+    """
+    width, height = (high - low > LONGEST * (wall.high - wall.low)).tolist()
+    entrance = high[1] - low[1] <= _ENTRANCE and low[1] - ground <= _GROUND and bool(np.median(depth) < wall.depth)
+    return width or (height and not entrance)
 
 
 def _exact(side: Floats, points: Floats, step: float, noise: float) -> Floats:

@@ -37,8 +37,9 @@ OUTSIDE = -2
 _ANY = -3
 INSIDE = (_ANY, _ANY, _ANY, _ANY)
 """Neighbours of a cell at no border."""
-_BESIDE, _BORDER = np.array([3, 3, 1, 1]), 9
-"""Weights of differing labels below, above, to the left and to the right, and of a differing border."""
+_BESIDE, _BORDER = np.array([3, 3, 1, 1]), np.array([36, 9, 9, 9])
+"""Weights of differing labels below, above, to the left and to the right, and of differing borders there: a border
+weighs more than all labels, and the ground more than all other borders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +87,8 @@ class Region:
     def source(self, label: int, around: tuple[int, int, int, int] = INSIDE) -> tuple[int, int]:
         """Row and column of the unit that represents a label: one with equal neighbours, near the middle of such units.
 
-        The same borders are most important, then the labels below and above: bands, such as a cornice, run along rows.
+        The ground below is most important, so that no unit of the ground floor is repeated above it if an upper storey
+        has the label; then other borders, and the labels below and above: bands, such as a cornice, run along rows.
 
         Args:
             label: the label.
@@ -99,8 +101,8 @@ class Region:
             [framed[row - 1, column], framed[row + 1, column], framed[row, column - 1], framed[row, column + 1]], axis=1
         )
         target = np.array(around)
-        borders = ((beside == OUTSIDE) != (target == OUTSIDE)).sum(axis=1)
-        misses = _BORDER * borders + (beside != target) @ _BESIDE
+        borders = ((beside == OUTSIDE) != (target == OUTSIDE)) @ _BORDER
+        misses = borders + (beside != target) @ _BESIDE
         places = places[misses == misses.min()]
         return tuple(places[np.abs(places - places.mean(axis=0)).sum(axis=1).argmin()].tolist())
 

@@ -25,7 +25,8 @@ _DIFFERENT = 0.06
 _LEAST_AREA = 0.3
 """Least area of which that share is taken, square metres."""
 _GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.85, 1.8, 2.2
-"""Doors: largest height above the lowest point of the wall, least height, and largest width, metres."""
+"""Doors: largest height above the lowest point of the wall, least height, and largest width, metres; no door is wider
+than high."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +124,7 @@ def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
         return "unit"
     width, height = cell.boxes[0, 2:] - cell.boxes[0, :2]
     if is_low and cell.boxes[0, 1] - wall.low[1] <= _GROUND and height >= _DOOR_HEIGHT:
-        return "door" if width <= _DOOR_WIDTH else "shop"
+        return "door" if width <= min(_DOOR_WIDTH, height) else "shop"
     return "window"
 
 

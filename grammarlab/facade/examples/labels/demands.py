@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.examples.label_grid import LabelGrid, Labels
-from grammarlab.facade.examples.wishes import Count, Rows, Wishes
-
-Domain = NDArray[np.bool_]
-_MOST_PLACED = 400
-"""Largest number of units that are placed before the search; more are left to it."""
+from grammarlab.facade.examples.labels.counts import Domain, check_room, label_count, make_way
+from grammarlab.facade.examples.labels.ground import keep_ground_units
+from grammarlab.facade.examples.labels.storeys import rows_of_labels
+from grammarlab.facade.examples.wishes import Rows, Wishes
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +48,7 @@ class LabelDemands:
         return cells
 
 
-def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) -> LabelDemands:
+def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes, *, mapped: bool = False) -> LabelDemands:
     """Constraints from wishes and defaults.
 
     A wish takes precedence over the examples' borders: a label with a wish for a row is allowed there.
@@ -59,84 +57,38 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes) ->
         domain: [rows, columns, labels] labels that the examples have at the same borders.
         examples: examples with one numbering of labels.
         wishes: wishes for the grid.
+        mapped: whether a map from cells to examples may put units of the ground floor above it.
 
     Raises:
         FacadeError: If labels are unknown, cells are outside of the grid, or wishes contradict each other.
     """
-    found = _only(domain.copy(), examples[0], wishes)
+    anywhere = domain | (domain.any(axis=(0, 1)) & rows_of_labels(examples, len(domain))[:, None])
+    found = _only(domain.copy(), anywhere, examples[0], wishes)
     found = _fixed(found, examples[0], wishes)
     fixed = {(wish.row, wish.column): wish.label for wish in wishes.fixed}
     rows, columns = found.shape[:2]
-    wide = _only(np.broadcast_to(domain.any(axis=(0, 1)), domain.shape).copy(), examples[0], wishes)
+    wide = _only(anywhere.copy(), anywhere, examples[0], wishes)
     for count in wishes.counts:
-        _make_way(found, wide, examples[0].label(count.label), count.most, fixed)
+        make_way(found, wide, examples[0].label(count.label), count.most, fixed)
     if wishes.equal_corners or wishes.symmetric:
         pairs = {(row, 0) for row in (0, rows - 1)} if wishes.equal_corners else set()
         pairs |= set(np.ndindex(rows, columns // 2)) if wishes.symmetric else set()
         for row, column in sorted(pairs):
             _agree(found, (row, column), (row, columns - 1 - column), fixed)
-    counts = [_counted(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
-    _check_room(found, examples[0].names, counts)
-    least = sum(count[1] for count in counts)
-    notes = []
+    counts = [label_count(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
+    check_room(found, examples[0].names, counts)
+    notes: list[str] = []
     if wishes.keep:
-        wished = {label for label, _, _ in counts}
-        for label, once in sorted(ground_labels(examples), key=lambda each: not each[1]):
-            name = examples[0].names[label]
-            if label in wished:
-                continue
-            able = int(found[:, :, label].sum())
-            tried = (1, 2) if once else (max(1, able),)  # symmetric grids may only have room for a pair
-            for most in tried if least < max(1, columns - 2) else ():
-                try:
-                    counts.append(_counted(found, examples[0], Count(name, 1, most), wishes.symmetric))
-                except FacadeError:
-                    continue
-                least += 1
-                break
-            else:
-                notes.append(f"{name} is on the ground floor of the example; there is no room for it here")
+        above = domain[1:].sum(axis=(0, 1)) if mapped else np.zeros(domain.shape[2], dtype=np.int64)
+        kept, notes = keep_ground_units(found, examples, wishes, counts, above)
+        counts += kept
     counts.sort(key=lambda each: each[2])
     ends = tuple(sorted({0, rows - 1})) if wishes.equal_corners else ()
     return LabelDemands(found, tuple(counts), wishes.symmetric, ends, tuple(notes))
 
 
-def _make_way(domain: Domain, wide: Domain, label: int, most: int, fixed: Mapping[tuple[int, int], str]) -> None:
-    """Cells whose only label has a largest count below their number get the labels that any cell may have."""
-    forced = domain[:, :, label] & (domain.sum(axis=2) == 1)
-    if int(forced.sum()) > max(0, most):
-        for cell in map(tuple, np.argwhere(forced).tolist()):
-            if cell not in fixed:
-                domain[cell] = wide[cell]
-
-
-def _check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[tuple[int, int, int]]) -> None:
-    """Checks that all counts fit together, not only one by one."""
-    wanted = np.array([label for label, least, _ in counts for _ in range(least)], dtype=np.int64)
-    if not 0 < len(wanted) <= _MOST_PLACED:
-        return
-    refused = ~domain.reshape(-1, domain.shape[2]).T[wanted]  # [wanted, cells]
-    if len(wanted) > refused.shape[1] or refused[linear_sum_assignment(refused)].any():
-        text = ", ".join(f"{names[label]} at least {least} times" for label, least, _ in counts if least)
-        raise FacadeError(f"wishes: {text}: there is not enough room for all of these together.")
-
-
-def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
-    """Labels that only the ground floor has, between its corners, and whether each occurs at most once per example."""
-    size = len(examples[0].names)
-    tall = [example.labels for example in examples if example.rows > 1]
-    inner = np.zeros(size, dtype=np.int64)
-    often, most = np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.int64)
-    for labels in tall:
-        most = np.maximum(most, np.bincount(labels[labels >= 0], minlength=size))
-        inner += np.bincount(labels[0, 1:-1][labels[0, 1:-1] >= 0], minlength=size)
-        often += np.bincount(labels[labels >= 0], minlength=size)
-    if not (often[inner > 0] > 1).any():  # nothing repeats there, so no label is special
-        return []
-    return [(int(label), bool(most[label] == 1)) for label in np.flatnonzero((inner > 0) & (inner == often))]
-
-
-def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
+def _only(domain: Domain, anywhere: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
+    """The domain with labels in the rows that wishes name; cells that lose their only label get those of `anywhere`."""
     for wish in wishes.only:
         label = example.label(wish.label)
         rows = _rows(wish.rows, len(domain))
@@ -148,7 +100,7 @@ def _only(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
             domain[rows, :, label] = True
         alone = domain.sum(axis=2) == 1
         alone &= domain[:, :, label] & ~rows[:, None]
-        domain[alone] = domain.any(axis=(0, 1))
+        domain[alone] = anywhere[alone]
         domain[~rows, :, label] = False
     empty = np.argwhere(~domain.any(axis=2))
     if len(empty):
@@ -199,21 +151,3 @@ def _agree(domain: Domain, one: tuple[int, int], other: tuple[int, int], fixed: 
             )
         both = domain[one] if one in fixed else domain[other] if other in fixed else domain[one] | domain[other]
     domain[one] = domain[other] = both
-
-
-def _counted(domain: Domain, example: LabelGrid, count: Count, symmetric: bool) -> tuple[int, int, int]:
-    label = example.label(count.label)
-    text = f"{count.label} {count.least} to {count.most} times"
-    if count.least < 0 or count.most < count.least:
-        raise FacadeError(f"wishes: {text}; expected counts of at least 0, the first at most the second.")
-    able = int(domain[:, :, label].sum())
-    if able < count.least:
-        raise FacadeError(f"wishes: {text}, but only {able} cells may be {count.label}.")
-    forced = int((domain[:, :, label] & (domain.sum(axis=2) == 1)).sum())
-    if forced > count.most:
-        raise FacadeError(f"wishes: {text}, but {forced} cells can only be {count.label}.")
-    columns = domain.shape[1]
-    odd = columns % 2 == 1 and domain[:, columns // 2, label].any()
-    if symmetric and count.least == count.most and count.least % 2 == 1 and not odd:
-        raise FacadeError(f"wishes: symmetric and {text} contradict each other: an odd number needs a middle column.")
-    return label, count.least, count.most

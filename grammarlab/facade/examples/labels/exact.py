@@ -46,9 +46,10 @@ def least_energy(
 ) -> Bounded:
     """Grids of small energy that satisfy the constraints.
 
-    The first grids consist of whole rows and columns of an example, each improved by changes of single lines. The next
-    ones come from the labels of the strips of the dual, whose bound rises meanwhile. Small grids are finally solved
-    with CP-SAT. The search ends as soon as a grid's energy equals the bound.
+    An example of this size is the first grid, if it satisfies the constraints. The next ones consist of whole rows and
+    columns of an example, each improved by changes of single lines. The last ones come from the labels of the strips of
+    the dual, whose bound rises meanwhile. Small grids are finally solved with CP-SAT. The search ends as soon as a
+    grid's energy equals the bound.
 
     Args:
         problem: the windows and their patches.
@@ -64,7 +65,11 @@ def least_energy(
     problem = problem.within(demands.domain)
     search = GridSearch(problem, demands, np.random.default_rng(seed), effort)
     bound, turned = _alone(problem, demands)
-    _try(search, _in_order(search, examples), bound)
+    for example in examples:
+        if example.labels.shape == problem.kind.shape and (example.labels >= 0).all():
+            search.keep(example.labels)
+    if not _done(search, bound):
+        _try(search, _in_order(search, examples), bound)
     if not _done(search, bound):
         bound = _dual(search, bound, turned, effort)
     if not _done(search, bound):

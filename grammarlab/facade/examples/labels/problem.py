@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.facade.examples.label_grid import HOLE, LabelGrid, Labels
+from grammarlab.facade.examples.labels.storeys import with_upper_storeys
 
 MOST_COMPARED = 400_000_000
 """Largest number of windows times patches of a problem."""
@@ -55,9 +56,10 @@ def bordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
     """A window at every cell, compared with the windows of the examples at the same borders.
 
     A corner is compared with the same corner, the ground floor with the ground floor, and a cell has the labels that
-    the examples have at that border. If the examples have no cell with the same borders (because they or the new grid
-    are one row high, for instance), outer borders are ignored: a single row is compared with the ground floor, a single
-    column with any.
+    the examples have at that border. Storeys that the examples lack are copies of their upper storeys, see
+    `with_upper_storeys`: only the ground floor is compared with a ground floor. A single row is compared with the
+    ground floor, a single column with any, and columns between the ends of the grid with both of an example that has
+    two.
 
     Args:
         examples: examples with one numbering of labels.
@@ -65,6 +67,7 @@ def bordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
     """
     rows, columns = regions.shape
     vertical, horizontal = _sides(rows), _sides(columns)
+    raised = list(zip(examples, with_upper_storeys(examples, regions), strict=True))
     ids: dict[tuple[int, int, int], int] = {}
     kind = np.empty((rows, columns), dtype=np.int64)
     patches, allowed = [], []
@@ -72,11 +75,12 @@ def bordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
         key = (int(vertical[row]), int(horizontal[column]), int(regions[row, column]))
         if key not in ids:
             ids[key] = len(patches)
-            chosen = [examples[key[2]]] if key[2] >= 0 else examples
-            found = [_like(example, key[0], key[1]) for example in chosen]
-            patches.append(_distinct(np.concatenate([windows for windows, _ in found])))
-            own = _present(np.concatenate([labels for _, labels in found]), len(examples[0].names))
-            allowed.append(own if own.any() else _present(_all_labels(chosen), len(own)))
+            pairs = [raised[key[2]]] if key[2] >= 0 else raised
+            if not key[0] & 1:  # upper rows come from examples that have some
+                pairs = [pair for pair in pairs if pair[0].rows > 1] or pairs
+            chosen = [example for _, example in pairs]
+            patches.append(_distinct(np.concatenate([_windows_like(example, key[0], key[1]) for example in chosen])))
+            allowed.append(_allowed(chosen, key[0], key[1]))
         kind[row, column] = ids[key]
     return Problem(kind, tuple(patches), np.array(allowed)[kind])
 
@@ -129,17 +133,37 @@ def _padded(labels: Labels) -> Labels:
     return np.lib.stride_tricks.sliding_window_view(ring, (WINDOW, WINDOW))
 
 
-def _like(example: LabelGrid, vertical: int, horizontal: int) -> tuple[Labels, Labels]:
-    """Windows [n, 3, 3] of an example at cells with these borders, and the labels of those cells."""
-    rows = _matching(_sides(example.rows), vertical, alone=1)
-    columns = _matching(_sides(example.columns), horizontal, alone=0)
-    found = _padded(example.labels)[np.ix_(rows, columns)].copy()
+def _windows_like(example: LabelGrid, vertical: int, horizontal: int) -> Labels:
+    """Windows [n, 3, 3] of an example at cells with these borders."""
+    windows = _padded(example.labels)[_cells_like(example, vertical, horizontal)].copy()
     for side, place in ((1, 0), (2, 2)):  # cells beyond a border are not compared
         if vertical & side:
-            found[:, :, place, :] = AWAY
+            windows[:, :, place, :] = AWAY
         if horizontal & side:
-            found[:, :, :, place] = AWAY
-    return found.reshape(-1, WINDOW, WINDOW), example.labels[np.ix_(rows, columns)].ravel()
+            windows[:, :, :, place] = AWAY
+    return windows.reshape(-1, WINDOW, WINDOW)
+
+
+def _allowed(examples: Sequence[LabelGrid], vertical: int, horizontal: int) -> NDArray[np.bool_]:
+    """[labels] labels at these borders; if all are holes, those of these rows, or of all rows of upper storeys."""
+    num_labels = len(examples[0].names)
+    lowest = 0 if vertical & 1 else 1
+    for parts in (
+        [example.labels[_cells_like(example, vertical, horizontal)] for example in examples],
+        [example.labels[_matching(_sides(example.rows), vertical, alone=1)] for example in examples],
+        [example.labels[lowest:] for example in examples],
+    ):
+        labels = _present(np.concatenate([part.ravel() for part in parts]), num_labels)
+        if labels.any():
+            return labels
+    return _present(_all_labels(examples), num_labels)
+
+
+def _cells_like(example: LabelGrid, vertical: int, horizontal: int) -> tuple[NDArray[np.int64], ...]:
+    """Index of the cells with these borders."""
+    rows = _matching(_sides(example.rows), vertical, alone=1)
+    columns = _matching(_sides(example.columns), horizontal, alone=0)
+    return np.ix_(rows, columns)
 
 
 def _matching(sides: NDArray[np.int64], wanted: int, alone: int) -> NDArray[np.int64]:

@@ -1,12 +1,13 @@
 """Walls, units and labels of known buildings."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.examples.analysis.example import Example, analyse
+from grammarlab.facade.examples.analysis.example import OUTSIDE, Example, analyse
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from tests.facade.examples.houses import RECESS, House, house
 
@@ -97,3 +98,22 @@ def test_a_box_without_anything_on_it_is_refused_in_words(tmp_path: Path) -> Non
     box.export(path)
     with pytest.raises(FacadeError, match="No wall of this building"):
         analyse(read_mesh(path))
+
+
+@pytest.mark.parametrize("rows", [2, 3])
+def test_units_of_upper_storeys_are_those_of_upper_storeys(rows: int, tmp_path: Path) -> None:
+    """All windows of the house are equal: which one represents them follows from the ground below alone."""
+    region = analysed(house(4, rows, 2, door=1), tmp_path).main
+    window = region.grid.label("window")
+    below, above = (OUTSIDE, window, window, window), (window, OUTSIDE, window, window)
+    between, alone = (window, window, window, window), (OUTSIDE, OUTSIDE, window, window)
+    assert [region.source(window, around)[0] for around in (below, between, above, alone)] == [0, 1, rows - 1, 0]
+
+
+def test_a_door_is_a_unit_of_a_house_of_one_storey(tmp_path: Path) -> None:
+    """It takes more than 0.6 of the height of the wall, as pilasters do."""
+    known = house(4, 1, 2, door=1)
+    low = known.points[:, 1] > 3.0
+    points = np.where(low[:, None] & [False, True, False], known.points - [0.0, 1.3, 0.0], known.points)
+    region = analysed(replace(known, points=points), tmp_path).main
+    assert [region.grid.names[label] for label in region.grid.labels[0]] == ["window", "door", "window", "window"]
