@@ -69,13 +69,13 @@ def test_threads_that_write_one_file_do_not_meet(tmp_path):
 def test_a_folder_replaces_another_one_as_a_whole(tmp_path):
     path = tmp_path / "new" / "folder"
     for names in ("ab", "c"):
-        with atomic_folder(path) as part:
+        with atomic_folder(path, "abcd") as part:
             for name in names:
                 (part / name).touch()
         assert sorted(file.name for file in path.iterdir()) == list(names)
 
     def interrupted() -> None:
-        with atomic_folder(path) as part:
+        with atomic_folder(path, "abcd") as part:
             (part / "d").touch()
             raise KeyboardInterrupt
 
@@ -90,7 +90,7 @@ def test_what_a_killed_process_left_is_removed_and_nothing_else(tmp_path):
 import os, signal, sys
 from pathlib import Path
 from grammarlab.files import atomic_file, atomic_folder
-with atomic_folder(Path(sys.argv[1], "folder")) as folder, atomic_file(Path(sys.argv[1], "file")) as file:
+with atomic_folder(Path(sys.argv[1], "folder"), "a") as folder, atomic_file(Path(sys.argv[1], "file")) as file:
     (folder / "a").touch()
     file.touch()
     os.kill(os.getpid(), {int(signal.SIGKILL)})

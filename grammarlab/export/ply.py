@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 from typing import final
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,7 +61,7 @@ class PlyWriter(AbstractWriter):
         self._vertices.write(vertices.tobytes())
         self._faces.write(faces.tobytes())
 
-    def finish(self) -> None:
+    def finish(self) -> tuple[Path, ...]:
         """See `AbstractWriter.finish`."""
         header = ["ply", "format binary_little_endian 1.0", "comment grammarlab: metres, y up"]
         header += origin_comments("comment ", self._origin)
@@ -71,3 +73,4 @@ class PlyWriter(AbstractWriter):
         for part in (self._vertices, self._faces):
             part.seek(0)
             shutil.copyfileobj(part, self._stream, 1 << 20)
+        return ()
