@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import shutil
-from typing import final
-
 from pathlib import Path
+from typing import final
 
 import numpy as np
 from numpy.typing import NDArray

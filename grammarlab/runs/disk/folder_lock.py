@@ -29,18 +29,33 @@ def only_run_in(folder: Path, inner: Sequence[str] = ()) -> Iterator[None]:
         inner: names of folders in it that the caller fills too.
 
     Raises:
-        UsageError: If another command is writing into it.
+        UsageError: If another command is writing into it, or an inner folder is a link or a file.
         OSError: If it cannot be written to.
     """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / LOCK
     descriptor = _locked(path)
     try:
-        for part_of in (folder, *filter(None, (folder_below(folder, name) for name in inner))):
+        for part_of in (folder, *filter(None, (own_folder(folder, name) for name in inner))):
             remove_parts(part_of)
         yield
     finally:
         _release(path, descriptor)
+
+
+def own_folder(folder: Path, name: str) -> Path | None:
+    """A folder in the folder of a run, that the run may fill; None if there is none yet.
+
+    Raises:
+        UsageError: If a link or a file is in its place: what a link leads to is not the run's.
+    """
+    inner = folder_below(folder, name)
+    if inner is None and os.path.lexists(folder / name):
+        raise UsageError(
+            f"{folder / name}: expected a folder, since the run writes into it; found a link or a file. Remove it, or "
+            "write into another folder."
+        )
+    return inner
 
 
 def _locked(path: Path) -> int:

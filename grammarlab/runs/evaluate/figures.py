@@ -25,9 +25,10 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, UsageError
 from grammarlab.evaluation.methods import METHODS, Method, checked
 from grammarlab.evaluation.scenario import SUFFIX
+from grammarlab.files import read_bounded
 
 MAX_BYTES = 1 << 18
 MAX_LABELS = 100_000
@@ -79,9 +80,9 @@ def load_figures(folder: Path, names: str = "all") -> tuple[PlannedFigure, ...]:
 
 def _read(path: Path) -> list[PlannedFigure]:
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UsageError(f"{path} is larger than {MAX_BYTES:,} bytes.")
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(read_bounded(path, MAX_BYTES).decode())
+    except AssetError as error:
+        raise UsageError(str(error)) from error
     except (ValueError, RecursionError) as error:
         raise UsageError(f"{path}: not a TOML file: {error}.") from error
     tables = table.get("figures")

@@ -12,6 +12,7 @@ from typing import Any
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import folder_below, is_inside, read_bounded
+from grammarlab.runs.disk.folder_lock import own_folder
 from grammarlab.runs.requests.batches import cut_batches
 from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.runs.sampling.manifest import MANIFEST, MAX_FILE_BYTES
@@ -92,16 +93,10 @@ def batch_names(folder: Path) -> tuple[str, ...]:
     Raises:
         UsageError: If a link stands in place of one of them, or of the folder of all.
     """
-    batches = folder / DERIVATIONS
-    if not os.path.lexists(batches):
-        return ()
-    names = sorted(path.name for path in batches.iterdir() if _BATCH.fullmatch(path.name)) if batches.is_dir() else ()
-    for name in (DERIVATIONS, *(f"{DERIVATIONS}/{batch}" for batch in names)):
-        if folder_below(folder, name) is None:
-            raise UsageError(
-                f"{folder / name}: expected a folder, since the run writes into it; found a link or a file. Remove it, "
-                "or write into another folder with -o."
-            )
+    batches = own_folder(folder, DERIVATIONS)
+    names = sorted(path.name for path in batches.iterdir() if _BATCH.fullmatch(path.name)) if batches else ()
+    for name in names:
+        own_folder(folder, f"{DERIVATIONS}/{name}")
     return tuple(names)
 
 
