@@ -290,7 +290,8 @@ def _errors_about(path: Path, part: Path) -> Iterator[None]:
         if not unnamed and not (isinstance(name, str) and name.startswith(str(part))):
             raise
         final = str(path) + (name or "").removeprefix(str(part))
-        raise OSError(error.errno or errno.EIO, error.strerror or str(error), final) from error
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise OSError(error.errno or errno.EIO, reason, final) from error
 
 
 def _replace_files(part: Path, path: Path, names: Collection[str]) -> None:
