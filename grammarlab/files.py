@@ -86,6 +86,25 @@ def atomic_folder(path: Path, names: Collection[str]) -> Iterator[Path]:
                 shutil.rmtree(part, ignore_errors=True)
 
 
+@contextmanager
+def whole_tree(path: Path) -> Iterator[Path]:
+    """A path for a new folder with folders in it, which is renamed to ``path`` after the block.
+
+    Args:
+        path: the final path, where nothing exists.
+
+    Raises:
+        OSError: If it cannot be written; the error names `path` or a file in it.
+    """
+    part = _part_of(path)
+    with _errors_about(path, part):
+        try:
+            yield part
+            part.replace(path)
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+
+
 def write_bytes(path: Path, content: bytes, *, lasting: bool = True) -> None:
     """Write a file atomically; see `atomic_file` for `lasting`."""
     with atomic_file(path, lasting=lasting) as part:
