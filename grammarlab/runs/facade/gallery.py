@@ -52,14 +52,14 @@ def save_gallery(
     Args:
         facades: the facades, at least one.
         folder: where to write; created if missing.
-        source: a file that is neither overwritten nor removed.
+        source: the edited file; refused if a run into the folder overwrites or removes it.
         locks: locks of each facade; none when left out.
 
     Returns:
         The files of the facades.
 
     Raises:
-        UsageError: If the source would be overwritten, or another run is writing into the folder.
+        UsageError: If the source would be overwritten or removed, or another run is writing into the folder.
         FacadeError: If a facade cannot be drawn, or a file with the name of one of its pictures has other content.
     """
     gallery = draw_gallery(facades, folder, source)
@@ -73,13 +73,13 @@ def draw_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = 
     """Drawings of facades for `write_gallery`; nothing is written.
 
     Raises:
-        UsageError: If the source would be overwritten.
+        UsageError: If the source would be overwritten or removed.
         FacadeError: If a facade cannot be drawn.
     """
     names = _names(len(facades))
-    files = [folder / f"{name}{_FACADE}" for name in names]
+    files = {folder / f"{name}{_FACADE}" for name in names} | set(folder.glob(f"[0-9][0-9][0-9]{_FACADE}"))
     if source and any(file.exists() and file.samefile(source) for file in files):
-        raise UsageError(f"{source} would be overwritten: write to another folder.")
+        raise UsageError(f"{source} would be overwritten or removed: write to another folder.")
     longest = max(max(facade.width, facade.height) for facade in facades)
     scale = min(_PIXELS_PER_METRE, _LONGEST / longest)
     facades = [_renamed(facade, {CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
