@@ -42,6 +42,10 @@ def compare(
         from grammarlab.runs.comparing.compare import compare_grammars
 
         result = compare_grammars(first, second, num_models=number, seed=seed)
+        if as_json:
+            print_json(_as_json(result))
+        else:
+            _tell(result)
         if picture is not None:
             from grammarlab.density.sampler import GrammarSampler
             from grammarlab.runs.learn.side_by_side import draw_side_by_side
@@ -51,10 +55,6 @@ def compare(
             samplers = [GrammarSampler(grammar, source.assets) for grammar, source in pairs]
             shown = list(zip((first, second), samplers, strict=True))
             draw_side_by_side(shown, picture, side=4, seed=seed, executor=executor_of(0))
-        if as_json:
-            print_json(_as_json(result))
-        else:
-            _tell(result)
 
 
 def _as_json(result: Comparison) -> dict[str, Any]:

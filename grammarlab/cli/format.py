@@ -20,7 +20,7 @@ def format_file(
 ) -> None:
     """Print a rule file in the canonical style, comments included."""
     with friendly_errors():
-        from grammarlab.files import write_text
+        from grammarlab.files import rewrite_text
         from grammarlab.language.formatting import format_grammar
         from grammarlab.language.grammar import Grammar, read_text
 
@@ -35,5 +35,5 @@ def format_file(
         if not in_place:
             print_content(formatted)
         elif changed:
-            write_text(file, formatted)
+            rewrite_text(file, formatted)
             say(f"{file}: formatted")

@@ -103,7 +103,9 @@ def sample(
         Path | None, typer.Option("--manifest", help="Repeat the run of this manifest and compare every file.")
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", help="Number of processes; 0 for one per core.", min=0)] = 0,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue an interrupted run.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue an interrupted run; damaged files are made again.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
 ) -> None:
     """Sample models from a grammar.
@@ -187,8 +189,13 @@ def _first(names: list[str]) -> str:
 
 
 def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
+    from grammarlab.runs.sampling.clearing import in_short
+
     _tell_prints(result.prints)
     _tell_missing(result)
+    if result.kept_files:
+        names = in_short(result.kept_files)
+        say(f"kept in {result.folder}, since they differ from what the earlier run wrote: {names}")
     if result.missing_images:
         say(f"no such image in {result.request.assets}: {_first(list(result.missing_images))}")
     if as_json:
@@ -248,6 +255,7 @@ def _as_json(result: RunResult) -> dict[str, Any]:
         "seed": request.seed,
         "models": [{**asdict(model), "file": str(result.folder / model.file)} for model in result.models],
         "prints": list(result.prints),
+        "kept_files": list(result.kept_files),
         "warnings": [finding.as_dict() for finding in result.missing_asset_warnings()],
         **_acceptance_as_json(result),
         "sheet": None if result.sheet is None else str(result.sheet),

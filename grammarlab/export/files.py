@@ -10,7 +10,7 @@ from tempfile import SpooledTemporaryFile
 from typing import IO
 
 from grammarlab.errors import UsageError
-from grammarlab.files import atomic_file
+from grammarlab.files import FULL_DISK, atomic_file
 
 IN_MEMORY = 4 << 20
 """Largest size of a part in memory, in bytes; larger parts use temporary files."""
@@ -49,13 +49,16 @@ def whole_file(path: Path) -> Iterator[Output]:
 
     Raises:
         UsageError: If the path cannot be written to.
+        OSError: If the disk is full; it names the path.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # Models can be made again, faster than a flush to the disk takes.
-        with atomic_file(path, lasting=False) as part, part.open("xb") as stream, ExitStack() as parts:
+        with atomic_file(path, lasting=False) as part, part.open("wb") as stream, ExitStack() as parts:
             yield Output(stream, str(path.parent), parts)
     except (OSError, ValueError) as error:
+        if isinstance(error, OSError) and error.errno in FULL_DISK:
+            raise
         reason = getattr(error, "strerror", None) or str(error)
         raise UsageError(f"cannot write {str(path)!r}: {reason}; choose a folder that you may write to") from error
 

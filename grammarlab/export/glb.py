@@ -46,7 +46,7 @@ class GlbWriter(AbstractWriter):
             node["translation"] = offset.tolist()
         self._roots.append(self._document.add("nodes", node))
 
-    def finish(self) -> None:
+    def finish(self) -> tuple[Path, ...]:
         """See `AbstractWriter.finish`.
 
         Raises:
@@ -56,6 +56,7 @@ class GlbWriter(AbstractWriter):
             node = {"name": "origin", "translation": self._origin.tolist(), "children": self._roots}
             self._roots = [self._document.add("nodes", node)]
         self._document.pack(self._roots, GENERATOR)
+        return ()
 
 
 def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> bytes:

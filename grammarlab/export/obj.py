@@ -63,11 +63,13 @@ class ObjWriter(AbstractWriter):
         self._num_vertices += len(batch.vertices)
         self._write(lines)
 
-    def finish(self) -> None:
+    def finish(self) -> tuple[Path, ...]:
         """Write the images and the library before the geometry that refers to them."""
-        for name, content in self._images.values():
-            write_whole(self._path.with_name(name), content)
-        write_whole(self._path.with_suffix(".mtl"), _encoded("\n".join(self._library) + "\n"))
+        files = {self._path.with_name(name): content for name, content in self._images.values()}
+        files[self._path.with_suffix(".mtl")] = _encoded("\n".join(self._library) + "\n")
+        for path, content in files.items():
+            write_whole(path, content)
+        return tuple(files)
 
     def _write(self, lines: list[str]) -> None:
         self._stream.write(_encoded("".join(f"{line}\n" for line in lines if line)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -59,7 +60,7 @@ class PlyWriter(AbstractWriter):
         self._vertices.write(vertices.tobytes())
         self._faces.write(faces.tobytes())
 
-    def finish(self) -> None:
+    def finish(self) -> tuple[Path, ...]:
         """See `AbstractWriter.finish`."""
         header = ["ply", "format binary_little_endian 1.0", "comment grammarlab: metres, y up"]
         header += origin_comments("comment ", self._origin)
@@ -71,3 +72,4 @@ class PlyWriter(AbstractWriter):
         for part in (self._vertices, self._faces):
             part.seek(0)
             shutil.copyfileobj(part, self._stream, 1 << 20)
+        return ()

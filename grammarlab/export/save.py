@@ -57,6 +57,10 @@ class SaveOptions:
             raise UsageError(f"columns is {self.columns}; expected at least 1")
 
 
+def _ignore(_file: Path) -> None:
+    """Do nothing with the path of a written file."""
+
+
 def save(
     scene: Scene, path: str | os.PathLike[str], file_format: Format | None = None, options: SaveOptions | None = None
 ) -> Path:
@@ -91,7 +95,11 @@ def save(
 
 
 def save_together(
-    scenes: Iterable[Scene], path: str | os.PathLike[str], file_format: Format, options: SaveOptions | None = None
+    scenes: Iterable[Scene],
+    path: str | os.PathLike[str],
+    file_format: Format,
+    options: SaveOptions | None = None,
+    on_file: Callable[[Path], None] = _ignore,
 ) -> Path:
     """Write the models of several scenes into one file, with one scene in memory at a time.
 
@@ -100,6 +108,7 @@ def save_together(
         path: see `save`.
         file_format: ``glb``, ``obj`` or ``ply``.
         options: see `SaveOptions`.
+        on_file: called with the path of every written file: libraries and images too.
 
     Returns:
         The path of the file, which exists only when it is complete.
@@ -107,7 +116,8 @@ def save_together(
     Raises:
         As `save`.
     """
-    return _save_together(_Triangulated(scenes), Path(path), _checked_format(file_format), options or SaveOptions())
+    chosen = _checked_format(file_format)
+    return _save_together(_Triangulated(scenes), Path(path), chosen, options or SaveOptions(), on_file)
 
 
 def save_each(
@@ -118,6 +128,7 @@ def save_each(
     name: Callable[[int], str] = "model_{:05d}".format,
     first_model: int = 0,
     on_saved: Callable[[int], None] | None = None,
+    on_file: Callable[[Path], None] = _ignore,
 ) -> tuple[Path, ...]:
     """Write each model of a scene into its own file, which depends only on the model.
 
@@ -129,6 +140,7 @@ def save_each(
         name: function from the number of a model to the file name without suffix.
         first_model: number of the first model.
         on_saved: called with the number of each model after its file is complete.
+        on_file: called with the path of every written file: libraries and images too.
 
     Returns:
         The files in order. When interrupted, all files that exist are complete.
@@ -147,7 +159,9 @@ def save_each(
         with whole_file(target) as output:
             writer = _writer(output, target, chosen, layout, options)
             writer.add(only(scene, index), batch.model(index), target.stem, layout.offsets[0])
-            writer.finish()
+            others = writer.finish()
+        for file in (target, *others):
+            on_file(file)
         paths.append(target)
         if on_saved is not None:
             on_saved(first_model + index)
@@ -166,7 +180,11 @@ class _Triangulated:
 
 
 def _save_together(
-    scenes: Iterable[tuple[Scene, TriangleBatch]], target: Path, file_format: str, options: SaveOptions
+    scenes: Iterable[tuple[Scene, TriangleBatch]],
+    target: Path,
+    file_format: str,
+    options: SaveOptions,
+    on_file: Callable[[Path], None] = _ignore,
 ) -> Path:
     layout = _layout(scenes, options)
     num_models = len(layout.offsets)
@@ -179,7 +197,9 @@ def _save_together(
                 name = target.stem if num_models == 1 else f"model_{count}"
                 writer.add(only(scene, index), batch.model(index), name, layout.offsets[count])
                 count += 1
-        writer.finish()
+        others = writer.finish()
+    for file in (target, *others):
+        on_file(file)
     return target
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,5 +31,9 @@ class AbstractWriter(abc.ABC):
         """
 
     @abc.abstractmethod
-    def finish(self) -> None:
-        """Write what is not yet written, after the last model."""
+    def finish(self) -> tuple[Path, ...]:
+        """Write what is not yet written, after the last model.
+
+        Returns:
+            Further files beside the file.
+        """

@@ -30,7 +30,7 @@ from grammarlab.facade.values import (
     read_bounded,
     shown,
 )
-from grammarlab.files import write_text
+from grammarlab.files import rewrite_text, write_text
 
 FORMAT = "grammarlab facade"
 VERSION = 1
@@ -44,8 +44,14 @@ _REACH = 0.5 + 1e-6
 _ALL = [0.0, 0.0, 1.0, 1.0]
 
 
-def save_facade(facade: Facade, path: Path | str, locks: Sequence[Wish] = ()) -> Path:
+def save_facade(facade: Facade, path: Path | str, locks: Sequence[Wish] = (), *, edited: bool = False) -> Path:
     """Write a facade with its locks, and its pictures into the same folder.
+
+    Args:
+        facade: the facade.
+        path: its file.
+        locks: its locks.
+        edited: whether the file was opened for editing, so that a link to it and its permissions stay.
 
     Raises:
         FacadeError: If the facade is invalid, or a file with the name of a picture has other content.
@@ -62,7 +68,7 @@ def save_facade(facade: Facade, path: Path | str, locks: Sequence[Wish] = ()) ->
     path = Path(path)
     text = dumps(check(facade), locks)
     store_pictures(facade.pictures, path.parent)
-    write_text(path, text)
+    (rewrite_text if edited else write_text)(path, text)
     return path
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import stat
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -154,6 +155,18 @@ def test_format_prints_checks_and_writes(run, rules):
     assert path.read_text() == printed
     run("format", path, "--check")
     assert "exclude each other" in run("format", path, "--check", "--in-place", code=2).stderr
+
+
+def test_format_in_place_writes_through_a_link_and_keeps_permissions(run, rules, tmp_path):
+    path = rules("Lot-->NIL\n")
+    path.chmod(0o640)
+    for name, target in (("link.cga", path.name), ("second.cga", "link.cga")):
+        (tmp_path / name).symlink_to(target)
+    run("format", tmp_path / "second.cga", "--in-place")
+    assert path.read_text() == "Lot --> NIL\n"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640
+    assert [(tmp_path / name).is_symlink() for name in ("link.cga", "second.cga")] == [True, True]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["house.cga", "link.cga", "second.cga"]
 
 
 def test_format_leaves_a_file_with_errors_alone(run, rules):

@@ -1,6 +1,7 @@
 """``grammarlab sample``."""
 
 import json
+import sys
 
 import pytest
 import trimesh
@@ -29,7 +30,7 @@ def test_json_is_one_object_about_the_run(run, rules, tmp_path):
         "sample", path, "-n", "3", "--seed", "8", "-o", tmp_path / "out", "--no-image", "--json", "--jobs", "1"
     )
     values = json.loads(result.stdout)
-    told = {"grammar", "hash", "seed", "models", "prints", "warnings", "sheet", "derivations", "manifest"}
+    told = {"grammar", "hash", "seed", "models", "prints", "kept_files", "warnings", "sheet", "derivations", "manifest"}
     assert (set(values), values["warnings"]) == (told, [])
     assert (values["grammar"], values["seed"], values["sheet"]) == ("house", 8, None)
     assert [m["index"] for m in values["models"]] == [0, 1, 2]
@@ -167,6 +168,42 @@ def test_an_unwritable_folder_is_an_error(run, tmp_path):
     (tmp_path / "file").write_text("in the way")
     result = run("sample", "toy", "-n", "1", "--no-image", "-o", tmp_path / "file" / "out", code=1)
     assert str(tmp_path / "file") in result.stderr
+
+
+def test_files_that_differ_from_what_the_earlier_run_wrote_are_named(run, rules, tmp_path):
+    command = ("sample", rules(TOWER), "-n", 1, "--no-image", "-o", tmp_path / "out")
+    run(*command)
+    manifest = tmp_path / "out" / "manifest.json"
+    values = json.loads(manifest.read_text())
+    names = [f"mine-{number}\x1b[31m.txt" for number in range(8)]
+    for name in names:
+        (tmp_path / "out" / name).write_text("mine")
+    values["files"] |= dict.fromkeys(names, "x")
+    manifest.write_text(json.dumps(values))
+    message = run(*command).stderr
+    assert f"kept in {tmp_path / 'out'}, since they differ" in message
+    assert "mine-0?[31m.txt" in message
+    assert "and 3 more" in message
+    assert len(list((tmp_path / "out").glob("mine-*"))) == 8
+    assert json.loads(run(*command, "--json").stdout)["kept_files"] == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="this system has no limit for the size of files")
+@pytest.mark.parametrize("options", [("--format", "ply"), ("--single-file",)])
+def test_a_full_disk_is_an_error_that_names_the_file(run, rules, tmp_path, options):
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    command = ("sample", rules(TOWER), "-n", 2, "--no-image", "-o", tmp_path / "out", *options)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
+        result = run(*command, code=1)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert f"error: {tmp_path / 'out'}/" in result.stderr
+    assert ".part-" not in result.stderr
+    assert not list(tmp_path.rglob(".*"))
+    run(*command)
 
 
 def test_completion_offers_shipped_grammars():

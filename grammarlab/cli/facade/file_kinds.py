@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from grammarlab.errors import AssetError, FacadeError, GrammarlabError, UsageError
-from grammarlab.files import read_start
+from grammarlab.files import open_regular
 
 FACADE, DESIGN, RULES, ELEMENTS, MESH, BOXES = "facade", "design", "rules", "elements", "mesh", "boxes"
 
@@ -69,7 +69,8 @@ def kind_of(file: Path) -> str:
     if ending != ".json":
         return _BY_ENDING.get(ending, "")
     try:
-        head = read_start(file, _HEAD)
+        with open_regular(file) as opened:
+            head = opened.read(_HEAD)
     except AssetError:  # a pipe or a device
         return ""
     if found := re.search(rb'"format"\s*:\s*"grammarlab (facade|elements)"', head):

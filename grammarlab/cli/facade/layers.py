@@ -48,8 +48,7 @@ def layers(
     """
     with friendly_errors():
         from grammarlab.facade.layers.designs.file import LARGEST, SMALLEST, load_design
-        from grammarlab.files import write_text
-        from grammarlab.runs.facade.layers import family_of, save_layouts, solve_design
+        from grammarlab.runs.facade.layers import FAMILY, family_of, save_layouts, solve_design
 
         for option, value in (("--width", width), ("--height", height)):
             if value is not None and not SMALLEST <= value <= LARGEST:
@@ -66,14 +65,12 @@ def layers(
         family = None
         if across or up:
             family = family_of(design, across or [width or design.width], up or [height or design.height], number)
-        files = save_layouts(solved, output, file)
+        files = save_layouts(solved, output, file, family.text if family else "")
         values: dict[str, Any] = {
             "layouts": [{**each.as_dict(), "files": made} for each, made in zip(solved, files, strict=True)]
         }
         if family is not None:
-            path = output / "family.cga"
-            write_text(path, family.text)
-            values["family"] = {"file": str(path), "rules": family.rules, "rules_alone": family.alone}
+            values["family"] = {"file": str(output / FAMILY), "rules": family.rules, "rules_alone": family.alone}
         if as_json:
             print_json(values)
             return

@@ -68,7 +68,10 @@ _FIRST_KINDS: dict[str, SiteKind] = {"choice": "choice", "rand": "uniform", "p":
 
 
 def save_forest(forest: Forest, folder: Path | str) -> None:
-    """Write a forest into a new folder atomically; an existing folder is replaced."""
+    """Write a forest into a folder; files of an earlier forest in it are replaced, others stay.
+
+    If the process is killed, the folder holds a whole forest or none.
+    """
     header = {
         "format": FORMAT,
         "num_models": forest.num_models,
@@ -86,7 +89,7 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
         "frames": {"rotation": forest.frames.reshape(-1, 9)},
         "maps": {"coordinates": forest.texture_maps.reshape(-1, 8)},
     }
-    with atomic_folder(Path(folder)) as part:
+    with atomic_folder(Path(folder), FILES) as part:
         for name, columns in tables.items():
             _write_table(
                 pa.table({key: _to_arrow(column) for key, column in columns.items()}), part / f"{name}.parquet"
@@ -106,14 +109,13 @@ def load_forest(folder: Path | str) -> Forest:
         AssetError: If the folder was not written by `save_forest`, or is damaged.
     """
     folder = Path(folder)
-    missing = [name for name in FILES if name not in _SINCE and not (folder / name).is_file()]
-    if missing:
-        raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
+    _require(folder, [name for name in FILES if name not in _SINCE])
     try:
         header = json.loads(read_bounded(folder / HEADER, MAX_HEADER_BYTES))
         version = header["format"]
         if version not in range(1, FORMAT + 1):
             raise AssetError(f"{folder}: expected derivations of format {FORMAT}, found format {version}.")
+        _require(folder, [name for name, since in _SINCE.items() if version >= since])
         leaves = _read(folder, "leaves")
         maps = np.zeros((0, 2, 4))
         if version < _SINCE["maps.parquet"]:
@@ -145,6 +147,12 @@ def load_forest(folder: Path | str) -> Forest:
         pa.ArrowException,
     ) as error:
         raise AssetError(f"{folder}: the derivations are damaged ({error}). Sample them again.") from error
+
+
+def _require(folder: Path, names: Sequence[str]) -> None:
+    missing = [name for name in names if not (folder / name).is_file()]
+    if missing:
+        raise AssetError(f"{folder}: expected derivations here, but {', '.join(missing)} is missing.")
 
 
 def _lots_to_arrow(lots: Lots) -> pa.Table:

@@ -7,6 +7,7 @@ missing, so its result is made again.
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping
@@ -17,16 +18,20 @@ from typing import Any, BinaryIO, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.files import atomic_file
+from grammarlab.errors import AssetError
+from grammarlab.files import atomic_file, file_below, open_regular, read_bounded
 from grammarlab.runs.work.executors import AbstractExecutor, Task
 
 Value = TypeVar("Value")
 Progress = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
 
-MAX_BYTES = 1 << 32
-"""Of a file."""
+MAX_BYTES, MAX_ARRAY_BYTES = 1 << 28, 1 << 32
+"""Largest size of a file of JSON, and of a file of arrays before and after it is unpacked."""
+KEY = re.compile(r"[0-9a-f]{64}(-\d+)?")
+"""Keys of results that `Results.clear` removes: SHA-256 of their inputs, and perhaps a size."""
 _DAMAGES = (
+    AssetError,
     OSError,
     ValueError,
     KeyError,
@@ -34,6 +39,7 @@ _DAMAGES = (
     AttributeError,
     EOFError,
     OverflowError,
+    MemoryError,
     RecursionError,
     zipfile.BadZipFile,
     zlib.error,
@@ -48,6 +54,8 @@ class Kind(Generic[Value]):
     write: Callable[[BinaryIO, Value], None]
     read: Callable[[BinaryIO], Value]
     """Read a result; any exception means a damaged file."""
+    most: int = MAX_BYTES
+    """Largest size of a file."""
 
 
 def json_kind(to_json: Callable[[Value], Any], from_json: Callable[[Any], Value]) -> Kind[Value]:
@@ -64,11 +72,15 @@ def _write_arrays(file: BinaryIO, arrays: Mapping[str, NDArray]) -> None:
 
 
 def _read_arrays(file: BinaryIO) -> Mapping[str, NDArray]:
+    with zipfile.ZipFile(file) as packed:
+        if sum(each.file_size for each in packed.infolist()) > MAX_ARRAY_BYTES:
+            raise ValueError("too large")
+    file.seek(0)
     with np.load(file, allow_pickle=False) as arrays:
         return dict(arrays)
 
 
-ARRAYS: Kind[Mapping[str, NDArray]] = Kind(".npz", _write_arrays, _read_arrays)
+ARRAYS: Kind[Mapping[str, NDArray]] = Kind(".npz", _write_arrays, _read_arrays, MAX_ARRAY_BYTES)
 """Arrays by name."""
 
 
@@ -83,11 +95,8 @@ class Results(Generic[Value]):
 
     def get(self, key: str) -> Value | None:
         """Result of a key; None if it is missing or damaged."""
-        path = self._path(key)
         try:
-            if path.stat().st_size > MAX_BYTES:
-                return None
-            with path.open("rb") as file:
+            with open_regular(self._path(key), self.kind.most) as file:
                 return self.kind.read(file)
         except _DAMAGES:
             return None
@@ -105,9 +114,10 @@ class Results(Generic[Value]):
         return {key: value for key, value in found if value is not None}
 
     def clear(self) -> None:
-        """Remove all results."""
+        """Remove all results with hashes as keys; nothing else, and nothing if the folder is a link."""
         for path in self._files():
-            path.unlink(missing_ok=True)
+            if KEY.fullmatch(path.stem) and file_below(self.folder.parent, f"{self.folder.name}/{path.name}"):
+                path.unlink(missing_ok=True)
 
     def _files(self) -> Iterator[Path]:
         return (path for path in self.folder.glob(f"*{self.kind.suffix}") if not path.name.startswith("."))
@@ -158,9 +168,11 @@ def adopt_lines(results: Results[Value], lines: Path, entry_of: Callable[[Any], 
         lines: the file; it may be missing.
         entry_of: key and result of a line; any exception means a damaged line.
     """
-    if not lines.is_file() or lines.stat().st_size > MAX_BYTES:
+    try:
+        content = read_bounded(lines, MAX_BYTES)
+    except _DAMAGES:
         return
-    for line in lines.read_bytes().splitlines():
+    for line in content.splitlines():
         try:
             key, value = entry_of(json.loads(line))
         except _DAMAGES:

@@ -15,8 +15,11 @@ from pathlib import Path
 from grammarlab.evaluation.methods import Method
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.extras import require
+from grammarlab.runs.disk.folder_lock import only_run_in
 from grammarlab.runs.disk.results import Progress
+from grammarlab.runs.evaluate import persons, samples, table
 from grammarlab.runs.evaluate.curves import run_tasks
+from grammarlab.runs.evaluate.disk import store
 from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.persons import Person, PersonRow, person_rows, person_table
 from grammarlab.runs.evaluate.reporting.pictures import (
@@ -38,6 +41,8 @@ from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 
 PLOTS, GRIDS, CACHE = "plots", "grids", "cache"
 """Folders in the folder of results."""
+_INNER = (PLOTS, GRIDS, *(module.STORE for module in (store, samples, table, persons)))
+"""Folders that a run fills or clears, so that none of them may be a link to another place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +88,21 @@ def evaluate_run(
         GrammarlabError: If a scenario, its grammar or the folder cannot be used.
     """
     require("matplotlib")  # before hours of work, not after
-    cache = cache or folder / CACHE
+    with only_run_in(folder, _INNER):
+        return _evaluate(request, folder, report, cache or folder / CACHE, executor, fresh, command, on_progress)
+
+
+def _evaluate(
+    request: EvaluationRequest,
+    folder: Path,
+    report: Path | None,
+    cache: Path,
+    executor: AbstractExecutor,
+    fresh: bool,
+    command: str,
+    on_progress: Progress,
+) -> EvaluationResult:
+    """See `evaluate_run`; no other run writes into the folder."""
     executor = executor.with_environment(_compiler_cache(cache))
     plain = {
         (path, person): _tasks(path, request.methods_of(path), person, request.seeds, request.labels_of(path), cache)

@@ -8,14 +8,18 @@ from io import BytesIO
 from pathlib import Path
 
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from grammarlab.derivation import derive
+from grammarlab.errors import AssetError
 from grammarlab.facade.boxes.assembling import assemble
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.grids.proposals import with_proposals
+from grammarlab.facade.pictures import MOST_BYTES
 from grammarlab.facade.reading.face import face_of
 from grammarlab.facade.showing.drawing import front, picture_size
 from grammarlab.facade.tree import Picture
+from grammarlab.files import read_bounded
 from grammarlab.rendering.renderer import LARGEST_SIDE
 from grammarlab.runs.facade.read import ReadResult
 from grammarlab.runs.requests.examples import find_rules
@@ -23,6 +27,8 @@ from grammarlab.runs.sampling.derive_batch import compiled
 
 PIXELS_PER_METRE, MOST_PIXELS = 50.0, 1_000_000
 """Largest resolution and largest area of the picture of a side."""
+_MARK = "Software", "grammarlab"
+"""Text in the pictures drawn here."""
 
 
 def read_face(
@@ -61,7 +67,9 @@ def read_face(
     scale = min(PIXELS_PER_METRE, (MOST_PIXELS / (width * height)) ** 0.5, LARGEST_SIDE / max(width, height))
     pixels = picture_size(width, height, scale)
     content = BytesIO()
-    Image.fromarray(front(found.shapes, *pixels, found.azimuth)).save(content, "PNG", optimize=True)
+    mark = PngInfo()
+    mark.add_text(*_MARK)
+    Image.fromarray(front(found.shapes, *pixels, found.azimuth)).save(content, "PNG", optimize=True, pnginfo=mark)
     made = assemble(
         found.annotation,
         tolerance=tolerance,
@@ -70,8 +78,18 @@ def read_face(
         pixels=pixels,
     )
     output.parent.mkdir(parents=True, exist_ok=True)
-    if output.exists():  # replaced, with its picture
-        (output.parent / name).unlink(missing_ok=True)
+    if output.exists() and _is_drawn(output.parent / name):  # replaced, with its picture; a photograph is not
+        (output.parent / name).unlink()
     facade = with_proposals(made.facade)
     save_facade(facade, output)
     return ReadResult(facade, output, made.moved, made.notes, time.perf_counter() - start)
+
+
+def _is_drawn(path: Path) -> bool:
+    """Whether a file is a picture that was drawn here."""
+    try:
+        content = read_bounded(path, MOST_BYTES)
+        with Image.open(BytesIO(content), formats=("PNG",)) as image:
+            return image.info.get(_MARK[0]) == _MARK[1]
+    except (AssetError, OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return False

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from io import BytesIO
-from itertools import count, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +17,12 @@ from grammarlab.facade.showing.svg import svg
 from grammarlab.facade.sizes.wishes import Wish
 from grammarlab.facade.tree import Facade
 from grammarlab.files import write_bytes, write_text
+from grammarlab.runs.disk.folder_lock import only_run_in
+from grammarlab.runs.disk.written import replace_written
 
-CONTACT = "contact.png"
+CONTACT, GALLERY = "contact.png", "gallery"
+"""The picture of all facades, and the name of the command in the record of written files."""
+_FACADE = ".facade.json"
 _PIXELS_PER_METRE, _LONGEST = 50.0, 640
 """Largest resolution of pictures, pixels per metre, and largest side of a picture, pixels."""
 _SAMPLES = 1
@@ -28,58 +31,88 @@ _SHEET, _MARGIN = 2400, 24
 """Width of the contact sheet, and distance between facades, pixels."""
 
 
+@dataclass(frozen=True, slots=True)
+class Gallery:
+    """Facades with their drawings; all pictures have one scale."""
+
+    facades: Sequence[Facade]
+    drawings: Sequence[str]
+    """SVG of each."""
+    pictures: Sequence[Image.Image]
+
+
 def save_gallery(
     facades: Sequence[Facade], folder: Path, source: Path | None = None, locks: Sequence[Sequence[Wish]] = ()
 ) -> list[Path]:
     """Write each facade as ``001.facade.json``, ``001.svg`` and ``001.png``, and all as ``contact.png``.
 
-    Everything is drawn before the first file is written. All pictures have one scale. Facades of higher numbers from an
-    earlier run are removed: a folder shows one run.
+    Everything is drawn before the first file is written. Other files of the earlier run are removed unless they were
+    changed: a folder shows one run.
 
     Args:
         facades: the facades, at least one.
         folder: where to write; created if missing.
-        source: a file that is neither overwritten nor removed.
+        source: the edited file; refused if a run into the folder overwrites or removes it.
         locks: locks of each facade; none when left out.
 
     Returns:
         The files of the facades.
 
     Raises:
-        UsageError: If the source would be overwritten.
+        UsageError: If the source would be overwritten or removed, or another run is writing into the folder.
         FacadeError: If a facade cannot be drawn, or a file with the name of one of its pictures has other content.
     """
-    names = [f"{number:03}" for number in range(1, len(facades) + 1)]
-    files = [folder / f"{name}.facade.json" for name in names]
-    earlier = _earlier(folder, len(names))
-    gone = [folder / f"{name}.facade.json" for name in earlier]
-    if source and any(file.exists() and file.samefile(source) for file in (*files, *gone)):
-        raise UsageError(f"{source} would be overwritten: write to another folder.")
+    gallery = draw_gallery(facades, folder, source)
+    with only_run_in(folder):
+        files, written = write_gallery(gallery, folder, locks)
+        replace_written(folder, GALLERY, written, [source] if source else ())
+    return files
+
+
+def draw_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = None) -> Gallery:
+    """Drawings of facades for `write_gallery`; nothing is written.
+
+    Raises:
+        UsageError: If the source would be overwritten or removed.
+        FacadeError: If a facade cannot be drawn.
+    """
+    names = _names(len(facades))
+    files = {folder / f"{name}{_FACADE}" for name in names} | set(folder.glob(f"[0-9][0-9][0-9]{_FACADE}"))
+    if source and any(file.exists() and file.samefile(source) for file in files):
+        raise UsageError(f"{source} would be overwritten or removed: write to another folder.")
     longest = max(max(facade.width, facade.height) for facade in facades)
     scale = min(_PIXELS_PER_METRE, _LONGEST / longest)
     facades = [_renamed(facade, {CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
     drawings = [svg(facade) for facade in facades]
     pictures = [Image.fromarray(draw(facade, scale, _SAMPLES)) for facade in facades]
-    contact = sheet(pictures)
-    folder.mkdir(parents=True, exist_ok=True)
+    return Gallery(facades, drawings, pictures)
+
+
+def write_gallery(
+    gallery: Gallery, folder: Path, locks: Sequence[Sequence[Wish]] = ()
+) -> tuple[list[Path], list[Path]]:
+    """Write a gallery into a folder that the caller has locked (`only_run_in`).
+
+    Returns:
+        The files of the facades, and all files except the pictures that facades show.
+    """
+    names = _names(len(gallery.facades))
+    files = [folder / f"{name}{_FACADE}" for name in names]
     locks = locks or [()] * len(files)
+    written = [folder / CONTACT, *files]
     for name, file, facade, held, drawing, picture in zip(
-        names, files, facades, locks, drawings, pictures, strict=True
+        names, files, gallery.facades, locks, gallery.drawings, gallery.pictures, strict=True
     ):
         save_facade(facade, file, held)
         write_text(folder / f"{name}.svg", drawing)
         write_bytes(folder / f"{name}.png", _png(picture))
-    write_bytes(folder / CONTACT, _png(contact))
-    for name in earlier:
-        for suffix in ("facade.json", "svg", "png"):
-            (folder / f"{name}.{suffix}").unlink(missing_ok=True)
-    return files
+        written += [folder / f"{name}.svg", folder / f"{name}.png"]
+    write_bytes(folder / CONTACT, _png(sheet(gallery.pictures)))
+    return files, written
 
 
-def _earlier(folder: Path, num: int) -> list[str]:
-    """Numbers of facades after the given one, as long as files of them exist."""
-    following = (f"{number:03}" for number in count(num + 1))
-    return list(takewhile(lambda name: (folder / f"{name}.facade.json").is_file(), following))
+def _names(num: int) -> list[str]:
+    return [f"{number:03}" for number in range(1, num + 1)]
 
 
 def sheet(pictures: Sequence[Image.Image]) -> Image.Image:

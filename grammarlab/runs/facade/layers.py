@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grammarlab.export.save import save
+from grammarlab.export.save import Format, save_together
 from grammarlab.facade.layers.designs.design import Design, word_text
 from grammarlab.facade.layers.layouts import layouts
 from grammarlab.facade.layers.showing.family import FamilyVariant, WrittenVariants, write_variants
@@ -20,8 +20,13 @@ from grammarlab.facade.layers.solving import Layout
 from grammarlab.facade.tree import Facade
 from grammarlab.facade.writing.exact import write_exact
 from grammarlab.files import write_text
-from grammarlab.runs.facade.gallery import save_gallery
+from grammarlab.runs.disk.folder_lock import only_run_in
+from grammarlab.runs.disk.written import replace_written
+from grammarlab.runs.facade.gallery import GALLERY, draw_gallery, write_gallery
 
+FAMILY = "family.cga"
+"""File of a grammar of all layouts."""
+_MODELS: tuple[Format, ...] = ("glb", "obj")
 _AXES = "xy"
 _LEAST = 0.01
 """Least probability of a layout, relative to that of the best one of its canvas."""
@@ -109,29 +114,57 @@ def solve_design(
     return solved
 
 
-def save_layouts(solved: Sequence[SolvedLayout], folder: Path, source: Path | None = None) -> list[dict[str, str]]:
+def save_layouts(
+    solved: Sequence[SolvedLayout], folder: Path, source: Path | None = None, family: str = ""
+) -> list[dict[str, str]]:
     """Write each layout as a facade, a drawing, a picture, models and rules, and all of them as one picture.
+
+    Other files of the earlier run are removed unless they were changed: a folder shows one run.
+
+    Args:
+        solved: the layouts.
+        folder: where to write; created if missing.
+        source: a file that is neither overwritten nor removed.
+        family: text of a grammar of all layouts, for ``family.cga``; none if empty.
 
     Returns:
         The files of each: `facade`, `drawing`, `picture`, `glb`, `obj`, `rules`.
+
+    Raises:
+        UsageError: If the source would be overwritten, or another run is writing into the folder.
+        FacadeError: If a layout cannot be drawn.
     """
     rules = [write_exact(each.facade).text for each in solved]
-    before = {path.name.removesuffix(".facade.json") for path in folder.glob("[0-9][0-9][0-9].facade.json")}
-    files = save_gallery([each.facade for each in solved], folder, source)
-    for name in before:
-        if not (folder / f"{name}.facade.json").exists():  # a folder shows one run
-            for ending in ("glb", "obj", "mtl", "cga"):
-                (folder / f"{name}.{ending}").unlink(missing_ok=True)
+    gallery = draw_gallery([each.facade for each in solved], folder, source)
+    with only_run_in(folder):
+        files, written = write_gallery(gallery, folder)
+        found = _write_models(solved, files, rules, written)
+        if family:
+            write_text(folder / FAMILY, family)
+            written.append(folder / FAMILY)
+        replace_written(folder, GALLERY, written, [source] if source else ())
+    return found
+
+
+def _write_models(
+    solved: Sequence[SolvedLayout], files: Sequence[Path], rules: Sequence[str], written: list[Path]
+) -> list[dict[str, str]]:
+    """Write the models and rules of layouts beside their facades; adds the files to `written`.
+
+    Returns:
+        The files of each layout.
+    """
     found = []
     for file, each, text in zip(files, solved, rules, strict=True):
-        name = file.name.removesuffix(".facade.json")
+        folder, name = file.parent, file.name.removesuffix(".facade.json")
         scene = relief(each.design, each.panels)
         made = {"facade": file, "drawing": folder / f"{name}.svg", "picture": folder / f"{name}.png"}
-        for ending in ("glb", "obj"):
+        for ending in _MODELS:
             made[ending] = folder / f"{name}.{ending}"
-            save(scene, made[ending])
+            save_together([scene], made[ending], ending, on_file=written.append)
         made["rules"] = folder / f"{name}.cga"
         write_text(made["rules"], text)
+        written.append(made["rules"])
         found.append({key: str(path) for key, path in made.items()})
     return found
 

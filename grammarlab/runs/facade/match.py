@@ -20,6 +20,8 @@ from grammarlab.facade.templates.writing.completed import completed
 from grammarlab.facade.templates.writing.grammar import write_terminals
 from grammarlab.facade.templates.writing.picture import picture
 from grammarlab.files import atomic_file, write_text
+from grammarlab.runs.disk.folder_lock import only_run_in
+from grammarlab.runs.disk.written import replace_written
 from grammarlab.runs.facade.show import show_facade
 
 FILES = ("match.json", "match.png", "completed.facade.json", "completed.glb", "kinds.cga")
@@ -97,14 +99,21 @@ def _element(match: Match, element: int) -> dict[str, Any]:
 
 
 def save_match(match: Match, values: dict[str, Any], folder: Path) -> list[Path]:
-    """Write all files of a match into a folder; earlier ones are replaced, or removed if the match has none.
+    """Write all files of a match into a folder; those of the earlier run are replaced, or removed if unchanged.
 
     Returns:
         The written files: the match, a picture, the completed facade with its mesh, and the grammar of its kinds.
+
+    Raises:
+        UsageError: If another run is writing into the folder.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in FILES:
-        (folder / name).unlink(missing_ok=True)
+    with only_run_in(folder):
+        written = _write(match, values, folder)
+        replace_written(folder, "match", written)
+    return written
+
+
+def _write(match: Match, values: dict[str, Any], folder: Path) -> list[Path]:
     written = [folder / FILES[0], folder / FILES[1]]
     with atomic_file(written[1]) as part:
         picture(match).save(part)

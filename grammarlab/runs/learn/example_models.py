@@ -25,7 +25,7 @@ from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests
 from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError, UsageError
-from grammarlab.files import read_bounded
+from grammarlab.files import PART_PREFIX, read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.disk.derivations import HEADER
@@ -101,7 +101,8 @@ def _node_files(path: Path) -> tuple[Path, ...]:
     for folder in (path / DERIVATIONS, path):
         if (folder / _NODES).is_file():
             return (folder / _NODES,)
-        found = sorted(folder.glob(f"*/{_NODES}"))
+        # A folder of a batch that was killed may lack rows.
+        found = sorted(file for file in folder.glob(f"*/{_NODES}") if not file.parent.name.startswith(PART_PREFIX))
         if len(found) > MAX_FOLDERS:
             raise AssetError(f"{folder}: {len(found):,} batches; {MAX_FOLDERS:,} can be read.")
         if found:

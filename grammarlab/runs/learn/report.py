@@ -10,6 +10,7 @@ from grammarlab.density.targets.rejection import RejectionSampler
 from grammarlab.files import write_text
 from grammarlab.learning.targets.measure import Measured
 from grammarlab.learning.targets.target import Learned
+from grammarlab.runs.disk.folder_lock import only_run_in
 from grammarlab.runs.learn.side_by_side import Sampled, draw_side_by_side
 from grammarlab.runs.markdown import table
 from grammarlab.runs.work.executors import AbstractExecutor
@@ -48,13 +49,16 @@ def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractE
 
     Returns:
         The page.
+
+    Raises:
+        UsageError: If another run is writing into the folder.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     shown = [("before", report.before), ("after", report.after)]
-    for side in SIDES:
-        draw_side_by_side(shown, folder / picture_name(side), side=side, seed=seed, executor=executor)
     page = folder / PAGE
-    write_text(page, report_text(report))
+    with only_run_in(folder):
+        for side in SIDES:
+            draw_side_by_side(shown, folder / picture_name(side), side=side, seed=seed, executor=executor)
+        write_text(page, report_text(report))
     return page
 
 

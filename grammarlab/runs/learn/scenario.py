@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -17,7 +19,7 @@ from grammarlab.density.targets.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
-from grammarlab.files import write_text
+from grammarlab.files import atomic_file, whole_tree, write_text
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
@@ -153,7 +155,19 @@ def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: Path)
     for top in sorted({Path(name).parts[0] for name in named_files(space.asset_names(), assets)}):
         source, target = assets / top, folder / top
         folder.mkdir(exist_ok=True)
-        if source.is_file() and not target.exists():
-            shutil.copyfile(source, target)
-        elif not target.exists():
-            shutil.copytree(source, target, symlinks=True)  # as links, so that no file from outside is copied
+        if os.path.lexists(target):  # perhaps a link without a file, through which nothing is written
+            continue
+        if source.is_file():
+            with atomic_file(target) as part:  # half a file would be kept by the next run
+                shutil.copyfile(source, part)
+        else:
+            with whole_tree(target) as part:
+                # Links stay links, so that no file from outside is copied.
+                shutil.copytree(source, part, symlinks=True, ignore=_special)
+
+
+def _special(folder: str, names: list[str]) -> list[str]:
+    """Pipes and devices in a folder, which cannot be copied."""
+    modes = {name: Path(folder, name).lstat().st_mode for name in names}
+    plain = (stat.S_ISREG, stat.S_ISDIR, stat.S_ISLNK)
+    return [name for name, mode in modes.items() if not any(is_kind(mode) for is_kind in plain)]

@@ -17,6 +17,7 @@ from grammarlab.export.save import Format
 from grammarlab.geometry.outlines.footprints import Footprint, read_footprints
 from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.rendering.choice import RendererName
+from grammarlab.runs.disk.members import member, numbers, plain_values
 from grammarlab.runs.requests.domains import DEFAULT
 from grammarlab.runs.requests.examples import find_rules
 
@@ -171,15 +172,54 @@ class SampleRequest:
         Raises:
             AssetError: If the values are not those of a request.
         """
-        fields = dict(values)
         try:
-            footprints = tuple(
-                Footprint(np.array(f["polygon"], np.float64).reshape(-1, 3), f["properties"], f["name"])
-                for f in fields.pop("footprints")
-            )
-            return cls(text=text, assets=assets, footprints=footprints, **fields)
-        except (KeyError, TypeError, ValueError, UsageError) as error:
+            return cls(text=text, assets=assets, **_fields(values))
+        except (TypeError, UsageError, AssetError) as error:
             raise AssetError(f"the manifest does not describe a run of this version: {error}") from error
+
+
+_TYPES: Mapping[str, type] = {
+    "name": str,
+    "suffix": str,
+    "num_models": int,
+    "seed": int,
+    "attributes": dict,
+    "start_rule": str,
+    "footprints": list,
+    "file_format": str,
+    "single_file": bool,
+    "instancing": str,
+    "image": bool,
+    "columns": int,
+    "renderer": str,
+    "scale": str,
+}
+"""Members of `SampleRequest.as_json`; earlier versions have fewer."""
+_FARTHEST = 1e8
+"""Largest coordinate of a footprint, metres: coordinates of maps on Earth are smaller."""
+
+
+def _fields(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of a request from the values of `SampleRequest.as_json`."""
+    where = "request"
+    unknown = [name for name in values if name not in _TYPES]
+    if unknown:
+        raise AssetError(f"{where}: unknown member {unknown[0]!r:.60}, perhaps of a newer version of grammarlab.")
+    fields: dict[str, Any] = {name: member(values, name, _TYPES[name], where) for name in values}
+    fields["attributes"] = plain_values(fields.get("attributes", {}), f"{where}.attributes")
+    footprints = enumerate(fields.get("footprints", []))
+    fields["footprints"] = tuple(_footprint(entry, f"{where}.footprints[{index}]") for index, entry in footprints)
+    return fields
+
+
+def _footprint(values: Any, where: str) -> Footprint:
+    """A footprint of `SampleRequest.as_json`."""
+    corners = member(values, "polygon", list, where)
+    polygon = np.array([numbers(corner, 3, f"{where}.polygon") for corner in corners]).reshape(-1, 3)
+    if len(polygon) < 3 or np.abs(polygon).max() > _FARTHEST:
+        raise AssetError(f"{where}.polygon: expected at least 3 corners within {_FARTHEST:,.0f} m of the origin.")
+    properties = plain_values(member(values, "properties", dict, where), f"{where}.properties")
+    return Footprint(polygon, properties, member(values, "name", str, where))
 
 
 def _check_range(what: str, value: int, low: int, high: int) -> None:

@@ -3,62 +3,144 @@
 from __future__ import annotations
 
 import json
-import shutil
-from collections.abc import Iterator
-from pathlib import Path, PurePosixPath
+import os
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import UsageError
-from grammarlab.runs.sampling.manifest import MANIFEST
-from grammarlab.runs.sampling.records import DERIVATIONS, RECORD
+from grammarlab.errors import AssetError, UsageError
+from grammarlab.files import folder_below, is_inside, read_bounded
+from grammarlab.runs.disk.folder_lock import own_folder
+from grammarlab.runs.requests.batches import cut_batches
+from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.manifest import MANIFEST, MAX_FILE_BYTES
+from grammarlab.runs.sampling.records import DERIVATIONS, RECORD, is_unchanged, recorded_files
+
+_BATCH = re.compile(r"\d{5,}")
+_MOST_NAMES = 5
+"""Largest number of names in a message."""
 
 
-def clear_run(folder: Path, name: str) -> None:
-    """Remove the files of a run listed in its manifest and records, and both of these.
+@dataclass(frozen=True, slots=True)
+class EarlierRun:
+    """Files of an earlier run in a folder."""
 
-    Only plain files inside the folder are removed, for any content of the manifest.
+    records: tuple[str, ...]
+    """Records of its batches; this and the next fields are paths relative to the folder."""
+    unchanged: tuple[str, ...]
+    """Listed files that are as the run wrote them."""
+    changed: tuple[str, ...]
+    """Listed files that differ, or that a link leads to."""
+
+
+def find_run(folder: Path, name: str) -> EarlierRun:
+    """The files that an earlier run wrote into a folder, by its manifest and records.
 
     Args:
         folder: a folder with a manifest.
         name: name of the grammar of the new run.
 
     Raises:
-        UsageError: If the earlier run has a grammar of another name, or the manifest is invalid; nothing is removed.
+        UsageError: If the earlier run has a grammar of another name, or the manifest is invalid.
     """
-    earlier = _name_of_grammar(folder / MANIFEST)
+    values = _json(folder / MANIFEST)
+    earlier = _name_of_grammar(values)
     if earlier != name:
         other = f"a {MANIFEST} that no run wrote" if earlier is None else f"models of another grammar, {earlier!r}"
         raise UsageError(f"{folder} holds {other}. Write into another folder with -o.")
-    batches = folder / DERIVATIONS
-    records = sorted(batches.glob(f"*/{RECORD}"))
-    made = set(_listed(folder / MANIFEST, "files"))
+    records = tuple(f"{DERIVATIONS}/{batch}/{RECORD}" for batch in batch_names(folder))
+    records = tuple(record for record in records if recorded_files(folder, record))
+    files = values.get("files")
+    hashes: dict[str, Any] = dict(files) if isinstance(files, dict) else {}
     for record in records:
-        made |= set(_listed(record, "hashes"))
-    for file in made:
-        (folder / file).unlink(missing_ok=True)
-    for record in records:
-        shutil.rmtree(record.parent)
-    if batches.is_dir() and not any(batches.iterdir()):
-        batches.rmdir()
+        hashes |= recorded_files(folder, record)
+    present = [name for name in sorted(hashes) if is_inside(name) and _exists(folder, name)]
+    # Hashes are computed here only, since this takes a second per gigabyte.
+    unchanged = tuple(name for name in present if is_unchanged(folder, name, hashes[name]))
+    return EarlierRun(records, unchanged, tuple(name for name in present if name not in set(unchanged)))
+
+
+def check_kept(folder: Path, run: EarlierRun, request: SampleRequest) -> None:
+    """Refuse to write over files of an earlier run that were changed since.
+
+    Raises:
+        UsageError: If a new run would.
+    """
+    lost = [name for name in run.changed if _is_written(request, name)]
+    if lost:
+        raise UsageError(
+            f"{folder}: changed after the run that wrote them, and a new run would replace them: {in_short(lost)}. "
+            "Move or remove them, or write into another folder with -o."
+        )
+
+
+def clear_run(folder: Path, run: EarlierRun) -> None:
+    """Remove the unchanged files of a run, its records and its manifest, and folders that are empty then."""
+    for name in (*run.unchanged, *run.records):
+        (folder / name).unlink(missing_ok=True)
+    for name in (*(f"{DERIVATIONS}/{batch}" for batch in batch_names(folder)), DERIVATIONS):
+        inner = folder_below(folder, name)
+        if inner is not None and not any(inner.iterdir()):
+            inner.rmdir()
     (folder / MANIFEST).unlink(missing_ok=True)
 
 
-def _name_of_grammar(manifest: Path) -> str | None:
-    """Name of the grammar of a run; None if the file is not a manifest."""
-    try:
-        name = json.loads(manifest.read_text(encoding="utf-8"))["grammar"]["name"]
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return None
+def batch_names(folder: Path) -> tuple[str, ...]:
+    """Names of the folders of batches in a folder of a run, in order.
+
+    Raises:
+        UsageError: If a link stands in place of one of them, or of the folder of all.
+    """
+    batches = own_folder(folder, DERIVATIONS)
+    names = sorted(path.name for path in batches.iterdir() if _BATCH.fullmatch(path.name)) if batches else ()
+    for name in names:
+        own_folder(folder, f"{DERIVATIONS}/{name}")
+    return tuple(names)
+
+
+def in_short(names: Collection[str]) -> str:
+    """Some names and the number of others, for a message; names of strangers may have any characters."""
+    shown = ["".join(letter if letter.isprintable() else "?" for letter in name) for name in sorted(names)]
+    rest = f" and {len(shown) - _MOST_NAMES:,} more" if len(shown) > _MOST_NAMES else ""
+    return ", ".join(shown[:_MOST_NAMES]) + rest
+
+
+def _is_written(request: SampleRequest, name: str) -> bool:
+    """Whether the run of a request writes a file of a name."""
+    batch = re.fullmatch(rf"{DERIVATIONS}/(\d{{5,}})/.*", name)
+    if batch:
+        return int(batch[1]) < len(cut_batches(request))
+    found = re.fullmatch(rf"{re.escape(request.name)}(?:-(\d{{5,}}))?(_texture_\d+)?\.(\w+)", name)
+    if not found:
+        return False
+    index, texture, suffix = found.groups()
+    if index is None and not texture and suffix == "png" and request.image:
+        return True  # the sheet
+    suffixes = ("obj", "mtl", "png", "jpg") if request.file_format == "obj" else (request.file_format,)
+    is_model = index is None if request.single_file else index is not None and int(index) < request.total_models
+    return is_model and suffix in suffixes
+
+
+def _name_of_grammar(values: Mapping[str, Any]) -> str | None:
+    """Name of the grammar of a run; None if the values are not those of a manifest."""
+    grammar = values.get("grammar")
+    name = grammar.get("name") if isinstance(grammar, dict) else None
     return name if isinstance(name, str) else None
 
 
-def _listed(path: Path, member: str) -> Iterator[PurePosixPath]:
-    """The names in one member of a JSON file, without paths out of the folder."""
+def _json(path: Path) -> Mapping[str, Any]:
+    """The members of a JSON file; none if it is not an object."""
     try:
-        names: Any = json.loads(path.read_text(encoding="utf-8"))[member]
-    except (OSError, ValueError, KeyError, TypeError):
-        return
-    for name in names if isinstance(names, dict) else ():
-        file = PurePosixPath(name)
-        if not file.is_absolute() and ".." not in file.parts and "\\" not in name and ":" not in name:
-            yield file
+        values = json.loads(read_bounded(path, MAX_FILE_BYTES))
+    except (AssetError, ValueError, RecursionError):
+        return {}
+    return values if isinstance(values, dict) else {}
+
+
+def _exists(folder: Path, name: str) -> bool:
+    try:
+        return os.path.lexists(folder / name)
+    except ValueError:  # not a name
+        return False

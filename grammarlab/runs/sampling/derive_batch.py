@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +11,21 @@ from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.program import Program
 from grammarlab.export import save_each
 from grammarlab.export.textures import image_file
-from grammarlab.files import file_hash
+from grammarlab.files import file_hash, sync_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.models.abstract import models_of
 from grammarlab.runs.requests.batches import Batch
 from grammarlab.runs.requests.checks import grammar_to_run
 from grammarlab.runs.requests.examples import SUFFIX
 from grammarlab.runs.requests.request import SampleRequest
-from grammarlab.runs.sampling.records import BatchRecord, ModelRecord, batch_folder, write_record
+from grammarlab.runs.sampling.records import (
+    BatchRecord,
+    ModelRecord,
+    batch_folder,
+    forget_record,
+    model_name,
+    write_record,
+)
 from grammarlab.runs.sampling.single_file import save_options, single_file_name
 from grammarlab.scene import Scene
 from grammarlab.scene.triangles import count_triangles
@@ -36,23 +43,27 @@ def compiled(text: str, name: str) -> tuple[Grammar, Program]:
 
 
 def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRecord:
-    """Make a batch and write its models, its derivations and, last, its record."""
+    """Make a batch and write its models, its derivations and, last, its record.
+
+    Files are on the disk before the record that names them, so a record is right even after a power failure.
+    """
+    forget_record(folder, batch)
     made = models_of(request).make(request, batch)
     scene = made.scene
+    written: set[Path] = set()
     if request.single_file:
         files = [single_file_name(request)] * batch.num_models
-        written = set()
     else:
         paths = save_each(
             scene,
             folder,
             request.file_format,
             save_options(request),
-            name=(request.name + "-{:05d}").format,
+            name=partial(model_name, request),
             first_model=batch.first_model,
+            on_file=written.add,
         )
         files = [path.name for path in paths]
-        written = {other for path in paths for other in (path, path.with_suffix(".mtl")) if other.is_file()}
     place = batch_folder(folder, batch)
     written |= {place / name for name in made.save(place)}
     columns = zip(
@@ -81,6 +92,7 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
         )
         for k, (file, shapes, triangles, log_probability, reports, origin, tries, accepted) in enumerate(columns)
     )
+    sync_files(written, folder)
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
     images = _missing_images(scene, request.assets)
     record = BatchRecord(models, hashes, made.prints, images, made.missing_assets)

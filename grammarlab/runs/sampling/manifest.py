@@ -15,8 +15,9 @@ from typing import Any
 from grammarlab.about import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
-from grammarlab.files import write_text
+from grammarlab.files import read_bounded, write_text
 from grammarlab.rendering.choice import RendererChoice
+from grammarlab.runs.disk.members import member, of_kind, texts
 from grammarlab.runs.requests.examples import examples_folder
 from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.runs.sampling.records import ModelRecord
@@ -99,30 +100,45 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
     path = path / MANIFEST if path.is_dir() else path
     if not path.is_file():
         raise AssetError(f"{path}: no such manifest. `grammarlab sample` writes one into its output folder.")
-    if path.stat().st_size > MAX_FILE_BYTES:
-        raise AssetError(f"{path}: larger than {MAX_FILE_BYTES} bytes, so it is not a manifest.")
+    content = read_bounded(path, MAX_FILE_BYTES)
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-        version = values["format"]
-        if version not in range(_FIRST_FORMAT, FORMAT + 1):
-            raise AssetError(f"{path}: expected a manifest of format {FORMAT}, found format {version}.")
-        text = values["grammar"]["text"]
-        request = SampleRequest.from_json(
-            values["request"], text, assets or _find_assets(values["assets"], path.parent)
-        )
-        if request.text_hash != values["grammar"]["sha256"]:
-            raise AssetError(f"{path}: the grammar text does not match its hash; one of them was changed.")
-        return Manifest(
-            request=request,
-            format=version,
-            complete=values["complete"] is True,
-            versions=dict(values["versions"]),
-            models=tuple(values["models"]),
-            files=dict(values["files"]),
-            asset_files=dict(values["asset_files"]),
-        )
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise AssetError(f"{path}: the manifest is damaged ({error!r}).") from error
+        return _parsed(json.loads(content), path.parent, assets)
+    except (ValueError, RecursionError) as error:
+        raise AssetError(f"{path}: the manifest is damaged: {error!r:.200}.") from error
+    except AssetError as error:
+        raise AssetError(f"{path}: {error}") from error
+
+
+def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
+    """The manifest in a folder, from its JSON values.
+
+    Raises:
+        AssetError: If they are not those of a manifest; it does not name the file.
+    """
+    try:
+        version = member(values, "format", int)
+        text, digest = (member(values.get("grammar"), name, str, "grammar") for name in ("text", "sha256"))
+        described = member(values, "request", dict)
+        place = member(values, "assets", str)
+        complete = member(values, "complete", bool)
+        versions, files, asset_files = (texts(values, name) for name in ("versions", "files", "asset_files"))
+        models = tuple(of_kind(model, dict, "models") for model in member(values, "models", list))
+    except AssetError as error:
+        raise AssetError(f"the manifest is damaged: {error}") from error
+    if version not in range(_FIRST_FORMAT, FORMAT + 1):
+        raise AssetError(f"expected a manifest of format {FORMAT}, found format {version!r:.20}.")
+    request = SampleRequest.from_json(described, text, assets or _find_assets(place, folder))
+    if request.text_hash != digest:
+        raise AssetError("the grammar text does not match its hash; one of them was changed.")
+    return Manifest(
+        request=request,
+        format=version,
+        complete=complete,
+        versions=versions,
+        models=models,
+        files=files,
+        asset_files=asset_files,
+    )
 
 
 @cache
@@ -153,4 +169,6 @@ def _describe_assets(assets: Path, folder: Path) -> str:
 
 
 def _find_assets(description: str, folder: Path) -> Path:
+    if "\0" in description:
+        raise AssetError("the manifest is damaged: assets: expected a path.")
     return examples_folder() / "assets" if description == _SHIPPED else folder / description

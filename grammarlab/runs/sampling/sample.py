@@ -9,18 +9,19 @@ from pathlib import Path
 
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
-from grammarlab.files import file_hash, remove_parts
+from grammarlab.files import file_hash, folder_below, remove_parts
 from grammarlab.rendering.choice import RendererChoice, choose
+from grammarlab.runs.disk.folder_lock import only_run_in
 from grammarlab.runs.disk.results import Progress
 from grammarlab.runs.models.abstract import models_of
 from grammarlab.runs.requests.asset_files import first_difference, hash_assets
 from grammarlab.runs.requests.batches import cut_batches
 from grammarlab.runs.requests.missing_assets import warnings_of
 from grammarlab.runs.requests.request import SampleRequest
-from grammarlab.runs.sampling.clearing import clear_run
+from grammarlab.runs.sampling.clearing import batch_names, check_kept, clear_run, find_run
 from grammarlab.runs.sampling.derive_batch import sample_batch
 from grammarlab.runs.sampling.manifest import BATCHES_OVER_FOOTPRINTS, MANIFEST, Manifest, read_manifest, write_manifest
-from grammarlab.runs.sampling.records import DERIVATIONS, BatchRecord, ModelRecord, read_record
+from grammarlab.runs.sampling.records import DERIVATIONS, BatchRecord, ModelRecord, is_unchanged, read_record
 from grammarlab.runs.sampling.sheet import draw_sheet, sheet_name
 from grammarlab.runs.sampling.single_file import single_file_name, write_single_file
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
@@ -43,6 +44,8 @@ class RunResult:
     """Missing textures of the models, in alphabetical order."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Missing meshes, by path."""
+    kept_files: tuple[str, ...] = ()
+    """Files that an earlier run lists but that differ from what it wrote, so that they were not removed."""
 
     @property
     def accept_rate(self) -> float | None:
@@ -79,10 +82,11 @@ def sample_run(
 
     Args:
         request: the request.
-        folder: made if missing. The files of an earlier run of the grammar in it are removed, unless it is resumed.
-            A folder with a run of another grammar is refused.
+        folder: made if missing. The files of an earlier run of the grammar in it are removed, unless it is resumed
+            or they were changed since. A folder with a run of another grammar is refused, and so is one that another
+            run is writing into.
         executor: makes the batches and the picture; the files do not depend on it.
-        resume: continue the run in the folder, and make only missing batches.
+        resume: continue the run in the folder, and make only batches with missing or damaged files.
         on_progress: called after every finished batch.
 
     Raises:
@@ -105,21 +109,33 @@ def sample_run(
     if request.image:
         request = replace(request, renderer=choice.name)
     asset_files = hash_assets(request)
-    _prepare(folder, request, asset_files, resume)
-    write_manifest(folder, request, choice, asset_files)
+    with only_run_in(folder, (DERIVATIONS,)):
+        earlier = _prepare(folder, request, asset_files, resume)
+        write_manifest(folder, request, choice, asset_files)
+        return _make(request, folder, executor, on_progress, choice, asset_files, earlier)
+
+
+def _make(
+    request: SampleRequest,
+    folder: Path,
+    executor: AbstractExecutor,
+    on_progress: Progress,
+    choice: RendererChoice,
+    asset_files: Mapping[str, str],
+    earlier: _Earlier,
+) -> RunResult:
+    """Make all files of a run in a folder that has been prepared."""
     records, unchanged = _run_batches(request, folder, executor, on_progress)
     models = tuple(model for record in records for model in record.models)
     hashes = {file: digest for record in records for file, digest in record.hashes.items()}
     batches = cut_batches(request)
     if request.single_file:
-        path = folder / single_file_name(request)
-        if not (unchanged and path.is_file()):
-            write_single_file(request, folder, batches)
-        hashes[path.name] = file_hash(path)
+        single = earlier.single_file(folder, single_file_name(request)) if unchanged else {}
+        hashes |= single or write_single_file(request, folder, batches)
     sheet = folder / sheet_name(request) if request.image else None
     if sheet is not None:
         on_progress("picture", 0, 1)
-        if not (unchanged and sheet.is_file()):
+        if not (unchanged and earlier.has(folder, sheet.name)):
             draw_sheet(request, folder, batches, executor, choice)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
@@ -136,6 +152,7 @@ def sample_run(
         prints=prints,
         missing_images=tuple(images),
         missing_assets=missing_assets,
+        kept_files=earlier.kept,
     )
 
 
@@ -176,14 +193,38 @@ def repeat_run(
     )
 
 
-def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> None:
-    """Make the folder, and remove an earlier run from it unless it is resumed."""
-    folder.mkdir(parents=True, exist_ok=True)
+@dataclass(frozen=True, slots=True)
+class _Earlier:
+    """What a folder holds of an earlier run."""
+
+    files: Mapping[str, str]
+    """SHA-256 of the files of the run that is resumed, if it was complete."""
+    kept: tuple[str, ...] = ()
+    """Files of a run that is not resumed, see `RunResult.kept_files`."""
+
+    def has(self, folder: Path, name: str) -> bool:
+        """Whether a file is as that run wrote it."""
+        return name in self.files and is_unchanged(folder, name, self.files[name])
+
+    def single_file(self, folder: Path, name: str) -> dict[str, str]:
+        """SHA-256 of the file of all models and of those beside it; empty if one is missing or has changed."""
+        stem = name.rpartition(".")[0]
+        names = [file for file in self.files if file in (name, f"{stem}.mtl") or file.startswith(f"{stem}_texture_")]
+        return (
+            {file: self.files[file] for file in names} if all(self.has(folder, file) for file in (name, *names)) else {}
+        )
+
+
+def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> _Earlier:
+    """Remove an earlier run from a folder unless it is resumed."""
+    batch_names(folder)
     if not (folder / MANIFEST).is_file():
-        return
+        return _Earlier({})
     if not resume:
-        clear_run(folder, request.name)
-        return
+        run = find_run(folder, request.name)
+        check_kept(folder, run, request)
+        clear_run(folder, run)
+        return _Earlier({}, run.changed)
     manifest = read_manifest(folder, request.assets)
     difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
     if difference:
@@ -196,6 +237,7 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
             f"{folder} holds a run on {len(request.footprints)} footprints of an earlier version, which cut it into "
             "other batches, so that it cannot be resumed. Run it again without --resume: its files are replaced."
         )
+    return _Earlier(manifest.files)
 
 
 def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
@@ -212,7 +254,7 @@ def _run_batches(
 ) -> tuple[tuple[BatchRecord, ...], bool]:
     """The records of all batches, in order, and whether all existed; makes missing ones."""
     batches = cut_batches(request)
-    records = {batch.index: record for batch in batches if (record := read_record(folder, batch)) is not None}
+    records = {batch.index: record for batch in batches if (record := read_record(folder, request, batch)) is not None}
     missing = [batch for batch in batches if batch.index not in records]
     done = sum(len(record.models) for record in records.values())
     on_progress("models", done, request.total_models)
@@ -225,7 +267,7 @@ def _run_batches(
 
     try:
         executor.run(partial(sample_batch, request, folder), missing, finish)
-    finally:  # temporary files of killed processes
-        remove_parts(folder)
-        remove_parts(folder / DERIVATIONS)
+    finally:  # unfinished files of killed processes
+        for inner in filter(None, (folder, folder_below(folder, DERIVATIONS))):
+            remove_parts(inner)
     return tuple(records[batch.index] for batch in batches), not missing

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from grammarlab.export import SaveOptions, save_together
 from grammarlab.export.save import Reuse
+from grammarlab.files import file_hash, sync_files
 from grammarlab.runs.models.abstract import models_of
 from grammarlab.runs.requests.batches import Batch
 from grammarlab.runs.requests.request import Instancing, SampleRequest
@@ -32,10 +33,18 @@ def single_file_name(request: SampleRequest) -> str:
     return f"{request.name}.{request.file_format}"
 
 
-def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> Path:
-    """Write all models of finished batches into one file."""
+def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> dict[str, str]:
+    """Write all models of finished batches into one file.
+
+    Returns:
+        SHA-256 of this file and of those beside it, by name.
+    """
     path = folder / single_file_name(request)
-    return save_together(StoredScenes(request, folder, batches), path, request.file_format, save_options(request))
+    files: list[Path] = []
+    scenes = StoredScenes(request, folder, batches)
+    save_together(scenes, path, request.file_format, save_options(request), files.append)
+    sync_files(files, folder)
+    return {file.name: file_hash(file) for file in files}
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,6 +89,11 @@ def test_a_side_of_a_building_is_read_with_its_picture(run, rules, tmp_path: Pat
     path.write_text(path.read_text().replace("2 :", "3 :"))
     run("facade", "read", path, "--parts", "Window", "-o", target)
     assert load_facade(target).size[load_facade(target).leaves[1], 0] == pytest.approx(3.0, abs=1e-4)
+    # A photograph of that name is not replaced.
+    (tmp_path / "front.png").write_bytes(b"photograph")
+    refused = run("facade", "read", path, "--parts", "Window", "-o", target, code=1)
+    assert "front.png exists and differs" in refused.stderr
+    assert (tmp_path / "front.png").read_bytes() == b"photograph"
     assert "--face and --parts" in run("facade", "read", path, "--width", 3, code=2).output
     assert "unknown side" in run("facade", "read", path, "--face", "top", code=2).output
 

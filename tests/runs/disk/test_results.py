@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -32,9 +33,18 @@ def test_what_is_kept_is_read_back_to_the_last_bit(tmp_path: Path):
     results.put("b", {})
     results.put("b", {"n": 1})
     assert (results.get("a"), results.all()) == (VALUE, {"a": VALUE, "b": {"n": 1}})
+
+
+def test_clearing_removes_results_and_no_other_files(tmp_path: Path):
+    results = Results(tmp_path / "folder", KIND)
+    keys = ["0" * 64, "f" * 64 + "-128"]
+    for key in (*keys, "package"):
+        results.put(key, VALUE)
+    (tmp_path / "link").symlink_to(results.folder)
+    Results(tmp_path / "link", KIND).clear()
+    assert results.all().keys() == {*keys, "package"}
     results.clear()
-    assert (results.get("a"), results.all()) == (None, {})
-    assert list(results.folder.iterdir()) == []
+    assert results.all() == {"package": VALUE}
 
 
 @pytest.mark.parametrize("lasting", [True, False])
@@ -70,8 +80,20 @@ def test_arrays_are_kept_and_nothing_is_run(tmp_path: Path):
 def test_files_that_are_too_large_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     results = Results(tmp_path, KIND)
     results.put("a", VALUE)
-    monkeypatch.setattr("grammarlab.runs.disk.results.MAX_BYTES", 10)
-    assert results.get("a") is None
+    assert Results(tmp_path, replace(KIND, most=10)).get("a") is None
+    arrays = Results(tmp_path, ARRAYS)
+    arrays.put("a", {"rows": np.zeros(10_000)})  # small only while it is packed
+    assert arrays.get("a") is not None
+    monkeypatch.setattr("grammarlab.runs.disk.results.MAX_ARRAY_BYTES", 10_000)
+    assert arrays.get("a") is None
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_pipes_and_devices_count_as_none_at_once(tmp_path: Path):
+    os.mkfifo(tmp_path / "a.json")
+    (tmp_path / "b.json").symlink_to("/dev/zero")
+    assert Results(tmp_path, KIND).all() == {}
+    adopt_lines(Results(tmp_path, KIND), tmp_path / "a.json", lambda entry: entry)
 
 
 @pytest.mark.parametrize("executor", [SERIAL, Processes(2)])

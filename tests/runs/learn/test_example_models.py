@@ -1,6 +1,7 @@
 """Finished models from anybody: read as they were written, or refused with a reason."""
 
 import json
+import shutil
 
 import numpy as np
 import pyarrow as pa
@@ -52,6 +53,12 @@ def test_what_was_sampled_is_read_again_from_every_folder(folder):
         np.testing.assert_array_equal(found.log_probability(), whole.log_probability())
     for place in ("", "nodes.parquet", "draws.parquet"):
         same_trees(example_models(folder / "derivations" / "00001" / place, GRAMMAR), last)
+
+
+def test_the_unfinished_folder_of_a_killed_batch_is_not_read(folder):
+    batches = folder / "derivations"
+    shutil.copytree(batches / "00001", batches / ".part-0123456789abcdef")
+    assert example_models(folder, GRAMMAR).num_models == 48
 
 
 def test_a_table_of_nodes_alone_is_numbered_as_the_grammar_is(folder, tmp_path):

@@ -22,7 +22,7 @@ from grammarlab.facade.templates.elements import MOST_ELEMENTS, Floats, Ints
 from grammarlab.facade.templates.evidence.maps import Maps
 from grammarlab.facade.templates.template import Template
 from grammarlab.facade.values import a_list, a_number, a_text, a_whole_number, an_object, parse_json, read_bounded
-from grammarlab.files import write_text
+from grammarlab.files import rewrite_text
 
 FORMAT = "grammarlab corrections"
 LEFT_OUT = "it is left out by a correction"
@@ -61,9 +61,9 @@ def as_dict(correction: Correction) -> dict[str, Any]:
 
 
 def save_corrections(corrections: Corrections, path: Path) -> Path:
-    """Write a file atomically."""
+    """Write a file atomically, through a link to it."""
     rows = ",\n".join(json.dumps(as_dict(each), ensure_ascii=False) for each in corrections)
-    write_text(path, f'{{"format": "{FORMAT}", "version": {_VERSION}, "corrections": [\n{rows}\n]}}\n')
+    rewrite_text(path, f'{{"format": "{FORMAT}", "version": {_VERSION}, "corrections": [\n{rows}\n]}}\n')
     return path
 
 

@@ -14,7 +14,7 @@ from grammarlab.facade.templates.reading.boxes import FoundBoxes, cut_out, find_
 from grammarlab.facade.templates.reading.document import FORMAT, load_arrays, loads
 from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surfaces
 from grammarlab.facade.values import parse_json, read_bounded
-from grammarlab.files import read_start
+from grammarlab.files import open_regular
 
 DOCUMENTS = (".json", ".npz")
 _MOST_BYTES = 1 << 30
@@ -41,7 +41,8 @@ def is_elements(path: Path) -> bool:
 def _has_faces(path: Path) -> bool:
     """Whether a PLY file is a mesh, by its head."""
     try:
-        head = read_start(path, _HEAD_BYTES).partition(b"end_header")[0]
+        with open_regular(path) as file:
+            head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
     except AssetError as error:
         raise FacadeError(str(error)) from error
     return re.search(rb"element\s+face\s+[1-9]", head) is not None

@@ -111,7 +111,7 @@ class EditorDesk:
     def save(self) -> None:
         """Saves the document atomically."""
         document = self.document
-        save_facade(document.facade, self.target, document.locks)
+        save_facade(document.facade, self.target, document.locks, edited=True)
         self.saved = document
         self.revision += 1
 

@@ -17,7 +17,7 @@ from grammarlab.facade.examples.building.stock import stock_of
 from grammarlab.facade.examples.mesh.reading import read_mesh
 from grammarlab.facade.examples.mesh.surface import edge_numbers
 from grammarlab.facade.examples.synthesis import synthesize
-from grammarlab.files import write_text
+from grammarlab.files import rewrite_text, write_text
 from grammarlab.runs.facade.editor.history import History
 from grammarlab.runs.facade.example_page.edits import Document
 from grammarlab.runs.facade.gallery import sheet
@@ -109,7 +109,7 @@ class ExampleDesk:
         """Saves the corrections atomically."""
         document = self.document
         self.target.parent.mkdir(parents=True, exist_ok=True)
-        write_text(self.target, dumps(self.example))
+        rewrite_text(self.target, dumps(self.example))
         self.saved = document
         self.revision += 1
 

@@ -13,7 +13,7 @@ from grammarlab.facade.layers.designs.design import Design
 from grammarlab.facade.layers.designs.file import parse_design
 from grammarlab.facade.layers.showing.relief import relief
 from grammarlab.facade.layers.solving import Layout
-from grammarlab.files import write_text
+from grammarlab.files import rewrite_text, write_text
 from grammarlab.runs.facade.editor.exporting import FORMATS, export, unused_path
 from grammarlab.runs.facade.editor.exporting import SUFFIX as FACADE_SUFFIX
 from grammarlab.runs.facade.editor.history import History
@@ -229,7 +229,7 @@ class DesignDesk:
         if self.draft is not None:
             raise UsageError(f"Correct the text before saving it: {self.mistakes[0].message}.")
         text = self.text
-        write_text(self.target, text)
+        rewrite_text(self.target, text)
         self.saved = text
         self.revision += 1
 

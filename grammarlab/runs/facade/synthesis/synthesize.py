@@ -28,12 +28,16 @@ from grammarlab.facade.examples.wishes import Wishes
 from grammarlab.facade.file import save_facade
 from grammarlab.facade.writing.family import Range
 from grammarlab.files import check_overwrites, write_bytes, write_text
+from grammarlab.runs.disk.folder_lock import only_run_in
+from grammarlab.runs.disk.written import replace_written
 from grammarlab.runs.facade.gallery import sheet
 from grammarlab.runs.facade.synthesis.built import Box, Built, Stopwatch, build
 from grammarlab.runs.facade.synthesis.region_map import read_regions
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
 """Length of units of files, metres."""
+_ASSETS = "assets"
+"""Folder of the meshes of rules."""
 _LOWER, _HIGHER = 0.75, 1.25
 """Range of sizes of the family, as multiples of those of the example and the result."""
 
@@ -105,18 +109,13 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
     example = examples[0]
     before = edge_numbers(meshes[0].surface)
     built = [build(example, stock, main, regions, task.box, task.seed, before, dict(watch.seconds)) for main in mains]
-    folder.mkdir(parents=True, exist_ok=True)
     with watch("pictures"):
         picture = building_picture(example.surface.moved(example.bent(example.surface.points)), example.mesh.colors)
-    save_facade(facade_of(example.main), folder / "example.facade.json")
-    for number, each in enumerate(examples, start=1):
-        write_text(folder / f"example{f'-{number}' if number > 1 else ''}.json", dumps(each))
-    results = []
-    for number, each in enumerate(built, start=1):
-        written = _write(each, stock, folder, f"{number:03}", picture, each.seconds)
-        results.append({**each.as_dict(), "files": written})
-    _remove_later(folder, len(built))
-    family, told = _write_family(built[0], examples, stock, folder, task)
+    with only_run_in(folder, (_ASSETS,)):
+        written: list[Path] = []
+        results = _write_all(built, examples, stock, folder, picture, written)
+        family, told = _write_family(built[0], examples, stock, folder, task, written)
+        replace_written(folder, "synthesize", written, [*files, *task.corrections])
     notes = []
     for file, each in zip(files, examples, strict=True):
         notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in each.notes]
@@ -141,10 +140,30 @@ def _check(task: SynthesisRequest, examples: int) -> None:
         raise UsageError(f"--example: expected at most {examples} files, one for each building; found more.")
 
 
+def _write_all(
+    built: Sequence[Built],
+    examples: Sequence[Example],
+    stock: UnitStock,
+    folder: Path,
+    picture: Image.Image,
+    written: list[Path],
+) -> list[dict[str, Any]]:
+    """Write the examples and all buildings; adds the files to `written`, and returns values for `--json`."""
+    written.append(save_facade(facade_of(examples[0].main), folder / "example.facade.json"))
+    for number, each in enumerate(examples, start=1):
+        path = folder / f"example{f'-{number}' if number > 1 else ''}.json"
+        write_text(path, dumps(each))
+        written.append(path)
+    return [
+        {**each.as_dict(), "files": _write(each, stock, folder, f"{number:03}", picture, written)}
+        for number, each in enumerate(built, start=1)
+    ]
+
+
 def _write(
-    built: Built, stock: UnitStock, folder: Path, name: str, picture: Image.Image, seconds: dict[str, float]
+    built: Built, stock: UnitStock, folder: Path, name: str, picture: Image.Image, written: list[Path]
 ) -> dict[str, Any]:
-    """Write the files of one building."""
+    """Write the files of one building; adds them to `written`."""
     watch = Stopwatch()
     files = {
         "glb": folder / f"{name}.glb",
@@ -156,34 +175,40 @@ def _write(
     with watch("files"):
         write_glb(built.surface, stock.colors, files["glb"])
         save_facade(facade_of_tiling(built.tilings[0], built.stretch), files["facade"])
-        written = building_rules(
+        rules = building_rules(
             stock.cut,
             built.tilings,
             built.stretch,
             stock.colors,
             f"A building of {built.main.grid.rows} rows and {built.main.grid.columns} columns of units",
         )
-        _write_rules(written, stock, files["cga"])
+        written += [*files.values(), *_write_rules(rules, stock, files["cga"])]
     with watch("pictures"):
         grids = [label_picture(each) for each in (stock.walls[0].grid, built.main.grid)]
         write_bytes(files["labels"], _png(grids[1]))
         whole = building_picture(built.surface, stock.colors)
         write_bytes(files["picture"], _png(sheet([picture, grids[0], grids[1], whole])))
-    seconds.update(watch.seconds)
+    built.seconds.update(watch.seconds)
     return {key: str(path) for key, path in files.items()}
 
 
-def _write_rules(written: Written, stock: UnitStock, file: Path) -> None:
-    """Write rules, and their meshes into the folder beside them."""
-    write_text(file, written.text)
-    assets = file.parent / "assets"
+def _write_rules(rules: Written, stock: UnitStock, file: Path) -> list[Path]:
+    """Write rules, and their meshes into the folder beside them; returns the meshes."""
+    write_text(file, rules.text)
+    assets = file.parent / _ASSETS
     assets.mkdir(exist_ok=True)
-    for terminal in written.terminals:
+    for terminal in rules.terminals:
         write_glb(terminal.surface, stock.colors, assets / terminal.name)
+    return [assets / terminal.name for terminal in rules.terminals]
 
 
 def _write_family(
-    built: Built, examples: Sequence[Example], stock: UnitStock, folder: Path, task: SynthesisRequest
+    built: Built,
+    examples: Sequence[Example],
+    stock: UnitStock,
+    folder: Path,
+    task: SynthesisRequest,
+    written: list[Path],
 ) -> tuple[dict[str, Any] | None, list[str]]:
     """Write rules of the building in other sizes, and report on them; None and the reason if there are none."""
     tiling, main = built.tilings[0], stock.walls[0]
@@ -196,11 +221,10 @@ def _write_family(
         sizes = float(new[-1] - new[0]), float(old[-1] - old[0])
         ranges.append(asked or (_LOWER * min(sizes), _HIGHER * max(sizes)))
     try:
-        family, written = building_family(parts_of(examples, stock), built.tilings, built.stretch, *ranges)
+        family, rules = building_family(parts_of(examples, stock), built.tilings, built.stretch, *ranges)
     except FacadeError as error:
-        file.unlink(missing_ok=True)
         return None, [f"no family: {error}"]
-    _write_rules(written, stock, file)
+    written += [file, *_write_rules(rules, stock, file)]
     sizes = [each for ends in family.columns.values() for each in ends]
     return {
         "file": str(file),
@@ -234,15 +258,6 @@ def _example_dict(example: Example, folder: Path) -> dict[str, Any]:
             for each in example.regions
         ],
     }
-
-
-def _remove_later(folder: Path, count: int) -> None:
-    """Remove buildings of higher numbers from an earlier run: a folder shows one run."""
-    number = count + 1
-    while (folder / f"{number:03}.glb").is_file():
-        for ending in ("glb", "labels.png", "facade.json", "cga", "png"):
-            (folder / f"{number:03}.{ending}").unlink(missing_ok=True)
-        number += 1
 
 
 def _png(picture: Image.Image) -> bytes:
