@@ -1,4 +1,4 @@
-"""Boxes of CMP XML, COCO JSON, LabelMe JSON and CSV: one drawing has equal results in all of them."""
+"""Labelled boxes of many programs: one drawing has equal results in all of their formats."""
 
 import json
 
@@ -11,9 +11,7 @@ from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.boxes.annotation import MOST_BOXES
 from grammarlab.facade.reading.choosing import read_annotation
 from tests.facade.drawings import Drawing, drawing
-from tests.facade.reading.formats import as_cmp, as_coco, as_corners, as_labelme, as_sides
-
-WRITERS = [(as_cmp, ".xml"), (as_coco, ".json"), (as_labelme, ".json"), (as_corners, ".csv"), (as_sides, ".csv")]
+from tests.facade.reading.formats import WRITERS, as_cmp, as_coco, as_labelme, as_sides
 
 
 def read(tmp_path, content, suffix, wall=""):
@@ -26,10 +24,11 @@ def read(tmp_path, content, suffix, wall=""):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_one_drawing_reads_alike_from_every_format(tmp_path, writer, suffix, seed):
     drawn = drawing(seed)
+    (tmp_path / "classes.txt").write_text("\n".join(sorted(set(drawn.names))))
     found = read(tmp_path, writer(drawn), suffix)
-    scale = np.array(drawn.size) if found.unit == "parts" else np.ones(2)
+    scale = {"parts": np.array(drawn.size), "pixels": np.ones(2), "metres": np.full(2, 100.0)}[found.unit]
     low, high = found.low * scale, found.high * scale
-    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # CSV has no picture, and so no origin
+    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # without the size of the picture there is no origin
     np.testing.assert_allclose(np.hstack([low + shift, high + shift]), drawn.boxes, atol=1e-9)
     assert list(found.names) == drawn.names
     assert found.notes == ()
@@ -148,36 +147,44 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
 @pytest.mark.parametrize(
     ("suffix", "content", "says"),
     [
-        (".xml", b"", 'no elements "object"'),
-        (".xml", b"no xml", 'no elements "object"'),
+        (".xml", b"", "This XML has the root 'root'. Read are CityGML, .*CMP, Pascal VOC"),
+        (".xml", b"no xml", "not valid XML"),
         (".xml", b"<object>", "not valid XML"),
         (".xml", NESTED, "more than 100 levels"),
         (".xml", LAUGHS, "entities or a document type|not valid XML"),
         (".gml", LAUGHS, "declares entities or a document type"),
         (".gml", OUTSIDE, "declares entities or a document type"),
-        (".xml", b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>", "not a finite number"),
+        (
+            ".xml",
+            b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>",
+            "x: expected a finite number",
+        ),
         (".xml", b"<object><points><x>1</x><y>0</y><y>1</y></points></object>", "Object 1: expected two numbers <x>"),
-        (".xml", b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>", "expected two numbers <x>"),
+        (
+            ".xml",
+            b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>",
+            "x: expected a finite number, found 'a'",
+        ),
         (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "is outside the picture"),
-        (".json", b"[]", "expected COCO JSON"),
+        (".json", b"[]", "This is JSON without keys. Read are .*COCO, LabelMe"),
         (".json", b"{", "not valid JSON"),
         (".json", b"[" * 100_000, "too deep"),
         (".json", b'{"shapes": 3, "imageHeight": 1, "imageWidth": 1}', "shapes: expected a list"),
         (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
-        (".json", b'{"shapes": [], "imageWidth": 1}', "imageHeight: expected a finite number, found nothing"),
-        (".json", b'{"shapes": [{"shape_type": "rotation"}], "imageHeight": 1, "imageWidth": 1}', "found 'rotation'"),
+        (".json", b'{"shapes": [], "imageWidth": 1}', "no box with a width and a height"),
+        (".json", b'{"shapes": [{"shape_type": "cube"}], "imageHeight": 1, "imageWidth": 1}', "found 'cube'"),
         (".json", b'{"images": [], "annotations": [], "categories": []}', "choose one of the 0 images"),
-        (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
+        (".json", b'{"images": [{}], "annotations": [], "categories": []}', "no box with a width and a height"),
         (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),
         (".csv", b"label,x,y\n", "found 'label,x,y'"),
-        (".csv", b"\xff\xff", "not valid CSV"),
+        (".csv", b"\xff\xff", "Line 1: expected the columns"),
         (".csv", b"label,x,y,width,height\nw,1,2,3\n", "Line 2: expected 5 fields, found 4"),
-        (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a number, found 'high'"),
+        (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a finite number, found 'high'"),
         (".csv", b"label,x,y,width,height\nw,1,2,-3,1\n", "Box 1 .*negative width"),
-        (".csv", b"label,x,y,width,height\nw,1,2,nan,1\n", "not a finite number"),
+        (".csv", b"label,x,y,width,height\nw,1,2,nan,1\n", "width: expected a finite number, found 'nan'"),
         (".csv", b"label,x,y,width,height\n" + b"w" * 201 + b",1,2,3,4\n", "at most 200 characters"),
         (".csv", MANY.encode(), "There are 100,001 boxes; a facade has at most 100,000"),
-        (".jpg", b"", "expected a file that ends in .xml, .gml, .json, .csv"),
+        (".jpg", b"", "expected a file that ends in .xml, .gml, .json, .csv, .tsv, .txt: CityGML"),
     ],
     ids=lambda value: value[:30] if isinstance(value, str) else "",
 )
@@ -211,7 +218,7 @@ def test_damaged_files_are_read_or_refused_in_words(tmp_path_factory, file, data
     assert np.isfinite(found.high).all()
 
 
-@given(st.sampled_from([".xml", ".gml", ".json", ".csv"]), st.binary(max_size=200))
+@given(st.sampled_from([".xml", ".gml", ".json", ".csv", ".tsv", ".txt"]), st.binary(max_size=200))
 def test_noise_is_refused_in_words(tmp_path_factory, suffix, content):
     path = tmp_path_factory.getbasetemp() / f"noise{suffix}"
     path.write_bytes(content)
