@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.boxes.annotation import BoxAnnotation, check_count
-from grammarlab.facade.reading.images import only
+from grammarlab.facade.reading.images import check_only
 from grammarlab.facade.reading.markup import Node
 from grammarlab.facade.reading.numbers import coordinate
 from grammarlab.facade.reading.shapes import FRACTIONS, Shape, on_picture, upright
@@ -25,7 +25,8 @@ def read_cmp(root: Node, source: Source) -> BoxAnnotation:
     objects = list(root.iter("object"))
     check_count(len(objects))
     shapes = [_shape(node, number) for number, node in enumerate(objects, start=1)]
-    return only(on_picture(shapes, source, size=FRACTIONS, picture=f"{source.path.stem}.jpg"), source.wall)
+    check_only(source.wall)
+    return on_picture(shapes, source, size=FRACTIONS, picture=f"{source.path.stem}.jpg")
 
 
 def _shape(node: Node, number: int) -> Shape:

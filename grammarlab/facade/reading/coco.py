@@ -97,10 +97,9 @@ def _categories(document: dict[str, Any]) -> dict[str, Any]:
 def _shape(annotation: dict[str, Any], categories: dict[str, Any], where: str) -> Shape:
     category = _identity(annotation.get("category_id"))
     if category not in categories:
-        raise FacadeError(
-            f"{where}: its category_id {shown(annotation.get('category_id'))} is not in categories. "
-            "VIA writes null for labels without an option of the attribute."
-        )
+        advice = " VIA writes null for a label that is not an option of its attribute." if category == "None" else ""
+        found = shown(annotation.get("category_id"))
+        raise FacadeError(f"{where}: expected a category_id of the list categories, found {found}.{advice}")
     name = label_of(categories[category], f"{where}: the name of its category_id")
     polygons = _polygons(annotation.get("segmentation"), f"{where}, segmentation")
     box = annotation.get("bbox")

@@ -62,7 +62,12 @@ JSON: tuple[Format[Any], ...] = (
     Format("Create ML JSON", is_createml, read_createml),
     Format("VIA 3 JSON", lambda document: _has(document, "metadata", "view", "file"), None, "VIA 2, as COCO or JSON"),
     Format("Supervisely JSON", lambda document: _has(document, "objects", "size"), None, "COCO or Pascal VOC"),
-    Format("VoTT JSON", lambda document: _has(document, "asset", "regions"), None, "CSV or Pascal VOC"),
+    Format(
+        "VoTT JSON",
+        lambda document: _has(document, "asset", "regions") or _has(document, "assets", "tags"),
+        None,
+        "CSV or Pascal VOC",
+    ),
     Format("SuperAnnotate JSON", lambda document: _has(document, "instances", "metadata"), None, "COCO"),
     Format("Datumaro JSON", lambda document: _has(document, "items", "categories"), None, "COCO"),
     Format("Labelbox JSON", lambda document: _has_first(document, "data_row", "projects"), None, "COCO"),

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from grammarlab.errors import UsageError
-from grammarlab.facade.boxes.annotation import BoxAnnotation
 from grammarlab.facade.values import shown
 
 _MOST_NAMED = 20
@@ -51,12 +50,15 @@ def chosen_image(images: Sequence[ImageName], wall: str) -> int:
     return matches[0]
 
 
-def only(annotation: BoxAnnotation, wall: str) -> BoxAnnotation:
-    """The facade of a file that has only one.
+def check_only(wall: str, image: str = "") -> None:
+    """Refuse to choose in a file of one facade.
+
+    Args:
+        wall: the chosen facade; empty for none.
+        image: file name of the image, which may be chosen.
 
     Raises:
-        UsageError: If another one is asked for.
+        UsageError: If another one is chosen.
     """
-    if wall and not (annotation.picture and ImageName(annotation.picture).matches(wall)):
+    if wall and not (image and ImageName(image).matches(wall)):
         raise UsageError("this file has only one facade: leave out --wall.")
-    return annotation

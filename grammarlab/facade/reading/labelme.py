@@ -11,7 +11,7 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.boxes.annotation import MOST_BOXES, BoxAnnotation
-from grammarlab.facade.reading.images import only
+from grammarlab.facade.reading.images import check_only
 from grammarlab.facade.reading.left_out import box_only_notes
 from grammarlab.facade.reading.numbers import coordinate, known_size
 from grammarlab.facade.reading.polygons import MOST_CORNERS
@@ -49,18 +49,17 @@ def read_labelme(document: dict[str, Any], source: Source) -> BoxAnnotation:
         else:
             shapes.append(_shape(entry, kind, where))
             num_masks += kind == "mask"
-    picture = document.get("imagePath")
-    annotation = on_picture(
+    path = document.get("imagePath")
+    picture = path if isinstance(path, str) else ""
+    check_only(source.wall, picture)
+    notes = [f"{left_out} points and lines have no area and are left out"] if left_out else []
+    return on_picture(
         shapes,
         source,
         size=known_size(document.get("imageWidth"), document.get("imageHeight")),
-        picture=picture if isinstance(picture, str) else "",
-        notes=[
-            *([f"{left_out} points and lines have no area and are left out"] if left_out else []),
-            *box_only_notes(num_masks),
-        ],
+        picture=picture,
+        notes=[*notes, *box_only_notes(num_masks)],
     )
-    return only(annotation, source.wall)
 
 
 def _shape(shape: dict[str, Any], kind: Any, where: str) -> Shape:

@@ -10,7 +10,7 @@ from collections import Counter
 import numpy as np
 
 from grammarlab.facade.boxes.annotation import BoxAnnotation, check_count
-from grammarlab.facade.reading.images import only
+from grammarlab.facade.reading.images import check_only
 from grammarlab.facade.reading.left_out import box_only_notes, left_out_notes
 from grammarlab.facade.reading.markup import Node, numbers_of
 from grammarlab.facade.reading.numbers import known_size
@@ -59,4 +59,5 @@ def read_labelme_xml(root: Node, source: Source) -> BoxAnnotation:
     size = known_size(root.findtext("imagesize/ncols"), root.findtext("imagesize/nrows"))
     picture = (root.findtext("filename") or "").strip()
     notes = [*left_out_notes(left_out), *box_only_notes(num_masks)]
-    return only(on_picture(shapes, source, size=size, picture=picture, notes=notes), source.wall)
+    check_only(source.wall, picture)
+    return on_picture(shapes, source, size=size, picture=picture, notes=notes)

@@ -23,7 +23,7 @@ from grammarlab.facade.reading.columns import (
     box_sides,
     columns_of,
 )
-from grammarlab.facade.reading.images import ImageName, chosen_image
+from grammarlab.facade.reading.images import ImageName, chosen_image, last_part
 from grammarlab.facade.reading.numbers import coordinate, known_size
 from grammarlab.facade.reading.shapes import FRACTIONS, label_of, on_picture, upright
 from grammarlab.facade.reading.source import Source
@@ -63,7 +63,9 @@ def read_picture_table(table: Table, source: Source) -> BoxAnnotation:
         upright(_label(columns, row), *(coordinate(side, f"Line {row.line}") for side in box))
         for row, box in zip(rows, _from_the_top(sides[chosen], columns.sides).tolist(), strict=True)
     ]
-    return on_picture(shapes, source, size=FRACTIONS if fractions else _size(columns, rows, table), picture=image)
+    size = FRACTIONS if fractions else _size(columns, rows, table)
+    picture = image if "." in last_part(image) else f"{image}.jpg"  # Open Images has ids of pictures
+    return on_picture(shapes, source, size=size, picture=picture)
 
 
 def _label(columns: Columns, row: TableRow) -> str:

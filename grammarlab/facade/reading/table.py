@@ -7,7 +7,7 @@ import numpy as np
 from grammarlab.errors import FacadeError
 from grammarlab.facade.boxes.annotation import BoxAnnotation, Unit, annotate, check_count
 from grammarlab.facade.reading.columns import CORNER, ENDS, IMAGE, LABEL, LEFT_TOP, SIDES, box_sides, columns_of
-from grammarlab.facade.reading.images import only
+from grammarlab.facade.reading.images import check_only
 from grammarlab.facade.reading.source import Source
 from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import shown
@@ -42,7 +42,8 @@ def read_box_table(table: Table, source: Source) -> BoxAnnotation:
     boxes = _upright(box_sides(columns, table, columns.rows), columns.sides)
     unit, notes = _unit(boxes)
     names = [columns.cell(row, LABEL) for row in columns.rows]
-    return only(annotate(boxes, names, unit, notes=notes), source.wall)
+    check_only(source.wall)
+    return annotate(boxes, names, unit, notes=notes)
 
 
 def missing_columns(table: Table) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.boxes.annotation import BoxAnnotation, check_count
-from grammarlab.facade.reading.images import only
+from grammarlab.facade.reading.images import check_only
 from grammarlab.facade.reading.markup import Node, numbers_of
 from grammarlab.facade.reading.numbers import coordinate, known_size
 from grammarlab.facade.reading.polygons import MOST_CORNERS
@@ -41,7 +41,8 @@ def read_voc(root: Node, source: Source) -> BoxAnnotation:
     shapes = [_shape(node, f"object {number}") for number, node in enumerate(objects, start=1)]
     size = known_size(root.findtext("size/width"), root.findtext("size/height"))
     picture = (root.findtext("filename") or "").strip()
-    return only(on_picture(shapes, source, size=size, picture=picture), source.wall)
+    check_only(source.wall, picture)
+    return on_picture(shapes, source, size=size, picture=picture)
 
 
 def _shape(node: Node, where: str) -> Shape:

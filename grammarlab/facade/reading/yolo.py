@@ -11,7 +11,7 @@ import numpy as np
 
 from grammarlab.errors import FacadeError, TableError
 from grammarlab.facade.boxes.annotation import BoxAnnotation, check_count
-from grammarlab.facade.reading.images import only
+from grammarlab.facade.reading.images import check_only
 from grammarlab.facade.reading.numbers import coordinate
 from grammarlab.facade.reading.polygons import MOST_CORNERS
 from grammarlab.facade.reading.shapes import FRACTIONS, Shape, on_picture, polygon, upright
@@ -52,7 +52,8 @@ def read_yolo(text: str, source: Source) -> BoxAnnotation:
     stem = source.path.stem
     pictures = [stem + suffix for suffix in _PICTURES if source.picture_size(stem + suffix)]
     picture = pictures[0] if pictures else f"{stem}.jpg"
-    return only(on_picture(shapes, source, size=FRACTIONS, picture=picture, notes=notes), source.wall)
+    check_only(source.wall)
+    return on_picture(shapes, source, size=FRACTIONS, picture=picture, notes=notes)
 
 
 def _shape(fields: list[str], classes: list[str], where: str) -> Shape:

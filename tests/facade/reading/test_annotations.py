@@ -200,13 +200,34 @@ FILES = [
 ]
 
 
+SPLINTERS = [
+    *(
+        b"1e999",
+        b"-",
+        b"null",
+        b"{}",
+        b"[]",
+        b"<x>",
+        b"NaN",
+        b"1_0",
+        b"-1e308",
+        b"9" * 5_000,
+        b"1,5",
+        b";",
+        b'"',
+        b"\0",
+    ),
+    *("\u202e\U0001f3e0".encode(), b"</object>", b"rotation", b'"width": -1', b"\r", b"sep=;\n"),
+]
+
+
 @given(st.sampled_from(FILES), st.data())
 def test_damaged_files_are_read_or_refused_in_words(tmp_path_factory, file, data):
     suffix, text = file
     content = text.encode()
     for _ in range(data.draw(st.integers(1, 3))):
         start = data.draw(st.integers(0, len(content)))
-        other = data.draw(st.binary(max_size=6) | st.sampled_from([b"1e999", b"-", b"null", b"{}", b"<x>", b"NaN"]))
+        other = data.draw(st.binary(max_size=6) | st.sampled_from(SPLINTERS))
         content = content[:start] + other + content[start + data.draw(st.integers(0, 12)) :]
     path = tmp_path_factory.getbasetemp() / f"fuzz{suffix}"
     path.write_bytes(content)
@@ -216,6 +237,27 @@ def test_damaged_files_are_read_or_refused_in_words(tmp_path_factory, file, data
         return
     assert (found.low < found.high).all()
     assert np.isfinite(found.high).all()
+
+
+@pytest.mark.parametrize("number", ["9" * 5_000, "1e999", "1e308", "-1e30"])
+@pytest.mark.parametrize(("writer", "suffix"), WRITERS, ids=lambda value: getattr(value, "__name__", ""))
+def test_an_enormous_number_in_any_format_is_refused_in_words(tmp_path, writer, suffix, number):
+    text = writer(Drawing(np.array([[123.456, 20.0, 200.0, 90.0]]), ["window"], (400, 300), 1, 1))
+    places = [value for value in ("123.456", "1.23456", "0.30864", "30.864", "161.728", "0.40432") if value in text]
+    with pytest.raises((FacadeError, UsageError)) as refusal:
+        read(tmp_path, text.replace(places[0], number, 1), suffix)
+    assert len(str(refusal.value)) < 1_000
+
+
+def test_labels_of_all_scripts_are_kept_and_none_reaches_the_terminal_as_a_command(tmp_path):
+    name = "окно 窓 fenêtre"
+    for writer, suffix in WRITERS:
+        (tmp_path / "classes.txt").write_text(name)
+        found = read(tmp_path, writer(Drawing(np.array([[10.0, 20.0, 60.0, 90.0]]), [name], (100, 100), 1, 1)), suffix)
+        assert found.names == (name,)
+    with pytest.raises(FacadeError, match="negative width") as refusal:
+        read(tmp_path, "label,x,y,width,height\n\x1b[31mred,1,1,-1,1\n", ".csv")
+    assert "\x1b" not in str(refusal.value)
 
 
 @given(st.sampled_from([".xml", ".gml", ".json", ".csv", ".tsv", ".txt"]), st.binary(max_size=200))

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
 from grammarlab.arrays import offsets_from_counts
-from grammarlab.errors import FacadeError
+from grammarlab.errors import FacadeError, TableError
 from grammarlab.facade.templates.elements import FARTHEST, MOST_ELEMENTS, Elements, Floats, Ints
 from grammarlab.facade.templates.reading.cells import DEEP, Bools, Cells, cells_of
 from grammarlab.facade.templates.reading.outlines import outlines
 from grammarlab.facade.templates.reading.repetition import borders, completed, overlapping, repeated, visible_part
+from grammarlab.tables import Table, TableRow, read_table
 
 _LEAST, _MOST = 0.25, 6.0
 """Least and largest side of an element, metres."""
@@ -133,39 +132,31 @@ def _grown(which: Bools, steps: int) -> Bools:
 
 
 def read_boxes(content: bytes) -> Floats:
-    """[N, 4] left, bottom, right, top, metres on the facade, from a CSV file of four columns.
+    """[N, 4] left, bottom, right, top, metres on the facade, from a table of four columns.
 
     Raises:
         FacadeError: If a line is not four numbers.
     """
     try:
-        lines = list(csv.reader(io.StringIO(content.decode("utf-8-sig"))))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise FacadeError(f"Boxes: expected lines of four comma-separated numbers: {error}.") from error
-    boxes: list[list[float]] = []
-    for number, line in enumerate(lines, 1):
-        values = [_number(each) for each in line]
-        if not line or (number == 1 and not any(each is not None for each in values)):
-            continue
-        sides = [each for each in values if each is not None and abs(each) <= FARTHEST]
-        if len(line) != 4 or len(sides) != 4 or sides[0] >= sides[2] or sides[1] >= sides[3]:
-            raise FacadeError(
-                f"Boxes, line {number}: expected left, bottom, right, top in metres with left < right "
-                f"and bottom < top, found {line[:5]}."
-            )
-        boxes.append(sides)
-        if len(boxes) > MOST_ELEMENTS:
-            raise FacadeError(f"Boxes: expected at most {MOST_ELEMENTS:,}.")
-    if not boxes:
+        table = read_table(content, MOST_ELEMENTS + 1)
+    except TableError as error:
+        raise FacadeError(f"Boxes: expected lines of left, bottom, right, top in metres: {error}") from error
+    has_header = bool(table.rows) and all(table.number(cell) is None for cell in table.rows[0].cells)
+    rows = table.body if has_header else table.rows
+    if not rows:
         raise FacadeError("Boxes: found none; expected lines of left, bottom, right, top in metres.")
-    return np.array(boxes)
+    return np.array([_sides(row, table) for row in rows])
 
 
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
+def _sides(row: TableRow, table: Table) -> list[float]:
+    values = [table.number(cell) for cell in row.cells]
+    sides = [value for value in values if value is not None and abs(value) <= FARTHEST]
+    if len(values) != 4 or len(sides) != 4 or sides[0] >= sides[2] or sides[1] >= sides[3]:
+        raise FacadeError(
+            f"Boxes, line {row.line}: expected left, bottom, right, top in metres with left < right "
+            f"and bottom < top, found {row.cells[:5]}."
+        )
+    return sides
 
 
 def cut_out(points: Floats, boxes: Floats, spacing: float = 0.0, notes: tuple[str, ...] = ()) -> Elements:
