@@ -85,7 +85,7 @@ def cells_of(points: Floats) -> Cells:
     noise = 1.4826 * float(np.median(np.abs(depth - np.median(depth)))) if len(depth) else 0.0
     smooth = np.where(number > 0.5, mean - level, 0.0)
     raised = np.abs(smooth) > np.maximum(_FLATTEST, _NOISES * noise / np.sqrt(np.maximum(number, 1.0)))
-    sparse = number < np.minimum(_SPARSE * usual, usual - _NOISES * np.sqrt(usual))
+    sparse = number < np.minimum(_SPARSE * usual, usual - _NOISES * np.sqrt(np.maximum(usual, 0.0)))
     # A hole of one cell is a gap between points.
     empty = np.logical_not(ndimage.binary_closing(count > 0, iterations=1))
     return Cells(
