@@ -115,6 +115,8 @@ def read(
             print_json(values)
         else:
             say(f"{result.facade.width:.2f} x {result.facade.height:.2f} m, {values['leaves']} leaves")
+            for grid in values["grids"]:
+                say(f"grid {grid['name']}: {grid['columns']} columns x {grid['rows']} rows")
             say(f"boxes were moved by {result.snapped:.3f} m at most")
             typer.echo(result.file)
 
