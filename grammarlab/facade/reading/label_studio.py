@@ -74,14 +74,14 @@ def read_label_studio(document: Any, source: Source) -> BoxAnnotation:
     size = size or source.picture_size(picture)
     shapes: list[Shape] = []
     left_out: Counter[str] = Counter()
-    labelled = {region.get("id") for region in regions if _labels(_value(region))}
+    labelled = {str(region["id"]) for region in regions if "id" in region and _labels(_value(region))}
     for number, region in enumerate(regions, start=1):
         value, at = _value(region), f"{where}, region {number}"
         labels = _labels(value)
         shape = _shape(value, labels[0], at, size) if labels else None
         if shape is not None:
             shapes.append(shape)
-        elif labels or region.get("id") not in labelled:  # a rectangle may have its label in a region of its own
+        elif labels or str(region.get("id")) not in labelled:  # a rectangle may have its label in a region of its own
             left_out[str(region.get("type") or "region without label")[:40]] += 1
     notes += left_out_notes(left_out)
     return on_picture(shapes, source, size=size or FRACTIONS, picture=picture, notes=notes)

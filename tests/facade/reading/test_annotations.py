@@ -239,6 +239,38 @@ def test_damaged_files_are_read_or_refused_in_words(tmp_path_factory, file, data
     assert np.isfinite(found.high).all()
 
 
+OTHER_VALUES = [None, True, -1, 0, 1e300, "", "x", "7", [], [1], [[1, 2]], {}, {"a": 1}]
+
+
+def places(value, path=()):
+    """The paths of all values in a document."""
+    yield path
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, part in items:
+        yield from places(part, (*path, key))
+
+
+@given(st.sampled_from([text for suffix, text in FILES if suffix == ".json"]), st.data())
+def test_json_with_values_of_other_types_is_read_or_refused_in_words(tmp_path_factory, text, data):
+    document = json.loads(text)
+    for _ in range(data.draw(st.integers(1, 3))):
+        path = data.draw(st.sampled_from(list(places(document))[1:] or [()]))
+        holder = document
+        for key in path[:-1]:
+            holder = holder[key]
+        if path and data.draw(st.booleans()):
+            holder[path[-1]] = data.draw(st.sampled_from(OTHER_VALUES))
+        elif path:
+            del holder[path[-1]]
+    path = tmp_path_factory.getbasetemp() / "types.json"
+    path.write_text(json.dumps(document))
+    try:
+        found = read_annotation(path)
+    except (FacadeError, UsageError):
+        return
+    assert (found.low < found.high).all()
+
+
 @pytest.mark.parametrize("number", ["9" * 5_000, "1e999", "1e308", "-1e30"])
 @pytest.mark.parametrize(("writer", "suffix"), WRITERS, ids=lambda value: getattr(value, "__name__", ""))
 def test_an_enormous_number_in_any_format_is_refused_in_words(tmp_path, writer, suffix, number):

@@ -71,7 +71,7 @@ def cells_of(points: Floats) -> Cells:
     """The wall of a facade with points [P, 3]: along it, up, and out of the wall, metres."""
     flat, low = points[:, :2], points[:, :2].min(axis=0)
     on_wall = np.abs(points[:, 2]) < DEEP
-    side = _side(flat[on_wall])
+    side = max(_side(flat[on_wall]), float(np.sqrt(np.ptp(flat, axis=0).prod() / _MOST_CELLS)))
     width, height = (np.ceil((flat.max(axis=0) - low) / side).astype(np.int64) + 1).tolist()
     index = np.ravel_multi_index(_place(flat[on_wall], low, side, (width, height)), (width, height))
     depth = points[on_wall, 2]

@@ -18,6 +18,10 @@ from grammarlab.facade.templates.reading.plane import facades
 from grammarlab.facade.templates.reading.repetition import repeated
 from grammarlab.facade.units import UP_AXES
 
+_WALL = 0.05
+"""Least number of points of a wall, as a share of those of the wall for another axis."""
+_FLAT = 0.02
+"""Largest distance of points of a wall from its plane, metres."""
 _MOST_PLANES = 2
 """Largest number of planes whose elements are compared."""
 _CLEARLY_MORE = 1.5
@@ -56,8 +60,12 @@ def up_axes(points: Floats, num_edges: int, suffix: str) -> tuple[str, ...]:
         return "y", "z"
     if suffix in (".las", ".laz"):
         return "z", "y"
-    readings = {axis: _reading(points[:, columns], num_edges) for axis, columns in UP_AXES.items()}
-    return ("y", "z") if _is_likelier(readings["y"], readings["z"]) else ("z", "y")
+    planes = {axis: _planes(points[:, columns]) for axis, columns in UP_AXES.items()}
+    y, z = (_num_on_wall(planes[axis]) for axis in "yz")
+    if min(y, z) <= _WALL * max(y, z):
+        return ("y", "z") if y > z else ("z", "y")
+    other, usual = (_reading(planes[axis], points[:, UP_AXES[axis][2]], num_edges) for axis in "yz")
+    return ("y", "z") if _is_likelier(other, usual) else ("z", "y")
 
 
 def plane_of(points: Floats, num_edges: int) -> FacadePlane:
@@ -65,10 +73,20 @@ def plane_of(points: Floats, num_edges: int) -> FacadePlane:
     return FacadePlane(points[: len(points) - num_edges], points[len(points) - num_edges :])
 
 
-def _is_likelier(other: _Reading | None, usual: _Reading | None) -> bool:
+def _planes(points: Floats) -> list[Floats]:
+    """The first facades if the third coordinate is up; none without a vertical plane."""
+    try:
+        return list(islice(facades(points), _MOST_PLANES))
+    except FacadeError:
+        return []
+
+
+def _num_on_wall(planes: list[Floats]) -> int:
+    return int((np.abs(planes[0][:, 2]) < _FLAT).sum()) if planes else 0
+
+
+def _is_likelier(other: _Reading, usual: _Reading) -> bool:
     """Whether the other axis is up rather than the usual one."""
-    if other is None or usual is None:
-        return other is not None
     if (
         other.num_repeated > _CLEARLY_MORE * usual.num_repeated
         or usual.num_repeated > _CLEARLY_MORE * other.num_repeated
@@ -78,19 +96,15 @@ def _is_likelier(other: _Reading | None, usual: _Reading | None) -> bool:
     return other.ground > usual.ground + _LEAST_GROUND and other.is_upright and not usual.is_upright
 
 
-def _reading(points: Floats, num_edges: int) -> _Reading | None:
-    """The facades if the third coordinate is up; None without a vertical plane."""
-    try:
-        planes = [plane_of(each, num_edges) for each in islice(facades(points), _MOST_PLANES)]
-    except FacadeError:
-        return None
+def _reading(planes: list[Floats], height: Floats, num_edges: int) -> _Reading:
+    """What facades show, and the heights [P] of all points."""
     num_repeated, sizes = 0, [np.zeros((0, 2))]
     for plane in planes:
-        found = find_boxes(plane)
+        found = find_boxes(plane_of(plane, num_edges))
         num_repeated += int(repeated(found.box, max(_NEAR, found.spacing)).sum())
         sizes.append(found.box[:, 2:] - found.box[:, :2])
-    width, height = np.vstack(sizes).T
-    return _Reading(num_repeated, bool((height > width).mean() > 0.5) if len(width) else False, _ground(points[:, 2]))
+    across, up = np.vstack(sizes).T
+    return _Reading(num_repeated, 2 * int((up > across).sum()) > len(up), _ground(height))
 
 
 def _ground(height: Floats) -> float:
