@@ -76,9 +76,9 @@ def read_label_studio(document: Any, source: Source) -> BoxAnnotation:
     left_out: Counter[str] = Counter()
     labelled = {str(region["id"]) for region in regions if "id" in region and _labels(_value(region))}
     for number, region in enumerate(regions, start=1):
-        value, at = _value(region), f"{where}, region {number}"
+        value = _value(region)
         labels = _labels(value)
-        shape = _shape(value, labels[0], at, size) if labels else None
+        shape = _shape(value, labels[0], f"{where}, region {number}", size) if labels else None
         if shape is not None:
             shapes.append(shape)
         elif labels or str(region.get("id")) not in labelled:  # a rectangle may have its label in a region of its own

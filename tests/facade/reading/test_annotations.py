@@ -1,5 +1,6 @@
 """Labelled boxes of many programs: one drawing has equal results in all of their formats."""
 
+import copy
 import json
 
 import numpy as np
@@ -259,7 +260,7 @@ def test_json_with_values_of_other_types_is_read_or_refused_in_words(tmp_path_fa
         for key in path[:-1]:
             holder = holder[key]
         if path and data.draw(st.booleans()):
-            holder[path[-1]] = data.draw(st.sampled_from(OTHER_VALUES))
+            holder[path[-1]] = copy.deepcopy(data.draw(st.sampled_from(OTHER_VALUES)))
         elif path:
             del holder[path[-1]]
     path = tmp_path_factory.getbasetemp() / "types.json"
