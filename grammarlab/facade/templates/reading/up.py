@@ -54,9 +54,9 @@ def up_axes(points: Floats, num_edges: int, suffix: str) -> tuple[str, ...]:
     Args:
         points: [P, 3] points of the file, metres.
         num_edges: number of points at the end that are on edges of a mesh.
-        suffix: suffix of the file. LAS and LAZ define that z is up, and GLB that y is; others define nothing.
+        suffix: suffix of the file. LAS and LAZ define that z is up, and glTF that y is; others define nothing.
     """
-    if suffix == ".glb":
+    if suffix in (".glb", ".gltf"):
         return "y", "z"
     if suffix in (".las", ".laz"):
         return "z", "y"
