@@ -29,7 +29,7 @@ def read(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Labelled boxes (CMP .xml, COCO or LabelMe .json, .csv), CityGML (.gml, .xml) or rules (.cga).",
+            help="Labelled boxes (.xml, .json, .csv, .txt of annotation tools), CityGML (.gml, .xml) or rules (.cga).",
             exists=True,
             dir_okay=False,
         ),
@@ -40,7 +40,9 @@ def read(
     ] = None,
     wall: Annotated[
         str,
-        typer.Option("--wall", help="Wall of a CityGML model, or image of a COCO file. Default: list them."),
+        typer.Option(
+            "--wall", help="Wall of a CityGML model, or image of an annotation with several. Default: list them."
+        ),
     ] = "",
     width: Annotated[
         float | None, typer.Option("--width", help="Width in metres. Default: 20 if the file has no unit.")
@@ -113,6 +115,8 @@ def read(
             print_json(values)
         else:
             say(f"{result.facade.width:.2f} x {result.facade.height:.2f} m, {values['leaves']} leaves")
+            for grid in values["grids"]:
+                say(f"grid {grid['name']}: {grid['columns']} columns x {grid['rows']} rows")
             say(f"boxes were moved by {result.snapped:.3f} m at most")
             print_result(result.file)
 

@@ -18,7 +18,7 @@ _WORDS = {
     RULES: "a rule file (.cga)",
     ELEMENTS: "a scan, or a file of elements (.json, .npz)",
     MESH: "a mesh (.obj, .ply, .glb)",
-    BOXES: "labelled boxes (.xml, .json, .csv) or CityGML (.gml, .xml)",
+    BOXES: "labelled boxes (.xml, .json, .csv, .tsv, .txt) or CityGML (.gml, .xml)",
 }
 _COMMANDS = {
     FACADE: ("edit", "grammar", "infer", "show", "open"),
@@ -33,7 +33,7 @@ _BY_ENDING = {
     ".cga": RULES,
     **dict.fromkeys((".npz", ".las", ".laz"), ELEMENTS),
     **dict.fromkeys((".obj", ".ply", ".glb", ".gltf", ".stl", ".off"), MESH),
-    **dict.fromkeys((".xml", ".gml", ".csv"), BOXES),
+    **dict.fromkeys((".xml", ".gml", ".csv", ".tsv", ".txt"), BOXES),
 }
 _HEAD = 64 * 1024
 """Number of bytes of a JSON file that determine its kind."""
@@ -75,4 +75,4 @@ def kind_of(file: Path) -> str:
         return ""
     if found := re.search(rb'"format"\s*:\s*"grammarlab (facade|elements)"', head):
         return found[1].decode()
-    return BOXES if re.search(rb'"(annotations|shapes)"\s*:', head) else ""
+    return BOXES if re.search(rb'"(annotations|shapes|regions)"\s*:', head) else ""

@@ -9,6 +9,7 @@ import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import ELEMENTS, MESH, wanted
+from grammarlab.cli.facade.frames import Unit, UnitOption, Up, UpOption
 from grammarlab.files import check_overwrites
 
 
@@ -49,6 +50,8 @@ def match(
             dir_okay=False,
         ),
     ] = None,
+    up: UpOption = Up.auto,
+    unit: UnitOption = Unit.m,
     seed: Annotated[int, typer.Option("--seed", help="Seed of all random numbers.", min=0, max=2**64 - 1)] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about what was found.")] = False,
 ) -> None:
@@ -66,7 +69,7 @@ def match(
         chosen = named(templates)
         said = load_corrections(corrections) if corrections else ()
         with wanted(elements, ELEMENTS, MESH):
-            loaded = load_elements(elements, boxes)
+            loaded = load_elements(elements, boxes, unit.value, up.axis)
         found = match_elements(loaded, chosen, method, seed, said)
         values = as_dict(found, method, seed)
         files = save_match(found, values, output)

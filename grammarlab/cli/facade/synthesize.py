@@ -11,6 +11,7 @@ import typer
 from grammarlab.cli.console.numbers import plain_number
 from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade.file_kinds import MESH, kind_of, wanted
+from grammarlab.cli.facade.frames import Unit, UnitOption, Up, UpOption
 from grammarlab.cli.facade.grammar import metres
 from grammarlab.errors import UsageError
 
@@ -20,23 +21,6 @@ class SynthesisMethod(StrEnum):
 
     exact = "exact"
     em = "em"
-
-
-class Up(StrEnum):
-    """Up axis of a file."""
-
-    auto = "auto"
-    y = "y"
-    z = "z"
-
-
-class Unit(StrEnum):
-    """Unit of length of a file."""
-
-    m = "m"
-    cm = "cm"
-    mm = "mm"
-    ft = "ft"
 
 
 def synthesize(
@@ -64,8 +48,8 @@ def synthesize(
     method: Annotated[
         SynthesisMethod, typer.Option("--method", help="exact has a proven bound; em is the method of the paper.")
     ] = SynthesisMethod.exact,
-    up: Annotated[Up, typer.Option("--up", help="Up axis of the file.")] = Up.auto,
-    unit: Annotated[Unit, typer.Option("--unit", help="Unit of the coordinates of the file.")] = Unit.m,
+    up: UpOption = Up.auto,
+    unit: UnitOption = Unit.m,
     example: Annotated[
         list[Path] | None,
         typer.Option(
@@ -126,7 +110,7 @@ def synthesize(
             regions=regions,
             seed=seed,
             count=number,
-            up="" if up is Up.auto else up.value,
+            up=up.axis,
             unit=unit.value,
             corrections=tuple(example or ()),
             widths=metres("--widths", widths),

@@ -150,7 +150,8 @@ def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
 def _box_text(boxes: Floats, names: Sequence[str], which: NDArray[Any]) -> str:
     """The first of some boxes, in words."""
     first = int(np.flatnonzero(which)[0])
-    return f"Box {first + 1} ({names[first][:40] or 'without label'}: {_area_text(boxes[first].reshape(2, 2))})"
+    name = "".join(letter if letter.isprintable() else "\ufffd" for letter in names[first][:40])
+    return f"Box {first + 1} ({name or 'without label'}: {_area_text(boxes[first].reshape(2, 2))})"
 
 
 def _area_text(area: Floats) -> str:

@@ -16,8 +16,9 @@ import shapely
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.boxes.annotation import BoxAnnotation, annotate
 from grammarlab.facade.reading.gml import GmlPolygons, Polygon, identity
-from grammarlab.facade.reading.markup import Node, local_name, parse_xml
+from grammarlab.facade.reading.markup import Node, local_name
 from grammarlab.facade.reading.polygons import outline_of
+from grammarlab.facade.reading.source import Source
 from grammarlab.facade.tree import Floats
 
 _OPENINGS = {"Window": "window", "Door": "door", "WindowSurface": "window", "DoorSurface": "door"}
@@ -50,18 +51,19 @@ class _Wall:
     openings: list[_Opening] = field(default_factory=list)
 
 
-def read_citygml(content: bytes, wall: str = "") -> BoxAnnotation:
-    """The openings of one wall.
+def is_citygml(root: Node) -> bool:
+    """Whether the outermost element is one of CityGML."""
+    return local_name(root) == "CityModel" or any(local_name(node) == "CityModel" for node in root)
 
-    Args:
-        content: the file.
-        wall: name of the wall; may be left out if there is only one.
+
+def read_citygml(root: Node, source: Source) -> BoxAnnotation:
+    """The openings of the wall of a name; it may be left out if there is only one.
 
     Raises:
-        FacadeError: If it is not such a file, or the wall has no vertical plane.
+        FacadeError: If the file has no walls, or the wall has no vertical plane.
         UsageError: If no wall has that name, or the choice is ambiguous; the message lists the walls.
     """
-    walls = _walls(parse_xml(content))
+    wall, walls = source.wall, _walls(root)
     if not walls:
         raise FacadeError("This file has no WallSurface with a polygon.")
     meant = [each for each in walls if wall in (each.name, "")]

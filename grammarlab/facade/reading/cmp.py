@@ -2,50 +2,42 @@
 
 from __future__ import annotations
 
-from pathlib import PurePath
-
-import numpy as np
-
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.annotation import BoxAnnotation, annotate, check_count
-from grammarlab.facade.reading.markup import Node, parse_xml
+from grammarlab.facade.boxes.annotation import BoxAnnotation, check_count
+from grammarlab.facade.reading.images import check_only
+from grammarlab.facade.reading.markup import Node
+from grammarlab.facade.reading.numbers import coordinate
+from grammarlab.facade.reading.shapes import FRACTIONS, Shape, on_picture, upright
+from grammarlab.facade.reading.source import Source
 
-UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 1.0]])
+
+def is_cmp(root: Node) -> bool:
+    """Whether an element has objects of the CMP facade database, with or without an element around them."""
+    return any(node.find("points") is not None for node in root.iter("object"))
 
 
-def read_cmp(content: bytes, name: str) -> BoxAnnotation:
+def read_cmp(root: Node, source: Source) -> BoxAnnotation:
     """Boxes as fractions of the picture, whose file has the same name and the suffix `.jpg`.
 
-    Args:
-        content: the file: elements `object`, with or without an element around them.
-        name: name of the file.
-
     Raises:
-        FacadeError: If it is not such a file.
+        FacadeError: If an object has not two numbers for each axis.
     """
-    objects = list(parse_xml(content, fragments=True).iter("object"))
-    if not objects:
-        raise FacadeError(
-            'This is XML with no elements "object", or no XML; the CMP facade database has one box in each.'
-        )
+    objects = list(root.iter("object"))
     check_count(len(objects))
-    boxes = np.array([_box(each, number) for number, each in enumerate(objects, start=1)])
-    names = [(each.findtext("labelname") or "").strip() for each in objects]
-    return annotate(boxes, names, "parts", bounds=UNIT_SQUARE, picture=f"{PurePath(name).stem}.jpg")
+    shapes = [_shape(node, number) for number, node in enumerate(objects, start=1)]
+    check_only(source.wall)
+    return on_picture(shapes, source, size=FRACTIONS, picture=f"{source.path.stem}.jpg")
 
 
-def _box(node: Node, number: int) -> list[float]:
-    """Left, bottom, right, top; the two values of an axis may be in either order."""
-    down, across = _interval(node, "x", number), _interval(node, "y", number)
-    return [across[0], 1.0 - down[1], across[1], 1.0 - down[0]]
+def _shape(node: Node, number: int) -> Shape:
+    """A box; the two values of an axis may be in either order."""
+    (top, bottom), (left, right) = _interval(node, "x", number), _interval(node, "y", number)
+    return upright((node.findtext("labelname") or "").strip(), left, top, right, bottom)
 
 
-def _interval(node: Node, axis: str, number: int) -> list[float]:
-    texts = [(each.text or "").strip() for each in node.findall(f"points/{axis}")]
-    try:
-        values = sorted(float(text) for text in texts)
-    except ValueError:
-        values = []
-    if len(values) != 2:
+def _interval(node: Node, axis: str, number: int) -> tuple[float, float]:
+    texts = [(value.text or "").strip() for value in node.findall(f"points/{axis}")]
+    if len(texts) != 2:
         raise FacadeError(f"Object {number}: expected two numbers <{axis}> in <points>, found {texts[:4]}.")
-    return values
+    first, second = sorted(coordinate(text, f"Object {number}, {axis}") for text in texts)
+    return first, second

@@ -50,6 +50,31 @@ def test_without_an_option_the_file_is_named_and_what_is_not_known_is_told(run, 
     assert load_facade(folder / "house.facade.json").width == pytest.approx(20.0)
 
 
+def test_a_table_in_pixels_is_named_and_asks_for_a_width(run, folder):
+    rows = [f"window,{x},{y},100,140" for y in (100, 320) for x in (100, 300, 500)]
+    (folder / "front.csv").write_text("\n".join(["label,x,y,width,height", *rows]))
+    result = run("facade", "read", "front.csv")
+    assert (
+        "the boxes extend over 500 x 360: too large for a facade in metres, so they are read as pixels" in result.stderr
+    )
+    assert "assuming a width of 20 m" in result.stderr
+    assert "grid window: 3 columns x 2 rows" in result.stderr
+    assert load_facade(folder / "front.facade.json").width == pytest.approx(20.0)
+    assert "assuming" not in run("facade", "read", "front.csv", "--width", "500").stderr
+    assert load_facade(folder / "front.facade.json").width == pytest.approx(500.0)
+
+
+def test_an_image_of_several_is_chosen_by_its_name(run, folder):
+    header, rows = (
+        "filename,width,height,class,xmin,ymin,xmax,ymax",
+        ["a.jpg,90,90,window,1,2,11,22", "b.jpg,9,9,door,1,2,3,4"],
+    )
+    (folder / "images.csv").write_text("\n".join([header, *rows]))
+    assert "--wall: 'a.jpg', 'b.jpg'" in run("facade", "read", "images.csv", code=2).stderr
+    run("facade", "read", "images.csv", "--wall", "b.jpg")
+    assert load_facade(folder / "images.facade.json").labels == ("door",)
+
+
 def test_reading_again_into_the_same_folder_gives_the_same_file(run, folder):
     run("facade", "read", "house.xml", "-o", "f.json")
     before = (folder / "f.json").read_bytes()

@@ -34,6 +34,8 @@ def test_mistakes_of_use_end_with_2(run, tmp_path):
     run("facade", "scene", "-n", 2, "--kinds", 1, "-o", scene)
     run("facade", "match", scene, "--templates", "no-such", "-o", tmp_path / "out", code=2)
     run("facade", "match", scene, "--method", "magic", "-o", tmp_path / "out", code=2)
+    for option, value in (("--unit", "mm"), ("--up", "y"), ("--unit", "inch"), ("--up", "x")):
+        run("facade", "match", scene, option, value, "-o", tmp_path / "out", code=2)
     broken = tmp_path / "broken.json"
     broken.write_text('{"elements": [{"points": [[NaN, 1]]}]}')
     run("facade", "match", broken, "-o", tmp_path / "out", code=1)

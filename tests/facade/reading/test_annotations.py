@@ -1,5 +1,6 @@
-"""Boxes of CMP XML, COCO JSON, LabelMe JSON and CSV: one drawing has equal results in all of them."""
+"""Labelled boxes of many programs: one drawing has equal results in all of their formats."""
 
+import copy
 import json
 
 import numpy as np
@@ -11,9 +12,7 @@ from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.boxes.annotation import MOST_BOXES
 from grammarlab.facade.reading.choosing import read_annotation
 from tests.facade.drawings import Drawing, drawing
-from tests.facade.reading.formats import as_cmp, as_coco, as_corners, as_labelme, as_sides
-
-WRITERS = [(as_cmp, ".xml"), (as_coco, ".json"), (as_labelme, ".json"), (as_corners, ".csv"), (as_sides, ".csv")]
+from tests.facade.reading.formats import WRITERS, as_cmp, as_coco, as_labelme, as_sides
 
 
 def read(tmp_path, content, suffix, wall=""):
@@ -26,10 +25,11 @@ def read(tmp_path, content, suffix, wall=""):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_one_drawing_reads_alike_from_every_format(tmp_path, writer, suffix, seed):
     drawn = drawing(seed)
+    (tmp_path / "classes.txt").write_text("\n".join(sorted(set(drawn.names))))
     found = read(tmp_path, writer(drawn), suffix)
-    scale = np.array(drawn.size) if found.unit == "parts" else np.ones(2)
+    scale = {"parts": np.array(drawn.size), "pixels": np.ones(2), "metres": np.full(2, 100.0)}[found.unit]
     low, high = found.low * scale, found.high * scale
-    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # CSV has no picture, and so no origin
+    shift = drawn.boxes[:, :2].min(axis=0) - low.min(axis=0)  # without the size of the picture there is no origin
     np.testing.assert_allclose(np.hstack([low + shift, high + shift]), drawn.boxes, atol=1e-9)
     assert list(found.names) == drawn.names
     assert found.notes == ()
@@ -148,36 +148,44 @@ OUTSIDE = b'<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><a>&b;</a>'
 @pytest.mark.parametrize(
     ("suffix", "content", "says"),
     [
-        (".xml", b"", 'no elements "object"'),
-        (".xml", b"no xml", 'no elements "object"'),
+        (".xml", b"", "This XML has the root 'root'. Read are CityGML, .*CMP, Pascal VOC"),
+        (".xml", b"no xml", "not valid XML"),
         (".xml", b"<object>", "not valid XML"),
         (".xml", NESTED, "more than 100 levels"),
         (".xml", LAUGHS, "entities or a document type|not valid XML"),
         (".gml", LAUGHS, "declares entities or a document type"),
         (".gml", OUTSIDE, "declares entities or a document type"),
-        (".xml", b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>", "not a finite number"),
+        (
+            ".xml",
+            b"<object><points><x>1</x><x>nan</x><y>0</y><y>1</y></points></object>",
+            "x: expected a finite number",
+        ),
         (".xml", b"<object><points><x>1</x><y>0</y><y>1</y></points></object>", "Object 1: expected two numbers <x>"),
-        (".xml", b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>", "expected two numbers <x>"),
+        (
+            ".xml",
+            b"<object><points><x>1</x><x>a</x><y>0</y><y>1</y></points></object>",
+            "x: expected a finite number, found 'a'",
+        ),
         (".xml", b"<object><points><x>2</x><x>3</x><y>0</y><y>1</y></points></object>", "is outside the picture"),
-        (".json", b"[]", "expected COCO JSON"),
+        (".json", b"[]", "This is JSON without keys. Read are .*COCO, LabelMe"),
         (".json", b"{", "not valid JSON"),
         (".json", b"[" * 100_000, "too deep"),
         (".json", b'{"shapes": 3, "imageHeight": 1, "imageWidth": 1}', "shapes: expected a list"),
         (".json", b'{"shapes": [3], "imageHeight": 1, "imageWidth": 1}', "shapes, entry 0: expected an object"),
-        (".json", b'{"shapes": [], "imageWidth": 1}', "imageHeight: expected a finite number, found nothing"),
-        (".json", b'{"shapes": [{"shape_type": "rotation"}], "imageHeight": 1, "imageWidth": 1}', "found 'rotation'"),
+        (".json", b'{"shapes": [], "imageWidth": 1}', "no box with a width and a height"),
+        (".json", b'{"shapes": [{"shape_type": "cube"}], "imageHeight": 1, "imageWidth": 1}', "found 'cube'"),
         (".json", b'{"images": [], "annotations": [], "categories": []}', "choose one of the 0 images"),
-        (".json", b'{"images": [{}], "annotations": [], "categories": []}', "height: expected a finite number"),
+        (".json", b'{"images": [{}], "annotations": [], "categories": []}', "no box with a width and a height"),
         (".csv", b"", "expected the columns label,x,y,width,height or label,left,bottom,right,top"),
         (".csv", b"label,x,y\n", "found 'label,x,y'"),
-        (".csv", b"\xff\xff", "not valid CSV"),
+        (".csv", b"\xff\xff", "Line 1: expected the columns"),
         (".csv", b"label,x,y,width,height\nw,1,2,3\n", "Line 2: expected 5 fields, found 4"),
-        (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a number, found 'high'"),
+        (".csv", b"label,x,y,width,height\n\nw,1,2,3,high\n", "Line 3, height: expected a finite number, found 'high'"),
         (".csv", b"label,x,y,width,height\nw,1,2,-3,1\n", "Box 1 .*negative width"),
-        (".csv", b"label,x,y,width,height\nw,1,2,nan,1\n", "not a finite number"),
+        (".csv", b"label,x,y,width,height\nw,1,2,nan,1\n", "width: expected a finite number, found 'nan'"),
         (".csv", b"label,x,y,width,height\n" + b"w" * 201 + b",1,2,3,4\n", "at most 200 characters"),
         (".csv", MANY.encode(), "There are 100,001 boxes; a facade has at most 100,000"),
-        (".jpg", b"", "expected a file that ends in .xml, .gml, .json, .csv"),
+        (".jpg", b"", "expected a file that ends in .xml, .gml, .json, .csv, .tsv, .txt: CityGML"),
     ],
     ids=lambda value: value[:30] if isinstance(value, str) else "",
 )
@@ -193,13 +201,34 @@ FILES = [
 ]
 
 
+SPLINTERS = [
+    *(
+        b"1e999",
+        b"-",
+        b"null",
+        b"{}",
+        b"[]",
+        b"<x>",
+        b"NaN",
+        b"1_0",
+        b"-1e308",
+        b"9" * 5_000,
+        b"1,5",
+        b";",
+        b'"',
+        b"\0",
+    ),
+    *("\u202e\U0001f3e0".encode(), b"</object>", b"rotation", b'"width": -1', b"\r", b"sep=;\n"),
+]
+
+
 @given(st.sampled_from(FILES), st.data())
 def test_damaged_files_are_read_or_refused_in_words(tmp_path_factory, file, data):
     suffix, text = file
     content = text.encode()
     for _ in range(data.draw(st.integers(1, 3))):
         start = data.draw(st.integers(0, len(content)))
-        other = data.draw(st.binary(max_size=6) | st.sampled_from([b"1e999", b"-", b"null", b"{}", b"<x>", b"NaN"]))
+        other = data.draw(st.binary(max_size=6) | st.sampled_from(SPLINTERS))
         content = content[:start] + other + content[start + data.draw(st.integers(0, 12)) :]
     path = tmp_path_factory.getbasetemp() / f"fuzz{suffix}"
     path.write_bytes(content)
@@ -211,7 +240,60 @@ def test_damaged_files_are_read_or_refused_in_words(tmp_path_factory, file, data
     assert np.isfinite(found.high).all()
 
 
-@given(st.sampled_from([".xml", ".gml", ".json", ".csv"]), st.binary(max_size=200))
+OTHER_VALUES = [None, True, -1, 0, 1e300, "", "x", "7", [], [1], [[1, 2]], {}, {"a": 1}]
+
+
+def places(value, path=()):
+    """The paths of all values in a document."""
+    yield path
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, part in items:
+        yield from places(part, (*path, key))
+
+
+@given(st.sampled_from([text for suffix, text in FILES if suffix == ".json"]), st.data())
+def test_json_with_values_of_other_types_is_read_or_refused_in_words(tmp_path_factory, text, data):
+    document = json.loads(text)
+    for _ in range(data.draw(st.integers(1, 3))):
+        path = data.draw(st.sampled_from(list(places(document))[1:] or [()]))
+        holder = document
+        for key in path[:-1]:
+            holder = holder[key]
+        if path and data.draw(st.booleans()):
+            holder[path[-1]] = copy.deepcopy(data.draw(st.sampled_from(OTHER_VALUES)))
+        elif path:
+            del holder[path[-1]]
+    path = tmp_path_factory.getbasetemp() / "types.json"
+    path.write_text(json.dumps(document))
+    try:
+        found = read_annotation(path)
+    except (FacadeError, UsageError):
+        return
+    assert (found.low < found.high).all()
+
+
+@pytest.mark.parametrize("number", ["9" * 5_000, "1e999", "1e308", "-1e30"])
+@pytest.mark.parametrize(("writer", "suffix"), WRITERS, ids=lambda value: getattr(value, "__name__", ""))
+def test_an_enormous_number_in_any_format_is_refused_in_words(tmp_path, writer, suffix, number):
+    text = writer(Drawing(np.array([[123.456, 20.0, 200.0, 90.0]]), ["window"], (400, 300), 1, 1))
+    places = [value for value in ("123.456", "1.23456", "0.30864", "30.864", "161.728", "0.40432") if value in text]
+    with pytest.raises((FacadeError, UsageError)) as refusal:
+        read(tmp_path, text.replace(places[0], number, 1), suffix)
+    assert len(str(refusal.value)) < 1_000
+
+
+def test_labels_of_all_scripts_are_kept_and_none_reaches_the_terminal_as_a_command(tmp_path):
+    name = "окно 窓 fenêtre"
+    for writer, suffix in WRITERS:
+        (tmp_path / "classes.txt").write_text(name)
+        found = read(tmp_path, writer(Drawing(np.array([[10.0, 20.0, 60.0, 90.0]]), [name], (100, 100), 1, 1)), suffix)
+        assert found.names == (name,)
+    with pytest.raises(FacadeError, match="negative width") as refusal:
+        read(tmp_path, "label,x,y,width,height\n\x1b[31mred,1,1,-1,1\n", ".csv")
+    assert "\x1b" not in str(refusal.value)
+
+
+@given(st.sampled_from([".xml", ".gml", ".json", ".csv", ".tsv", ".txt"]), st.binary(max_size=200))
 def test_noise_is_refused_in_words(tmp_path_factory, suffix, content):
     path = tmp_path_factory.getbasetemp() / f"noise{suffix}"
     path.write_bytes(content)

@@ -1,6 +1,7 @@
 """Walls of CityGML, each in its own plane."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,10 +10,15 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.boxes.assembling import assemble
-from grammarlab.facade.reading import gml
+from grammarlab.facade.reading import citygml, gml
 from grammarlab.facade.reading.choosing import read_annotation
-from grammarlab.facade.reading.citygml import read_citygml
+from grammarlab.facade.reading.markup import parse_xml
+from grammarlab.facade.reading.source import Source
 from tests.facade.reading.city import ARCH, DOOR, WALL, City, usual
+
+
+def read_citygml(content, wall=""):
+    return citygml.read_citygml(parse_xml(content), Source(Path("city.gml"), wall))
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -71,7 +71,7 @@ def cells_of(points: Floats) -> Cells:
     """The wall of a facade with points [P, 3]: along it, up, and out of the wall, metres."""
     flat, low = points[:, :2], points[:, :2].min(axis=0)
     on_wall = np.abs(points[:, 2]) < DEEP
-    side = _side(flat[on_wall])
+    side = max(_side(flat[on_wall]), float(np.sqrt(np.ptp(flat, axis=0).prod() / _MOST_CELLS)))
     width, height = (np.ceil((flat.max(axis=0) - low) / side).astype(np.int64) + 1).tolist()
     index = np.ravel_multi_index(_place(flat[on_wall], low, side, (width, height)), (width, height))
     depth = points[on_wall, 2]
@@ -85,7 +85,7 @@ def cells_of(points: Floats) -> Cells:
     noise = 1.4826 * float(np.median(np.abs(depth - np.median(depth)))) if len(depth) else 0.0
     smooth = np.where(number > 0.5, mean - level, 0.0)
     raised = np.abs(smooth) > np.maximum(_FLATTEST, _NOISES * noise / np.sqrt(np.maximum(number, 1.0)))
-    sparse = number < np.minimum(_SPARSE * usual, usual - _NOISES * np.sqrt(usual))
+    sparse = number < np.minimum(_SPARSE * usual, usual - _NOISES * np.sqrt(np.maximum(usual, 0.0)))
     # A hole of one cell is a gap between points.
     empty = np.logical_not(ndimage.binary_closing(count > 0, iterations=1))
     return Cells(

@@ -13,6 +13,7 @@ from grammarlab.facade.templates.evidence.maps import FINEST
 from grammarlab.facade.templates.reading.boxes import FoundBoxes, cut_out, find_boxes, read_boxes
 from grammarlab.facade.templates.reading.document import FORMAT, load_arrays, loads
 from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surfaces
+from grammarlab.facade.units import UNITS
 from grammarlab.facade.values import parse_json, read_bounded
 from grammarlab.files import open_regular
 
@@ -48,16 +49,18 @@ def _has_faces(path: Path) -> bool:
     return re.search(rb"element\s+face\s+[1-9]", head) is not None
 
 
-def load_elements(path: Path, boxes: Path | None = None) -> Elements:
+def load_elements(path: Path, boxes: Path | None = None, unit: str = "m", up: str = "") -> Elements:
     """The elements of a file.
 
     Args:
         path: file of elements, or a scan or mesh of one facade.
         boxes: CSV file of boxes on a scan or mesh, in metres on the facade; boxes are detected if left out.
+        unit: unit of the coordinates of a scan or mesh: a key of `UNITS`.
+        up: up axis of a scan or mesh: a key of `UP_AXES`; detected if empty.
 
     Raises:
         FacadeError: If the content is invalid; with the position of the mistake.
-        UsageError: If the suffix is unknown, or boxes are given for a file that has boxes.
+        UsageError: If the suffix is unknown, or boxes, a unit or an axis are given for a file that defines them.
     """
     ending = path.suffix.lower()
     if ending not in (*DOCUMENTS, *MESHES, *SCANS):
@@ -65,30 +68,33 @@ def load_elements(path: Path, boxes: Path | None = None) -> Elements:
     if ending in DOCUMENTS:
         if boxes is not None:
             raise UsageError("--boxes: a file of elements has boxes of its own.")
+        if unit != "m" or up:
+            raise UsageError("--unit, --up: a file of elements is in metres, with y up.")
         reader = loads if ending == ".json" else load_arrays
         try:
             return reader(read_bounded(path, _MOST_BYTES))
         except FacadeError as error:
             raise FacadeError(f"{path.name}: {error}") from error
-    return check(_on_facade(path, None if boxes is None else read_boxes(read_bounded(boxes))))
+    return check(_on_facade(path, None if boxes is None else read_boxes(read_bounded(boxes)), unit, up))
 
 
-def _on_facade(path: Path, given: Floats | None) -> Elements:
+def _on_facade(path: Path, given: Floats | None, unit: str, up: str) -> Elements:
     """The elements of the first facade of a scan or mesh that has any."""
     size = np.zeros(2)
-    for surface in read_surfaces(path):
+    for axis, surface in read_surfaces(path, UNITS[unit], up):
         found = find_boxes(surface)
+        notes = () if up else (f"{axis} is taken as the up axis; give --up if another one is",)
         size = np.maximum(size, np.ptp(surface.points[:, :2], axis=0))
         if given is None and len(found.box):
             of_these = f", {found.num_repeated} of them by repetition" if found.num_repeated else ""
-            return _cut_out(found, found.box, f"{len(found.box)} boxes were found on the facade{of_these}")
+            return _cut_out(found, found.box, f"{len(found.box)} boxes were found on the facade{of_these}", *notes)
         if given is not None:
-            elements = _cut_out(found, given, f"{len(given)} boxes are given on the facade")
+            elements = _cut_out(found, given, f"{len(given)} boxes are given on the facade", *notes)
             if elements.counts.any():
                 return elements
     where = f"{path.name}: its points span {size[0]:.3g} x {size[1]:.3g} m. "
     if size.max() > _LARGEST:
-        where += "Expected metres; the unit may be the millimetre. "
+        where += "Expected metres; the unit may be the millimetre (--unit mm). "
     if given is None:
         raise FacadeError(
             f"{where}No element was found on the facade: expected holes of 0.25 to 6 m, parts at least 4 cm in "
@@ -100,9 +106,9 @@ def _on_facade(path: Path, given: Floats | None) -> Elements:
     )
 
 
-def _cut_out(found: FoundBoxes, boxes: Floats, note: str) -> Elements:
+def _cut_out(found: FoundBoxes, boxes: Floats, *notes: str) -> Elements:
     """The points of each box, with notes."""
-    return cut_out(found.outline, boxes, found.spacing, tuple(filter(None, (note, _coarse(found.spacing)))))
+    return cut_out(found.outline, boxes, found.spacing, tuple(filter(None, (*notes, _coarse(found.spacing)))))
 
 
 def _coarse(spacing: float) -> str:

@@ -17,7 +17,7 @@ _NEAR = 0.002
 _FLAT = 0.02
 """Largest distance from the final plane, metres."""
 _LEVEL = 0.3
-"""Largest z component of a normal, since facades are vertical and z is up."""
+"""Largest z component of a normal, since facades are vertical."""
 _MOST_PLANES = 4
 _LEAST = 0.05
 """Least fraction of the points of a further plane."""
@@ -44,7 +44,8 @@ def facades(points: Floats) -> Iterator[Floats]:
         found = _plane(rest, near, random)
         if found is None and not place:
             raise FacadeError(
-                "No vertical plane was found in the scan: its points lie on one line or on the ground (z is up)."
+                "No vertical plane was found in the scan: its points lie on one line or on the ground (give --up if "
+                "another axis is up)."
             )
         if found is None or (place and len(rest) < _LEAST * len(seen)):
             return

@@ -16,6 +16,8 @@ from grammarlab.extras import require
 from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
 from grammarlab.facade.templates.reading.boxes import FacadePlane
 from grammarlab.facade.templates.reading.plane import facades
+from grammarlab.facade.templates.reading.up import plane_of, up_axes
+from grammarlab.facade.units import UP_AXES
 from grammarlab.facade.values import read_bounded
 
 MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
@@ -29,31 +31,32 @@ _COARSEST = 0.02
 """Largest rounding step of coordinates, metres."""
 
 
-def read_surfaces(path: Path) -> Iterator[FacadePlane]:
-    """The facades of a scan, or of a sampled mesh, the one with the most points first.
+def read_surfaces(path: Path, unit: float = 1.0, up: str = "") -> Iterator[tuple[str, FacadePlane]]:
+    """The facades of a scan, or of a sampled mesh, the one with the most points first; each with its up axis.
 
-    The up axis is z, or y for GLB files; if a mesh in another format has no usable facade with z up, y is up.
+    Args:
+        path: the file.
+        unit: length of a unit of its coordinates, metres.
+        up: a key of `UP_AXES`; if empty, the likely one as `up_axes`, then the other one.
 
     Raises:
         FacadeError: If a file cannot be read, has too many points, or numbers that are not finite.
     """
-    if path.suffix.lower() in SCANS:
-        points, num_edges = _las(path), 0
-    else:
-        points, num_edges = _mesh(path)
-    frames = (points,) if path.suffix.lower() in SCANS else (points, points[:, [2, 0, 1]])
+    suffix = path.suffix.lower()
+    points, num_edges = (_las(path, unit), 0) if suffix in SCANS else _mesh(path, unit)
     complaints = []
-    for frame in frames[::-1] if path.suffix.lower() == ".glb" else frames:
+    axes = (up,) if up else up_axes(points, num_edges, suffix)
+    for axis in axes:
         try:
-            for found in facades(frame):
-                yield FacadePlane(found[: len(found) - num_edges], found[len(found) - num_edges :])
+            for found in facades(points[:, UP_AXES[axis]]):
+                yield axis, plane_of(found, num_edges)
         except FacadeError as error:
             complaints.append(error)
-    if len(complaints) == len(frames):
+    if len(complaints) == len(axes):
         raise FacadeError(f"{path.name}: {complaints[0]}") from complaints[0]
 
 
-def _mesh(path: Path) -> tuple[Floats, int]:
+def _mesh(path: Path, unit: float) -> tuple[Floats, int]:
     """[P, 3] points of a scan, or on the faces of a mesh; and the number of points at the end that are on its edges."""
     try:
         content = read_bounded(path, _MOST_BYTES)
@@ -67,9 +70,10 @@ def _mesh(path: Path) -> tuple[Floats, int]:
         raise FacadeError(f"{path.name} cannot be read: {error}.") from error
     if isinstance(loaded, trimesh.Scene):
         loaded = loaded.to_mesh() if loaded.geometry else trimesh.Trimesh()
-    vertices = _checked(np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64), path)
+    vertices = _checked(np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64), path, unit)
     if not isinstance(loaded, trimesh.Trimesh) or not len(loaded.faces):
         return vertices, 0
+    loaded.vertices = vertices
     loaded.merge_vertices()
     count = int(np.clip(loaded.area / _SPACING**2, 1_000, _MOST_SAMPLES))
     surface = np.asarray(trimesh.sample.sample_surface(loaded, count, seed=0)[0])
@@ -89,7 +93,7 @@ def _along(segments: Floats) -> Floats:
     return segments[own, 0] + part[:, None] * (segments[own, 1] - segments[own, 0])
 
 
-def _las(path: Path) -> Floats:
+def _las(path: Path, unit: float) -> Floats:
     require("laspy")
     import laspy  # noqa: PLC0415 an extra
 
@@ -100,18 +104,19 @@ def _las(path: Path) -> Floats:
             points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
     except Exception as error:  # laspy and its decoders raise any exception
         raise FacadeError(f"{path.name} cannot be read: {error}.") from error
-    return _checked(points.astype(np.float64), path)
+    return _checked(points.astype(np.float64), path, unit)
 
 
-def _checked(points: Floats, path: Path) -> Floats:
+def _checked(points: Floats, path: Path, unit: float) -> Floats:
+    """The points in metres."""
     if len(points) > MOST_POINTS:
         raise FacadeError(f"{path.name}: expected at most {MOST_POINTS:,} points, found {len(points):,}.")
     if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= FARTHEST).all():
-        raise FacadeError(f"{path.name}: expected points of three finite coordinates within {FARTHEST:g} m.")
-    step = float(np.spacing(np.float32(np.abs(points).max(initial=0.0))))
+        raise FacadeError(f"{path.name}: expected points of three finite coordinates within {FARTHEST:g}.")
+    step = unit * float(np.spacing(np.float32(np.abs(points).max(initial=0.0))))
     if step > _COARSEST and (points == points.astype(np.float32)).all():
         raise FacadeError(
             f"{path.name}: its coordinates are only exact to {step:.2g} m (32 bits, far from the origin). "
             "Write them with 64 bits, or move the scan to the origin before it is written."
         )
-    return points
+    return points * unit

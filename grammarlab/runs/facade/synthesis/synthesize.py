@@ -26,6 +26,7 @@ from grammarlab.facade.examples.mesh.writing import write_glb
 from grammarlab.facade.examples.synthesis import NO_WISHES, Method, synthesize
 from grammarlab.facade.examples.wishes import Wishes
 from grammarlab.facade.file import save_facade
+from grammarlab.facade.units import UNITS
 from grammarlab.facade.writing.family import Range
 from grammarlab.files import check_overwrites, write_bytes, write_text
 from grammarlab.runs.disk.folder_lock import only_run_in
@@ -34,8 +35,6 @@ from grammarlab.runs.facade.gallery import sheet
 from grammarlab.runs.facade.synthesis.built import Box, Built, Stopwatch, build
 from grammarlab.runs.facade.synthesis.region_map import read_regions
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
-"""Length of units of files, metres."""
 _ASSETS = "assets"
 """Folder of the meshes of rules."""
 _LOWER, _HIGHER = 0.75, 1.25

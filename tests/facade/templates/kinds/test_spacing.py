@@ -51,4 +51,7 @@ def test_equal_windows_of_a_coarse_scan_are_one_kind_and_its_deviations_include_
 
 def test_a_dense_scan_has_no_note_about_its_points(tmp_path):
     elements = scanned(tmp_path, 0.018, 0.002, 1)
-    assert elements.notes == ("12 boxes were found on the facade",)
+    assert elements.notes == (
+        "12 boxes were found on the facade",
+        "z is taken as the up axis; give --up if another one is",
+    )

@@ -7,6 +7,7 @@ import trimesh
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.templates.reading.boxes import read_boxes
+from grammarlab.facade.templates.reading.cells import cells_of
 from grammarlab.facade.templates.reading.files import load_elements
 from grammarlab.facade.templates.reading.outlines import outlines
 from grammarlab.facade.templates.reading.plane import facades
@@ -115,6 +116,27 @@ def test_boxes_are_metres_from_the_left_end_of_the_wall(tmp_path):
     for text in (b"nan,0,1,1", b"1,0,1,1", b"0,1,1,0", b"", b"\xff"):
         with pytest.raises(FacadeError, match="Boxes"):
             read_boxes(text)
+
+
+@pytest.mark.parametrize(
+    "text", ["left;bottom;right;top\n0,8;0,8;2,2;2,7\n", "sep=;\n0.8;0.8;2.2;2.7\n;;;\n", "0.8\t0.8\t2.2\t2.7\n"]
+)
+def test_boxes_are_read_as_spreadsheets_write_them(text):
+    for encoding in ("utf-8-sig", "utf-16"):
+        assert read_boxes(text.encode(encoding)).tolist() == [[0.8, 0.8, 2.2, 2.7]]
+
+
+def test_a_stray_point_far_away_makes_cells_coarser_and_not_more():
+    points = np.vstack([wall(count=5_000), [[1e6, 2.0, 0.5]], [[3.0, -1e6, 0.5]]])
+    cells = cells_of(points)
+    assert cells.empty.size < 5_000_000
+    assert cells_of(points[:-2]).side == pytest.approx(_cell_side(points[:-2]))
+
+
+def _cell_side(points):
+    """2.2 times the distance of points on the wall."""
+    on_wall = points[np.abs(points[:, 2]) < 0.04]
+    return 2.2 * np.sqrt(np.ptp(on_wall[:, :2], axis=0).prod() / len(on_wall))
 
 
 def test_a_plane_is_found_to_the_millimetre_on_a_long_facade_with_rooms_behind():

@@ -1,0 +1,125 @@
+"""Formats of annotations: one line each, with the test of a parsed file and its reader.
+
+The tests of a list are tried in order, so a special format stands before a general one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.boxes.annotation import BoxAnnotation
+from grammarlab.facade.reading.citygml import is_citygml, read_citygml
+from grammarlab.facade.reading.cmp import is_cmp, read_cmp
+from grammarlab.facade.reading.coco import is_coco, read_coco
+from grammarlab.facade.reading.createml import is_createml, read_createml
+from grammarlab.facade.reading.cvat import is_cvat, read_cvat
+from grammarlab.facade.reading.label_studio import is_label_studio, read_label_studio
+from grammarlab.facade.reading.labelme import is_labelme, read_labelme
+from grammarlab.facade.reading.labelme_xml import is_labelme_xml, read_labelme_xml
+from grammarlab.facade.reading.markup import Node, local_name
+from grammarlab.facade.reading.picture_table import is_picture_table, read_picture_table
+from grammarlab.facade.reading.source import Source
+from grammarlab.facade.reading.table import is_box_table, read_box_table
+from grammarlab.facade.reading.via import is_via, is_via_table, read_via, read_via_table
+from grammarlab.facade.reading.voc import is_voc, read_voc
+from grammarlab.facade.reading.yolo import is_yolo, read_yolo
+from grammarlab.tables import Table
+
+_Parsed = TypeVar("_Parsed")
+
+
+@dataclass(frozen=True, slots=True)
+class Format(Generic[_Parsed]):
+    """A format of annotations."""
+
+    name: str
+    matches: Callable[[_Parsed], bool]
+    """Whether a parsed file has this format."""
+    read: Callable[[_Parsed, Source], BoxAnnotation] | None
+    """Its reader; None if the format is only recognised."""
+    export: str = ""
+    """The export of the same program that is read instead, if there is no reader."""
+
+
+XML: tuple[Format[Node], ...] = (
+    Format("CityGML", is_citygml, read_citygml),
+    Format("LabelMe XML", is_labelme_xml, read_labelme_xml),
+    Format("CMP", is_cmp, read_cmp),
+    Format("Pascal VOC", is_voc, read_voc),
+    Format("CVAT for images", is_cvat, read_cvat),
+    Format("dlib's imglab XML", lambda root: root.tag == "dataset", None, "Pascal VOC or COCO"),
+    Format("KML", lambda root: local_name(root) == "kml", None, "a map: grammarlab sample reads GeoJSON"),
+    Format("SVG", lambda root: local_name(root) == "svg", None, "a table of boxes, or rules (.cga)"),
+)
+JSON: tuple[Format[Any], ...] = (
+    Format("VIA JSON", is_via, read_via),
+    Format("COCO", is_coco, read_coco),
+    Format("LabelMe JSON", is_labelme, read_labelme),
+    Format("Label Studio JSON", is_label_studio, read_label_studio),
+    Format("Create ML JSON", is_createml, read_createml),
+    Format("VIA 3 JSON", lambda document: _has(document, "metadata", "view", "file"), None, "VIA 2, as COCO or JSON"),
+    Format("Supervisely JSON", lambda document: _has(document, "objects", "size"), None, "COCO or Pascal VOC"),
+    Format(
+        "VoTT JSON",
+        lambda document: _has(document, "asset", "regions") or _has(document, "assets", "tags"),
+        None,
+        "CSV or Pascal VOC",
+    ),
+    Format("SuperAnnotate JSON", lambda document: _has(document, "instances", "metadata"), None, "COCO"),
+    Format("Datumaro JSON", lambda document: _has(document, "items", "categories"), None, "COCO"),
+    Format("Labelbox JSON", lambda document: _has_first(document, "data_row", "projects"), None, "COCO"),
+    Format(
+        "COCO results",
+        lambda document: _has_first(document, "image_id", "bbox"),
+        None,
+        "COCO with images and categories",
+    ),
+    Format("GeoJSON", lambda document: _has(document, "features"), None, "a map: grammarlab sample reads it"),
+)
+TABLES: tuple[Format[Table], ...] = (
+    Format("VIA CSV", is_via_table, read_via_table),
+    Format("VIA 3 CSV", lambda table: "vgg image annotator" in " ".join(table.header), None, "VIA 2, as COCO or CSV"),
+    Format("tables of pictures (TensorFlow, RetinaNet, Open Images)", is_picture_table, read_picture_table),
+    Format("tables of boxes", is_box_table, read_box_table),
+)
+TEXTS: tuple[Format[str], ...] = (Format("YOLO", is_yolo, read_yolo),)
+
+
+def read_as(formats: tuple[Format[_Parsed], ...], parsed: _Parsed, source: Source, otherwise: str) -> BoxAnnotation:
+    """The annotation of a parsed file.
+
+    Args:
+        formats: those that it may have.
+        parsed: its content.
+        source: the file.
+        otherwise: what to say on a file of no such format.
+
+    Raises:
+        FacadeError: If the file has none of the formats, or one that is not read; and as its reader.
+        UsageError: As its reader.
+    """
+    match = next((each for each in formats if each.matches(parsed)), None)
+    if match is None:
+        raise FacadeError(otherwise)
+    if match.read is None:
+        raise FacadeError(f"This is {match.name}, which is not read. Export {match.export}. Read are {readable()}.")
+    return match.read(parsed, source)
+
+
+def readable() -> str:
+    """The names of all formats with a reader."""
+    formats: list[Format[Any]] = [*XML, *JSON, *TABLES, *TEXTS]
+    return ", ".join(each.name for each in formats if each.read is not None)
+
+
+def _has(document: Any, *keys: str) -> bool:
+    """Whether a document is an object with keys."""
+    return isinstance(document, dict) and all(key in document for key in keys)
+
+
+def _has_first(document: Any, *keys: str) -> bool:
+    """Whether a document is a list whose first entry is an object with keys."""
+    return isinstance(document, list) and _has(next(iter(document), None), *keys)
