@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
-from grammarlab.assets.gltf_guard import check_gltf
-from grammarlab.assets.obj import plain_faces
-from grammarlab.errors import FacadeError
+from grammarlab.assets.reading import read_parts, without_neighbours
+from grammarlab.errors import AssetError, FacadeError
 from grammarlab.extras import require
 from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
 from grammarlab.facade.templates.reading.boxes import FacadePlane
@@ -57,19 +55,17 @@ def _mesh(path: Path) -> tuple[Floats, int]:
     """[P, 3] points of a scan, or on the faces of a mesh; and the number of points at the end that are on its edges."""
     try:
         content = read_bounded(path, _MOST_BYTES)
-        if path.suffix.lower() == ".glb":
-            check_gltf(content, path.name, MOST_POINTS)
-        elif path.suffix.lower() == ".obj":
-            content = plain_faces(content)
-        # From memory, so that no other file is opened that this one names: only its geometry counts.
-        loaded = trimesh.load(BytesIO(content), file_type=path.suffix[1:].lower(), process=False)
-    except Exception as error:  # readers raise any exception for a broken file
-        raise FacadeError(f"{path.name} cannot be read: {error}.") from error
-    if isinstance(loaded, trimesh.Scene):
-        loaded = loaded.to_mesh() if loaded.geometry else trimesh.Trimesh()
-    vertices = _checked(np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64), path)
-    if not isinstance(loaded, trimesh.Trimesh) or not len(loaded.faces):
+        parts = read_parts(content, path.suffix.lower(), without_neighbours, MOST_POINTS // 3)
+    except AssetError as error:
+        raise FacadeError(f"{path.name} cannot be read: {error}") from error
+    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
+    vertices = _checked(np.concatenate([np.zeros((0, 3)), *(part.points for part in parts)]), path)
+    faces = np.concatenate(
+        [part.triangles + first for part, first in zip(parts, firsts, strict=False)] or [np.zeros((0, 3), np.int64)]
+    )
+    if not len(faces):
         return vertices, 0
+    loaded = trimesh.Trimesh(vertices, faces, process=False)
     loaded.merge_vertices()
     count = int(np.clip(loaded.area / _SPACING**2, 1_000, _MOST_SAMPLES))
     surface = np.asarray(trimesh.sample.sample_surface(loaded, count, seed=0)[0])

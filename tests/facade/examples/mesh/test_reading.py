@@ -14,7 +14,7 @@ from grammarlab.facade.examples.mesh.reading import read_mesh
         ("a.stl", "solid", "expected a mesh as .obj"),
         ("a.obj", "", "holds no faces"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot be read|do not exist|holds no faces"),
-        ("a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
+        ("a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2: expected finite numbers"),
         ("a.obj", "v 0 0 0\nv 90000 0 0\nv 0 1 0\nf 1 2 3\n", "--unit"),
         ("a.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "m large"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "are empty"),
