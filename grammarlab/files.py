@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
+from typing import BinaryIO
 
 from grammarlab.errors import AssetError, UsageError
 
@@ -84,13 +85,29 @@ def read_bounded(path: Path, most: int) -> bytes:
         AssetError: If it is not a regular file, or longer.
         OSError: If it cannot be opened or read.
     """
-    with io.BufferedReader(io.FileIO(path, opener=_open_at_once)) as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise AssetError(f"{path}: expected a regular file, found a pipe or a device.")
-        content = file.read(most + 1)
-    if len(content) > most:
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        content = b"" if size > most else file.read(most + 1)
+    if max(size, len(content)) > most:
         raise AssetError(f"{path}: expected at most {most:,} bytes.")
     return content
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """A regular file, open for reading bytes.
+
+    Args:
+        path: the file; links are followed.
+
+    Raises:
+        AssetError: If it is a pipe or a device.
+        OSError: If it cannot be opened.
+    """
+    file = io.BufferedReader(io.FileIO(path, opener=_open_at_once))
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise AssetError(f"{path}: expected a regular file, found a pipe or a device.")
+    return file
 
 
 def check_overwrites(targets: Iterable[Path], inputs: Iterable[Path]) -> None:

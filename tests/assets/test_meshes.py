@@ -126,7 +126,11 @@ def test_a_gltf_may_refer_to_files_beside_it_in_the_folder(tmp_path):
         ({"accessors": [{"componentType": 5126, "count": -1, "type": "VEC3"}]}, "count .* -1"),
         ({"accessors": [{"componentType": 5126, "count": "3", "type": "VEC3"}]}, "count .* '3'"),
         (
-            {"nodes": [{"mesh": 0}] * 10, "accessors": [{"componentType": 5126, "count": 10**6, "type": "VEC3"}]},
+            {
+                "nodes": [{"mesh": 0}] * 10,
+                "scenes": [{"nodes": list(range(10))}],
+                "accessors": [{"componentType": 5126, "count": 10**6, "type": "VEC3"}],
+            },
             "at most",
         ),
         ({"nodes": [{"children": [1]}, {"children": [2]}, {"children": [1]}]}, "two parents"),

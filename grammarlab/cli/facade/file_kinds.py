@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from grammarlab.errors import FacadeError, GrammarlabError, UsageError
+from grammarlab.files import open_regular
 
 FACADE, DESIGN, RULES, ELEMENTS, MESH, BOXES = "facade", "design", "rules", "elements", "mesh", "boxes"
 
@@ -67,7 +68,7 @@ def kind_of(file: Path) -> str:
     ending = file.suffix.lower()
     if ending != ".json":
         return _BY_ENDING.get(ending, "")
-    with file.open("rb") as opened:
+    with open_regular(file) as opened:
         head = opened.read(_HEAD)
     if found := re.search(rb'"format"\s*:\s*"grammarlab (facade|elements)"', head):
         return found[1].decode()

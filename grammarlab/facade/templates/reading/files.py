@@ -14,6 +14,7 @@ from grammarlab.facade.templates.reading.boxes import FoundBoxes, cut_out, find_
 from grammarlab.facade.templates.reading.document import FORMAT, load_arrays, loads
 from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surfaces
 from grammarlab.facade.values import parse_json, read_bounded
+from grammarlab.files import open_regular
 
 DOCUMENTS = (".json", ".npz")
 _MOST_BYTES = 1 << 30
@@ -38,8 +39,12 @@ def is_elements(path: Path) -> bool:
 
 
 def _has_faces(path: Path) -> bool:
-    """Whether a PLY file is a mesh, by its head."""
-    with path.open("rb") as file:
+    """Whether a PLY file is a mesh, by its head.
+
+    Raises:
+        AssetError: If it is a pipe or a device.
+    """
+    with open_regular(path) as file:
         head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
     return re.search(rb"element\s+face\s+[1-9]", head) is not None
 
@@ -62,8 +67,9 @@ def load_elements(path: Path, boxes: Path | None = None) -> Elements:
         if boxes is not None:
             raise UsageError("--boxes: a file of elements has boxes of its own.")
         reader = loads if ending == ".json" else load_arrays
+        content = read_bounded(path, _MOST_BYTES)
         try:
-            return reader(read_bounded(path, _MOST_BYTES))
+            return reader(content)
         except FacadeError as error:
             raise FacadeError(f"{path.name}: {error}") from error
     return check(_on_facade(path, None if boxes is None else read_boxes(read_bounded(boxes))))

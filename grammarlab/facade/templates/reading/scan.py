@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
 from grammarlab.facade.templates.reading.boxes import FacadePlane
 from grammarlab.facade.templates.reading.plane import facades
 from grammarlab.facade.values import read_bounded
+from grammarlab.files import open_regular
 
 MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
 SCANS = (".las", ".laz")
@@ -22,7 +24,12 @@ _EDGE = np.radians(20.0)
 _SPACING = 0.02
 """Distance of sample points on meshes and their edges, metres."""
 _MOST_SAMPLES = 2_000_000
-_MOST_BYTES = 1 << 31
+_MOST_BYTES = 256 * 2**20
+"""Largest size of a mesh."""
+_MOST_SCAN_BYTES = 1 << 31
+"""Largest size of a PLY file, which may be a scan."""
+_BYTES_PER_POINT = 0.01
+"""Least size of a point in a file: LAZ stores a million equal points in 12 kB."""
 _COARSEST = 0.02
 """Largest rounding step of coordinates, metres."""
 
@@ -54,7 +61,7 @@ def read_surfaces(path: Path) -> Iterator[FacadePlane]:
 def _mesh(path: Path) -> tuple[Floats, int]:
     """[P, 3] points of a scan, or on the faces of a mesh; and the number of points at the end that are on its edges."""
     try:
-        content = read_bounded(path, _MOST_BYTES)
+        content = read_bounded(path, _MOST_SCAN_BYTES if path.suffix.lower() == ".ply" else _MOST_BYTES)
         parts = read_parts(content, path.suffix.lower(), without_neighbours, MOST_POINTS // 3)
     except AssetError as error:
         raise FacadeError(f"{path.name} cannot be read: {error}") from error
@@ -86,17 +93,28 @@ def _along(segments: Floats) -> Floats:
 
 
 def _las(path: Path) -> Floats:
+    """[P, 3] points of a LAS or LAZ file.
+
+    Raises:
+        FacadeError: If it is broken, a pipe or a device, or has too many points.
+    """
     require("laspy")
     import laspy  # noqa: PLC0415 an extra
 
-    try:
-        with laspy.open(path) as reader:
-            count = reader.header.point_count
-            read = reader.read_points(min(count, MOST_POINTS + 1))
-            points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
-    except Exception as error:  # laspy and its decoders raise any exception
-        raise FacadeError(f"{path.name} cannot be read: {error}.") from error
-    return _checked(points.astype(np.float64), path)
+    with open_regular(path) as file:
+        try:
+            with laspy.open(file, closefd=False) as reader:
+                count = reader.header.point_count
+                if count * _BYTES_PER_POINT <= os.fstat(file.fileno()).st_size:
+                    read = reader.read_points(min(count, MOST_POINTS + 1))
+                    points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
+                    return _checked(points.astype(np.float64), path)
+        except FacadeError:
+            raise
+        except Exception as error:  # laspy and its decoders raise any exception
+            raise FacadeError(f"{path.name} cannot be read: {error}.") from error
+    # Memory is taken for all points that a header announces, so it is refused first.
+    raise FacadeError(f"{path.name} cannot be read: its header announces {count:,} points, too many for its size.")
 
 
 def _checked(points: Floats, path: Path) -> Floats:
