@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import islice
 
 import numpy as np
 
@@ -35,7 +34,7 @@ class _Text:
     point_lines: list[int] = field(default_factory=list)
     """[P] line of each point, from 0."""
     corners: list[int] = field(default_factory=list)
-    """[C] points of the corners of faces, from 0."""
+    """[C] points of the corners of faces, from 1."""
     counts: list[int] = field(default_factory=list)
     """[F] number of corners."""
     face_lines: list[int] = field(default_factory=list)
@@ -118,16 +117,17 @@ def _statements(lines: Sequence[bytes]) -> _Text:
 
 
 def _corners(words: Sequence[bytes], num_points: int, number: int, line: bytes) -> list[int]:
-    """Points of the corners of a face, from 0.
+    """Points of the corners of a face, from 1.
 
     Raises:
         AssetError: If they are not whole numbers.
     """
+    names = [word.partition(b"/")[0] for word in words[1:]] if b"/" in line else words[1:]
     try:
-        indices = [int(word.partition(b"/")[0]) for word in islice(words, 1, None)]
+        corners = list(map(int, names))
     except ValueError:
         raise AssetError(f"line {number + 1}: expected numbers of points, found {_shown(line)}") from None
-    return [index - 1 if index >= 0 else num_points + index for index in indices]
+    return corners if min(corners) > 0 else [num_points + 1 + each if each < 0 else each for each in corners]
 
 
 def _points(text: _Text, lines: Sequence[bytes]) -> Floats:
@@ -163,9 +163,9 @@ def _checked_corners(counts: Indices, text: _Text, points: Floats) -> Indices:
         AssetError: If one does not exist.
     """
     try:
-        corners = np.array(text.corners, dtype=np.int64)
+        corners = np.array(text.corners, dtype=np.int64) - 1
     except OverflowError:
-        corners = np.array([corner if 0 <= corner < len(points) else -1 for corner in text.corners])
+        corners = np.array([corner - 1 if 0 < corner <= len(points) else -1 for corner in text.corners])
     wrong = (corners < 0) | (corners >= len(points))
     if wrong.any():
         number = text.face_lines[int(row_of_value(counts)[np.argmax(wrong)])]

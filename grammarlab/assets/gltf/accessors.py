@@ -89,8 +89,10 @@ class Accessors:
         if num_replaced > count:
             raise ValueError(f"a sparse accessor replaces {num_replaced} of {count} rows")
         index_type = np.dtype(_COMPONENTS[sparse["indices"]["componentType"]])
+        if index_type.kind != "u":
+            raise ValueError("the rows of a sparse accessor are not unsigned integers")
         rows = self._rows(sparse["indices"], num_replaced, index_type, 1)[:, 0].astype(np.int64)
-        if len(rows) and not 0 <= rows.min() <= rows.max() < count:
+        if len(rows) and rows.max() >= count:
             raise ValueError(f"a sparse accessor replaces row {rows.max()} of {count}")
         values = values.copy()
         values[rows] = self._rows(sparse["values"], num_replaced, component, width)
