@@ -147,7 +147,7 @@ def test_normalised_integers_end_at_minus_one() -> None:
 )
 def test_instances_are_at_their_places_below_their_node(given, rotation_type) -> None:
     random = np.random.default_rng(1)
-    shift, turn = random.normal(size=(5, 3)), Rotation.random(5, random_state=2)
+    shift, turn = random.normal(size=(5, 3)), Rotation.from_quat(random.normal(size=(5, 4)))
     stretch = random.uniform(-2, 2, (5, 3))
     quaternions = turn.as_quat()
     document = Document()
