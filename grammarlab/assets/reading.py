@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -53,13 +56,24 @@ def _read_others(content: bytes, suffix: str) -> list[MeshPart]:
     import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
 
     try:
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), _quiet(logging.getLogger("trimesh")):
             # From memory, so that no other file is opened: only the geometry of this one counts.
             loaded: Any = trimesh.load_scene(io.BytesIO(content), file_type=suffix[1:], process=False)
             geometries = loaded.dump()
     except Exception as error:  # trimesh's readers raise any exception for a broken file
         raise AssetError(f"it is not a valid {suffix[1:].upper()} file: {error or type(error).__name__}") from error
     return [_part(geometry) for geometry in geometries if hasattr(geometry, "vertices")]
+
+
+@contextmanager
+def _quiet(logger: logging.Logger) -> Iterator[None]:
+    """Keeps warnings of a library, with their tracebacks, from the terminal; handlers of a user's program get them."""
+    handler = logging.NullHandler()
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
 
 
 def _part(geometry: Any) -> MeshPart:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 import numpy as np
 import pytest
 
@@ -27,3 +29,12 @@ def test_broken_files_of_every_format_end_in_parts_or_in_words():
         except AssetError:
             continue
         assert all(np.isfinite(part.points).all() for part in parts)
+
+
+def test_warnings_of_libraries_about_broken_files_stay_off_the_terminal(monkeypatch, capsys):
+    monkeypatch.setattr(logging.root, "handlers", [])  # those of pytest
+    corners = b"outer loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+    content = b"solid a\nfacet normal x y z\n" + corners + b"endfacet\nendsolid"
+    (part,) = read_parts(content, ".stl", without_neighbours, 100)
+    assert part.triangles.shape == (1, 3)
+    assert capsys.readouterr() == ("", "")
