@@ -1,5 +1,6 @@
 import base64
 import json
+import os
 import struct
 
 import numpy as np
@@ -193,6 +194,31 @@ def test_the_files_of_one_gltf_are_counted_together(tmp_path, monkeypatch):
     monkeypatch.setattr(assets, "MAX_BYTES", 10_000)
     with pytest.raises(AssetError, match="bytes"):
         load_asset("many.gltf", tmp_path)
+
+
+def test_links_to_themselves_are_named(tmp_path):
+    (tmp_path / "loop.obj").symlink_to("loop.obj")
+    (tmp_path / "loop").symlink_to("loop")
+    for path, root in (("loop.obj", tmp_path), ("loop/a.obj", tmp_path), ("a.obj", tmp_path / "loop")):
+        with pytest.raises(AssetError, match=f'the asset "{path}" cannot be looked up'):
+            load_asset(path, root)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("suffix", ["obj", "glb", "gltf"])
+def test_folders_pipes_and_large_files_are_not_read(tmp_path, suffix):
+    (tmp_path / f"folder.{suffix}").mkdir()
+    os.mkfifo(tmp_path / f"pipe.{suffix}")
+    with (tmp_path / f"large.{suffix}").open("wb") as file:
+        file.truncate(1 << 33)
+    for name, message in (("folder", "there is no asset"), ("pipe", "there is no asset"), ("large", "more than the")):
+        with pytest.raises(AssetError, match=message):
+            load_asset(f"{name}.{suffix}", tmp_path)
+
+
+def test_points_that_no_face_uses_do_not_change_the_size(tmp_path):
+    (tmp_path / "stray.obj").write_text("v 99 99 99\nv 0 0 0\nv 1 0 0\nv 0 2 0\nf 2 3 4\n")
+    assert load_asset("stray.obj", tmp_path).size.tolist() == [1.0, 2.0, 0.0]
 
 
 @QUICK

@@ -17,6 +17,7 @@ _GEOMETRIC = frozenset({"EXT_mesh_gpu_instancing", "KHR_mesh_quantization", "KHR
 """Extensions of the geometry that are read."""
 _APPEARANCE = (
     "KHR_materials_",
+    "KHR_techniques_",
     "KHR_texture_",
     "KHR_lights_",
     "KHR_xmp",
@@ -35,9 +36,9 @@ class UnreadableError(AssetError):
     """A glTF file that requires an extension that is not read."""
 
     def __init__(self, extension: str) -> None:
+        advice = " (Blender, or `gltf-transform cp`, removes compression)" if "compression" in extension else ""
         super().__init__(
-            f"it needs the glTF extension {extension}, which is not read; export it without this extension "
-            "(Blender, or `gltf-transform cp`, removes compression)"
+            f"it needs the glTF extension {extension}, which is not read; export it without this extension{advice}"
         )
 
 

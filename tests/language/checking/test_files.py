@@ -79,3 +79,9 @@ def test_imports_that_cannot_be_followed_are_reported_at_their_place(tmp_path, t
 def test_a_file_that_is_not_there_is_an_error(tmp_path):
     with pytest.raises(LanguageError, match="cannot read the rule file"):
         check_files(tmp_path / "gone.cga", "gone.cga")
+
+
+def test_a_link_to_itself_is_an_error(tmp_path):
+    (tmp_path / "loop.cga").symlink_to("loop.cga")
+    with pytest.raises(LanguageError, match="cannot read the rule file"):
+        check_files(tmp_path / "loop.cga", "loop.cga")

@@ -27,7 +27,7 @@ _MOST_SAMPLES = 2_000_000
 _MOST_BYTES = 256 * 2**20
 """Largest size of a mesh."""
 _MOST_SCAN_BYTES = 1 << 31
-"""Largest size of a PLY file, which may be a scan."""
+"""Largest size of a scan, and of a PLY file, which may be one."""
 _BYTES_PER_POINT = 0.01
 """Least size of a point in a file: LAZ stores a million equal points in 12 kB."""
 _COARSEST = 0.02
@@ -102,10 +102,13 @@ def _las(path: Path) -> Floats:
     import laspy  # noqa: PLC0415 an extra
 
     with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > _MOST_SCAN_BYTES:
+            raise FacadeError(f"{path.name}: expected at most {_MOST_SCAN_BYTES:,} bytes. Thin out the points.")
         try:
             with laspy.open(file, closefd=False) as reader:
                 count = reader.header.point_count
-                if count * _BYTES_PER_POINT <= os.fstat(file.fileno()).st_size:
+                if count * _BYTES_PER_POINT <= size:
                     read = reader.read_points(min(count, MOST_POINTS + 1))
                     points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
                     return _checked(points.astype(np.float64), path)

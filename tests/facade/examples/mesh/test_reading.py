@@ -64,11 +64,12 @@ def test_mutants_of_meshes_end_in_a_surface_or_in_words(tmp_path: Path) -> None:
     assert all(message.startswith("a.") for message in messages)
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_pipes_and_large_files_are_refused_without_reading_them(suffix: str, tmp_path: Path) -> None:
     large, pipe = tmp_path / f"large{suffix}", tmp_path / f"pipe{suffix}"
     with large.open("wb") as file:
-        file.truncate(1 << 40)
+        file.truncate(1 << 33)
     os.mkfifo(pipe)
     with pytest.raises(FacadeError, match="at most 268,435,456 bytes"):
         read_mesh(large)

@@ -174,7 +174,7 @@ def test_mutants_of_meshes_end_in_facades_or_in_words(tmp_path, monkeypatch):
     monkeypatch.setattr(scan_reading, "_MOST_SAMPLES", 1_000)
     messages = []
     for suffix, content in mutants(MESHES, 2):
-        path = tmp_path / f"a{suffix}"
+        path = tmp_path / f"wall{suffix}"
         path.write_bytes(content)
         try:
             surface = next(read_surfaces(path))
@@ -183,7 +183,7 @@ def test_mutants_of_meshes_end_in_facades_or_in_words(tmp_path, monkeypatch):
         else:
             assert np.isfinite(surface.points).all()
     assert len(messages) > 20
-    assert all(message.startswith(path.stem) for message in messages)
+    assert all(message.startswith("wall.") for message in messages)
 
 
 @pytest.mark.parametrize("ending", ["las", "laz"])
@@ -211,16 +211,17 @@ def test_mutants_of_scans_end_in_facades_or_in_words(tmp_path, ending):
         else:
             assert np.isfinite(surface.points).all()
     assert len(messages) > 2
-    assert all(message.startswith(path.stem) for message in messages)
+    assert all(message.startswith("wall.") for message in messages)
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 @pytest.mark.parametrize("suffix", [*MESHES, *SCANS])
 def test_pipes_and_large_files_are_refused_without_reading_them(tmp_path, suffix):
     large, pipe = tmp_path / f"large{suffix}", tmp_path / f"pipe{suffix}"
     with large.open("wb") as file:
-        file.truncate(1 << 40)
+        file.truncate(1 << 33)
     os.mkfifo(pipe)
-    with pytest.raises(FacadeError, match=r"at most [0-9,]+ bytes|cannot be read"):
+    with pytest.raises(FacadeError, match=r"at most [0-9,]+ bytes"):
         load_elements(large)
     for read in (load_elements, is_elements) if suffix == ".ply" else (load_elements,):
         with pytest.raises(GrammarlabError, match="found a pipe or a device"):
