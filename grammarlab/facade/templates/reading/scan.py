@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import trimesh
@@ -96,28 +97,31 @@ def _las(path: Path) -> Floats:
     """[P, 3] points of a LAS or LAZ file.
 
     Raises:
-        FacadeError: If it is broken, a pipe or a device, or has too many points.
+        AssetError: If it is a pipe or a device.
+        FacadeError: If it is broken or too large.
     """
     require("laspy")
-    import laspy  # noqa: PLC0415 an extra
-
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size > _MOST_SCAN_BYTES:
             raise FacadeError(f"{path.name}: expected at most {_MOST_SCAN_BYTES:,} bytes. Thin out the points.")
         try:
-            with laspy.open(file, closefd=False) as reader:
-                count = reader.header.point_count
-                if count * _BYTES_PER_POINT <= size:
-                    read = reader.read_points(min(count, MOST_POINTS + 1))
-                    points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
-                    return _checked(points.astype(np.float64), path)
-        except FacadeError:
-            raise
+            points = _las_points(file, size)
         except Exception as error:  # laspy and its decoders raise any exception
             raise FacadeError(f"{path.name} cannot be read: {error}.") from error
-    # Memory is taken for all points that a header announces, so it is refused first.
-    raise FacadeError(f"{path.name} cannot be read: its header announces {count:,} points, too many for its size.")
+    return _checked(points, path)
+
+
+def _las_points(file: BinaryIO, size: int) -> Floats:
+    """[P, 3] points of an open LAS or LAZ file of a size in bytes; at most one more than may be read."""
+    import laspy  # noqa: PLC0415 an extra
+
+    with laspy.open(file, closefd=False) as reader:
+        count = reader.header.point_count
+        if count * _BYTES_PER_POINT > size:  # memory is taken for all of them at once
+            raise ValueError(f"its header announces {count:,} points, too many for its size")
+        read = reader.read_points(min(count, MOST_POINTS + 1))
+        return np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1).astype(np.float64)
 
 
 def _checked(points: Floats, path: Path) -> Floats:
