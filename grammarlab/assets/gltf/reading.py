@@ -117,7 +117,7 @@ class _Scene:
             part = MeshPart.of_triangles(points, triangles)
             yield MeshPart(*_instanced(part.points, part.triangles, matrices), self._color(primitive))
         elif mode == POINTS:
-            yield MeshPart(*_instanced(points, triangles, matrices))
+            yield MeshPart(*_instanced(points[rows], triangles, matrices))
 
     def _positions(self, primitive: dict[str, Any], weights: tuple[float, ...], skin: int | None) -> Floats:
         return positions(primitive, weights, None if skin is None else self.skins[skin], self.accessors)

@@ -92,6 +92,15 @@ def test_points_are_a_part_without_triangles() -> None:
     assert not part.triangles.size
 
 
+def test_points_with_indices_are_those_of_the_indices() -> None:
+    document = Document()
+    positions = document.bare(np.zeros((100_000, 3), np.float32))
+    primitive = {"attributes": {"POSITION": positions}, "indices": document.accessor(np.zeros(1, np.uint8)), "mode": 0}
+    mesh = document.add("meshes", {"primitives": [primitive]})
+    (part,) = read(shown(mesh, document))
+    assert part.points.shape == (1, 3)
+
+
 @pytest.mark.parametrize("index_type", [np.uint8, np.uint16, np.uint32])
 @pytest.mark.parametrize("has_base", [True, False])
 @pytest.mark.parametrize("padding", [0, 4])
