@@ -58,7 +58,7 @@ def read_obj(content: bytes, neighbours: Neighbours) -> list[MeshPart]:
         AssetError: If a line is invalid, or concave faces have too many corners.
 
     >>> wall = b"v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf -5 -4 -3 -2 -1"
-    >>> read_obj(wall, neighbours)[0].triangles.tolist()
+    >>> read_obj(wall, lambda name: b"")[0].triangles.tolist()
     [[3, 4, 0], [3, 0, 1], [3, 1, 2]]
     """
     lines = _joined(content)
