@@ -1,4 +1,4 @@
-"""Meshes from files: OBJ and glTF, read by trimesh, fitted to the unit cube.
+"""Meshes from files: OBJ and glTF, fitted to the unit cube.
 
 A file may come from a stranger: it and the files it refers to are read only from inside the asset folder, and its size
 is bounded before and after it is expanded.
@@ -6,19 +6,17 @@ is bounded before and after it is expanded.
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.assets.gltf_guard import check_gltf
-from grammarlab.assets.obj import plain_faces
+from grammarlab.assets.parts import Floats, Indices
 from grammarlab.assets.paths import meanings
+from grammarlab.assets.reading import read_parts
 from grammarlab.errors import AssetError, MissingAssetError
+from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 
 FORMATS = (".obj", ".glb", ".gltf")
@@ -89,9 +87,8 @@ def find_asset(path: str, root: Path) -> Path:
         MissingAssetError: If the folder has no such file.
         AssetError: If it lies outside, or is too large.
     """
-    folder = root.resolve()
     for meaning in meanings(path):
-        file, size = _look_up(folder, meaning, path)
+        file, size = _look_up(root, meaning, path)
         if size is not None:
             break
     else:
@@ -101,71 +98,68 @@ def find_asset(path: str, root: Path) -> Path:
     return file
 
 
-def _look_up(folder: Path, meaning: str, path: str) -> tuple[Path, int | None]:
+def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
     """Path of a file inside a folder and its size in bytes; None if there is no such file."""
     try:
+        folder = root.resolve()
         file = (folder / meaning).resolve()
         inside = file.is_relative_to(folder)
         size = file.stat().st_size if inside and file.is_file() else None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: a link to itself, before Python 3.13
         raise AssetError(f'the asset "{path}" cannot be looked up: {error}') from error
     if not inside:
         raise AssetError(f'the asset "{path}" lies outside the asset folder')
     return file, size
 
 
-class _AssetFiles:
-    """Resolver for trimesh of the files that an asset refers to.
+class NeighbourFiles:
+    """Files that a mesh refers to, read only from inside a folder; together they have a bound.
 
     Args:
-        folder: folder of the asset, relative to the root.
-        root: the asset folder.
+        folder: folder of the mesh, relative to the root.
+        root: nothing outside this folder is read.
+        most_bytes: largest size of all files together.
     """
 
-    def __init__(self, folder: Path, root: Path) -> None:
+    def __init__(self, folder: Path, root: Path, most_bytes: int) -> None:
         self._folder, self._root = folder, root
-        self._left = MAX_BYTES
+        self._rest = self._most = most_bytes
 
-    def __getitem__(self, name: str) -> bytes:
-        return self.get(name)
+    def __call__(self, name: str) -> bytes:
+        """Content of a file, by its path relative to the folder of the mesh.
 
-    def get(self, name: str) -> bytes:
-        """Content of a file, by its path relative to the folder of the asset."""
-        content = find_asset(str(self._folder / unquote(name.strip())), self._root).read_bytes()
-        self._left -= len(content)
-        if self._left < 0:
-            raise AssetError(f"its files have more than the {MAX_BYTES} bytes that are read")
+        Raises:
+            AssetError: If it is missing, lies outside, or the files have too many bytes.
+        """
+        content = _content(find_asset(str(self._folder / name.strip()), self._root), name, self._rest)
+        self._rest -= len(content)
         return content
 
 
-def _read(file: Path, name: str, root: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Points [P, 3] and triangles [T, 3] of all groups of a file."""
-    import trimesh  # noqa: PLC0415  # takes longer to import than most grammars to derive
+def _content(file: Path, name: str, most: int) -> bytes:
+    """Content of a file.
 
-    kind = file.suffix.lower()
-    content = file.read_bytes()
-    if kind != ".obj":
-        check_gltf(content, name, 3 * MAX_FACES)
-    neighbours: Any = _AssetFiles(file.parent.relative_to(root.resolve()), root)
+    Raises:
+        AssetError: If it cannot be read, or has too many bytes.
+    """
     try:
-        mesh: Any = trimesh.load(
-            io.BytesIO(plain_faces(content) if kind == ".obj" else content),
-            file_type=kind[1:],
-            resolver=neighbours,
-            force="mesh",
-            process=False,
-            skip_materials=True,
-        )
-        points = np.asarray(mesh.vertices, dtype=np.float64)
-        triangles = np.asarray(mesh.faces, dtype=np.int64)
-    except Exception as error:  # trimesh's readers raise any exception for broken files
+        return read_bounded(file, most)
+    except OSError as error:
+        raise AssetError(f'the asset "{name}" cannot be read: {error.strerror or error}') from error
+
+
+def _read(file: Path, name: str, root: Path) -> tuple[Floats, Indices]:
+    """Points [P, 3] and triangles [T, 3] of all parts of a file."""
+    neighbours = NeighbourFiles(file.parent.relative_to(root.resolve()), root, MAX_BYTES)
+    content = _content(file, name, MAX_BYTES)
+    try:
+        parts = [
+            part for part in read_parts(content, file.suffix.lower(), neighbours, MAX_FACES) if part.triangles.size
+        ]
+    except AssetError as error:
         raise AssetError(f'the asset "{name}" cannot be read: {error}') from error
-    if len(triangles) == 0 or len(points) == 0:
+    if not parts:
         raise AssetError(f'the asset "{name}" has no faces')
-    if len(triangles) > MAX_FACES:
-        raise AssetError(f'the asset "{name}" has {len(triangles)} triangles, more than the {MAX_FACES} that are read')
-    if not np.isfinite(points).all():
-        raise AssetError(f'the asset "{name}" has points that are not finite numbers')
-    if triangles.min() < 0 or triangles.max() >= len(points):
-        raise AssetError(f'the asset "{name}" has faces with corners that do not exist')
-    return points, triangles
+    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
+    triangles = [part.triangles + first for part, first in zip(parts, firsts, strict=False)]
+    return np.concatenate([part.points for part in parts]), np.concatenate(triangles)

@@ -1,17 +1,18 @@
-"""OBJ text with faces that every reader covers alike.
+"""Polygons of OBJ files as triangles.
 
-A reader that makes a fan of each face covers the notches of concave ones, such as a wall around its windows; and a
-negative number of a corner counts back from the line of its face, not from the end of the file.
+Concave faces, such as a wall around its windows, are covered without their notches; a negative number of a corner
+counts back from the line of its face. Lines, points, curves and surfaces are left out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import row_of_value
+from grammarlab.assets.parts import FARTHEST, Color, Floats, Indices, MeshPart, Neighbours, color_of
 from grammarlab.errors import AssetError
 from grammarlab.geometry.meshes.measure import is_convex
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -20,106 +21,218 @@ from grammarlab.geometry.meshes.triangulate import triangulate
 MOST_WORK = 10**9
 """Bound on the sum of squared numbers of corners of concave faces, to which the time of ear clipping is proportional
 at worst."""
-_KINDS = (b"v", b"vt", b"vn")
+_FREE_FORM = frozenset({b"curv", b"curv2", b"surf"})
+_MOST_SHOWN = 60
 
 
-@dataclass(frozen=True, slots=True)
-class _Face:
-    line: int
-    corners: tuple[tuple[int, ...], ...]
-    """Position, texture coordinate and normal of each corner, from 1; 0 for those that are left out."""
+@dataclass(slots=True)
+class _Text:
+    """Statements of an OBJ file."""
 
-    def text(self, corners: NDArray[np.int64] | None = None) -> bytes:
-        """The line of the face, or of a triangle of it."""
-        chosen = self.corners if corners is None else [self.corners[corner] for corner in corners.tolist()]
-        return b"f " + b" ".join(b"/".join(b"%d" % each if each else b"" for each in corner) for corner in chosen)
+    coordinates: list[bytes] = field(default_factory=list)
+    """[3 P] words."""
+    point_lines: list[int] = field(default_factory=list)
+    """[P] line of each point, from 0."""
+    corners: list[int] = field(default_factory=list)
+    """[C] points of the corners of faces, from 1."""
+    counts: list[int] = field(default_factory=list)
+    """[F] number of corners."""
+    face_lines: list[int] = field(default_factory=list)
+    """[F]."""
+    materials: list[bytes] = field(default_factory=list)
+    """[F] material in use."""
+    libraries: list[bytes] = field(default_factory=list)
+    """Names of files of materials."""
+    free_form: bytes = b""
+    """The first keyword of a curve or surface."""
 
 
-def plain_faces(content: bytes) -> bytes:
-    r"""The text of an OBJ file with triangles instead of concave faces, and without negative numbers of corners.
+def read_obj(content: bytes, neighbours: Neighbours) -> list[MeshPart]:
+    r"""Parts of an OBJ file, one for each color; the points if there are no faces.
 
-    Other lines stay as they are; so do faces and points that cannot be read.
+    Args:
+        content: the whole file.
+        neighbours: files of materials; those that are missing are left out.
+
+    Raises:
+        AssetError: If a line is invalid, or concave faces have too many corners.
+
+    >>> wall = b"v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf -5 -4 -3 -2 -1"
+    >>> read_obj(wall, lambda name: b"")[0].triangles.tolist()
+    [[3, 4, 0], [3, 0, 1], [3, 1, 2]]
+    """
+    lines = _joined(content)
+    text = _statements(lines)
+    points = _points(text, lines)
+    if not text.counts:
+        if text.free_form:
+            raise AssetError(
+                f"it has no faces but free-form geometry ({text.free_form.decode()}); export it as polygons"
+            )
+        return [MeshPart(points, np.zeros((0, 3), np.int64))] if len(points) else []
+    counts = np.array(text.counts)
+    corners = _checked_corners(counts, text, points)
+    triangles, face = _triangles(points, corners, counts)
+    return _by_color(points, triangles, face, _colors(text, neighbours))
+
+
+def _joined(content: bytes) -> list[bytes]:
+    r"""Lines, with continued ones (those that end in ``\``) joined to the next; an empty line keeps their place."""
+    lines = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+    if b"\\\n" not in content and b"\\\r" not in content:
+        return lines
+    joined: list[bytes] = []
+    pieces: list[bytes] = []
+    for line in lines:
+        pieces.append(line.removesuffix(b"\\"))
+        if not line.endswith(b"\\"):
+            joined += [b" ".join(pieces), *[b""] * (len(pieces) - 1)]
+            pieces = []
+    return [*joined, b" ".join(pieces)]
+
+
+def _statements(lines: Sequence[bytes]) -> _Text:
+    text = _Text()
+    material = b""
+    for number, line in enumerate(lines):
+        words = (line.partition(b"#")[0] if b"#" in line else line).split()
+        keyword = words[0] if words else b""
+        if keyword == b"v":
+            if len(words) < 4:
+                raise AssetError(f"line {number + 1}: expected v x y z, found {_shown(line)}")
+            text.coordinates += words[1:4]
+            text.point_lines.append(number)
+        elif keyword == b"f" and len(words) > 3:  # faces of two corners are empty
+            text.corners += _corners(words, len(text.point_lines), number, line)
+            text.counts.append(len(words) - 1)
+            text.face_lines.append(number)
+            text.materials.append(material)
+        elif keyword == b"usemtl":
+            material = b" ".join(words[1:])
+        elif keyword == b"mtllib":
+            text.libraries.append(line.strip()[len(keyword) :].strip())
+        elif keyword in _FREE_FORM:
+            text.free_form = text.free_form or keyword
+    return text
+
+
+def _corners(words: Sequence[bytes], num_points: int, number: int, line: bytes) -> list[int]:
+    """Points of the corners of a face, from 1.
+
+    Raises:
+        AssetError: If they are not whole numbers.
+    """
+    names = [word.partition(b"/")[0] for word in words[1:]] if b"/" in line else words[1:]
+    try:
+        corners = list(map(int, names))
+    except ValueError:
+        raise AssetError(f"line {number + 1}: expected numbers of points, found {_shown(line)}") from None
+    return corners if min(corners) > 0 else [num_points + 1 + each if each < 0 else each for each in corners]
+
+
+def _points(text: _Text, lines: Sequence[bytes]) -> Floats:
+    """[P, 3] points.
+
+    Raises:
+        AssetError: If a coordinate is not a finite number.
+    """
+    try:
+        points = np.array(text.coordinates, dtype=np.float64).reshape(-1, 3)
+    except ValueError:
+        points = np.array([_number(word) for word in text.coordinates]).reshape(-1, 3)
+    wrong = ~(np.abs(points) <= FARTHEST).all(axis=1)
+    if wrong.any():
+        number = text.point_lines[int(np.argmax(wrong))]
+        raise AssetError(
+            f"line {number + 1}: expected finite numbers up to {FARTHEST:g}, found {_shown(lines[number])}"
+        )
+    return points
+
+
+def _number(word: bytes) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return np.nan
+
+
+def _checked_corners(counts: Indices, text: _Text, points: Floats) -> Indices:
+    """[C] points of the corners of faces.
+
+    Raises:
+        AssetError: If one does not exist.
+    """
+    try:
+        corners = np.array(text.corners, dtype=np.int64) - 1
+    except OverflowError:
+        corners = np.array([corner - 1 if 0 < corner <= len(points) else -1 for corner in text.corners])
+    wrong = (corners < 0) | (corners >= len(points))
+    if wrong.any():
+        number = text.face_lines[int(row_of_value(counts)[np.argmax(wrong)])]
+        raise AssetError(
+            f"line {number + 1}: a face has corners that do not exist; the file has {len(points):,} points"
+        )
+    return corners
+
+
+def _triangles(points: Floats, corners: Indices, counts: Indices) -> tuple[Indices, Indices]:
+    """[T, 3] points of the triangles of faces, and [T] their faces.
 
     Raises:
         AssetError: If concave faces have too many corners.
-
-    >>> notched = b"v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf -5 -4 -3 -2 -1"
-    >>> plain_faces(notched).splitlines()[5:]
-    [b'f 4 5 1', b'f 4 1 2', b'f 4 2 3']
     """
-    lines = content.replace(b"\r\n", b"\n").replace(b"\\\n", b"").split(b"\n")
-    faces = list(_unusual_faces(lines))
-    if not faces:
-        return content
-    for face in faces:
-        lines[face.line] = face.text()
-    polygons = [face for face in faces if len(face.corners) > 3]
-    corners = _points_of(polygons, lines)
-    if corners is None:
-        return b"\n".join(lines)
-    for face, triangles in _concave(polygons, corners):
-        lines[face.line] = b"\n".join(face.text(triangle) for triangle in triangles)
-    return b"\n".join(lines)
-
-
-def _unusual_faces(lines: list[bytes]) -> Iterator[_Face]:
-    """Faces of more than three corners, or with a negative number."""
-    so_far = dict.fromkeys(_KINDS, 0)
-    for number, line in enumerate(lines):
-        kind = _kind(line)
-        if kind in so_far:
-            so_far[kind] += 1
-        elif kind == b"f":
-            words = line.partition(b"#")[0].split()[1:]
-            if len(words) > 3 or b"-" in line:
-                try:
-                    corners = tuple(_corner(word, tuple(so_far.values())) for word in words)
-                except ValueError:
-                    continue
-                yield _Face(number, corners)
-
-
-def _kind(line: bytes) -> bytes:
-    return line[:3].split(maxsplit=1)[0] if line[:1] in {b"v", b"f"} else b""
-
-
-def _corner(word: bytes, so_far: tuple[int, ...]) -> tuple[int, ...]:
-    """Numbers of a corner from 1, such as `12/-1`.
-
-    Raises:
-        ValueError: If it has no such numbers.
-    """
-    numbers = [int(part) if part else 0 for part in word.split(b"/")]
-    found = tuple(each + count + 1 if each < 0 else each for each, count in zip(numbers, so_far, strict=False))
-    if found[0] < 1 or min(found) < 0:
-        raise ValueError(word)
-    return found
-
-
-def _points_of(faces: list[_Face], lines: list[bytes]) -> NDArray[np.float64] | None:
-    """[C, 3] points of the corners of faces; None if some cannot be read."""
-    try:
-        points = np.array([line.split()[1:4] for line in lines if _kind(line) == b"v"], dtype=np.float64)
-        found = points[np.array([corner[0] - 1 for face in faces for corner in face.corners], dtype=np.int64)]
-    except (ValueError, IndexError, OverflowError):
-        return None
-    return found if found.shape[1:] == (3,) and np.isfinite(found).all() else None
-
-
-def _concave(faces: list[_Face], points: NDArray[np.float64]) -> Iterator[tuple[_Face, NDArray[np.int64]]]:
-    """The concave ones of faces with corners at points [C, 3], each with its triangles [T, 3] of its own corners."""
-    if not faces:
-        return
-    counts = np.array([len(face.corners) for face in faces])
+    if (counts == 3).all():
+        return corners.reshape(-1, 3), np.arange(len(counts))
     # Near the origin, since products of national coordinates leave no digits for centimetres.
-    meshes = Meshes.from_polygons(points - points.mean(axis=0), counts)
-    concave = np.flatnonzero(~is_convex(meshes))
-    if (counts[concave] ** 2).sum() > MOST_WORK:
+    meshes = Meshes.from_polygons((points - points.mean(axis=0))[corners], counts)
+    concave = counts[~is_convex(meshes)]
+    if (concave**2).sum() > MOST_WORK:
         raise AssetError(
-            f"its concave faces have too many corners (up to {counts[concave].max():,} each); triangulate it first"
+            f"its concave faces have too many corners (up to {concave.max():,} each); triangulate it first"
         )
     triangles, face = triangulate(meshes)
-    begins, ends = (np.searchsorted(face, concave, side=side).tolist() for side in ("left", "right"))
-    for which, begin, end in zip(concave.tolist(), begins, ends, strict=True):
-        if end > begin:
-            yield faces[which], triangles[begin:end] - meshes.face_offsets[which]
+    return corners[triangles], face
+
+
+def _by_color(points: Floats, triangles: Indices, face: Indices, colors: Sequence[Color | None]) -> list[MeshPart]:
+    """A part for each color, in the order of their first faces."""
+    numbers = {color: number for number, color in enumerate(dict.fromkeys(colors))}
+    number = np.array([numbers[color] for color in colors])[face]
+    return [MeshPart.of_triangles(points, triangles[number == each], color) for color, each in numbers.items()]
+
+
+def _colors(text: _Text, neighbours: Neighbours) -> list[Color | None]:
+    """[F] color of each face."""
+    if not any(text.materials):
+        return [None] * len(text.materials)
+    known: dict[bytes, Color | None] = {}
+    for name in dict.fromkeys(text.libraries):
+        try:
+            known |= _library(neighbours(name.decode("utf-8", errors="replace")))
+        except AssetError:
+            continue  # the shape is complete without its colors
+    return [known.get(material) for material in text.materials]
+
+
+def _library(content: bytes) -> dict[bytes, Color | None]:
+    """Diffuse color and opacity of each material of an MTL file."""
+    colors: dict[bytes, list[bytes]] = {}
+    opacity: dict[bytes, bytes] = {}
+    material = b""
+    for line in content.replace(b"\r", b"\n").split(b"\n"):
+        words = line.split()
+        if len(words) < 2:
+            continue
+        if words[0] == b"newmtl":
+            material = b" ".join(words[1:])
+            colors.setdefault(material, [])
+        elif words[0].lower() == b"kd":
+            colors[material] = words[1:4]
+        elif words[0] == b"d":
+            opacity[material] = words[-1]
+    return {name: color_of([*color, opacity.get(name, b"1")]) for name, color in colors.items()}
+
+
+def _shown(line: bytes) -> str:
+    text = line.decode("utf-8", errors="replace").strip()
+    return repr(text if len(text) <= _MOST_SHOWN else text[:_MOST_SHOWN] + "…")

@@ -124,8 +124,8 @@ def path_below(folder: Path, name: str) -> Path:
     Raises:
         AssetError: it does.
     """
-    root = folder.resolve()
     try:
+        root = folder.resolve()
         path = (root / name).resolve()
     except (OSError, ValueError, RuntimeError) as error:
         raise AssetError(f"{name!r} is not a usable path below the asset folder: {error}") from error

@@ -1,7 +1,5 @@
 """Faces of OBJ files: the same surface for every reader."""
 
-import io
-
 import numpy as np
 import pytest
 import shapely
@@ -11,7 +9,8 @@ from hypothesis import strategies as st
 
 from grammarlab.assets import obj
 from grammarlab.assets.meshes import load_asset
-from grammarlab.assets.obj import plain_faces
+from grammarlab.assets.obj import read_obj
+from grammarlab.assets.reading import without_neighbours
 from grammarlab.errors import AssetError
 
 NOTCHED = [(0, 0), (2, 0), (2, 2), (3, 2), (3, 0), (5, 0), (5, 3), (0, 3)]
@@ -27,7 +26,8 @@ def obj_text(ring, corner="{0}", origin=(0.0, 0.0, 0.0)):
 
 
 def mesh_of(content):
-    return trimesh.load_mesh(io.BytesIO(content), file_type="obj", process=False)
+    (part,) = read_obj(content, without_neighbours)
+    return trimesh.Trimesh(part.points, part.triangles, process=False)
 
 
 def covered(mesh):
@@ -40,7 +40,7 @@ def covered(mesh):
 
 @pytest.mark.parametrize("corner", ["{0}", "{0}/{0}", "{1}", "{1}/{1}", "{0}//", "{0}/{1}"])
 def test_a_wall_around_a_door_leaves_the_door_free(corner):
-    found = covered(mesh_of(plain_faces(obj_text(NOTCHED, corner))))
+    found = covered(mesh_of(obj_text(NOTCHED, corner)))
     assert found.symmetric_difference(shapely.Polygon(NOTCHED)).area < 1e-9
 
 
@@ -48,54 +48,104 @@ def test_a_wall_around_a_door_leaves_the_door_free(corner):
 def test_any_star_is_covered_once_and_looks_to_the_same_side(radii, turned):
     angles = np.linspace(0.0, 2.0 * np.pi, len(radii), endpoint=False)
     ring = [(float(r * np.cos(a)), float(r * np.sin(a))) for r, a in zip(radii, angles, strict=True)]
-    mesh = mesh_of(plain_faces(obj_text(ring[::-1] if turned else ring)))
+    mesh = mesh_of(obj_text(ring[::-1] if turned else ring))
     assert covered(mesh).symmetric_difference(shapely.Polygon(ring)).area < 1e-6
     assert (mesh.face_normals[mesh.area_faces > 1e-6][:, 2] * (-1.0 if turned else 1.0) > 0.99).all()
 
 
 def test_a_wall_in_national_coordinates_leaves_the_door_free():
-    mesh = mesh_of(plain_faces(obj_text(NOTCHED, origin=(4_400_000.0, 5_400_000.0, 300.0))))
+    mesh = mesh_of(obj_text(NOTCHED, origin=(4_400_000.0, 5_400_000.0, 300.0)))
     assert mesh.area == pytest.approx(13.0)
 
 
 def test_negative_numbers_count_from_their_own_line():
     square = "v {0} 0 0\nv {1} 0 0\nv {1} 1 0\nv {0} 1 0\nf -4 -3 -2 -1\n"
-    mesh = mesh_of(plain_faces((square.format(0, 1) + square.format(5, 7)).encode()))
+    mesh = mesh_of((square.format(0, 1) + square.format(5, 7)).encode())
     assert mesh.area == pytest.approx(3.0)
     assert mesh.bounds[:, 0].tolist() == [0.0, 7.0]
 
 
-def test_texture_coordinates_stay_with_their_corners():
-    mesh = mesh_of(plain_faces(obj_text(NOTCHED, "{0}/{0}")))
-    assert getattr(mesh.visual, "uv", None) == pytest.approx(np.asarray(mesh.vertices)[:, :2])
+SQUARE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
 
 @pytest.mark.parametrize(
-    "content",
+    ("content", "area"),
     [
-        b"",
-        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 # a triangle",
-        b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4",
-        b"v 0 0 0\nf 1 x 3 4 5",
-        b"v 0 0 0\nf 1 2 3 4 9999999999999999999999",
-        b"v 0 0 0\nf -5 -6 -7 -8",
-        b"v a b c\nv 1 0 0\nf 1 2 1 2",
-        b"f\nfoo 1 2 3 4 5\nv\n\xff\xfe f 1 2 3 4",
+        (SQUARE + b"f 1 2 3 # half of it", 0.5),
+        (SQUARE + b"f 1 2 3 4", 1.0),
+        (SQUARE + b"f 1 2 3 \\\n4", 1.0),
+        (SQUARE + b"f 1 2 \\\n3 \\\n4\\", 1.0),
+        (SQUARE.replace(b"\n", b"\r\n") + b"f 1 2 \\\r\n3 4\r\n", 1.0),
+        (SQUARE.replace(b"\n", b"\r") + b"f 1 2 3 4\r", 1.0),
+        (SQUARE.replace(b" 0\n", b" 0 1.0\n") + b"f 1 2 3 4", 1.0),
+        (SQUARE.replace(b" 0\n", b" 0 0.5 0.5 0.5\n") + b"f 1 2 3 4", 1.0),
+        (b"v 9 9 9 1 0 0 1\n" + SQUARE + b"f 2 3 4 5", 1.0),
+        (SQUARE + b"l 1 2\np 3\nf 1 2\nf 1\nf\nfoo 1 2 3 4 5\n\xff\xfe f 1 2 3 4\n\0\nf 1 2 3 4", 1.0),
+        (b"  " + SQUARE + b"\tf\t1//  2// 3//\t4//", 1.0),
+        (b"mtllib no.mtl\nusemtl a\n" + SQUARE + b"f 1 2 3\nusemtl b\nf 1 3 4", 1.0),
     ],
 )
-def test_other_content_stays(content):
-    assert plain_faces(content) == content
+def test_every_form_of_points_and_faces_is_read(content, area):
+    mesh = mesh_of(content)
+    assert mesh.area == pytest.approx(area)
+    assert np.ptp(mesh.vertices, axis=0).tolist() == [1.0, 1.0, 0.0]
 
 
-@given(st.binary(max_size=200), st.lists(st.sampled_from([b"f 1 2 3 4", b"v 0 0 1", b"f -1 -2 -3 -1", b"v 1 2"])))
-def test_any_content_ends_without_an_error(content, lines):
-    assert isinstance(plain_faces(b"\n".join([*lines, content, *lines])), bytes)
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"v 0 0\nv 1 0\nv 1 1\nf 1 2 3", "line 1: expected v x y z, found 'v 0 0'"),
+        (b"v 0 0 0\nv 1 0 # 0\n", "line 2: expected v x y z"),
+        (b"v 0 0 0\nv 1,5 0 0\n", "line 2: expected finite numbers .*1,5"),
+        (b"v 0 0 0\nv 0 inf 0\n", "line 2: expected finite numbers"),
+        (b"v 0 0 0\nv 0 1e300 0\n", "line 2: expected finite numbers"),
+        (SQUARE + b"f 1 2 x 4 5", "line 5: expected numbers of points"),
+        (SQUARE + b"f 1 2 3\nf 1 2 5", "line 6: a face has corners that do not exist; the file has 4 points"),
+        (SQUARE + b"f 0 1 2", "line 5: a face has corners"),
+        (SQUARE + b"f -5 -2 -1", "line 5: a face has corners"),
+        (SQUARE + b"f 1 2 3 9999999999999999999999", "line 5: a face has corners"),
+        (SQUARE + b"f 1 2 \\\n 3\nf 1 2 9", "line 7: a face has corners"),
+        (b"v 0 0 0\ncstype bezier\nsurf 0 1 0 1 1\nend", "free-form geometry .surf.; export it as polygons"),
+        (b"v 0 0 0\nv " + b"9" * 5000 + b" 0 0", "line 2"),
+        (SQUARE + b"f 1 2 " + b"9" * 5000, "line 5"),
+    ],
+)
+def test_lines_that_cannot_be_read_are_named(content, message):
+    with pytest.raises(AssetError, match=message):
+        read_obj(content, without_neighbours)
+
+
+@given(
+    st.binary(max_size=200), st.lists(st.sampled_from([b"f 1 2 3 4", b"v 0 0 1", b"f -1 -2 -3 -1", b"v 1 2", b"\\"]))
+)
+def test_any_content_ends_in_parts_or_in_words(content, lines):
+    try:
+        parts = read_obj(b"\n".join([*lines, content, *lines]), without_neighbours)
+    except AssetError:
+        return
+    assert all(np.isfinite(part.points).all() for part in parts)
+
+
+def test_points_without_faces_are_a_scan():
+    (part,) = read_obj(SQUARE, without_neighbours)
+    assert part.points.shape == (4, 3)
+    assert part.triangles.shape == (0, 3)
+
+
+def test_each_color_of_a_library_is_a_part():
+    library = (
+        b"newmtl wall paint\nKd 1 0.5 0\nnewmtl pane\r\nKd 0 0 1\r\nd 0.4\nnewmtl same\nKd 0 0 1\nd 0.4\nnewmtl none\n"
+    )
+    faces = b"usemtl wall paint\nf 1 2 3\nusemtl pane\nf 1 3 4\nusemtl same\nf 2 3 4\nusemtl none\nf 1 2 4\n"
+    parts = read_obj(b"mtllib some colors.mtl\n" + SQUARE + faces, {"some colors.mtl": library}.__getitem__)
+    assert [part.color for part in parts] == [(1.0, 0.502, 0.0, 1.0), (0.0, 0.0, 1.0, 0.4), None]
+    assert [len(part.triangles) for part in parts] == [1, 2, 1]
 
 
 def test_faces_of_too_many_corners_are_refused(monkeypatch):
     monkeypatch.setattr(obj, "MOST_WORK", 63)
     with pytest.raises(AssetError, match="up to 8 each"):
-        plain_faces(obj_text(NOTCHED))
+        mesh_of(obj_text(NOTCHED))
 
 
 def test_an_asset_has_the_notches_of_its_faces(tmp_path):

@@ -169,6 +169,12 @@ def test_textures_outside_the_asset_folder_are_refused(assets, tmp_path, name, s
     assert not list(target.parent.iterdir())
 
 
+def test_a_folder_that_is_a_link_to_itself_is_refused(tmp_path):
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(AssetError, match="not a usable path"):
+        find_texture("a.png", tmp_path / "loop")
+
+
 @pytest.mark.parametrize("name", ["a\0b.png", "x" * 300, "x/" * 5000])
 def test_names_of_textures_that_no_file_can_have_are_refused(assets, name):
     with pytest.raises(AssetError):

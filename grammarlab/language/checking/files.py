@@ -44,9 +44,10 @@ def check_files(
     Raises:
         LanguageError: If the file cannot be read, or is too large.
     """
+    text = read_text(path)  # first, since links to themselves cannot be resolved
     folder = path.resolve().parent
     checker = _Checker(supported, rules_folder(folder) if root is None else root.resolve(), folder, Path(name).parent)
-    checker.read(path.resolve(), name, read_text(path), ())
+    checker.read(path.resolve(), name, text, ())
     return tuple(checker.checked.values())
 
 

@@ -94,3 +94,9 @@ def test_an_import_that_is_a_pipe_is_refused_without_waiting_for_it(tmp_path):
     with pytest.raises(LanguageError, match="expected a regular file, found a pipe"):
         read_text(tmp_path / "a.cga")
     assert "a pipe" in load(main).import_findings[0].message
+
+
+def test_a_link_to_itself_is_an_error(tmp_path):
+    (tmp_path / "loop.cga").symlink_to("loop.cga")
+    with pytest.raises(LanguageError, match="cannot read the rule file"):
+        check_files(tmp_path / "loop.cga", "loop.cga")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grammarlab.errors import AssetError, FacadeError, UsageError
+from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.templates.elements import Elements, Floats, check
 from grammarlab.facade.templates.evidence.maps import FINEST
 from grammarlab.facade.templates.reading.boxes import FoundBoxes, cut_out, find_boxes, read_boxes
@@ -40,12 +40,13 @@ def is_elements(path: Path) -> bool:
 
 
 def _has_faces(path: Path) -> bool:
-    """Whether a PLY file is a mesh, by its head."""
-    try:
-        with open_regular(path) as file:
-            head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
-    except AssetError as error:
-        raise FacadeError(str(error)) from error
+    """Whether a PLY file is a mesh, by its head.
+
+    Raises:
+        AssetError: If it is a pipe or a device.
+    """
+    with open_regular(path) as file:
+        head = file.read(_HEAD_BYTES).partition(b"end_header")[0]
     return re.search(rb"element\s+face\s+[1-9]", head) is not None
 
 
@@ -71,8 +72,9 @@ def load_elements(path: Path, boxes: Path | None = None, unit: str = "m", up: st
         if unit != "m" or up:
             raise UsageError("--unit, --up: a file of elements is in metres, with y up.")
         reader = loads if ending == ".json" else load_arrays
+        content = read_bounded(path, _MOST_BYTES)
         try:
-            return reader(read_bounded(path, _MOST_BYTES))
+            return reader(content)
         except FacadeError as error:
             raise FacadeError(f"{path.name}: {error}") from error
     return check(_on_facade(path, None if boxes is None else read_boxes(read_bounded(boxes)), unit, up))

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import trimesh
 
-from grammarlab.assets.gltf_guard import check_gltf
-from grammarlab.assets.obj import plain_faces
-from grammarlab.errors import FacadeError
+from grammarlab.assets.reading import read_parts, without_neighbours
+from grammarlab.errors import AssetError, FacadeError
 from grammarlab.extras import require
 from grammarlab.facade.templates.elements import FARTHEST, MOST_POINTS, Floats
 from grammarlab.facade.templates.reading.boxes import FacadePlane
@@ -19,6 +19,7 @@ from grammarlab.facade.templates.reading.plane import facades
 from grammarlab.facade.templates.reading.up import plane_of, up_axes
 from grammarlab.facade.units import UP_AXES
 from grammarlab.facade.values import read_bounded
+from grammarlab.files import open_regular
 
 MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
 SCANS = (".las", ".laz")
@@ -26,7 +27,12 @@ _EDGE = np.radians(20.0)
 _SPACING = 0.02
 """Distance of sample points on meshes and their edges, metres."""
 _MOST_SAMPLES = 2_000_000
-_MOST_BYTES = 1 << 31
+_MOST_BYTES = 256 * 2**20
+"""Largest size of a mesh."""
+_MOST_SCAN_BYTES = 1 << 31
+"""Largest size of a scan, and of a PLY file, which may be one."""
+_BYTES_PER_POINT = 0.01
+"""Least size of a point in a file: LAZ stores a million equal points in 12 kB."""
 _COARSEST = 0.02
 """Largest rounding step of coordinates, metres."""
 
@@ -59,21 +65,18 @@ def read_surfaces(path: Path, unit: float = 1.0, up: str = "") -> Iterator[tuple
 def _mesh(path: Path, unit: float) -> tuple[Floats, int]:
     """[P, 3] points of a scan, or on the faces of a mesh; and the number of points at the end that are on its edges."""
     try:
-        content = read_bounded(path, _MOST_BYTES)
-        if path.suffix.lower() == ".glb":
-            check_gltf(content, path.name, MOST_POINTS)
-        elif path.suffix.lower() == ".obj":
-            content = plain_faces(content)
-        # From memory, so that no other file is opened that this one names: only its geometry counts.
-        loaded = trimesh.load(BytesIO(content), file_type=path.suffix[1:].lower(), process=False)
-    except Exception as error:  # readers raise any exception for a broken file
-        raise FacadeError(f"{path.name} cannot be read: {error}.") from error
-    if isinstance(loaded, trimesh.Scene):
-        loaded = loaded.to_mesh() if loaded.geometry else trimesh.Trimesh()
-    vertices = _checked(np.asarray(getattr(loaded, "vertices", np.zeros((0, 3))), dtype=np.float64), path, unit)
-    if not isinstance(loaded, trimesh.Trimesh) or not len(loaded.faces):
+        content = read_bounded(path, _MOST_SCAN_BYTES if path.suffix.lower() == ".ply" else _MOST_BYTES)
+        parts = read_parts(content, path.suffix.lower(), without_neighbours, MOST_POINTS // 3)
+    except AssetError as error:
+        raise FacadeError(f"{path.name} cannot be read: {error}") from error
+    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
+    vertices = _checked(np.concatenate([np.zeros((0, 3)), *(part.points for part in parts)]), path, unit)
+    faces = np.concatenate(
+        [part.triangles + first for part, first in zip(parts, firsts, strict=False)] or [np.zeros((0, 3), np.int64)]
+    )
+    if not len(faces):
         return vertices, 0
-    loaded.vertices = vertices
+    loaded = trimesh.Trimesh(vertices, faces, process=False)
     loaded.merge_vertices()
     count = int(np.clip(loaded.area / _SPACING**2, 1_000, _MOST_SAMPLES))
     surface = np.asarray(trimesh.sample.sample_surface(loaded, count, seed=0)[0])
@@ -94,17 +97,34 @@ def _along(segments: Floats) -> Floats:
 
 
 def _las(path: Path, unit: float) -> Floats:
+    """[P, 3] points of a LAS or LAZ file, metres.
+
+    Raises:
+        AssetError: If it is a pipe or a device.
+        FacadeError: If it is broken or too large.
+    """
     require("laspy")
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > _MOST_SCAN_BYTES:
+            raise FacadeError(f"{path.name}: expected at most {_MOST_SCAN_BYTES:,} bytes. Thin out the points.")
+        try:
+            points = _las_points(file, size)
+        except Exception as error:  # laspy and its decoders raise any exception
+            raise FacadeError(f"{path.name} cannot be read: {error}.") from error
+    return _checked(points, path, unit)
+
+
+def _las_points(file: BinaryIO, size: int) -> Floats:
+    """[P, 3] points of an open LAS or LAZ file of a size in bytes; at most one more than may be read."""
     import laspy  # noqa: PLC0415 an extra
 
-    try:
-        with laspy.open(path) as reader:
-            count = reader.header.point_count
-            read = reader.read_points(min(count, MOST_POINTS + 1))
-            points = np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1)
-    except Exception as error:  # laspy and its decoders raise any exception
-        raise FacadeError(f"{path.name} cannot be read: {error}.") from error
-    return _checked(points.astype(np.float64), path, unit)
+    with laspy.open(file, closefd=False) as reader:
+        count = reader.header.point_count
+        if count * _BYTES_PER_POINT > size:  # memory is taken for all of them at once
+            raise ValueError(f"its header announces {count:,} points, too many for its size")
+        read = reader.read_points(min(count, MOST_POINTS + 1))
+        return np.stack([np.asarray(read.x), np.asarray(read.y), np.asarray(read.z)], axis=1).astype(np.float64)
 
 
 def _checked(points: Floats, path: Path, unit: float) -> Floats:

@@ -1,16 +1,22 @@
 """Scans and meshes of facades: in any frame, their windows have the original sizes."""
 
+import os
+
 import laspy
 import numpy as np
 import pytest
 import trimesh
 
-from grammarlab.errors import FacadeError
+from grammarlab.errors import FacadeError, GrammarlabError
+from grammarlab.facade.templates.reading import scan as scan_reading
 from grammarlab.facade.templates.reading.boxes import read_boxes
 from grammarlab.facade.templates.reading.cells import cells_of
-from grammarlab.facade.templates.reading.files import load_elements
+from grammarlab.facade.templates.reading.files import is_elements, load_elements
 from grammarlab.facade.templates.reading.outlines import outlines
 from grammarlab.facade.templates.reading.plane import facades
+from grammarlab.facade.templates.reading.scan import MESHES, SCANS, read_surfaces
+from tests.assets.gltf.documents import BOX, BOX_TRIANGLES, Document
+from tests.assets.mutants import mutants
 
 WINDOWS = np.array([[1.0, 1.0, 2.0, 2.5], [3.6, 1.0, 4.6, 2.5], [6.2, 1.0, 7.5, 2.5], [1.0, 4.0, 2.0, 5.5]])
 WIDTH, HEIGHT, TURN = 9.0, 7.0, 0.6
@@ -70,12 +76,27 @@ def test_scans_in_national_coordinates_keep_their_millimetres(tmp_path):
         load_elements(tmp_path / "wall.ply")
 
 
+FRAME = [(0, 9, 0, 1), (0, 9, 5.5, 7), (0, 9, 2.5, 4), (0, 1, 1, 2.5), (0, 1, 4, 5.5), (2, 9, 4, 5.5)]
+FRAME += [(2, 3.6, 1, 2.5), (4.6, 6.2, 1, 2.5), (7.5, 9, 1, 2.5)]
+"""Left, right, bottom and top of the parts of a wall around its windows."""
+
+
+def test_a_wall_of_instances_is_read_from_its_front(tmp_path):
+    document = Document()
+    parts = np.array([(*each, 0.4) for each in FRAME] + [(0, 9, 0, 7, 0.1)], np.float32)
+    low = np.column_stack([parts[:, 0], parts[:, 2], np.zeros(len(parts), np.float32)])
+    size = np.column_stack([parts[:, 1] - parts[:, 0], parts[:, 3] - parts[:, 2], parts[:, 4]])
+    places = {"TRANSLATION": document.accessor(low), "SCALE": document.accessor(size)}
+    instanced = {"EXT_mesh_gpu_instancing": {"attributes": places}}
+    document.show(document.add("nodes", {"mesh": document.mesh(BOX, BOX_TRIANGLES), "extensions": instanced}))
+    (tmp_path / "wall.glb").write_bytes(document.glb())
+    assert np.abs(sides(load_elements(tmp_path / "wall.glb")) - WINDOWS).max() < 0.03
+
+
 @pytest.mark.parametrize("ending", ["obj", "glb"])
 def test_a_mesh_is_read_from_its_front_whichever_axis_goes_up(tmp_path, ending):
-    frame = [(0, 9, 0, 1), (0, 9, 5.5, 7), (0, 9, 2.5, 4), (0, 1, 1, 2.5), (0, 1, 4, 5.5), (2, 9, 4, 5.5)]
-    frame += [(2, 3.6, 1, 2.5), (4.6, 6.2, 1, 2.5), (7.5, 9, 1, 2.5)]
     parts = []
-    for (left, right, bottom, top), thick in [(each, 0.4) for each in frame] + [((0, 9, 0, 7), 0.1)]:
+    for (left, right, bottom, top), thick in [(each, 0.4) for each in FRAME] + [((0, 9, 0, 7), 0.1)]:
         part = trimesh.creation.box((right - left, top - bottom, thick))
         part.apply_translation(((left + right) / 2, (bottom + top) / 2, thick / 2))
         parts.append(part)
@@ -169,3 +190,61 @@ def test_a_mesh_opens_no_other_file(tmp_path, monkeypatch):
     with pytest.raises(FacadeError, match="No element was found"):
         load_elements(tmp_path / "wall.obj")
     assert not any("wall.mtl" in each for each in opened)
+
+
+def test_mutants_of_meshes_end_in_facades_or_in_words(tmp_path, monkeypatch):
+    monkeypatch.setattr(scan_reading, "_MOST_SAMPLES", 1_000)
+    messages = []
+    for suffix, content in mutants(MESHES, 2):
+        path = tmp_path / f"wall{suffix}"
+        path.write_bytes(content)
+        try:
+            _, surface = next(read_surfaces(path))
+        except FacadeError as error:
+            messages.append(str(error))
+        else:
+            assert np.isfinite(surface.points).all()
+    assert len(messages) > 20
+    assert all(message.startswith("wall.") for message in messages)
+
+
+@pytest.mark.parametrize("ending", ["las", "laz"])
+def test_mutants_of_scans_end_in_facades_or_in_words(tmp_path, ending):
+    header = laspy.LasHeader(point_format=3, version="1.2")
+    header.scales = np.full(3, 0.001)
+    scan = laspy.LasData(header)
+    scan.x, scan.y, scan.z = turned(wall(count=100)).T
+    path = tmp_path / f"wall.{ending}"
+    scan.write(str(path))
+    content, random = path.read_bytes(), np.random.default_rng(5)
+    path.write_bytes(content[:107] + (2**32 - 1).to_bytes(4, "little") + content[111:])  # its number of points
+    with pytest.raises(FacadeError, match="announces 4,294,967,295 points"):
+        load_elements(path)
+    messages = []
+    for _ in range(30):
+        place, bit = int(random.integers(400 if random.random() < 0.7 else len(content))), int(random.integers(8))
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << bit
+        path.write_bytes(bytes(flipped) if bit else content[:place])
+        try:
+            _, surface = next(read_surfaces(path))
+        except FacadeError as error:
+            messages.append(str(error))
+        else:
+            assert np.isfinite(surface.points).all()
+    assert len(messages) > 2
+    assert all(message.startswith("wall.") for message in messages)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("suffix", [*MESHES, *SCANS])
+def test_pipes_and_large_files_are_refused_without_reading_them(tmp_path, suffix):
+    large, pipe = tmp_path / f"large{suffix}", tmp_path / f"pipe{suffix}"
+    with large.open("wb") as file:
+        file.truncate(1 << 33)
+    os.mkfifo(pipe)
+    with pytest.raises(FacadeError, match=r"at most [0-9,]+ bytes"):
+        load_elements(large)
+    for read in (load_elements, is_elements) if suffix == ".ply" else (load_elements,):
+        with pytest.raises(GrammarlabError, match="found a pipe or a device"):
+            read(pipe)

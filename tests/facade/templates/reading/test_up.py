@@ -103,6 +103,6 @@ def test_a_mesh_in_other_units_gives_the_same_metres(tmp_path):
 
 def test_elements_have_a_unit_and_an_axis_of_their_own(tmp_path):
     (tmp_path / "a.json").write_text('{"format": "grammarlab elements", "version": 1, "elements": []}')
-    for options in ({"unit": "mm"}, {"up": "z"}):
+    for unit, up in (("mm", ""), ("m", "z")):
         with pytest.raises(UsageError, match="a file of elements is in metres, with y up"):
-            load_elements(tmp_path / "a.json", **options)
+            load_elements(tmp_path / "a.json", unit=unit, up=up)
