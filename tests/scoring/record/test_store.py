@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from contextlib import closing
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +52,16 @@ def begun(path: Path, *scores: int) -> Path:
         for number, score in enumerate(scores):
             store.append("score", {"factor": "overall", "models": [f"g5-{number}"], "score": score})
     return path
+
+
+def test_a_session_about_a_file_with_windows_line_ends_is_about_its_text(tmp_path):
+    about = About("toy", "Lot --> A\r\n", 5, 100)
+    as_it_was = sha256(about.grammar.encode()).hexdigest()
+    with closing(Store.open(tmp_path / "a.db", about)):
+        pass
+    change(tmp_path / "a.db", f"UPDATE about SET value = '{as_it_was}' WHERE name = 'hash'")
+    with closing(Store.open(tmp_path / "a.db")) as store:
+        assert store.about.hash == About("toy", "Lot --> A\n", 5, 100).hash
 
 
 def change(path: Path, *statements: str) -> Path:

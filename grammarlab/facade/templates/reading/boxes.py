@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
 from grammarlab.arrays import offsets_from_counts
-from grammarlab.errors import FacadeError
+from grammarlab.errors import FacadeError, TableError
 from grammarlab.facade.templates.elements import FARTHEST, MOST_ELEMENTS, Elements, Floats, Ints
 from grammarlab.facade.templates.reading.cells import DEEP, Bools, Cells, cells_of
 from grammarlab.facade.templates.reading.outlines import outlines
 from grammarlab.facade.templates.reading.repetition import borders, completed, overlapping, repeated, visible_part
+from grammarlab.tables import Table, TableRow, read_table
 
 _LEAST, _MOST = 0.25, 6.0
 """Least and largest side of an element, metres."""
@@ -26,6 +25,7 @@ _BESIDE = 2
 """Largest distance of an outline from the empty cells of its hole, in cells: corners have cells with a few points."""
 _OUTLINED = 0.7
 """Least visible part of the outline of a box that its element fills; one that is joined with a shadow shows less."""
+_SIDES = ("left", "bottom", "right", "top")
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,39 +133,51 @@ def _grown(which: Bools, steps: int) -> Bools:
 
 
 def read_boxes(content: bytes) -> Floats:
-    """[N, 4] left, bottom, right, top, metres on the facade, from a CSV file of four columns.
+    """[N, 4] left, bottom, right, top, metres on the facade, from a table of text (`grammarlab.tables`).
+
+    Without a header the columns are in this order; with one they are found by these names, and others are ignored.
 
     Raises:
-        FacadeError: If a line is not four numbers.
+        FacadeError: If it is not such a table, or a row is not a box; the message names the line.
     """
     try:
-        lines = list(csv.reader(io.StringIO(content.decode("utf-8-sig"))))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise FacadeError(f"Boxes: expected lines of four comma-separated numbers: {error}.") from error
-    boxes: list[list[float]] = []
-    for number, line in enumerate(lines, 1):
-        values = [_number(each) for each in line]
-        if not line or (number == 1 and not any(each is not None for each in values)):
-            continue
-        sides = [each for each in values if each is not None and abs(each) <= FARTHEST]
-        if len(line) != 4 or len(sides) != 4 or sides[0] >= sides[2] or sides[1] >= sides[3]:
-            raise FacadeError(
-                f"Boxes, line {number}: expected left, bottom, right, top in metres with left < right "
-                f"and bottom < top, found {line[:5]}."
-            )
-        boxes.append(sides)
-        if len(boxes) > MOST_ELEMENTS:
-            raise FacadeError(f"Boxes: expected at most {MOST_ELEMENTS:,}.")
+        table = read_table(content, MOST_ELEMENTS + 1)
+    except TableError as error:
+        raise FacadeError(f"Boxes: {error}") from error
+    if not table.rows:
+        raise FacadeError(f"Boxes: found none; expected rows of {', '.join(_SIDES)} in metres.")
+    has_header = all(table.number(cell) is None for cell in table.header)
+    columns = _columns(table) if has_header else tuple(range(len(_SIDES)))
+    boxes = [_box(table, row, columns, exact=not has_header) for row in (table.body if has_header else table.rows)]
     if not boxes:
-        raise FacadeError("Boxes: found none; expected lines of left, bottom, right, top in metres.")
+        raise FacadeError(f"Boxes: found none below the header; expected rows of {', '.join(_SIDES)} in metres.")
+    if len(boxes) > MOST_ELEMENTS:
+        raise FacadeError(f"Boxes: expected at most {MOST_ELEMENTS:,}.")
     return np.array(boxes)
 
 
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
+def _columns(table: Table) -> tuple[int, ...]:
+    """Indices of the columns of the sides."""
+    missing = [name for name in _SIDES if table.header.count(name) != 1]
+    if missing:
+        raise FacadeError(
+            f"Boxes, line {table.rows[0].line}: expected the columns {', '.join(_SIDES)} once each, or no header; "
+            f"check {', '.join(missing)}; found {', '.join(table.header)[:200]}."
+        )
+    return tuple(table.header.index(name) for name in _SIDES)
+
+
+def _box(table: Table, row: TableRow, columns: tuple[int, ...], *, exact: bool) -> list[float]:
+    """The sides of a box; if exact, the row has no further cells."""
+    cells = [row.cells[column] if column < len(row.cells) else "" for column in columns]
+    sides = [value for value in map(table.number, cells) if value is not None and abs(value) <= FARTHEST]
+    surplus = exact and any(row.cells[len(_SIDES) :])
+    if surplus or len(sides) != len(_SIDES) or sides[0] >= sides[2] or sides[1] >= sides[3]:
+        raise FacadeError(
+            f"Boxes, line {row.line}: expected {', '.join(_SIDES)} in metres with left < right "
+            f"and bottom < top, found {list(row.cells[:5])}."
+        )
+    return sides
 
 
 def cut_out(points: Floats, boxes: Floats, spacing: float = 0.0, notes: tuple[str, ...] = ()) -> Elements:
