@@ -3,21 +3,21 @@
 import os
 
 import numpy as np
-import pytest
 
 from grammarlab.preference.base import Floats
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.fitting import fit
 
-SETS = int(os.environ.get("GRAMMARLAB_PAIRS", "8"))
-"""Number of sets of comparisons; a thorough run takes 200."""
+MANY = int(os.environ.get("GRAMMARLAB_PAIRS", "0"))
+SETS = range(MANY) if MANY else (2, 6, 18, 23)
+"""Seeds of sets of comparisons: a few on which cells are undivided or both parts count, or many if asked for."""
 DESIGNS = 300
 
 
 def designs(randomness: np.random.Generator) -> Floats:
     """[m, 4] a size, a count of storeys, a flag and another size, as grammars have them."""
     height, depth = randomness.uniform(3.0, 9.0, (2, DESIGNS))
-    return np.column_stack([height, np.floor(height), randomness.random(DESIGNS) < 0.5, depth])
+    return np.column_stack([height, np.floor(height), np.round(randomness.random(DESIGNS)), depth])
 
 
 def compared(values: Floats, num: int, share_of_ties: float, randomness: np.random.Generator):
@@ -52,10 +52,5 @@ def gain(preference: BlendedPreference, rows: Floats, values: Floats) -> float:
 
 
 def test_the_preferred_direction_is_learned_from_19_of_20_sets():
-    right = [gain(*learned(seed)) > 0.1 for seed in range(SETS)]
-    assert sum(right) >= 0.95 * SETS, np.flatnonzero(~np.array(right))
-
-
-@pytest.mark.parametrize("seed", [])
-def test_nothing(seed):
-    pass
+    wrong = [seed for seed in SETS if gain(*learned(seed)) <= 0.1]
+    assert len(wrong) <= 0.05 * len(SETS), wrong
