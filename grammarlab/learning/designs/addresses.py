@@ -106,7 +106,7 @@ def renamed(labels: Labels, text: str) -> Labels:
     names = dict(zip(hashes_of(windows), hashes_of(hash_of(text)), strict=True))
     if not any(label.grammar in names for label in labels):
         return labels
-    return Labels(tuple(_renamed(label, names) for label in labels))
+    return Labels(tuple(_renamed(label, names) for label in labels), labels.notes)
 
 
 def _renamed(label: Label, names: Mapping[str, str]) -> Label:
