@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from grammarlab.facade.file import load_facade, save_facade
     from grammarlab.facade.tree import Facade
     from grammarlab.features.columns.vocabulary import extract
-    from grammarlab.features.counting.counts import count
+    from grammarlab.features.counting.named import count
     from grammarlab.features.patterns.text import parse as pattern
     from grammarlab.geometry.outlines.footprints import read_footprints
     from grammarlab.language.grammar import Grammar
@@ -107,7 +107,7 @@ _HOMES = {
     "Scene": "scene.instances",
     "ScoringSession": "notebook",
     "Situation": "preference.questions.queries",
-    "count": "features.counting.counts",
+    "count": "features.counting.named",
     "derive": "derivation.derive",
     "edit_facade": "runs.facade.edit:edit",
     "examples_folder": "runs.requests.examples",

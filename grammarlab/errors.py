@@ -104,6 +104,23 @@ class UsageError(GrammarlabError):
     """Wrong options or arguments; the command line exits with 2."""
 
 
+def check_type(name: str, value: object, kind: type, example: str) -> None:
+    """Refuse an argument of another type, in the caller's words.
+
+    Args:
+        name: name of the argument.
+        value: its value.
+        kind: the expected type.
+        example: expression of a value of that type.
+
+    Raises:
+        UsageError: If the value has another type.
+    """
+    if not isinstance(value, kind):
+        found = repr(value)[:60] if isinstance(value, str) else type(value).__name__
+        raise UsageError(f"{name}: expected {kind.__name__} such as {example}, found {found}.")
+
+
 class LanguageError(GrammarlabError):
     """A rule file with errors.
 

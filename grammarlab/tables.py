@@ -90,7 +90,7 @@ def read_table(content: bytes, max_rows: int) -> Table:
         skipped = text[: len(text) - len(rest)].count("\n")
         text = rest
     else:
-        separator = max(_SEPARATORS, key=first.count)
+        separator = _separator_of(first)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     try:
         found = (
@@ -104,6 +104,13 @@ def read_table(content: bytes, max_rows: int) -> Table:
     if len(rows) > max_rows:
         raise TableError(f"expected at most {max_rows:,} rows.")
     return Table(separator, rows)
+
+
+def _separator_of(line: str) -> str:
+    """Separator of the fields of the first line; in one of numbers only, commas may be decimal points."""
+    if not any(character.isalpha() for character in line):
+        return next((separator for separator in ";\t" if separator in line), ",")
+    return max(_SEPARATORS, key=line.count)
 
 
 def decoded(content: bytes) -> str:

@@ -94,3 +94,11 @@ def test_any_bytes_are_a_table_or_refused(content):
     except TableError:
         return
     assert all(any(row.cells) for row in table.rows)
+
+
+@pytest.mark.parametrize(
+    ("line", "cells"),
+    [("0,5;1,25;2", ("0,5", "1,25", "2")), ("0.5,1,2", ("0.5", "1", "2")), ("0,5\t1,25", ("0,5", "1,25"))],
+)
+def test_commas_in_a_table_of_numbers_may_be_decimal_points(line, cells):
+    assert read_table(line.encode(), 9).rows[0].cells == cells

@@ -133,6 +133,8 @@ def learn(
 
             making = Making(method, base, samples, max_rules)
             table, pool = read_labels_or_session(labels)
+            for note in table.notes:
+                say(f"note: {labels}: {note}")
             options: dict[str, Any] = {"scenario": known, "respondent": respondent}
             options["pool"] = pool if seed is None else Pool(seed)
             with progress() as on_progress:
@@ -236,6 +238,7 @@ def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
         "rules_after": result.learned.rules_after,
         **_rate_as_json(result.learned),
         "seconds": result.seconds,
+        "notes": list(result.notes),
         "findings": [*result.density.predicted.findings, *result.learned.findings],
         **_truth_as_json(result.truth),
     }

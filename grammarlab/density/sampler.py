@@ -12,9 +12,10 @@ from grammarlab.assets.meshes import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import Lots
+from grammarlab.errors import check_type
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import derive_accepted
-from grammarlab.language.grammar import Grammar
+from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.scene.instances import Scene, realize
 
 Floats = NDArray[np.float64]
@@ -46,12 +47,13 @@ class GrammarSampler(AbstractSampler):
 
     Args:
         grammar: the grammar.
-        assets: folder of its meshes and images.
+        assets: folder of its meshes and images, by default that of the grammar.
     """
 
     def __init__(self, grammar: Grammar, assets: Path | None = None) -> None:
+        check_type("grammar", grammar, Grammar, EXAMPLE)
         self._grammar = grammar
-        self._assets = assets
+        self._assets = grammar.assets if assets is None else assets
 
     def sample(self, num_models: int, seed: int) -> Forest:
         acceptance = Acceptance.of(self._grammar.tree)
@@ -75,7 +77,7 @@ def sample(grammar: Grammar, num_models: int, seed: int = 0, *, assets: Path | N
         grammar: the grammar.
         num_models: how many.
         seed: 0 <= seed < 2**64; the same seed gives the same models.
-        assets: folder of meshes and images.
+        assets: folder of meshes and images, by default that of the grammar.
 
     >>> import grammarlab as gl
     >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")

@@ -16,9 +16,9 @@ from grammarlab.derivation.operations import OPERATIONS
 from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.sites import describe_sites
 from grammarlab.derivation.state.workspace import CompiledAttribute
-from grammarlab.errors import DerivationError
+from grammarlab.errors import DerivationError, check_type
 from grammarlab.language.call_order import groups
-from grammarlab.language.grammar import Grammar
+from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.language.numbering import SymbolKey, function_name
 from grammarlab.language.syntax.tree import Attribute, Call, Choice, Invoke, Name, Node, Rule, Scatter, Stochastic
 from grammarlab.language.syntax.tree import Sequence as SyntaxSequence
@@ -29,8 +29,10 @@ def compile_grammar(grammar: Grammar) -> Program:
     """A grammar compiled to a program, independent of models and seeds.
 
     Raises:
+        UsageError: If it is not a grammar.
         DerivationError: If the grammar has no start rule.
     """
+    check_type("grammar", grammar, Grammar, EXAMPLE)
     return _Compilation(grammar).program()
 
 

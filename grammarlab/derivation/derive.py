@@ -50,7 +50,12 @@ class LotOptions(TypedDict, total=False):
 
 @overload
 def derive(
-    grammar: Grammar | Program, lots: Lots, /, *, assets: Path | AssetFolder | None = None, budget: Budget | None = None
+    grammar: Grammar | Program,
+    lots: Lots,
+    /,
+    *,
+    assets: str | Path | AssetFolder | None = None,
+    budget: Budget | None = None,
 ) -> Forest: ...
 @overload
 def derive(
@@ -58,7 +63,7 @@ def derive(
     num_models: int,
     seed: int,
     *,
-    assets: Path | AssetFolder | None = None,
+    assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
     **options: Unpack[LotOptions],
 ) -> Forest: ...
@@ -67,7 +72,7 @@ def derive(
     num_models: int | Lots,
     seed: int | None = None,
     *,
-    assets: Path | AssetFolder | None = None,
+    assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
     **options: Unpack[LotOptions],
 ) -> Forest:
@@ -81,12 +86,14 @@ def derive(
         num_models: number of models of a seed, which differ only in their index; or lots with all properties of each
             model. With 0 models the forest has no nodes.
         seed: 0 <= seed < 2**64, with a number of models.
-        assets: folder of the meshes and images that the grammar uses; an `AssetFolder` caches its files.
+        assets: folder of the meshes and images that the grammar uses, by default that of the grammar if it was loaded
+            from a file; an `AssetFolder` caches its files.
         budget: bounds on the size of one model.
         options: first_model, attributes, start_rule and footprint as for `Lots.of`, with a number of models.
 
     Raises:
-        UsageError: If an attribute or start rule is unknown, or `Lots.of` refuses the lots.
+        UsageError: If an attribute or start rule is unknown, there is no asset folder of that name, or `Lots.of`
+            refuses the lots.
         DerivationError: If a rule cannot be applied.
         BudgetError: If a model exceeds the budget.
 
@@ -99,7 +106,7 @@ def derive(
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
     starts = _starts(program, lots)
     _check_attributes(program, lots)
-    workspace = _prepare(program, lots, starts, budget or Budget(), _folder(assets))
+    workspace = _prepare(program, lots, starts, budget or Budget(), _folder(assets, grammar))
     if len(lots):
         with np.errstate(all="ignore"):
             _evaluate_attributes(workspace)
@@ -133,7 +140,7 @@ def derive_chunks(
     /,
     *,
     nodes_per_chunk: int = NODES_PER_CHUNK,
-    assets: Path | AssetFolder | None = None,
+    assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
 ) -> Iterator[Forest]: ...
 @overload
@@ -143,7 +150,7 @@ def derive_chunks(
     seed: int,
     *,
     nodes_per_chunk: int = NODES_PER_CHUNK,
-    assets: Path | AssetFolder | None = None,
+    assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
     **options: Unpack[LotOptions],
 ) -> Iterator[Forest]: ...
@@ -153,7 +160,7 @@ def derive_chunks(
     seed: int | None = None,
     *,
     nodes_per_chunk: int = NODES_PER_CHUNK,
-    assets: Path | AssetFolder | None = None,
+    assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
     **options: Unpack[LotOptions],
 ) -> Iterator[Forest]:
@@ -170,7 +177,7 @@ def derive_chunks(
     """
     lots = _lots(num_models, seed, options)
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
-    folder = _folder(assets)
+    folder = _folder(assets, grammar)
     done, size = 0, min(_FIRST_CHUNK, len(lots))
     while done < len(lots):
         forest = derive(program, lots.take(np.arange(done, done + size)), assets=folder, budget=budget)
@@ -192,8 +199,14 @@ def _lots(num_models: int | Lots, seed: int | None, options: LotOptions) -> Lots
     return num_models
 
 
-def _folder(assets: Path | AssetFolder | None) -> AssetFolder | None:
-    return AssetFolder(assets) if isinstance(assets, Path) else assets
+def _folder(assets: str | Path | AssetFolder | None, grammar: Grammar | Program) -> AssetFolder | None:
+    if assets is None and isinstance(grammar, Grammar):
+        assets = grammar.assets
+    if not isinstance(assets, str | Path):
+        return assets
+    if not Path(assets).is_dir():
+        raise UsageError(f"assets: expected a folder of meshes and images, found {str(assets)!r}, which is none.")
+    return AssetFolder(Path(assets))
 
 
 def _starts(program: Program, lots: Lots) -> NDArray[np.int32]:

@@ -153,8 +153,8 @@ class Lots:
         Raises:
             UsageError: If a number is out of range, or the footprint is not a polygon.
         """
-        if num_models < 0:
-            raise UsageError(f"expected 0 models or more, found {num_models}")
+        if not isinstance(num_models, int | np.integer) or num_models < 0:
+            raise UsageError(f"expected 0 models or more, found {num_models!r}")
         _check_word("seed", seed)
         _check_word("index of the first model", first_model)
         _check_word("index of the last model", first_model + max(num_models, 1) - 1)
@@ -184,6 +184,8 @@ class Lots:
         """
         models = _words("index of a model", model)
         num = len(models)
+        if attributes is not None and not isinstance(attributes, Mapping):
+            raise UsageError(f'attributes: expected values by name such as {{"height": 12}}, found {attributes!r:.60}')
         return cls(
             seed=np.broadcast_to(_words("seed", seed), num).copy(),
             model=models,
@@ -294,7 +296,13 @@ def _corners(footprint: Footprint) -> Floats:
             raise UsageError(f"footprint: expected width and depth in metres, both above 0, found {footprint}")
         width, depth = footprint
         return np.array([[0.0, 0.0, depth], [width, 0.0, depth], [width, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    corners = np.ascontiguousarray(footprint, dtype=np.float64)
+    try:
+        corners = np.ascontiguousarray(footprint, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise UsageError(
+            f"footprint: expected (width, depth) in metres or corners [n, 3], found {footprint!r:.60}; "
+            "gl.read_footprints(text)[0].polygon are the corners of a text"
+        ) from None
     if corners.ndim != 2 or corners.shape[1] != 3 or len(corners) < 3:
         raise UsageError(f"footprint: expected corners [n, 3] of a polygon, n at least 3, found shape {corners.shape}")
     if not np.isfinite(corners).all():

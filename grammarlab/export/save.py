@@ -10,7 +10,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, check_type
 from grammarlab.export.files import Output, whole_file
 from grammarlab.export.glb import GlbWriter, MergedContent
 from grammarlab.export.glb_reuse import ReusedContent
@@ -88,6 +88,7 @@ def save(
     ...     gl.save(scene, Path(folder) / "towers.glb").stat().st_size > 500
     True
     """
+    check_type("scene", scene, Scene, "gl.realize(forest)")
     target = Path(path)
     batch = triangles(scene)
     chosen = file_format or target.suffix.lstrip(".").lower()

@@ -20,6 +20,9 @@ from grammarlab.language.syntax.walking import number
 _K = TypeVar("_K")
 _T = TypeVar("_T")
 
+EXAMPLE = 'gl.load("toy") or gl.Grammar.parse("Lot --> extrude(3)")'
+"""Expressions of a grammar, for messages."""
+
 
 @dataclass(frozen=True)
 class Grammar:
@@ -32,7 +35,7 @@ class Grammar:
     """
 
     text: str
-    """The whole rule file, without a byte order mark."""
+    """The whole rule file, without a byte order mark and with Unix line ends."""
     tree: RuleFile = field(compare=False, repr=False)
     """Syntax tree of the text."""
     file: str = field(default="<text>", compare=False)
@@ -41,19 +44,21 @@ class Grammar:
     """The imported rule files by alias; None for one that could not be read. See `grammarlab.language.importing`."""
     import_findings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     """Findings about the imports."""
+    assets: Path | None = field(default=None, compare=False, repr=False)
+    """Folder of the meshes and images that the rules name, if it is known: derivations use it unless given another."""
 
     @classmethod
     def parse(cls, text: str, file: str = "<text>") -> Grammar:
         """Parse a rule file.
 
         Args:
-            text: the whole file.
+            text: the whole file, with any line ends.
             file: its name, for messages.
 
         Raises:
             LanguageError: If the file has syntax errors; it lists all of them.
         """
-        text = text.removeprefix("\ufeff")
+        text = normal(text)
         parsed = parse(text, file)
         if parsed.findings:
             raise LanguageError(parsed.findings, text)
@@ -62,8 +67,8 @@ class Grammar:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of the text in UTF-8, in hexadecimal."""
-        return hashlib.sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
+        """SHA-256 of the text in UTF-8, in hexadecimal: the same for all encodings and line ends of a file."""
+        return hash_of(self.text)
 
     @cached_property
     def rules(self) -> dict[tuple[str, int], Rule]:
@@ -115,8 +120,22 @@ def _default_style(tree: RuleFile) -> Iterable[Definition]:
     return takewhile(lambda definition: not isinstance(definition, Style), tree.definitions)
 
 
+def hash_of(text: str) -> str:
+    r"""SHA-256 of a text in UTF-8, in hexadecimal; byte order mark and kind of line ends do not matter.
+
+    >>> hash_of("Lot --> A\r\n") == hash_of("\ufeffLot --> A\n")
+    True
+    """
+    return hashlib.sha256(normal(text).encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def normal(text: str) -> str:
+    """A text without a byte order mark, with Unix instead of Windows or old Mac line ends."""
+    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+
+
 def read_text(path: Path) -> str:
-    """Text of a rule file.
+    """Text of a rule file in UTF-8, in UTF-16 with a byte order mark, or otherwise in Windows-1252; see `normal`.
 
     Raises:
         LanguageError: If the file cannot be read, or is too large.
@@ -128,11 +147,17 @@ def read_text(path: Path) -> str:
         raise _unreadable(path, "missing-file", f"cannot read the rule file {path}: {reason}") from error
     except AssetError as error:
         raise _unreadable(path, "unreadable-file", f"cannot read the rule file {error}") from error
-    encoding = "utf-16" if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
-    try:
-        return content.decode(encoding)
-    except UnicodeDecodeError:
-        return content.decode("latin-1")
+    return normal(_decoded(content))
+
+
+def _decoded(content: bytes) -> str:
+    encodings = ("utf-16",) if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else ("utf-8", "cp1252")
+    for encoding in encodings:
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return content.decode("latin-1")  # never fails
 
 
 def _unreadable(path: Path, code: str, message: str) -> LanguageError:

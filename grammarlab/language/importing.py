@@ -17,7 +17,7 @@ RULES = "rules"
 
 
 def load(path: str | Path, root: str | Path | None = None) -> Grammar:
-    """Read a rule file and its imports: UTF-8, otherwise Latin-1.
+    """Read a rule file and its imports; see `grammarlab.language.grammar.read_text` for encodings.
 
     Findings about imports are in `Grammar.import_findings`.
 

@@ -230,7 +230,7 @@ class _Surgery:
         start = self.line_starts[line - 1]
         if line > 1 and not self.text[self.line_starts[line - 2] : start].strip():
             start = self.line_starts[line - 2]
-        start -= 2 if self.text[start - 2 : start] == "\r\n" else min(start, 1)
+        start -= min(start, 1)
         # Only the version may be in between; it belongs to no definition.
         return max(start, above + max((word.end for word in words.tokens), default=0))
 

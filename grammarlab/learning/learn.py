@@ -12,8 +12,8 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.density.splits.splitting import Base
 from grammarlab.derivation.forest import Forest
-from grammarlab.errors import UsageError
-from grammarlab.language.grammar import Grammar
+from grammarlab.errors import UsageError, check_type
+from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.learning.asking.interview import interview
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.grammar_space import GrammarSpace
@@ -79,7 +79,7 @@ def learn(
         score: function from models [k] to scores [k] from 0 (disliked) to 100, or to booleans: True is 100, False is 0.
         budget: number of scores to ask for, >= 1.
         sees: argument of the function: the derivation trees and leaves of the models, or their scene of meshes.
-        assets: folder of the meshes and images that the grammar uses.
+        assets: folder of the meshes and images that the grammar uses, by default that of the grammar.
         pool: the models to ask about.
         settings: options of learning; by default those for a person.
         base: density that the scores multiply: the grammar's own, or the same for every tree.
@@ -101,9 +101,12 @@ def learn(
     >>> found.learned.sample(50, seed=1).leaves.size[:, 1].min()
     np.float64(9.0)
     """
+    check_type("grammar", grammar, Grammar, EXAMPLE)
+    if not callable(score):
+        raise UsageError(f"score: expected a function from models to scores, found {type(score).__name__}.")
     if budget < 1:
         raise UsageError(f"budget: expected at least 1 score to ask for, found {budget}.")
-    space = GrammarSpace(grammar, assets)
+    space = GrammarSpace(grammar, grammar.assets if assets is None else assets)
     study = Study(space, pool or Pool(), settings)
 
     def person(addresses: Sequence[Address], _before: int) -> Floats:

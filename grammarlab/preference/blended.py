@@ -155,9 +155,13 @@ class BlendedPreference(AbstractPreference):
             return self
         table = rows_to_predict(rows, self.num_columns)
         cells = self.partition.for_density(table, weights)
-        by_cells, by_process = (
-            float(weights @ np.maximum(part.mean, 0.0)) for part in (cells.predict(table), self.meant(table))
-        )
+        by_cells, by_process = self._liked_of(cells, table, weights)
+        beside = self.process.observations.beside
+        if beside is not None and beside.compared.any():
+            # Comparisons leave the level of values open: designs are liked relative to the labelled ones.
+            labelled = self.process.observations.looked_at
+            of_labelled = self._liked_of(cells, labelled, np.full(len(labelled), 1.0 / len(labelled)))
+            by_cells, by_process = by_cells * of_labelled[1], by_process * of_labelled[0]
         ratio = min(1.0, by_cells / by_process) if by_process > 0.0 else 1.0
         return replace(
             self,
@@ -165,6 +169,13 @@ class BlendedPreference(AbstractPreference):
             damping=max(ratio**_DISTRUST, _LEAST_DAMPING) if self.share > 0.0 else 1.0,
             sketches=tuple(part.for_density(table, weights) for part in self.sketches),
         )
+
+    def _liked_of(self, cells: PartitionPreference, rows: Floats, weights: Floats) -> tuple[float, float]:
+        """What cells and the process like of some designs, as sums of values in points."""
+        by_cells, by_process = (
+            float(weights @ np.maximum(part.mean, 0.0)) for part in (cells.predict(rows), self.meant(rows))
+        )
+        return by_cells, by_process
 
     def _counting(self) -> Iterator[tuple[float, AbstractPreference]]:
         share = self.share * self.damping / (self.share * self.damping + 1.0 - self.share)
@@ -265,13 +276,14 @@ def _share_by(predicted: Floats, scores: Floats, row: Ints) -> float:
     return mean_share(likelihoods)
 
 
-def mean_share(log_likelihoods: Floats) -> float:
+def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS) -> float:
     """The mean of `SHARES` under their posterior; 0 if it is small.
 
     Args:
         log_likelihoods: [S] of held-out labels, for each of the shares.
+        odds_of_cells: prior odds of cells alone against any other share.
     """
     odds = np.exp(_SELDOM * (log_likelihoods - log_likelihoods.max()))
-    odds[0] *= _ODDS
+    odds[0] *= odds_of_cells
     share = float(odds @ np.array(SHARES) / odds.sum())
     return share if share >= _LEAST_SHARE else 0.0

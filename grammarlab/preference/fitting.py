@@ -72,6 +72,9 @@ def fit(
     """
     if method not in _MODULES:
         raise UsageError(f"method: expected one of {', '.join(get_args(Method))}, found {method!r}.")
+    unknown = set(kinds) - set(get_args(Kind))
+    if unknown:
+        raise UsageError(f"kinds: expected {', '.join(get_args(Kind))}, found {', '.join(map(repr, sorted(unknown)))}.")
     if set(kinds) - {"score"} and method == "blended":
         with named_extras():
             mixed = import_module("grammarlab.preference.mixed")

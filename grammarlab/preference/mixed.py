@@ -122,7 +122,10 @@ def _share(
                 values = share * parts[0] + (1.0 - share) * parts[1]
                 differences = values[first[held]] - compared[held] * values[second[held]]
                 evidence[place] += _log_likelihood(told.bounds.take(held), differences, cells)
-    share = mean_share(evidence)
+    # Cells are preferred for the divisions that they find. Undivided ones are the hypothesis that all designs are liked
+    # equally, which explains no comparison: it has the same odds as any other share.
+    undivided = compared.any() and cells.trees[0].split is None
+    share = mean_share(evidence, 1.0) if undivided else mean_share(evidence)
     return share, tuple(BlendedPreference(*part, share) for part in found)
 
 

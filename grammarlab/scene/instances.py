@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.origins import NEAR, origins_of
 from grammarlab.derivation.values.materials import Materials
+from grammarlab.errors import check_type
 from grammarlab.geometry.meshes.mesh import Meshes
 
 Floats = NDArray[np.float64]
@@ -65,6 +66,7 @@ def realize(forest: Forest) -> Scene:
     >>> len(gl.realize(gl.derive(gl.Grammar.parse("Lot --> extrude(3) split(y) { ~1 : A | ~1 : B }"), 4, seed=1)))
     8
     """
+    check_type("forest", forest, Forest, "gl.derive(grammar, 4, seed=1)")
     leaves = forest.leaves
     materials, material_of_old = _sorted(forest.materials)
     order, material = _order(forest, material_of_old), material_of_old[leaves.material]

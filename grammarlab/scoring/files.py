@@ -10,7 +10,14 @@ from typing import Any
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.runs.serving.windows import Answer, Message, Refuse
 from grammarlab.scoring.shown.desk import SessionDesk
-from grammarlab.scoring.workers.tasks import DrawSheet, LearnedFile, LearnGrammar, ReadLabels, WriteLabels
+from grammarlab.scoring.workers.tasks import (
+    DrawSheet,
+    LabelledFactors,
+    LearnedFile,
+    LearnGrammar,
+    ReadLabels,
+    WriteLabels,
+)
 from grammarlab.scoring.workers.worker_pool import TaskOutcome, WorkerPool
 
 Result = Callable[[Any], tuple[Message, Sequence[bytes]]]
@@ -39,12 +46,14 @@ class SessionFiles:
             try:
                 if outcome.value is None:
                     raise UsageError(outcome.error)
+                labels: LabelledFactors = outcome.value
                 entries = {
                     name: {subject: said.as_json() for subject, said in scores.items()}
-                    for name, scores in outcome.value.items()
+                    for name, scores in labels.factors.items()
                 }
                 self._desk.do("import", {"scores": entries})
-                answer({"added": sum(map(len, outcome.value.values()))}, ())
+                notes: Message = {"notes": list(labels.notes)} if labels.notes else {}
+                answer({"added": sum(map(len, labels.factors.values())), **notes}, ())
             except GrammarlabError as error:
                 refuse(str(error))
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import LanguageError
 from grammarlab.language.checking.check import check
-from grammarlab.language.grammar import Grammar
+from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.importing import load
 
 TEXT = """
@@ -146,3 +146,39 @@ def test_a_path_from_the_top_of_a_workspace_is_found_below_the_rule_file(tmp_pat
     assert grammar.libraries["w"] is not None
     assert grammar.libraries["x"] is None
     assert [finding.code for finding in grammar.import_findings] == ["bad-import"]
+
+
+ENDS = "// Häuser\nLot --> 40% : A\n    else : B(\nA --> NIL\n"
+FORMS = {
+    "unix": ENDS.encode(),
+    "windows": ENDS.replace("\n", "\r\n").encode(),
+    "old mac": ENDS.replace("\n", "\r").encode(),
+    "byte order mark": ENDS.encode("utf-8-sig"),
+    "utf-16": ENDS.replace("\n", "\r\n").encode("utf-16"),
+    "windows-1252": ENDS.replace("\n", "\r\n").encode("cp1252"),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_hash_of_a_file_depends_on_its_text_only(tmp_path, form):
+    whole = {name: content.replace(b"B(", b"B ").replace(b"B\0(\0", b"B\0 \0") for name, content in FORMS.items()}
+    (tmp_path / "a.cga").write_bytes(whole["unix"])
+    (tmp_path / "b.cga").write_bytes(whole[form])
+    first, second = load(tmp_path / "a.cga"), load(tmp_path / "b.cga")
+    assert first == second
+    assert first.hash == second.hash == Grammar.parse(whole["unix"].decode()).hash
+    assert Grammar.parse(read_text(tmp_path / "b.cga").replace("\n", "\r\n")).hash == first.hash
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_errors_have_the_same_place_with_any_line_ends(tmp_path, form):
+    (tmp_path / "a.cga").write_bytes(FORMS[form])
+    with pytest.raises(LanguageError) as caught:
+        load(tmp_path / "a.cga")
+    location = caught.value.findings[0].location
+    assert (location.line, location.column) == (3, 13)
+
+
+def test_a_dash_in_windows_1252_is_a_dash(tmp_path):
+    (tmp_path / "a.cga").write_bytes(b'A --> report("2 \x96 3", 1)')
+    assert "2 \u2013 3" in read_text(tmp_path / "a.cga")

@@ -340,7 +340,7 @@ def test_labels_of_other_models_are_refused(session: Session):
         ("labels about another grammar", row.replace(row.split(",")[4], "0" * 64)),
         ("footprint of their own", ",".join([*row.split(",")[:place], "20x12", *row.split(",")[place + 1 :]])),
         ("score", row.replace("40.0", "140")),
-        ("^the file: .*cells", row + ",,,"),
+        ("^the file: .*cells", row + ",,,x"),
     ]
     for expected, line in foreign:
         with pytest.raises(GrammarlabError, match=expected):

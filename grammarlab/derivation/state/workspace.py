@@ -116,7 +116,7 @@ class Workspace:
             DerivationError: If there is no asset folder, or the file is broken or outside it.
         """
         if self.assets is None:
-            hint = "name it with --assets DIR"
+            hint = "give the folder of the meshes and images: --assets DIR, or in Python assets='DIR'"
             raise DerivationError(f'the asset "{path}" needs an asset folder', location, hint)
         try:
             return self.assets.load(path)

@@ -18,7 +18,7 @@ height | height
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -28,7 +28,7 @@ from scipy import sparse
 
 from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, check_type
 from grammarlab.features.columns.draws import columns_of, count_branches, measure_draws
 from grammarlab.features.columns.keys import Meaning
 from grammarlab.features.columns.names import ColumnNames
@@ -142,7 +142,13 @@ def extract(forests: Forest | Sequence[Forest], options: Options | None = None) 
 
 
 def _listed(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
-    return (forests,) if isinstance(forests, Forest) else tuple(forests)
+    if isinstance(forests, Forest):
+        return (forests,)
+    check_type("forests", forests, Iterable, "[gl.derive(grammar, 100, seed=1)]")
+    listed = tuple(forests)
+    for number, forest in enumerate(listed):
+        check_type(f"forests[{number}]", forest, Forest, "gl.derive(grammar, 100, seed=1)")
+    return listed
 
 
 def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sparse.csr_array]:

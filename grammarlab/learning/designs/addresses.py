@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 from hashlib import sha256
 from typing import NamedTuple
 
 from grammarlab.errors import UsageError
-from grammarlab.preference.labels.table import Label, Place
+from grammarlab.language.grammar import hash_of, normal
+from grammarlab.preference.labels.table import Label, Labels, Place
 
 _TEXT = re.compile(r"([gf])(0|[1-9][0-9]{0,19})-(0|[1-9][0-9]{0,18})")
 
@@ -87,6 +91,31 @@ def hashes_of(text_hash: str) -> tuple[str, str]:
         text_hash: SHA-256 of the text of the file, in hexadecimal.
     """
     return text_hash, sha256(f"flattened {text_hash}".encode()).hexdigest()
+
+
+def renamed(labels: Labels, text: str) -> Labels:
+    """Labels with the hash of a text that is independent of line ends.
+
+    Earlier versions hashed a file with Windows line ends as it was, so that its labels have another hash.
+
+    Args:
+        labels: any.
+        text: text of the file that describes the designs.
+    """
+    windows = sha256(normal(text).replace("\n", "\r\n").encode("utf-8", "surrogatepass")).hexdigest()
+    names = dict(zip(hashes_of(windows), hashes_of(hash_of(text)), strict=True))
+    if not any(label.grammar in names for label in labels):
+        return labels
+    return Labels(tuple(_renamed(label, names) for label in labels), labels.notes)
+
+
+def _renamed(label: Label, names: Mapping[str, str]) -> Label:
+    other = label.other
+    if other:
+        place = json.loads(other)
+        if place.get("grammar") in names:
+            other = json.dumps(place | {"grammar": names[place["grammar"]]}, separators=(",", ":"))
+    return replace(label, grammar=names.get(label.grammar, label.grammar), other=other)
 
 
 def shown(value: object) -> str:

@@ -1,7 +1,9 @@
 """Label files: CSV, JSON lines or Parquet, one row per label, one column per field of `Label`.
 
-The columns start_rule, attributes, footprint, kind and other are optional, and columns of other names are ignored.
-A comparison (kind ``rather`` or ``tie``) needs no score: its cell may be empty.
+Tables of text are read as spreadsheets and people write them (`grammarlab.tables`). The columns start_rule, attributes,
+footprint, kind and other are optional and their cells may be empty; columns of other names are ignored. Capitals in
+names of columns do not matter. A comparison (kind ``rather`` or ``tie``) needs no score; other rows without one are
+left out and counted in `Labels.notes`, which also names scales other than 0 to 100.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any
@@ -17,9 +19,12 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from grammarlab.errors import AssetError, UsageError
-from grammarlab.files import write_bytes
+from grammarlab.errors import AssetError, TableError, UsageError
+from grammarlab.files import read_bounded, write_bytes
+from grammarlab.preference.labels import cells as cell_values
+from grammarlab.preference.labels.scales import on_one_scale
 from grammarlab.preference.labels.table import COMPARISONS, SCORES, Label, Labels
+from grammarlab.tables import Table, TableRow, decoded, read_table
 
 MAX_FILE_BYTES = 64 << 20
 MAX_UNPACKED_BYTES = 512 << 20
@@ -28,6 +33,7 @@ MAX_LABELS = 500_000
 
 _COLUMNS = tuple(field.name for field in fields(Label))
 _REQUIRED = tuple(field.name for field in fields(Label) if field.default is MISSING)
+_OPTIONAL = frozenset(_COLUMNS) - frozenset(_REQUIRED)
 _KINDS: dict[str, Any] = {"seed": pa.uint64(), "model": pa.int64(), "score": pa.float64()}
 """Parquet types of the columns that are not text."""
 
@@ -67,11 +73,15 @@ def read_labels(path: Path | str) -> Labels:
     """Labels from a file.
 
     Args:
-        path: its suffix .csv, .jsonl or .parquet selects the format.
+        path: its suffix .csv, .tsv, .jsonl or .parquet selects the format.
+
+    Returns:
+        The labels. `Labels.notes` says what was left out, and which scale other than 0 to 100 was understood.
 
     Raises:
         UsageError: If the suffix is another one.
-        AssetError: If the file is missing, too large or broken; the message names row and column.
+        AssetError: If the file is missing, too large or broken, or no row has a score; the message names row and
+            column.
 
     >>> import grammarlab as gl
     >>> from pathlib import Path
@@ -84,13 +94,11 @@ def read_labels(path: Path | str) -> Labels:
     """
     path = Path(path)
     reader = _format(path, _READERS)
-    if not path.is_file():
+    if not path.exists():
         raise AssetError(f"{path}: no such label file.")
-    if (size := path.stat().st_size) > MAX_FILE_BYTES:
-        raise AssetError(f"{path}: {size} bytes; label files may have {MAX_FILE_BYTES} at most.")
     try:
-        return Labels(tuple(_labels(reader(path.read_bytes()))))
-    except (_RowError, ValueError, OSError, RecursionError, pa.ArrowException) as error:
+        return _labels(reader(read_bounded(path, MAX_FILE_BYTES)))
+    except (_RowError, TableError, ValueError, OSError, RecursionError, pa.ArrowException) as error:
         raise AssetError(f"{path}: {error}") from error
 
 
@@ -100,55 +108,66 @@ def _format(path: Path, formats: Mapping[str, Callable[..., Any]]) -> Callable[.
     return formats[path.suffix.lower()]
 
 
-def _labels(rows: _Rows) -> Iterator[Label]:
-    for number, (place, cells) in enumerate(rows):
-        if number >= MAX_LABELS:
+def _labels(rows: _Rows) -> Labels:
+    labels, num_blank = list[Label](), 0
+    for place, cells in rows:
+        if len(labels) + num_blank >= MAX_LABELS:
             raise _RowError(f"more than {MAX_LABELS} labels; split the file.")
         missing = [name for name in _REQUIRED if name not in cells]
         if missing:
             raise _RowError(f"{place}: expected {', '.join(_REQUIRED)}; missing {', '.join(missing)}.")
         try:
-            yield Label(**_completed({name: cells[name] for name in _COLUMNS if name in cells}))
+            label = _label(cells)
         except UsageError as error:
             raise _RowError(f"{place}: {error}") from error
+        if label is None:
+            num_blank += 1
+        else:
+            labels.append(label)
+    if num_blank and not labels:
+        raise _RowError(f"none of {num_blank:,} rows has a score.")
+    scaled, notes = on_one_scale(labels)
+    left_out = "1 row without a score is" if num_blank == 1 else f"{num_blank:,} rows without a score are"
+    return Labels(scaled, notes=(*([f"{left_out} left out"] if num_blank else []), *notes))
 
 
-def _completed(cells: dict[str, Any]) -> dict[str, Any]:
-    """Cells of a row, with the defaults of an empty kind and of the empty score of a comparison."""
-    told = {name: cells[name] for name in cells if name not in ("kind", "other") or cells[name] not in ("", None)}
-    kind = told.get("kind")
-    if kind in COMPARISONS and told["score"] in ("", None):
-        told["score"] = SCORES[str(kind)][0]
-    return told
+def _label(cells: Mapping[str, Any]) -> Label | None:
+    """Label of a row; None if it has no score and is not a comparison."""
+    values = {name: cells[name] for name in _COLUMNS if name in cells}
+    values = {name: value for name, value in values.items() if name not in _OPTIONAL or not cell_values.is_blank(value)}
+    for name in ("kind", "grammar"):
+        if isinstance(values.get(name), str):
+            values[name] = values[name].lower()
+    for name in ("seed", "model"):
+        values[name] = cell_values.whole(name, values[name])
+    values["score"] = cell_values.score(values["score"])
+    if values["score"] is None:
+        if values.get("kind") in COMPARISONS:
+            values["score"] = SCORES[values["kind"]][0]
+        elif "other" not in values:
+            return None
+    return Label(**values)
 
 
-def _read_csv(data: bytes) -> _Rows:
-    reader = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""), strict=True)
-    try:
-        header = next(reader, [])
-        _check_header(header)
-        for cells in filter(None, reader):
-            yield f"line {reader.line_num}", _csv_cells(header, cells)
-    except (csv.Error, _RowError) as error:
-        raise _RowError(f"line {reader.line_num}: {error}") from error
+def _read_text_table(data: bytes) -> _Rows:
+    table = read_table(data, MAX_LABELS + 2)
+    header = table.header
+    _check_header(header)
+    for row in table.body:
+        yield f"line {row.line}", _cells_of(table, header, row)
 
 
-def _csv_cells(header: list[str], cells: list[str]) -> dict[str, Any]:
-    if len(cells) != len(header):
-        raise _RowError(f"expected {len(header)} cells as in the header, found {len(cells)}.")
-    return {name: _typed(name, cell) for name, cell in zip(header, cells, strict=True)}
-
-
-def _typed(name: str, cell: str) -> Any:
-    """A cell of a text file as a number; unchanged if it is not a number, so that `Label` refuses it."""
-    try:
-        return int(cell) if name in ("seed", "model") else float(cell) if name == "score" else cell
-    except ValueError:
-        return cell
+def _cells_of(table: Table, header: Sequence[str], row: TableRow) -> dict[str, Any]:
+    """Cells by column; spreadsheets leave empty cells at the end out, or add some."""
+    required = max(header.index(name) for name in _REQUIRED) + 1
+    if len(row.cells) < required or any(row.cells[len(header) :]):
+        raise _RowError(f"line {row.line}: expected {len(header)} cells as in the header, found {len(row.cells)}.")
+    cells: dict[str, Any] = dict(zip(header, row.cells, strict=False))
+    return cells | {"score": cell_values.score(cells["score"], table.number)}
 
 
 def _read_jsonl(data: bytes) -> _Rows:
-    for number, line in enumerate(data.decode("utf-8-sig").split("\n"), 1):
+    for number, line in enumerate(decoded(data).split("\n"), 1):
         if not line.strip():
             continue
         try:
@@ -157,33 +176,45 @@ def _read_jsonl(data: bytes) -> _Rows:
             raise _RowError(f"line {number}: expected a JSON object, but this is not JSON ({error}).") from error
         if not isinstance(cells, dict):
             raise _RowError(f"line {number}: expected a JSON object, found {line[:40]!r}.")
-        yield f"line {number}", cells
+        names = [_normal(name) for name in cells]
+        _check_different(names, f"line {number}: ")
+        yield f"line {number}", dict(zip(names, cells.values(), strict=True))
 
 
 def _read_parquet(data: bytes) -> _Rows:
-    names = pq.read_schema(io.BytesIO(data)).names
-    _check_header(names)
+    written = pq.read_schema(io.BytesIO(data)).names
+    _check_header([_normal(name) for name in written])
+    columns = {name: _normal(name) for name in written if _normal(name) in _COLUMNS}
     # A dictionary stores a repeated text once.
-    texts = [name for name in _COLUMNS if name in names and name not in _KINDS]
+    texts = [name for name, normal in columns.items() if normal not in _KINDS]
     file = pq.ParquetFile(io.BytesIO(data), read_dictionary=texts)
     unpacked = sum(file.metadata.row_group(i).total_byte_size for i in range(file.metadata.num_row_groups))
     if unpacked > MAX_UNPACKED_BYTES:
         raise _RowError(f"{unpacked} bytes when unpacked; {MAX_UNPACKED_BYTES} are allowed.")
     number = 0
-    for batch in file.iter_batches(batch_size=1024, columns=[name for name in _COLUMNS if name in names]):
+    for batch in file.iter_batches(batch_size=1024, columns=list(columns)):
         for cells in batch.to_pylist():
             number += 1
-            yield f"row {number}", cells
+            yield f"row {number}", {columns[name]: value for name, value in cells.items()}
+
+
+def _normal(name: str) -> str:
+    return name.strip().lower()
 
 
 def _check_header(names: Iterable[str]) -> None:
     found = list(names)
     missing = [name for name in _REQUIRED if name not in found]
     if missing:
-        shown = ", ".join(found)[:200] or "none"
+        shown = ", ".join(filter(None, found))[:200] or "none"
         raise _RowError(f"expected the columns {', '.join(_REQUIRED)}; missing {', '.join(missing)}; found {shown}.")
-    if len(set(found)) < len(found):
-        raise _RowError("two columns have the same name.")
+    _check_different(found)
+
+
+def _check_different(names: Sequence[str], place: str = "") -> None:
+    repeated = [name for name in _COLUMNS if names.count(name) > 1]
+    if repeated:
+        raise _RowError(f"{place}two columns have the same name: {', '.join(repeated)}.")
 
 
 def _write_csv(labels: Labels) -> bytes:
@@ -208,7 +239,12 @@ def _write_parquet(labels: Labels) -> bytes:
     return sink.getvalue()
 
 
-_READERS: dict[str, Callable[[bytes], _Rows]] = {".csv": _read_csv, ".jsonl": _read_jsonl, ".parquet": _read_parquet}
+_READERS: dict[str, Callable[[bytes], _Rows]] = {
+    ".csv": _read_text_table,
+    ".tsv": _read_text_table,
+    ".jsonl": _read_jsonl,
+    ".parquet": _read_parquet,
+}
 _WRITERS: dict[str, Callable[[Labels], bytes]] = {
     ".csv": _write_csv,
     ".jsonl": _write_jsonl,

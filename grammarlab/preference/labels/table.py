@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -129,6 +129,8 @@ class Labels:
     """
 
     rows: tuple[Label, ...] = ()
+    notes: tuple[str, ...] = field(default=(), compare=False)
+    """Sentences about the file that they were read from: what was left out, and the scale of the scores."""
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -137,7 +139,7 @@ class Labels:
         return iter(self.rows)
 
     def __add__(self, other: Labels) -> Labels:
-        return Labels(self.rows + other.rows)
+        return Labels(self.rows + other.rows, self.notes + other.notes)
 
     @property
     def factors(self) -> tuple[str, ...]:

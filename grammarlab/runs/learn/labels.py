@@ -8,9 +8,11 @@ from time import perf_counter
 from typing import Any
 
 from grammarlab.density.targets.thinning import Progress, silent
+from grammarlab.errors import check_type
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.answers import answers_of
 from grammarlab.learning.asking.stopping import expected_gain
+from grammarlab.learning.designs.addresses import renamed
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
@@ -44,6 +46,8 @@ class LabelsResult:
     """Factors without a score above 0, whose preference is unknown."""
     seconds: float
     """Seconds from the labels to the text of the grammar."""
+    notes: tuple[str, ...] = ()
+    """What was understood of the label file, see `Labels.notes`."""
     gain: float | None = None
     """Expected gain of 16 more scores in nats; None if the method cannot estimate it."""
     truth: TrueDensity | None = None
@@ -116,13 +120,15 @@ def learn_from_labels(
     >>> found.learned.rules_after <= 2
     True
     """
+    check_type("labels", labels, Labels, 'gl.read_labels("labels.csv")')
     begun, making, file = perf_counter(), making or Making(), Path(file)
     source = find_rules(grammar)
-    space = opened(source.suffix, source.text(), source.name, source.assets)
+    text = source.text()
+    space = opened(source.suffix, text, source.name, source.assets)
     writer = domain_of(source.suffix).writer(space)
     writer.method(making.method)
     known = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
-    answers = answers_of(labels, space.hashes)
+    answers = answers_of(renamed(labels, text), space.hashes)
     study = Study(space, pool or Pool(), settings)
     lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels_from}: {len(labels)} scores"]
     with one_thread():
@@ -142,6 +148,7 @@ def learn_from_labels(
         num_labels=len(labels),
         left_out=tuple(found.factor for found in answers if not found.is_liked),
         seconds=seconds,
+        notes=labels.notes,
         gain=gain,
         truth=None if known is None else TrueDensity.of(known, learned, respondent),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PIL import Image
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, check_type
 from grammarlab.runs.pictures.sheet_page import draw_page, lay_out
 from grammarlab.runs.pictures.tiles import draw_tiles
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
@@ -40,6 +40,7 @@ def render(
     >>> gl.render(gl.realize(forest), pixels=40).mode
     'RGB'
     """
+    check_type("scene", scene, Scene, "gl.realize(forest)")
     if not scene.num_models:
         raise UsageError("nothing to draw: the scene has no models.")
     if pixels < _FEWEST_PIXELS:

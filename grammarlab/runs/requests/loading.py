@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.requests.checks import grammar_to_run
@@ -11,6 +12,8 @@ from grammarlab.runs.requests.examples import find_rules
 
 def load(grammar: str | os.PathLike[str]) -> Grammar:
     """Read a rule file without errors.
+
+    Its meshes and images are found as by the command line: in ``assets`` beside the file, otherwise beside it.
 
     Args:
         grammar: a path, or the name of a shipped grammar.
@@ -24,4 +27,4 @@ def load(grammar: str | os.PathLike[str]) -> Grammar:
     'Start'
     """
     source = find_rules(os.fspath(grammar))
-    return grammar_to_run(source.text(), source.file)
+    return replace(grammar_to_run(source.text(), source.file), assets=source.assets)

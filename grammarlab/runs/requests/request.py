@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal, Self, TypedDict, Unpack, get_args
 
@@ -16,6 +15,7 @@ from grammarlab.export import FORMATS
 from grammarlab.export.save import Format
 from grammarlab.geometry.outlines.footprints import Footprint, read_footprints
 from grammarlab.language.attribute_values import AttributeValue
+from grammarlab.language.grammar import hash_of
 from grammarlab.rendering.choice import RendererName
 from grammarlab.runs.disk.members import member, numbers, plain_values
 from grammarlab.runs.requests.domains import DEFAULT
@@ -135,8 +135,8 @@ class SampleRequest:
 
     @property
     def text_hash(self) -> str:
-        """SHA-256 of the rule text in hexadecimal."""
-        return sha256(self.text.encode()).hexdigest()
+        """SHA-256 of the rule text in hexadecimal: `Grammar.hash`."""
+        return hash_of(self.text)
 
     @property
     def total_models(self) -> int:

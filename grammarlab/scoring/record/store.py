@@ -18,6 +18,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.language.grammar import hash_of
 from grammarlab.learning.designs.addresses import shown
 from grammarlab.runs.requests.domains import DEFAULT
 from grammarlab.scoring.grids import Body
@@ -64,7 +65,7 @@ class About:
     @property
     def hash(self) -> str:
         """SHA-256 of the text: `Grammar.hash`."""
-        return sha256(self.grammar.encode("utf-8", "surrogatepass")).hexdigest()
+        return hash_of(self.grammar)
 
 
 class Store:
@@ -216,7 +217,9 @@ class Store:
         if not KIND.fullmatch(suffix):
             raise AssetError(f"{self._path}: a session file about {shown(suffix)} files; it is broken.")
         about = About(found["title"], found["grammar"], seed, size, suffix)
-        if about.hash != found["hash"]:
+        # Earlier versions hashed the text with the line ends of its file.
+        as_it_is = sha256(about.grammar.encode("utf-8", "surrogatepass")).hexdigest()
+        if found["hash"] not in (about.hash, as_it_is):
             raise AssetError(f"{self._path}: the grammar in it has changed; the file is broken.")
         return about
 

@@ -13,6 +13,7 @@ from PIL import Image
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import write_text
+from grammarlab.learning.designs.addresses import renamed
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.preference.labels.files import read_labels, save_labels
 from grammarlab.runs.pictures.sheet_page import draw_page, lay_out
@@ -21,7 +22,14 @@ from grammarlab.runs.requests.domains import domain_of, opened
 from grammarlab.runs.work.executors import SERIAL
 from grammarlab.scene import triangles
 from grammarlab.scoring.workers.labels import labels_of, scores_of
-from grammarlab.scoring.workers.tasks import DrawSheet, Factors, LearnedFile, LearnGrammar, ReadLabels, WriteLabels
+from grammarlab.scoring.workers.tasks import (
+    DrawSheet,
+    LabelledFactors,
+    LearnedFile,
+    LearnGrammar,
+    ReadLabels,
+    WriteLabels,
+)
 from grammarlab.scoring.workers.worker_pool import Handler, Report
 
 TILE_AREA = 240 * 240
@@ -67,7 +75,7 @@ class _Maker:
                 return self._learn(request, Path(folder), report)
             return self._sheet(request, report)
 
-    def _read(self, request: ReadLabels, file: Path) -> Factors:
+    def _read(self, request: ReadLabels, file: Path) -> LabelledFactors:
         file = file.with_suffix(request.suffix)
         file.write_bytes(request.content)
         try:
@@ -75,7 +83,7 @@ class _Maker:
         except AssetError as error:
             # The temporary path is not shown.
             raise AssetError(str(error).replace(str(file), "the file")) from error
-        return scores_of(labels, self.hash)
+        return LabelledFactors(scores_of(renamed(labels, self.text), self.hash), labels.notes)
 
     def _learn(self, request: LearnGrammar, folder: Path, report: Report) -> LearnedFile:
         # It loads JAX, which labels and sheets do not need.

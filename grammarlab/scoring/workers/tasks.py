@@ -197,10 +197,19 @@ class WriteLabels:
 
 @dataclass(frozen=True, slots=True)
 class ReadLabels:
-    """Task: read a label file: `Factors`."""
+    """Task: read a label file: `LabelledFactors`."""
 
     content: bytes
     suffix: str
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledFactors:
+    """Scores of a label file."""
+
+    factors: Factors
+    notes: tuple[str, ...]
+    """What was understood of the file, see `Labels.notes`."""
 
 
 @dataclass(frozen=True, slots=True)

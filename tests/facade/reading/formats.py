@@ -136,7 +136,7 @@ def as_via_table(drawn: Drawing) -> str:
 
 def _percent(drawn: Drawing, name: str, box: list[float]) -> dict[str, object]:
     left, top, right, bottom = (100.0 * side / size for side, size in zip(box, drawn.size * 2, strict=True))
-    sides = {"x": left, "y": top, "width": right - left, "height": bottom - top, "rotation": 0}
+    sides: dict[str, object] = {"x": left, "y": top, "width": right - left, "height": bottom - top, "rotation": 0}
     return sides | {"rectanglelabels": [name]}
 
 

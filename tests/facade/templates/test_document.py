@@ -101,6 +101,42 @@ def test_boxes_of_a_scan_take_their_points_and_find_their_rows():
         read_boxes(b"0,0,1,1\n0,0,x,1\n")
 
 
+BOXES = [[0.5, 0.0, 1.25, 1.0], [3.0, 0.0, 4.0, 1.5]]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0.5,0,1.25,1\n3,0,4,1.5\n",
+        "left,bottom,right,top\r\n0.5,0,1.25,1\r\n\r\n3,0,4,1.5\r\n,,,\r\n",
+        "0,5;0,0;1,25;1,0\n3,0;0,0;4,0;1,5\n",
+        "Left ; Bottom;Right;Top;\n0,5;0; 1,25;1;\n3;0;4;1,5;\n;;;;\n",
+        "0.5\t0\t1.25\t1\n3\t0\t4\t1.5\n",
+        "name,top,left,right,bottom\na,1,0.5,1.25,0\nb,1.5,3,4,0\n",
+        "sep=;\n0,5;0;1,25;1\n3;0;4;1,5\n",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_boxes_are_read_as_spreadsheets_write_them(text, encoding):
+    assert read_boxes(text.encode(encoding)).tolist() == BOXES
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x,y,width,height\n0,0,1,1\n", "line 1: expected the columns left, bottom, right, top once each"),
+        ("left,bottom,right,top\n", "none below the header"),
+        ("0,0,1\n", "line 1: expected left, bottom, right, top"),
+        ("0,0,1,1,7\n", "line 1: "),
+        ("0,0,1_0,1\n", "line 1: "),
+        ('0,0,"1,1\n', "line 1: this is not valid CSV"),
+    ],
+)
+def test_tables_that_are_not_of_boxes_are_refused_by_line(text, message):
+    with pytest.raises(FacadeError, match=f"Boxes.*{message}"):
+        read_boxes(text.encode())
+
+
 def test_other_endings_are_refused(tmp_path):
     (tmp_path / "a.txt").write_text("")
     with pytest.raises(UsageError, match=r"\.json"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from contextlib import closing
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,16 @@ def change(path: Path, *statements: str) -> Path:
         for statement in statements:
             connection.execute(statement)
     return path
+
+
+def test_a_session_about_a_file_with_windows_line_ends_is_about_its_text(tmp_path, monkeypatch):
+    about, text = About("toy", "Lot --> A\r\n", 5, 100), "Lot --> A\n"
+    with monkeypatch.context() as patch:  # as earlier versions did
+        patch.setattr(About, "hash", property(lambda about: sha256(about.grammar.encode()).hexdigest()))
+        with closing(Store.open(tmp_path / "a.db", about)) as store:
+            assert store.about.hash != About("toy", text, 5, 100).hash
+    with closing(Store.open(tmp_path / "a.db")) as store:
+        assert store.about.hash == About("toy", text, 5, 100).hash
 
 
 def test_what_was_written_is_read_again(tmp_path: Path):
