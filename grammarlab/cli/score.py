@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from grammarlab.cli.console.page import page_opener
 from grammarlab.cli.console.report import friendly_errors, say
 from grammarlab.cli.sample import complete_grammar
 
@@ -45,14 +46,9 @@ def score(
 
         opened.listen(_warner())
 
-        def tell(address: str) -> None:
-            typer.echo(address)
-            say(f"scores are saved in {path}; Ctrl-C ends")
-            if browser:
-                typer.launch(address)
-
         try:
-            serve(opened, port, tell)
+            with page_opener(f"scores are saved in {path}; Ctrl-C ends", browser=browser) as announce:
+                serve(opened, port, announce)
         except KeyboardInterrupt:
             say(f"ended; the same command continues the session. Scores are in {path}.")
         finally:
