@@ -38,12 +38,14 @@ def score(
 ) -> None:
     """Score models in the browser, in a session file."""
     with friendly_errors():
+        from grammarlab.cli.console.pictures import note_slow_pictures
         from grammarlab.scoring.server import serve
         from grammarlab.scoring.session import Session
 
         path = session or Path(f"{Path(grammar).stem}.db")
         opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)
 
+        note_slow_pictures()
         opened.listen(_warner())
 
         try:
