@@ -13,7 +13,7 @@ import sys
 import tomllib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,7 @@ class Machine:
     name: str
     tags: tuple[str, ...]
     """Platforms of wheels that run on it."""
-    markers: Mapping[str, str]
+    markers: Mapping[str, str] = field(hash=False)
     """What markers of requirements see there."""
 
 
@@ -77,16 +77,23 @@ def requirements(part: str, project: Mapping[str, Any] | None = None) -> list[Re
     return result
 
 
-def missing(requirement: Requirement, machine: Machine) -> list[str]:
-    """Versions of Python for which a machine needs a requirement and has no wheel of it."""
+def missing(requirement: Requirement, machine: Machine) -> tuple[str, ...]:
+    """Versions of Python for which a machine needs a requirement and has no wheel of it.
+
+    Versions between two with a wheel are not asked for.
+    """
+
+    def is_missing(python: str) -> bool:
+        needed = requirement.marker is None or requirement.marker.evaluate(
+            {**machine.markers, "python_version": python}
+        )
+        return needed and not _has_wheel(requirement, machine.tags, python)
+
     if _has_wheel(requirement, ("none",), PYTHONS[0]):  # not compiled: one wheel for all
-        return []
-    return [
-        python
-        for python in PYTHONS
-        if (requirement.marker is None or requirement.marker.evaluate({**machine.markers, "python_version": python}))
-        and not _has_wheel(requirement, machine.tags, python)
-    ]
+        return ()
+    if not is_missing(PYTHONS[0]) and not is_missing(PYTHONS[-1]):
+        return ()
+    return tuple(filter(is_missing, PYTHONS))
 
 
 @cache
@@ -100,25 +107,30 @@ def _has_wheel(requirement: Requirement, tags: Sequence[str], python: str) -> bo
     return bool(versions and any(requirement.specifier.contains(each) for each in versions[1].split(", ")))
 
 
-def cell(part: str, machine: Machine) -> str:
+Gaps = Mapping[tuple[Requirement, Machine], tuple[str, ...]]
+"""Versions of Python without a wheel."""
+
+
+def cell(part: str, machine: Machine, gaps: Gaps) -> str:
     """``yes``, or the packages without a wheel, with the versions of Python if others have one."""
-    gaps = {requirement.name: missing(requirement, machine) for requirement in requirements(part)}
-    texts = [
-        name if len(pythons) == len(PYTHONS) else f"{name} (Python {', '.join(pythons)})"
-        for name, pythons in gaps.items()
-        if pythons
-    ]
+    texts = []
+    for requirement in requirements(part):
+        pythons = gaps[requirement, machine]
+        if pythons:
+            some = f" (Python {', '.join(pythons)})" if len(pythons) < len(PYTHONS) else ""
+            texts.append(f"{requirement.name}{some}")
     return f"no {', '.join(texts)}" if texts else "yes"
 
 
 def table() -> str:
     """The rows of the table."""
     parts = (CORE, *EXTRAS)
+    asked = {(requirement, machine) for part in parts for requirement in requirements(part) for machine in MACHINES}
     with ThreadPoolExecutor(THREADS) as pool:
-        rows = [[pool.submit(cell, part, machine) for part in parts] for machine in MACHINES]
-        cells = [[future.result() for future in row] for row in rows]
+        futures = {pair: pool.submit(missing, *pair) for pair in asked}
+        gaps = {pair: future.result() for pair, future in futures.items()}
     lines = [["machine", CORE, *(f"`{extra}`" for extra in EXTRAS)], ["---"] * (len(parts) + 1)]
-    lines += [[machine.name, *row] for machine, row in zip(MACHINES, cells, strict=True)]
+    lines += [[machine.name, *(cell(part, machine, gaps) for part in parts)] for machine in MACHINES]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
