@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import platform
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -25,6 +27,15 @@ EXTRAS = {
 """Extra of grammarlab that installs each package."""
 
 
+def _advice(package: str) -> str:
+    if package in {"jax", "jaxlib"} and (sys.platform, platform.machine()) == ("darwin", "x86_64"):
+        return (
+            f"this needs the package {package}, which Intel Macs do not have in a version that grammarlab can use: "
+            "jaxlib ends at 0.4.38. Learn on another machine; the learned rules can be sampled on this one."
+        )
+    return f"this needs the package {package}, which is not installed: pip install 'grammarlab[{EXTRAS[package]}]'."
+
+
 @contextmanager
 def named_extras() -> Iterator[None]:
     """Context in which a missing package of `EXTRAS` raises an error that names the extra to install.
@@ -38,9 +49,7 @@ def named_extras() -> Iterator[None]:
         package = (error.name or "").partition(".")[0]
         if package not in EXTRAS:
             raise
-        raise UsageError(
-            f"this needs the package {package}, which is not installed: pip install 'grammarlab[{EXTRAS[package]}]'."
-        ) from error
+        raise UsageError(_advice(package)) from error
 
 
 def require(package: str) -> None:

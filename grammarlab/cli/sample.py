@@ -114,6 +114,7 @@ def sample(
     """
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
+        from grammarlab.cli.console.pictures import note_slow_pictures
         from grammarlab.cli.console.progress import progress
         from grammarlab.runs.requests.domains import domain_of, opened
         from grammarlab.runs.requests.examples import find_rules
@@ -129,6 +130,8 @@ def sample(
             if was_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
             place = folder or Path("out", earlier.request.name)
+            if earlier.request.image and earlier.request.renderer != "gl":
+                note_slow_pictures()
             if not resume and place.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
                 raise UsageError(f"the run to repeat is in {place}: give another folder with -o.")
             with progress(run.note) as on_progress:
@@ -160,6 +163,8 @@ def sample(
             renderer=renderer.value,
         )
         place = folder or Path("out", request.name)
+        if request.image and request.renderer != "gl":
+            note_slow_pictures()
         with progress(run.note) as on_progress:
             result = sample_run(request, place, executor=executor, resume=resume, on_progress=on_progress)
         _tell(result, as_json)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_result, say
+from grammarlab.cli.console.page import page_opener
+from grammarlab.cli.console.report import friendly_errors, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
@@ -37,22 +38,19 @@ def score(
 ) -> None:
     """Score models in the browser, in a session file."""
     with friendly_errors():
+        from grammarlab.cli.console.pictures import note_slow_pictures
         from grammarlab.scoring.server import serve
         from grammarlab.scoring.session import Session
 
         path = session or Path(f"{Path(grammar).stem}.db")
         opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)
 
+        note_slow_pictures()
         opened.listen(_warner())
 
-        def tell(address: str) -> None:
-            print_result(address)
-            say(f"scores are saved in {path}; Ctrl-C ends")
-            if browser:
-                typer.launch(address)
-
         try:
-            serve(opened, port, tell)
+            with page_opener(f"scores are saved in {path}; Ctrl-C ends", browser=browser) as announce:
+                serve(opened, port, announce)
         except KeyboardInterrupt:
             say(f"ended; the same command continues the session. Scores are in {path}.")
         finally:

@@ -59,7 +59,8 @@ export function makeDisplay(page) {
   function fit() {
     const { rows, columns } = page.state.layout;
     const count = page.state.grids.length;
-    const { clientWidth: width, clientHeight: height } = stage;
+    // Neither changes with what is in the stage: a scroll bar has its own room in the width, and is part of the height.
+    const { clientWidth: width, offsetHeight: height } = stage;
     if (!width) return;
     const stacked = count > 1 && width < NARROW;
     const across = stacked ? columns : count * columns;
@@ -67,7 +68,8 @@ export function makeDisplay(page) {
     const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
     const tall = (height - 56) / rows - gap;
     const bars = page.preferences.bars ? (tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS) : 0;
-    const high = tall - bars;
+    // With larger tiles than that, numbers would need room beside the bars.
+    const high = bars === BARS ? Math.min(tall - bars, ROOMY - 1) : tall - bars;
     const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
     size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
     stage.classList.toggle("gl-stacked", stacked);

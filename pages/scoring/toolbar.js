@@ -42,11 +42,15 @@ export function makeToolbar(page, display, pointer) {
       menu(size.button, "Size of the grids", buildSizes),
       element("span", { class: "gl-space" }),
       legend(),
-      bars,
-      pan,
-      iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
-      iconButton("fit", "Show all", () => display.zoomBy(0)),
-      iconButton("plus", "Zoom in", () => display.zoomBy(1.25)),
+      element(
+        "div",
+        { class: "gl-row" },
+        bars,
+        pan,
+        iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+        iconButton("fit", "Show all", () => display.zoomBy(0)),
+        iconButton("plus", "Zoom in", () => display.zoomBy(1.25)),
+      ),
     ),
   );
 

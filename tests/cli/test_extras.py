@@ -95,3 +95,25 @@ def test_extras_install_what_is_said():
     for package, extra in EXTRAS.items():
         names = [re.split(r"[>\[]", requirement)[0] for requirement in extras[extra]]
         assert installed.get(package, package) in names
+
+
+@pytest.mark.parametrize(
+    ("system", "machine", "advice"),
+    [("darwin", "x86_64", "Intel Macs"), ("darwin", "arm64", "pip install"), ("linux", "x86_64", "pip install")],
+)
+def test_on_an_intel_mac_nobody_is_sent_to_packages_that_do_not_exist(
+    monkeypatch: pytest.MonkeyPatch, system: str, machine: str, advice: str
+):
+    monkeypatch.setattr("sys.platform", system)
+    monkeypatch.setattr("platform.machine", lambda: machine)
+    with pytest.raises(UsageError, match=advice), named_extras():
+        raise ModuleNotFoundError(name="jax.numpy")
+
+
+def test_models_are_drawn_without_embree_and_a_note_says_that_it_takes_longer(tmp_path: Path):
+    (tmp_path / "box.cga").write_text("@StartRule\nLot --> extrude(3)\n", encoding="utf-8")
+    ((code, message),) = without(["embreex"], ["sample box.cga -n 1 -o boxes --jobs 1"], tmp_path)
+    assert code == 0
+    assert "ten times longer" in message
+    assert "embreex" in message
+    assert (tmp_path / "boxes" / "box.png").stat().st_size > 1000

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Protocol
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_result, say
+from grammarlab.cli.console.page import page_opener
+from grammarlab.cli.console.report import friendly_errors, say
 from grammarlab.cli.facade.file_kinds import DESIGN, ELEMENTS, FACADE, MESH, wanted
 
 if TYPE_CHECKING:
@@ -135,13 +136,8 @@ def _scan(file: Path, output: Path | None, templates: str) -> _Shown:
 def _serve(shown: _Shown, port: int, *, browser: bool) -> None:
     from grammarlab.runs.serving.server import serve
 
-    def tell(address: str) -> None:
-        print_result(address)
-        say(f"saves to {shown.target}; Ctrl-C ends")
-        if browser:
-            typer.launch(address)
-
     try:
-        serve(shown.served, shown.page, port, tell)
+        with page_opener(f"saves to {shown.target}; Ctrl-C ends", browser=browser) as announce:
+            serve(shown.served, shown.page, port, announce)
     except KeyboardInterrupt:
         say("ended.")

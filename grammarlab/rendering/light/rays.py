@@ -1,58 +1,50 @@
-"""Intersection of rays and triangles, by Intel Embree. The only file that imports embreex."""
+"""Intersection of rays and triangles: by Embree, or without it more slowly."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from grammarlab.geometry.meshes.ragged import distinct_keys
-
-Floats = NDArray[np.floating]
-
-
-@dataclass(frozen=True, slots=True)
-class Hits:
-    """The nearest hits of N rays."""
-
-    triangle: NDArray[np.int32]
-    """[N] triangle, -1 for none."""
-    distance: Floats
-    """[N] distance along the ray; huge without a hit."""
-    u: Floats
-    """[N] weight of the triangle's second corner."""
-    v: Floats
-    """[N] weight of its third."""
+from grammarlab.rendering.light.boxes import BoxedTriangles
+from grammarlab.rendering.light.hits import AbstractScene, Floats, Hits
 
 
 class Tracer:
     """Triangles for ray queries, in single precision: the model should be near the origin at about unit size."""
 
     def __init__(self, vertices: Floats, triangles: NDArray[np.integer]) -> None:
-        self._scene: Any = None
-        if len(triangles):
-            self._scene = EmbreeScene()
-            TriangleMesh(self._scene, np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, dtype=np.int32))
+        self._scene = _scene(vertices, triangles) if len(triangles) else None
 
     def first_hit(self, origins: Floats, directions: Floats) -> Hits:
         """The nearest triangle in front of each ray [N, 3]."""
         if self._scene is None or len(origins) == 0:
             zeros = np.zeros(len(origins), np.float32)
             return Hits(np.full(len(origins), -1, np.int32), np.full(len(origins), np.inf, np.float32), zeros, zeros)
-        found = self._scene.run(_contiguous(origins), _contiguous(directions), output=1)
-        return Hits(found["primID"], found["tfar"], found["u"], found["v"])
+        return self._scene.first_hit(_contiguous(origins), _contiguous(directions))
 
     def is_blocked(self, origins: Floats, directions: Floats, reach: float | None = None) -> NDArray[np.bool_]:
         """[N] whether a triangle lies on each ray [N, 3], no farther than `reach` (same unit as the directions)."""
         if self._scene is None or len(origins) == 0:
             return np.zeros(len(origins), bool)
-        limit = None if reach is None else np.full(len(origins), reach, np.float32)
-        found = self._scene.run(_contiguous(origins), _contiguous(directions), dists=limit, query="OCCLUDED")
-        return found >= 0
+        return self._scene.is_blocked(_contiguous(origins), _contiguous(directions), reach)
+
+
+def has_embree() -> bool:
+    """Whether Embree works on this machine; there are no packages of it for Linux on ARM, for example."""
+    try:
+        from grammarlab.rendering.light import embree  # noqa: F401, PLC0415
+    except ImportError:
+        return False
+    return True
+
+
+def _scene(vertices: Floats, triangles: NDArray[np.integer]) -> AbstractScene:
+    if not has_embree():
+        return BoxedTriangles(vertices, triangles)
+    from grammarlab.rendering.light.embree import EmbreeTriangles  # noqa: PLC0415
+
+    return EmbreeTriangles(vertices, triangles)
 
 
 def welded(vertices: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

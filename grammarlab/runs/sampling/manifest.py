@@ -8,7 +8,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,9 @@ FORMAT = 2
 """Version of the file. In version 1 a batch held the models of one footprint, never of several."""
 _FIRST_FORMAT, BATCHES_OVER_FOOTPRINTS = 1, 2
 MAX_FILE_BYTES = 1 << 30
-_LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "embreex", "mapbox_earcut", "pillow", "pyarrow", "lark")
+_LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "mapbox_earcut", "pillow", "pyarrow", "lark")
+_EMBREE = "embreex"
+"""Not on every machine; without it, rays are traced by grammarlab itself."""
 _GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
 _SHIPPED = "shipped"
 
@@ -150,7 +152,15 @@ def current_versions() -> dict[str, str]:
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.machine()}",
         **libraries,
+        **_embree_version(),
     }
+
+
+def _embree_version() -> dict[str, str]:
+    try:
+        return {_EMBREE: version(_EMBREE)}
+    except PackageNotFoundError:
+        return {}
 
 
 def _drawing_versions(choice: RendererChoice) -> dict[str, str]:

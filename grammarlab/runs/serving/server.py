@@ -1,7 +1,8 @@
 """Server of a page over HTTP and a WebSocket, for this machine and this person only.
 
 It is bound to 127.0.0.1. All requests need the token of the run, compared in constant time; host names other than this
-machine's own are refused, against DNS rebinding; other origins get no socket.
+machine's own are refused, against DNS rebinding; other origins get no socket. Requests that do not arrive in full,
+windows that do not answer, and windows that ask without reading the answers are closed.
 """
 
 from __future__ import annotations
@@ -11,25 +12,35 @@ import json
 import os
 import re
 import secrets
+import signal
 import socket
-from collections.abc import Callable, Sequence
+import traceback
+from collections.abc import Callable, Coroutine, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from types import TracebackType
+from typing import Any, Protocol
 
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
+from tornado.iostream import IOStream
 from tornado.web import Application, HTTPError, RequestHandler
-from tornado.websocket import WebSocketClosedError, WebSocketHandler
+from tornado.websocket import WebSocketHandler
 
 from grammarlab.errors import UsageError
+from grammarlab.runs.serving.outgoing import Outgoing
 from grammarlab.runs.serving.windows import Message, Send
 
 ADDRESS = "127.0.0.1"
 KEPT = "GRAMMARLAB_TOKEN"
 """Environment variable with the token to use."""
 MAX_BUFFERS = 4
+MAX_CONNECTIONS = 200
+"""Connections that may send requests at once; more are closed. A window has about six, and one WebSocket."""
+MAX_UNANSWERED = 1000
+"""Requests of a window whose answers may be outstanding; its next request is read when there are fewer."""
 _TYPES = {".js": "text/javascript", ".css": "text/css"}
 _HOSTS = {ADDRESS, "localhost"}
 _POLICY = (
@@ -53,6 +64,8 @@ class Page:
     """Command that prints the address."""
     max_bytes: int
     """Largest size of one message in bytes."""
+    patience: float = 30.0
+    """Seconds until a request has to be there in full, and within which a window has to answer a ping."""
 
 
 def built_page(module: str, command: str, max_bytes: int) -> Page:
@@ -86,7 +99,36 @@ def serve(session: Served, page: Page, port: int, on_ready: Callable[[str], None
         UsageError: If the port is in use.
         KeyboardInterrupt: If the user ends it.
     """
-    asyncio.run(serving(session, page, port, on_ready))
+    asyncio.run(_until_ended(serving(session, page, port, on_ready)))
+
+
+async def _until_ended(served: Coroutine[None, None, None]) -> None:
+    """Wait for a server; that the process is terminated, or loses its terminal, counts as an interruption."""
+    task = asyncio.ensure_future(served)
+    with _signals_that(task.cancel):
+        try:
+            await task
+        except asyncio.CancelledError:
+            raise KeyboardInterrupt from None
+
+
+@contextmanager
+def _signals_that(end: Callable[[], object]) -> Iterator[None]:
+    loop = asyncio.get_running_loop()
+    handled: list[signal.Signals] = []
+    for name in ("SIGTERM", "SIGHUP"):
+        number: signal.Signals | None = getattr(signal, name, None)
+        # A signal that was set to be ignored, as by nohup, stays so.
+        if number is None or signal.getsignal(number) is not signal.SIG_DFL:
+            continue
+        with suppress(NotImplementedError, RuntimeError, ValueError):  # on Windows, and on other threads
+            loop.add_signal_handler(number, end)
+            handled.append(number)
+    try:
+        yield
+    finally:
+        for number in handled:
+            loop.remove_signal_handler(number)
 
 
 async def serving(session: Served, page: Page, port: int, on_ready: Callable[[str], None]) -> None:
@@ -103,10 +145,17 @@ async def serving(session: Served, page: Page, port: int, on_ready: Callable[[st
         default_handler_class=_NothingHandler,
         default_handler_args=shared,
         websocket_max_message_size=page.max_bytes,
-        websocket_ping_interval=30,
+        websocket_ping_interval=page.patience,
+        websocket_ping_timeout=page.patience,
         log_function=lambda handler: None,
     )
-    server = HTTPServer(application, max_body_size=1024, max_header_size=16_384)
+    server = _BoundedServer(
+        application,
+        max_body_size=1024,
+        max_header_size=16_384,
+        idle_connection_timeout=page.patience,
+        body_timeout=page.patience,
+    )
     server.add_socket(listening)
     on_ready(f"http://{ADDRESS}:{listening.getsockname()[1]}/?token={token}")
     try:
@@ -139,6 +188,23 @@ def _escaped(name: str) -> str:
     return name.replace(".", r"\.")
 
 
+class _BoundedServer(HTTPServer):
+    """Closes connections beyond `MAX_CONNECTIONS`, so that none can use up the files that a process may open."""
+
+    _num_open = 0
+
+    def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
+        if self._num_open >= MAX_CONNECTIONS:
+            stream.close()
+            return
+        self._num_open += 1
+        super().handle_stream(stream, address)
+
+    def on_close(self, server_conn: object) -> None:
+        self._num_open -= 1
+        super().on_close(server_conn)
+
+
 class _GuardedHandler(RequestHandler):
     """Refuses all requests without the token."""
 
@@ -151,6 +217,13 @@ class _GuardedHandler(RequestHandler):
         given = self.get_query_argument("token", "")
         if not secrets.compare_digest(given.encode(), self.token.encode()):
             raise HTTPError(403, reason="Wrong or missing token")
+
+    def log_exception(
+        self, typ: type[BaseException] | None, value: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        """Report a bug without the address of the request, which has the token."""
+        if not isinstance(value, HTTPError):
+            traceback.print_exception(typ, value, tb)
 
     def set_default_headers(self) -> None:
         self.set_header("Server", "grammarlab")
@@ -196,12 +269,15 @@ class _SocketHandler(_GuardedHandler, WebSocketHandler):
     def open(self) -> None:
         self.set_nodelay(True)
         self._loop = IOLoop.current()
+        self._outgoing = Outgoing(self._write, partial(self.close, 1008, "answers are not read"))
+        self._num_unanswered = 0
+        self._answered = asyncio.Event()
         self._message: object = None
         self._missing = 0
         self._buffers: list[bytes] = []
         self._unlisten = self.session.listen(self.send)
 
-    def on_message(self, message: str | bytes) -> None:
+    async def on_message(self, message: str | bytes) -> None:
         if isinstance(message, bytes):
             self._buffers.append(message)
             self._missing -= 1
@@ -211,7 +287,19 @@ class _SocketHandler(_GuardedHandler, WebSocketHandler):
         if self._missing < 0:
             self.close(1002, "unexpected buffer")
         elif not self._missing:
+            self._num_unanswered += 1
             self.session.handle(self._message, tuple(self._buffers), self.send)
+            await self._until_answered()
+
+    async def _until_answered(self) -> None:
+        """Read no more requests while too many are unanswered, so that a flood waits at the window and not here."""
+        while self._num_unanswered >= MAX_UNANSWERED and self.ws_connection is not None:
+            self._answered.clear()
+            try:
+                await asyncio.wait_for(self._answered.wait(), self.page.patience)
+            except TimeoutError:
+                self.close(1013, "too many requests")
+                return
 
     def _begin(self, text: str) -> bool:
         """Check the first frame of a message; returns whether it is valid."""
@@ -230,15 +318,18 @@ class _SocketHandler(_GuardedHandler, WebSocketHandler):
     def send(self, message: Message, buffers: Sequence[bytes]) -> None:
         """Sends a message to the page; called on the session's thread."""
         text = json.dumps(message | {"buffers": len(buffers)}, allow_nan=False)
-        self._loop.add_callback(partial(self._write, text, tuple(buffers)))
+        self._loop.add_callback(self._put, (text, *buffers), is_answer="ok" in message)
 
-    def _write(self, text: str, buffers: Sequence[bytes]) -> None:
-        try:
-            self.write_message(text)
-            for buffer in buffers:
-                self.write_message(buffer, binary=True)
-        except WebSocketClosedError:
-            pass
+    def _put(self, frames: Sequence[str | bytes], *, is_answer: bool) -> None:
+        if is_answer:
+            self._num_unanswered -= 1
+            self._answered.set()
+        self._outgoing.put(frames)
+
+    async def _write(self, frame: str | bytes) -> None:
+        await self.write_message(frame, binary=isinstance(frame, bytes))
 
     def on_close(self) -> None:
         self._unlisten()
+        self._outgoing.close()
+        self._answered.set()

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source a8f17b937b8e2f52 */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source e6fbf63886d67cab */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -594,7 +594,7 @@ function makeDisplay(page) {
   function fit() {
     const { rows, columns } = page.state.layout;
     const count = page.state.grids.length;
-    const { clientWidth: width, clientHeight: height } = stage;
+    const { clientWidth: width, offsetHeight: height } = stage;
     if (!width) return;
     const stacked = count > 1 && width < NARROW;
     const across = stacked ? columns : count * columns;
@@ -602,7 +602,7 @@ function makeDisplay(page) {
     const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
     const tall = (height - 56) / rows - gap;
     const bars = page.preferences.bars ? tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS : 0;
-    const high = tall - bars;
+    const high = bars === BARS ? Math.min(tall - bars, ROOMY - 1) : tall - bars;
     const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
     size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
     stage.classList.toggle("gl-stacked", stacked);
@@ -2048,11 +2048,15 @@ function makeToolbar(page, display, pointer) {
       menu(size.button, "Size of the grids", buildSizes),
       element("span", { class: "gl-space" }),
       legend(),
-      bars,
-      pan,
-      iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
-      iconButton("fit", "Show all", () => display.zoomBy(0)),
-      iconButton("plus", "Zoom in", () => display.zoomBy(1.25))
+      element(
+        "div",
+        { class: "gl-row" },
+        bars,
+        pan,
+        iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+        iconButton("fit", "Show all", () => display.zoomBy(0)),
+        iconButton("plus", "Zoom in", () => display.zoomBy(1.25))
+      )
     )
   );
   function buildWays(close) {

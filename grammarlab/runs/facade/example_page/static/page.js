@@ -1,4 +1,4 @@
-/* Built from shared, example by pages/bundle.js; do not edit. Source 0de9df20767e5e18 */
+/* Built from shared, example by pages/bundle.js; do not edit. Source 8690f08cc9723c29 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
