@@ -6,7 +6,7 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -16,9 +16,11 @@ from grammarlab.about import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import write_text
+from grammarlab.geometry.outlines.footprints import Georeference, Remark
 from grammarlab.rendering.choice import RendererChoice
 from grammarlab.runs.requests.examples import examples_folder
 from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.place import place_of
 from grammarlab.runs.sampling.records import ModelRecord
 
 MANIFEST = "manifest.json"
@@ -73,6 +75,8 @@ def write_manifest(
         "complete": files is not None,
         "grammar": {"name": request.name, "sha256": request.text_hash, "text": request.text},
         "request": request.as_json(),
+        "place": place_of(request),
+        "remarks": [asdict(remark) for remark in request.remarks],
         "assets": _describe_assets(request.assets, folder),
         "asset_files": dict(asset_files),
         "missing_assets": [asdict(asset) for asset in missing_assets],
@@ -110,6 +114,7 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
         request = SampleRequest.from_json(
             values["request"], text, assets or _find_assets(values["assets"], path.parent)
         )
+        request = _with_map(request, values)
         if request.text_hash != values["grammar"]["sha256"]:
             raise AssetError(f"{path}: the grammar text does not match its hash; one of them was changed.")
         return Manifest(
@@ -123,6 +128,16 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise AssetError(f"{path}: the manifest is damaged ({error!r}).") from error
+
+
+def _with_map(request: SampleRequest, values: Mapping[str, Any]) -> SampleRequest:
+    """A request with the place and the remarks of a manifest; earlier versions had neither."""
+    place = values.get("place") or {}
+    return replace(
+        request,
+        georeference=None if place.get("crs") is None else Georeference.from_json(place),
+        remarks=tuple(Remark(**remark) for remark in values.get("remarks", ())),
+    )
 
 
 @cache

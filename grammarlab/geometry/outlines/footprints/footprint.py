@@ -37,7 +37,7 @@ class Georeference:
     crs: str
     """Name of the coordinate reference system of the source: ``EPSG:25832``."""
     longitude: float | None = None
-    """Longitude of x = 0, z = 0 in degrees for sources in degrees. Otherwise None: x is the easting, -z the northing."""
+    """Longitude of x = 0, z = 0, for sources in degrees. Otherwise None: x is the easting, -z the northing."""
     latitude: float | None = None
     """Latitude of x = 0, z = 0 in degrees, or None."""
 

@@ -42,8 +42,8 @@ def read_footprint_map(text: str) -> FootprintMap:
     """Footprints from the text of an option, with their place and with remarks about what is left out.
 
     Args:
-        text: ``20x12``; WKT in metres, or with ``SRID=…;`` before it; or the path of a file of GeoJSON, of GeoJSON lines
-            or of a GeoJSON text sequence (RFC 8142).
+        text: ``20x12``; WKT in metres, or with ``SRID=…;`` before it; or the path of a file of GeoJSON, of GeoJSON
+            lines or of a GeoJSON text sequence (RFC 8142).
 
     Raises:
         UsageError: If the text is none of these.

@@ -41,7 +41,8 @@ def checked(polygon: shapely.Polygon, unit: Unit) -> shapely.Polygon:
         raise BadOutlineError("a coordinate is not a finite number")
     if unit == "metres":
         if np.abs(points).max() > MAX_DISTANCE:
-            raise BadOutlineError(f"{position(*points[0].tolist(), unit)} is farther away than any place on a map")
+            x, y = points[0].tolist()
+            raise BadOutlineError(f"{position(x, y, unit)} is farther away than any place on a map")
         return polygon
     (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     if not (west >= -180.0 and east <= 360.0 and south >= -90.0 and north <= 90.0):

@@ -54,13 +54,15 @@ def read_wkt(text: str, expected: str) -> Source:
         if isinstance(part, shapely.Polygon):
             outlines.append(Outline(shapely.force_2d(part), NAME))
         else:
-            remarks.append(Remark(NAME, "geometry", f"expected a polygon, found a {part.geom_type}"))
+            kind = type(part).__name__
+            empty = "an empty " if shapely.is_empty(part) else "a "
+            remarks.append(Remark(NAME, "geometry", f"expected a polygon, found {empty}{kind}"))
     return Source(NAME, tuple(outlines), tuple(remarks), crs, strict=True)
 
 
 def _parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
     """The simple geometries of a geometry; its nesting is bounded."""
-    if shape.is_empty or not isinstance(shape, shapely.GeometryCollection | shapely.MultiPolygon):
+    if shapely.is_empty(shape) or not isinstance(shape, shapely.GeometryCollection | shapely.MultiPolygon):
         return [shape]
     return [part for member in shape.geoms for part in _parts(member)]
 
