@@ -17,6 +17,8 @@ AttributeValue: TypeAlias = float | bool | str
 """A plain value of an attribute."""
 
 _BOOLEANS = {"true": True, "false": False}
+_WIDEST = 60
+"""Characters of a value that a message shows."""
 _TRUTH = {"yes": "true", "1": "true", "no": "false", "0": "false"}
 
 
@@ -106,10 +108,14 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
     if kind in (None, Boolean) and text.lower() in _BOOLEANS:
         return _BOOLEANS[text.lower()]
     if kind is Boolean:
-        raise UsageError(f"attribute {name!r}: expected true or false, found {text!r}.")
+        raise UsageError(f"attribute {name!r}: expected true or false, found {_shown(text)!r}.")
     if number is None or not math.isfinite(number):
-        raise UsageError(f"attribute {name!r}: expected a finite number, found {text!r}.")
+        raise UsageError(f"attribute {name!r}: expected a finite number, found {_shown(text)!r}.")
     return number
+
+
+def _shown(text: str) -> str:
+    return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}…"
 
 
 def _plain(text: str, kind: type | None) -> str:

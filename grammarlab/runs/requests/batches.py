@@ -65,5 +65,5 @@ def property_remarks(footprint: Footprint, grammar: Grammar) -> tuple[Remark, ..
     problems = dict(usable_properties(footprint.properties, grammar).problems)
     for name in footprint.unread:
         if name in grammar.attributes and not grammar.attributes[name].constant:
-            problems[name] = f"attribute {name!r}: expected a number, a text, true or false, found a list or an object"
+            problems[name] = f"attribute {name!r}: expected a finite number, a text, true or false"
     return tuple(Remark(footprint.name, "property", problem) for problem in problems.values())

@@ -43,6 +43,7 @@ _DEGREES = re.compile(
     r"(GCS_)?(WGS[ _]?(19)?84|ETRS[ _]?(19)?89|ETRF[ _]?\d+|NAD[ _]?(19)?83(\(\w+\))?|North_American_1983)",
     re.IGNORECASE,
 )
+_WEB_MERCATOR = re.compile(r"\b(3857|3785|900913|102100|102113)$|Mercator_Auxiliary|(Pseudo|Popular).*Mercator", re.I)
 _UTM = re.compile(r"(?:[\w() .-]+[/_ ] ?)?UTM[ _]zone[ _]?\d{1,2}[NS]", re.IGNORECASE)
 
 
@@ -68,7 +69,8 @@ def crs_of_member(member: Any) -> Crs:
         value = str(value)
     if not isinstance(value, str) or not value.strip():
         raise AssetError(
-            f"expected a CRS with a name in its member 'crs', found {_shown(json.dumps(member, default=str))}"
+            f"expected the name of a CRS in its member 'crs', found {_shown(json.dumps(member))}. Leave the member out if the "
+            "coordinates are degrees; otherwise find out their CRS, and add -s_srs EPSG:CODE below"
         )
     return crs_of_name(value.strip())
 
@@ -108,6 +110,8 @@ def crs_of_code(code: int) -> Crs:
 
 
 def _unknown(name: str) -> AssetError:
+    if _WEB_MERCATOR.search(name):
+        return AssetError(f"its CRS, {_shown(name)}, is Web Mercator, whose metres are not those on the ground")
     return AssetError(f"its CRS, {_shown(name)}, is not known to count in true metres or in degrees")
 
 

@@ -13,9 +13,10 @@ from grammarlab.geometry.outlines.footprints.footprint import Remark
 from grammarlab.tables import decoded
 
 MAX_FILE_BYTES = 64 << 20
+MAX_RECORDS = 200_000
 _SEPARATOR = "\x1e"
-_MAX_DIGITS = 400
-"""Digits of the longest whole number; a longer one is infinite, as a float is."""
+_MAX_DIGITS = 300
+"""Digits of the longest whole number; a longer one is read as a float, which may be infinite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,31 +38,42 @@ def read_documents(path: Path) -> Documents:
     try:
         text = decoded(content).lstrip("\ufeff")
     except TableError as error:
-        raise AssetError(f"{path}: expected GeoJSON: {error} {_advice(path)}") from error
+        raise AssetError(f"{path}: expected GeoJSON: {error} {_advice(path)}".rstrip()) from error
+    if not text.strip():
+        raise AssetError(f"{path}: expected GeoJSON, found an empty file.")
     if _SEPARATOR in text:
-        before, *records = text.split(_SEPARATOR)
-        records = [before, *records] if before.strip() else records
-        return _of_records(path, "record", [(number, record) for number, record in enumerate(records, 1)])
+        return _of_records(path, "record", text, _SEPARATOR)
     try:
         return Documents((_parsed(text),))
     except ValueError as error:
-        lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-        if len(lines) < 2 or not _is_object(lines[0][1]):
-            raise AssetError(f"{path}: expected GeoJSON, but this is not JSON ({error}). {_advice(path)}") from error
-    return _of_records(path, "line", lines)
+        first, _, rest = text.lstrip().partition("\n")
+        if not (rest.strip() and _is_object(first)):
+            message = f"{path}: expected GeoJSON, but this is not JSON ({error}). {_advice(path)}"
+            raise AssetError(message.rstrip()) from error
+    return _of_records(path, "line", text, "\n")
 
 
-def _of_records(path: Path, kind: str, records: list[tuple[int, str]]) -> Documents:
+def well_formed(text: str) -> str:
+    """A text without halves of characters, which no file can hold."""
+    return text if text.isascii() else text.encode("utf-8", "replace").decode()
+
+
+def _of_records(path: Path, kind: str, text: str, separator: str) -> Documents:
+    if text.count(separator) > MAX_RECORDS:
+        raise AssetError(f"{path}: expected at most {MAX_RECORDS:,} {kind}s. Cut out a smaller area.")
     values, remarks = [], []
-    for number, record in records:
+    first = 1 if separator == "\n" else 0
+    for number, record in enumerate(text.split(separator), first):
         if not record.strip():
             continue
         try:
             values.append(_parsed(record))
         except ValueError as error:
-            remarks.append(Remark(f"{path.name}, {kind} {number}", "record", f"this is not JSON ({error})"))
+            remarks.append(
+                Remark(f"{well_formed(path.name)}, {kind} {number}", "record", f"this is not JSON ({error})")
+            )
     if not values:
-        raise AssetError(f"{path}: expected GeoJSON, but none of its {len(remarks)} {kind}s is JSON. {_advice(path)}")
+        raise AssetError(f"{path}: expected GeoJSON, but none of its {len(remarks)} {kind}s is JSON.")
     return Documents(tuple(values), tuple(remarks))
 
 

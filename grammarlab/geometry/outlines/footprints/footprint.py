@@ -27,7 +27,7 @@ class Footprint:
     name: str = ""
     """Its source, for messages: ``lots.geojson, feature 3``."""
     unread: tuple[str, ...] = ()
-    """Names of properties that are lists or objects."""
+    """Names of properties that are lists, objects or not finite."""
 
 
 @dataclass(frozen=True, slots=True)

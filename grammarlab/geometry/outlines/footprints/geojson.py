@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import shlex
+import sys
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import shapely
 
 from grammarlab.errors import AssetError
 from grammarlab.geometry.outlines.footprints.crs import WGS_84, Crs, crs_of_member
-from grammarlab.geometry.outlines.footprints.documents import read_documents
-from grammarlab.geometry.outlines.footprints.footprint import Remark
+from grammarlab.geometry.outlines.footprints.documents import read_documents, well_formed
+from grammarlab.geometry.outlines.footprints.footprint import Remark, RemarkKind
 from grammarlab.geometry.outlines.footprints.source import Outline, Source
 
 MAX_FOOTPRINTS = 100_000
@@ -52,19 +55,20 @@ def read_geojson(path: Path) -> Source:
     systems: dict[str, Crs] = {}
     for feature in _features(documents.values, path):
         values, unread = _plain_values(feature.properties)
+        omissions: Counter[tuple[RemarkKind, str]] = Counter()
         for shape in _shapes(feature.geometry, feature.crs, 0):
             if isinstance(shape, str):
-                remarks.append(Remark(feature.name, "geometry", shape))
+                omissions["geometry", shape] += 1
                 continue
             _note_crs(systems, shape.crs, feature.name, path)
             if isinstance(shape.polygon, str):
-                remarks.append(Remark(feature.name, "outline", shape.polygon))
-            else:
-                outlines.append(Outline(shape.polygon, feature.name, values, unread))
-        if len(outlines) > MAX_FOOTPRINTS:
-            raise AssetError(
-                f"{path}: more than {MAX_FOOTPRINTS} polygons, which are too many. Cut out a smaller area."
-            )
+                omissions["outline", shape.polygon] += 1
+                continue
+            outlines.append(Outline(shape.polygon, feature.name, values, unread))
+            if len(outlines) > MAX_FOOTPRINTS:
+                raise AssetError(f"{path}: expected at most {MAX_FOOTPRINTS} polygons. Cut out a smaller area.")
+        for (kind, reason), count in omissions.items():
+            remarks.append(Remark(feature.name, kind, reason if count == 1 else f"{reason} ({count:,} times)"))
     crs, *_ = systems.values() or [WGS_84]
     return Source(str(path), tuple(outlines), tuple(remarks), crs)
 
@@ -84,7 +88,7 @@ def _features(documents: tuple[Any, ...], path: Path) -> Iterator[_Feature]:
             )
         outer = document.get("crs", _ABSENT) if kind == "FeatureCollection" else _ABSENT
         for feature in features:
-            yield _feature(feature, f"{path.name}, feature {number}", outer)
+            yield _feature(feature, f"{well_formed(path.name)}, feature {number}", outer)
             number += 1
 
 
@@ -132,7 +136,8 @@ def _shapes(geometry: Any, outer: Any, depth: int) -> Iterator[_Shape | str]:
 def _polygon(rings: Any) -> shapely.Polygon | str:
     try:
         outer, *holes = [[_position(point) for point in ring] for ring in rings]
-        return shapely.Polygon(outer, [hole for hole in holes if hole])
+        with np.errstate(invalid="ignore"):  # not-a-number is reported later, with its feature
+            return shapely.Polygon(outer, [hole for hole in holes if hole])
     except (TypeError, ValueError, IndexError, KeyError, OverflowError, shapely.errors.ShapelyError):
         return "expected rings of [x, y] numbers: four positions or more, the first repeated at the end"
 
@@ -145,15 +150,19 @@ def _position(point: Any) -> tuple[float, float]:
 
 
 def _plain_values(properties: Any) -> tuple[Mapping[str, float | bool | str], tuple[str, ...]]:
-    """The plain values among properties, and the names of lists and objects."""
-    if not isinstance(properties, dict):
-        return {}, ()
-    values = {
-        name: float(value) if isinstance(value, int) and not isinstance(value, bool) else value
-        for name, value in properties.items()
-        if isinstance(value, int | float | bool | str)
-    }
-    return values, tuple(name for name, value in properties.items() if isinstance(value, dict | list))
+    """The plain values among properties, and the names of all others but null."""
+    values: dict[str, float | bool | str] = {}
+    unread = []
+    for name, value in properties.items() if isinstance(properties, dict) else ():
+        if isinstance(value, str):
+            values[well_formed(name)] = well_formed(value)
+        elif isinstance(value, bool):
+            values[well_formed(name)] = value
+        elif isinstance(value, int | float) and abs(value) <= sys.float_info.max:
+            values[well_formed(name)] = float(value)
+        elif value is not None:
+            unread.append(well_formed(name))
+    return values, tuple(unread)
 
 
 def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) -> None:
@@ -164,10 +173,7 @@ def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) ->
     try:
         crs = WGS_84 if member is _ABSENT else crs_of_member(member)
     except AssetError as error:
-        source, target = shlex.quote(path.name), shlex.quote(f"{path.stem}-degrees.geojson")
-        raise AssetError(
-            f"{path}: {error}, unlike Web Mercator or feet. Convert it: ogr2ogr -t_srs EPSG:4326 {target} {source}"
-        ) from error
+        raise AssetError(f"{path}: {error}. Convert it: ogr2ogr -t_srs EPSG:4326 {_files(path)}") from error
     systems[key] = crs
     names = {known.name for known in systems.values()}
     if len(names) > 1:
@@ -180,11 +186,15 @@ def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) ->
 def _refuse_other_formats(document: Any, kind: Any, path: Path) -> None:
     if not isinstance(document, dict):
         return
-    esri = document.get("geometryType") or ("esriGeometryPolygon" if "spatialReference" in document else None)
-    for name in (kind, esri):
+    esri = document.get("geometryType", "esriGeometryPolygon" if "spatialReference" in document else None)
+    for name in (kind, esri if kind is None else None):
         if isinstance(name, str) and name in _OTHER_FORMATS:
-            target = shlex.quote(f"{path.stem}-degrees.geojson")
             raise AssetError(
                 f"{path}: expected GeoJSON, found {_OTHER_FORMATS[name]}. Convert it: "
-                f"ogr2ogr -f GeoJSON -t_srs EPSG:4326 {target} {shlex.quote(path.name)}"
+                f"ogr2ogr -f GeoJSON -t_srs EPSG:4326 {_files(path)}"
             )
+
+
+def _files(path: Path) -> str:
+    """The arguments of ogr2ogr: the new and the old file."""
+    return f"{shlex.quote(f'{path.stem}-degrees.geojson')} {shlex.quote(path.name)}"

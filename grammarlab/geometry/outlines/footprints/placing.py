@@ -81,7 +81,7 @@ def _bad(source: Source, outline: Outline, error: BadOutlineError) -> Remark:
     if source.strict:
         raise AssetError(f"{outline.name}: {error}. {_advice(source, str(error))}".rstrip())
     reason = str(error)
-    if " at " not in reason and not outline.polygon.is_empty:
+    if not (error.has_position or outline.polygon.is_empty):
         x, y = shapely.get_coordinates(outline.polygon)[0].tolist()
         reason = f"{reason} (at {position(x, y, source.crs.unit)})"
     return Remark(outline.name, "outline", reason)

@@ -22,7 +22,16 @@ TOLERANCE = 0.01
 
 
 class BadOutlineError(ValueError):
-    """An outline that cannot be used, with the reason."""
+    """An outline that cannot be used.
+
+    Args:
+        reason: why.
+        has_position: whether the reason says where.
+    """
+
+    def __init__(self, reason: str, *, has_position: bool = False) -> None:
+        super().__init__(reason)
+        self.has_position = has_position
 
 
 def checked(polygon: shapely.Polygon, unit: Unit) -> shapely.Polygon:
@@ -41,14 +50,15 @@ def checked(polygon: shapely.Polygon, unit: Unit) -> shapely.Polygon:
         raise BadOutlineError("a coordinate is not a finite number")
     if unit == "metres":
         if np.abs(points).max() > MAX_DISTANCE:
-            x, y = points[0].tolist()
-            raise BadOutlineError(f"{position(x, y, unit)} is farther away than any place on a map")
+            x, y = points[np.abs(points).max(axis=1).argmax()].tolist()
+            raise BadOutlineError(f"{position(x, y, unit)} is farther away than any place on a map", has_position=True)
         return polygon
     (west, south), (east, north) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     if not (west >= -180.0 and east <= 360.0 and south >= -90.0 and north <= 90.0):
         raise BadOutlineError(
             f"expected longitude and latitude in degrees, found x from {west:.10g} to {east:.10g} and y from "
-            f"{south:.10g} to {north:.10g}"
+            f"{south:.10g} to {north:.10g}",
+            has_position=True,
         )
     if max(-south, north) > LAST_LATITUDE:
         raise BadOutlineError(f"latitude {north if north > -south else south:.10g} is too near to a pole")
@@ -68,13 +78,13 @@ def repaired(polygon: shapely.Polygon, unit: Unit) -> tuple[list[shapely.Polygon
         return [polygon], ""
     fault = fault_of(polygon, unit)
     if shapely.get_num_coordinates(polygon) > MAX_REPAIRED_CORNERS:
-        raise BadOutlineError(fault)
+        raise BadOutlineError(fault, has_position=True)
     pieces = shapely.get_parts(shapely.get_parts(shapely.make_valid(polygon)))  # polygons may be in two levels
     parts = [piece for piece in pieces if isinstance(piece, shapely.Polygon)]
     area = sum(part.area for part in parts)
     drawn = _drawn_area(polygon)
     if not parts or abs(area - drawn) > TOLERANCE * drawn:
-        raise BadOutlineError(fault)
+        raise BadOutlineError(fault, has_position=True)
     return [part for part in parts if part.area >= TOLERANCE * area], fault
 
 
@@ -96,7 +106,7 @@ def measured(polygon: shapely.Polygon) -> shapely.Polygon:
     holes = [hole for hole in polygon.interiors if shapely.Polygon(hole).area >= MIN_AREA]
     whole = polygon if len(holes) == len(polygon.interiors) else shapely.Polygon(polygon.exterior, holes)
     if not whole.is_valid:
-        raise BadOutlineError(fault_of(whole, "metres"))
+        raise BadOutlineError(fault_of(whole, "metres"), has_position=True)
     return whole
 
 

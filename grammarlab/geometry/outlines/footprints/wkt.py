@@ -72,7 +72,9 @@ def _shape(text: str, expected: str) -> shapely.Geometry:
     if depth.max(initial=0) > MAX_NESTING:
         raise AssetError(f"{NAME}: expected at most {MAX_NESTING} parentheses in each other.")
     try:
-        with np.errstate(invalid="ignore"):  # not-a-number is reported later, with the name of the footprint
+        with np.errstate(
+            invalid="ignore", over="ignore"
+        ):  # not-a-number is reported later, with the name of the footprint
             return shapely.from_wkt(text)
     except (shapely.errors.ShapelyError, NotImplementedError, UnicodeEncodeError) as error:
         raise AssetError(f"{NAME}: this is not well-formed WKT ({error}); {expected}.") from error
@@ -107,6 +109,4 @@ def _crs(code: int) -> Crs:
     try:
         return crs_of_code(code)
     except AssetError as error:
-        raise AssetError(
-            f"{NAME}: {error}, unlike Web Mercator or feet. Convert it: ST_Transform(geom, 4326) in PostGIS."
-        ) from error
+        raise AssetError(f"{NAME}: {error}. Convert it: ST_Transform(geom, 4326) in PostGIS.") from error
