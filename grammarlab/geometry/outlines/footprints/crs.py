@@ -69,7 +69,7 @@ def crs_of_member(member: Any) -> Crs:
         value = str(value)
     if not isinstance(value, str) or not value.strip():
         raise AssetError(
-            f"expected the name of a CRS in its member 'crs', found {_shown(json.dumps(member))}. Leave the member out if the "
+            f"expected the name of a CRS in its member 'crs', found {_shown(json.dumps(member))}. Leave it out if the "
             "coordinates are degrees; otherwise find out their CRS, and add -s_srs EPSG:CODE below"
         )
     return crs_of_name(value.strip())

@@ -78,4 +78,3 @@ class FootprintMap:
     georeference: Georeference | None = None
     """None if the source does not say where it is."""
     remarks: tuple[Remark, ...] = ()
-    """In the order of the source."""

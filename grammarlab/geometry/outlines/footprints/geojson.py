@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from collections import Counter
@@ -10,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import shapely
 
 from grammarlab.errors import AssetError
@@ -25,12 +25,7 @@ MAX_DEPTH = 16
 _ABSENT = object()
 _LINEAR = frozenset({"Point", "MultiPoint", "LineString", "MultiLineString"})
 _GEOMETRIES = _LINEAR | {"Polygon", "MultiPolygon", "GeometryCollection"}
-_OTHER_FORMATS = {
-    "Topology": "TopoJSON",
-    "CityJSON": "CityJSON",
-    "CityJSONFeature": "CityJSON",
-    "esriGeometryPolygon": "Esri JSON",
-}
+_OTHER_FORMATS = {"Topology": "TopoJSON", "CityJSON": "CityJSON", "CityJSONFeature": "CityJSON"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +72,8 @@ def _features(documents: tuple[Any, ...], path: Path) -> Iterator[_Feature]:
     """The features of all documents, numbered from 0."""
     number = 0
     for document in documents:
-        kind = document.get("type") if isinstance(document, dict) else None
-        _refuse_other_formats(document, kind, path)
+        kind = _kind_of(document)
+        _refuse_other_formats(document, path)
         features = document.get("features") if kind == "FeatureCollection" else [document]
         if not isinstance(features, list):
             raise AssetError(f"{path}: expected a list under 'features'.")
@@ -95,7 +90,7 @@ def _features(documents: tuple[Any, ...], path: Path) -> Iterator[_Feature]:
 def _feature(feature: Any, name: str, outer: Any) -> _Feature:
     if not isinstance(feature, dict):
         return _Feature(name, None, None, outer)
-    if feature.get("type") in _GEOMETRIES:
+    if _kind_of(feature) in _GEOMETRIES:
         return _Feature(name, feature, None, outer)
     return _Feature(name, feature.get("geometry"), feature.get("properties"), feature.get("crs", outer))
 
@@ -114,10 +109,10 @@ def _shapes(geometry: Any, outer: Any, depth: int) -> Iterator[_Shape | str]:
     if not isinstance(geometry, dict):
         yield "no geometry"
         return
-    kind, crs = geometry.get("type"), geometry.get("crs", outer)
+    kind, crs = _kind_of(geometry), geometry.get("crs", outer)
     members = geometry.get("geometries" if kind == "GeometryCollection" else "coordinates")
     if kind not in _GEOMETRIES:
-        yield f"a geometry of type {str(kind)[:40]!r} is not an outline"
+        yield f"a geometry of type {kind[:40]!r} is not an outline"
     elif not members and isinstance(members, list):
         yield f"an empty {kind}"
     elif kind in _LINEAR:
@@ -136,8 +131,9 @@ def _shapes(geometry: Any, outer: Any, depth: int) -> Iterator[_Shape | str]:
 def _polygon(rings: Any) -> shapely.Polygon | str:
     try:
         outer, *holes = [[_position(point) for point in ring] for ring in rings]
-        with np.errstate(invalid="ignore"):  # not-a-number is reported later, with its feature
-            return shapely.Polygon(outer, [hole for hole in holes if hole])
+        if not all(math.isfinite(number) for ring in (outer, *holes) for point in ring for number in point):
+            return "a coordinate is not a finite number"
+        return shapely.Polygon(outer, [hole for hole in holes if hole])
     except (TypeError, ValueError, IndexError, KeyError, OverflowError, shapely.errors.ShapelyError):
         return "expected rings of [x, y] numbers: four positions or more, the first repeated at the end"
 
@@ -183,16 +179,20 @@ def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) ->
         )
 
 
-def _refuse_other_formats(document: Any, kind: Any, path: Path) -> None:
-    if not isinstance(document, dict):
-        return
-    esri = document.get("geometryType", "esriGeometryPolygon" if "spatialReference" in document else None)
-    for name in (kind, esri if kind is None else None):
-        if isinstance(name, str) and name in _OTHER_FORMATS:
-            raise AssetError(
-                f"{path}: expected GeoJSON, found {_OTHER_FORMATS[name]}. Convert it: "
-                f"ogr2ogr -f GeoJSON -t_srs EPSG:4326 {_files(path)}"
-            )
+def _kind_of(value: Any) -> str:
+    """The member ``type`` of an object; empty if there is none."""
+    kind = value.get("type") if isinstance(value, dict) else None
+    return well_formed(kind) if isinstance(kind, str) else ""
+
+
+def _refuse_other_formats(document: Any, path: Path) -> None:
+    kind = _kind_of(document)
+    is_esri = isinstance(document, dict) and not kind and ("spatialReference" in document or "geometryType" in document)
+    other = "Esri JSON" if is_esri else _OTHER_FORMATS.get(kind, "")
+    if other:
+        raise AssetError(
+            f"{path}: expected GeoJSON, found {other}. Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {_files(path)}"
+        )
 
 
 def _files(path: Path) -> str:

@@ -38,14 +38,15 @@ class Ground:
 
     @classmethod
     def around(cls, centres: Floats) -> Ground:
-        """The map around the middle of centres [n, 2], longitude and latitude in degrees, across the date line too."""
-        longitudes = np.sort(np.mod(centres[:, 0], 360.0))
+        """The map around the median of centres [n, 2], longitude and latitude in degrees, across the date line too.
+
+        A median, so that a stray outline far from a town does not move the middle out of it.
+        """
+        longitudes = np.sort(centres[:, 0] % 360.0)
         gaps = np.diff(longitudes, append=longitudes[0] + 360.0)
-        widest = int(np.argmax(gaps))
-        west = longitudes[(widest + 1) % len(longitudes)]
-        longitude = west + (360.0 - gaps[widest]) / 2
-        latitude = (centres[:, 1].min() + centres[:, 1].max()) / 2
-        return cls(float(np.mod(longitude + 180.0, 360.0) - 180.0), float(latitude))
+        west = longitudes[(int(np.argmax(gaps)) + 1) % len(longitudes)]  # the centres go east from here
+        longitude = west + np.median((longitudes - west) % 360.0)
+        return cls(float((longitude + 180.0) % 360.0 - 180.0), float(np.median(centres[:, 1])))
 
     def metres(self, polygons: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
         """Polygons in degrees as polygons in metres east and north of the middle."""

@@ -37,15 +37,15 @@ def placed(source: Source) -> FootprintMap:
     valid, remarks = _valid(source)
     _check_unit(source, valid)
     georeference = Georeference(source.crs.name) if source.crs.name else None
+    plans = [outline.polygon for outline in valid]
     if source.crs.unit == "degrees" and valid:
-        ground = Ground.around(centres_of([outline.polygon for outline in valid]))
-        polygons = ground.metres([outline.polygon for outline in valid])
-        valid = [replace(outline, polygon=polygon) for outline, polygon in zip(valid, polygons, strict=True)]
+        ground = Ground.around(centres_of(plans))
+        plans = ground.metres(plans)
         georeference = Georeference(source.crs.name, ground.longitude, ground.latitude)
     footprints = []
-    for outline in valid:
+    for outline, plan in zip(valid, plans, strict=True):
         try:
-            corners = corners_of(measured(outline.polygon))
+            corners = corners_of(measured(plan))
         except BadOutlineError as error:
             remarks.append(_bad(source, outline, error))
             continue
