@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
-from grammarlab.language.attribute_values import fit_properties, read_attributes
+from grammarlab.language.attribute_values import fit_properties, read_attributes, usable_properties
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse(
@@ -49,9 +49,42 @@ def test_properties_take_the_kind_of_the_attribute_and_leave_constants_alone():
     assert fit_properties(properties, GRAMMAR) == {"height": 12.0, "style": "3", "shops": True}
 
 
+def test_properties_are_written_as_in_maps():
+    properties = {"height": "12 m", "drawn": "40 ft", "style": "12 m", "shops": "yes"}
+    expected = {"height": 12.0, "drawn": 12.192, "style": "12 m", "shops": True}
+    assert usable_properties(properties, GRAMMAR).values == expected
+    assert [usable_properties({"shops": value}, GRAMMAR).values["shops"] for value in ("no", 0.0, 1.0, "TRUE")] == [
+        False,
+        False,
+        True,
+        True,
+    ]
+
+
+def test_properties_that_an_attribute_cannot_take_are_named_and_others_are_used():
+    usable = usable_properties({"height": "tall" * 1000, "drawn": "1,200", "shops": 2.0, "style": "old"}, GRAMMAR)
+    assert usable.values == {"style": "old"}
+    assert set(usable.problems) == {"height", "drawn", "shops"}
+    assert "attribute 'drawn': expected a finite number, found '1,200'" in usable.problems.values()
+    assert all(len(problem) < 200 for problem in usable.problems.values())
+    with pytest.raises(UsageError, match="'shops': expected true or false"):
+        fit_properties({"shops": "perhaps"}, GRAMMAR)
+
+
 @pytest.mark.parametrize(
     "text",
-    ["height", "=5", "height=", "height=tall", "height=inf", "shops=1", "height=true", "drawn=true", "drawn=tall"],
+    [
+        "height",
+        "=5",
+        "height=",
+        "height=tall",
+        "height=inf",
+        "height=1_000",
+        "shops=1",
+        "height=true",
+        "drawn=true",
+        "drawn=tall",
+    ],
 )
 def test_what_does_not_fit_is_refused(text):
     with pytest.raises(UsageError, match="expected"):
