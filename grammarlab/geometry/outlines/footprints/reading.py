@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from pathlib import Path
 
 import shapely
@@ -12,7 +13,7 @@ from grammarlab.files import existing
 from grammarlab.geometry.outlines.footprints.crs import LOCAL
 from grammarlab.geometry.outlines.footprints.footprint import Footprint, FootprintMap
 from grammarlab.geometry.outlines.footprints.geojson import read_geojson
-from grammarlab.geometry.outlines.footprints.placing import placed
+from grammarlab.geometry.outlines.footprints.placing import MOST_REASONS, placed
 from grammarlab.geometry.outlines.footprints.source import Outline, Source
 from grammarlab.geometry.outlines.footprints.wkt import is_wkt, read_wkt
 
@@ -24,8 +25,11 @@ _EXPECTED = "expected WIDTHxDEPTH in metres (20x12), WKT (POLYGON ((0 0, 20 0, 2
 def read_footprints(text: str) -> tuple[Footprint, ...]:
     """Footprints from the text of an option: at least one.
 
+    A Python warning lists what is left out of a file: lines, points, and polygons that cannot be used.
+
     Args:
-        text: see `read_footprint_map`.
+        text: ``20x12``; WKT in metres, or with ``SRID=…;`` before it; or the path of a file of GeoJSON, of GeoJSON
+            lines or of a GeoJSON text sequence (RFC 8142).
 
     Raises:
         UsageError: If the text is none of these.
@@ -35,15 +39,19 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
     >>> gl.read_footprints("20x12")[0].polygon[:, [0, 2]].tolist()
     [[0.0, 12.0], [20.0, 12.0], [20.0, 0.0], [0.0, 0.0]]
     """
-    return read_footprint_map(text).footprints
+    plan = read_footprint_map(text)
+    if plan.remarks:
+        shown = "".join(f"\n  {remark}" for remark in plan.remarks[:MOST_REASONS])
+        more = f"\n  … and {len(plan.remarks) - MOST_REASONS:,} more" if len(plan.remarks) > MOST_REASONS else ""
+        warnings.warn(f"{len(plan.remarks):,} remarks about the footprints:{shown}{more}", stacklevel=2)
+    return plan.footprints
 
 
 def read_footprint_map(text: str) -> FootprintMap:
     """Footprints from the text of an option, with their place and with remarks about what is left out.
 
     Args:
-        text: ``20x12``; WKT in metres, or with ``SRID=…;`` before it; or the path of a file of GeoJSON, of GeoJSON
-            lines or of a GeoJSON text sequence (RFC 8142).
+        text: see `read_footprints`.
 
     Raises:
         UsageError: If the text is none of these.

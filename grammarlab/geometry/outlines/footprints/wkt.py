@@ -15,6 +15,7 @@ from grammarlab.geometry.outlines.footprints.source import Outline, Source
 NAME = "footprint"
 MAX_NESTING = 64
 """Largest depth of parentheses."""
+MAX_SURFACES = 64
 _START = re.compile(
     r"\s*(SRID\s*=|(MULTI)?(POINT|LINESTRING|POLYGON|SURFACE|CURVE)|GEOMETRYCOLLECTION|CURVEPOLYGON|COMPOUNDCURVE"
     r"|CIRCULARSTRING|TRIANGLE|TIN|POLYHEDRALSURFACE|GEOMETRY)\s*(Z|M|ZM)?\s*(\(|EMPTY|[-+\d]|$)",
@@ -47,10 +48,9 @@ def read_wkt(text: str, expected: str) -> Source:
     crs, body = LOCAL, text
     if match := _SRID.fullmatch(text):
         crs, body = _crs(int(match[1])), match[2]
-    shape = _shape(_flat(body), expected)
     outlines: list[Outline] = []
     remarks: list[Remark] = []
-    for part in _parts(shape):
+    for part in _shapes(_flat(body), expected):
         if isinstance(part, shapely.Polygon):
             outlines.append(Outline(shapely.force_2d(part), NAME))
         else:
@@ -67,15 +67,18 @@ def _parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
     return [part for member in shape.geoms for part in _parts(member)]
 
 
-def _shape(text: str, expected: str) -> shapely.Geometry:
+def _shapes(text: str, expected: str) -> list[shapely.Geometry]:
+    """The simple geometries of a text.
+
+    Raises:
+        AssetError: If it is not WKT, or nested too deeply.
+    """
     depth = np.cumsum([(c == "(") - (c == ")") for c in text if c in "()"])
     if depth.max(initial=0) > MAX_NESTING:
         raise AssetError(f"{NAME}: expected at most {MAX_NESTING} parentheses in each other.")
     try:
-        with np.errstate(
-            invalid="ignore", over="ignore"
-        ):  # not-a-number is reported later, with the name of the footprint
-            return shapely.from_wkt(text)
+        with np.errstate(invalid="ignore", over="ignore"):  # not-a-number is reported later
+            return _parts(shapely.from_wkt(text))
     except (shapely.errors.ShapelyError, NotImplementedError, UnicodeEncodeError) as error:
         raise AssetError(f"{NAME}: this is not well-formed WKT ({error}); {expected}.") from error
 
@@ -93,14 +96,25 @@ def _flat(text: str) -> str:
         )
     if match := _SOLIDS.search(text):
         raise AssetError(f"{NAME}: {match[0].upper()} has faces in space; expected a POLYGON on the ground.")
-    if re.search(r"SURFACE|CURVEPOLYGON", text, re.IGNORECASE) is None:
-        return text
-    polygons = re.sub(r"CURVEPOLYGON", "POLYGON", text, flags=re.IGNORECASE)
-    head = re.match(r"\s*MULTISURFACE", polygons, re.IGNORECASE)
-    if head is None:
-        return polygons
-    rings = re.sub(r"POLYGON\s*(ZM|Z|M)?", "", polygons[head.end() :], flags=re.IGNORECASE)
-    return f"MULTIPOLYGON{rings}"
+    text = re.sub("CURVEPOLYGON", "POLYGON", text, flags=re.IGNORECASE)
+    surfaces = [*re.finditer("MULTISURFACE", text, re.IGNORECASE)]
+    if len(surfaces) > MAX_SURFACES:
+        raise AssetError(f"{NAME}: expected at most {MAX_SURFACES} MULTISURFACE.")
+    for match in reversed(surfaces):
+        end = _end_of_parentheses(text, match.end())
+        members = re.sub(r"POLYGON\s*(ZM|Z|M)?", "", text[match.end() : end], flags=re.IGNORECASE)
+        text = f"{text[: match.start()]}MULTIPOLYGON{members}{text[end:]}"
+    return text
+
+
+def _end_of_parentheses(text: str, start: int) -> int:
+    """Index after the parenthesis that closes the first one after an index; the end of the text if none does."""
+    depth = 0
+    for index in range(start, len(text)):
+        depth += (text[index] == "(") - (text[index] == ")")
+        if text[index] == ")" and depth <= 0:
+            return index + 1
+    return len(text)
 
 
 def _crs(code: int) -> Crs:

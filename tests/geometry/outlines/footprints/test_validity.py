@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grammarlab.errors import AssetError
-from grammarlab.geometry.outlines.footprints import read_footprint_map, validity
+from grammarlab.geometry.outlines.footprints import read_footprint_map, read_footprints, validity
 from tests.geometry.outlines.footprints.maps import (
     BOW_TIE,
     SQUARE,
@@ -84,6 +84,12 @@ def test_corners_that_rounding_doubles_are_one(tmp_path):
     (footprint,) = read(tmp_path, polygon(ring)).footprints
     assert len(footprint.polygon) == 4
     assert footprint.polygon[1] - footprint.polygon[0] == pytest.approx([10, 0, 0], abs=1e-6)
+
+
+def test_python_is_warned_of_what_is_left_out(tmp_path):
+    file = written(tmp_path, collection(feature(polygon(SQUARE)), feature(polygon(BOW_TIE)), crs=None))
+    with pytest.warns(UserWarning, match="feature 1: self-intersection at x = 45, y = 4"):
+        assert len(read_footprints(file)) == 1
 
 
 def test_one_outline_written_by_hand_is_an_error_if_it_is_bad():
