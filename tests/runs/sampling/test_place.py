@@ -39,7 +39,7 @@ def request_of(folder, *features, crs=None, **options):
     (folder / "house.cga").write_text(RULES)
     members = {} if crs == "degrees" else {"crs": crs and named(crs)}
     path = written(folder, collection(*features, **members))
-    return SampleRequest.of(folder / "house.cga", footprint=path, **{"image": False, **options})
+    return SampleRequest.of(folder / "house.cga", footprint=path, image=False, **options)
 
 
 def vertices(path):

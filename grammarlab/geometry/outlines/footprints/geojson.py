@@ -27,6 +27,9 @@ _LINEAR = frozenset({"Point", "MultiPoint", "LineString", "MultiLineString"})
 _GEOMETRIES = _LINEAR | {"Polygon", "MultiPolygon", "GeometryCollection"}
 _OTHER_FORMATS = {"Topology": "TopoJSON", "CityJSON": "CityJSON", "CityJSONFeature": "CityJSON"}
 
+_TELLING_MEMBERS = {"spatialReference": "Esri JSON", "geometryType": "Esri JSON", "elements": "JSON of Overpass"}
+"""Members of documents of other formats without a type."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Feature:
@@ -72,16 +75,17 @@ def _features(documents: tuple[Any, ...], path: Path) -> Iterator[_Feature]:
     """The features of all documents, numbered from 0."""
     number = 0
     for document in documents:
-        kind = _kind_of(document)
         _refuse_other_formats(document, path)
-        features = document.get("features") if kind == "FeatureCollection" else [document]
+        outer = _ABSENT
+        features = document if isinstance(document, list) else [document]  # a bare list is no GeoJSON, but is written
+        if isinstance(document, dict) and _kind_of(document) == "FeatureCollection":
+            features, outer = document.get("features"), document.get("crs", _ABSENT)
         if not isinstance(features, list):
             raise AssetError(f"{path}: expected a list under 'features'.")
         if number + len(features) > MAX_FOOTPRINTS:
             raise AssetError(
                 f"{path}: {number + len(features)} features; at most {MAX_FOOTPRINTS} are read. Cut out a smaller area."
             )
-        outer = document.get("crs", _ABSENT) if kind == "FeatureCollection" else _ABSENT
         for feature in features:
             yield _feature(feature, f"{well_formed(path.name)}, feature {number}", outer)
             number += 1
@@ -187,8 +191,9 @@ def _kind_of(value: Any) -> str:
 
 def _refuse_other_formats(document: Any, path: Path) -> None:
     kind = _kind_of(document)
-    is_esri = isinstance(document, dict) and not kind and ("spatialReference" in document or "geometryType" in document)
-    other = "Esri JSON" if is_esri else _OTHER_FORMATS.get(kind, "")
+    members = () if kind or not isinstance(document, dict) else document
+    untyped = (name for member, name in _TELLING_MEMBERS.items() if member in members)
+    other = next(untyped, _OTHER_FORMATS.get(kind, ""))
     if other:
         raise AssetError(
             f"{path}: expected GeoJSON, found {other}. Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {_files(path)}"

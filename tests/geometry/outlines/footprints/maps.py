@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ def named(crs: Any) -> dict[str, Any]:
     return {"type": "name", "properties": {"name": crs}}
 
 
-def moved(ring: list[list[float]], x: float, y: float, scale: float = 1.0) -> list[list[float]]:
+def moved(ring: Sequence[Sequence[float]], x: float, y: float, scale: float = 1.0) -> list[list[float]]:
     """A ring at another place."""
     return [[x + scale * u, y + scale * v] for u, v in ring]
 

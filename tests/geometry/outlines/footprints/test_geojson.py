@@ -128,9 +128,21 @@ def test_numbers_of_thousands_of_digits_are_not_finite(tmp_path):
             read(tmp_path, text.replace('"X"', digits))
 
 
+def test_a_list_of_features_is_read(tmp_path):
+    square = {**polygon(SQUARE), "crs": None}
+    assert len(read(tmp_path, [feature(square), square]).footprints) == 2
+
+
 def test_other_formats_of_json_are_named(tmp_path):
     esri = {"geometryType": "esriGeometryPolygon", "spatialReference": {"wkid": 102100}, "features": []}
-    for document, name in (({"type": "Topology"}, "TopoJSON"), ({"type": "CityJSON"}, "CityJSON"), (esri, "Esri JSON")):
+    overpass = {"version": 0.6, "elements": []}
+    cases = [
+        ({"type": "Topology"}, "TopoJSON"),
+        ({"type": "CityJSON"}, "CityJSON"),
+        (esri, "Esri"),
+        (overpass, "JSON of"),
+    ]
+    for document, name in cases:
         with pytest.raises(AssetError, match=f"found {name}.*ogr2ogr"):
             read(tmp_path, document)
 
