@@ -213,7 +213,7 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
         count = len(result.models)
         say(f"{count} model{'s' * (count != 1)} of {result.request.name} in {result.folder}")
         if place := place_in_words(result.request):
-            say(place)
+            say(_printable(place))
         _tell_acceptance(result)
         if result.sheet is not None:
             say(f"picture: {result.sheet}")
@@ -247,7 +247,7 @@ def tell_remarks(remarks: tuple[Remark, ...]) -> None:
             continue
         say(f"{len(alike):,} {one if len(alike) == 1 else many}:")
         for remark in alike[:MOST_NAMES]:
-            say(f"  {''.join(c if c.isprintable() else ' ' for c in str(remark))}")
+            say(f"  {_printable(str(remark))}")
         if len(alike) > MOST_NAMES:
             say(f"  … and {len(alike) - MOST_NAMES:,} more; the manifest lists them")
 
@@ -263,10 +263,15 @@ def _tell_missing(result: RunResult) -> None:
         say(f"  hint: {findings[0].hint}")
 
 
+def _printable(text: str) -> str:
+    """A text without control characters, which could change the terminal."""
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
 def _tell_prints(texts: tuple[str, ...]) -> None:
     """Print the output of the rules, without control characters."""
     for text in texts[:MOST_PRINTS]:
-        say("".join(c if c.isprintable() else " " for c in text))
+        say(_printable(text))
     if len(texts) > MOST_PRINTS:
         say(f"… and {len(texts) - MOST_PRINTS:,} more printed lines; --json lists them")
 

@@ -136,7 +136,7 @@ def _with_map(request: SampleRequest, values: Mapping[str, Any]) -> SampleReques
     return replace(
         request,
         georeference=None if place.get("crs") is None else Georeference.from_json(place),
-        remarks=tuple(Remark(**remark) for remark in values.get("remarks", ())),
+        remarks=tuple(Remark.from_json(remark) for remark in values.get("remarks", ())),
     )
 
 

@@ -157,6 +157,7 @@ def test_manifests_of_earlier_versions_have_no_place(tmp_path):
         {"place": 7},
         {"remarks": [{"other": 1}]},
         {"remarks": 5},
+        {"remarks": [{"source": [], "kind": "outline", "reason": ""}]},
         {"remarks": [3]},
     ],
 )

@@ -15,6 +15,7 @@ from grammarlab.tables import decoded
 MAX_FILE_BYTES = 64 << 20
 MAX_RECORDS = 200_000
 _SEPARATOR = "\x1e"
+_OTHER_MAPS = frozenset(".shp .gpkg .kml .kmz .gml .fgb .dxf .gdb .zip .parquet .gz".split())
 _MAX_DIGITS = 300
 """Digits of the longest whole number; a longer one is read as a float, which may be infinite."""
 
@@ -97,18 +98,6 @@ def _whole_number(digits: str) -> float:
 
 def _advice(path: Path) -> str:
     """How to convert a map of another format."""
-    if path.suffix.lower() in {
-        ".shp",
-        ".gpkg",
-        ".kml",
-        ".kmz",
-        ".gml",
-        ".fgb",
-        ".dxf",
-        ".gdb",
-        ".zip",
-        ".parquet",
-        ".gz",
-    }:
+    if path.suffix.lower() in _OTHER_MAPS:
         return f"Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {path.stem}.geojson {path.name}"
     return ""

@@ -65,6 +65,18 @@ class Remark:
     reason: str
     """``self-intersection at x = 45, y = 4``, ``a LineString is not an outline``."""
 
+    @classmethod
+    def from_json(cls, values: Mapping[str, Any]) -> Self:
+        """The remark from its fields as plain values.
+
+        Raises:
+            TypeError: If a field has another type.
+        """
+        remark = cls(**values)
+        if not all(isinstance(text, str) for text in (remark.source, remark.kind, remark.reason)):
+            raise TypeError(f"expected texts, found {remark!r}")
+        return remark
+
     def __str__(self) -> str:
         return f"{self.source}: {self.reason}"
 

@@ -23,10 +23,10 @@ MAX_FOOTPRINTS = 100_000
 MAX_DEPTH = 16
 """Largest depth of geometry collections in each other."""
 _ABSENT = object()
+"""Stands for a member that is absent, unlike one that is null."""
 _LINEAR = frozenset({"Point", "MultiPoint", "LineString", "MultiLineString"})
 _GEOMETRIES = _LINEAR | {"Polygon", "MultiPolygon", "GeometryCollection"}
 _OTHER_FORMATS = {"Topology": "TopoJSON", "CityJSON": "CityJSON", "CityJSONFeature": "CityJSON"}
-
 _TELLING_MEMBERS = {"spatialReference": "Esri JSON", "geometryType": "Esri JSON", "elements": "JSON of Overpass"}
 """Members of documents of other formats without a type."""
 
@@ -167,7 +167,7 @@ def _plain_values(properties: Any) -> tuple[Mapping[str, float | bool | str], tu
 
 def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) -> None:
     """Add the CRS of an outline to those of a file, of which there may be one."""
-    key = repr(member) if isinstance(member, dict | list | str | int | None) else ""
+    key = "" if member is _ABSENT else repr(member)
     if key in systems:
         return
     try:

@@ -2,7 +2,7 @@
 
 The centres of outlines are placed by an oblique stereographic map of the WGS 84 ellipsoid around their middle (J. P.
 Snyder, *Map Projections: A Working Manual*, 1987, pages 160-163). It keeps angles, and lengths grow by 0.6 mm per
-kilometre 50 km from the middle. Around its own centre, each outline is scaled by the radii of curvature there, so that
+kilometre 10 km from the middle. Around its own centre, each outline is scaled by the radii of curvature there, so that
 its area is that on the ground wherever it lies.
 """
 

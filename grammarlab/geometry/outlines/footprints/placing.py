@@ -129,7 +129,11 @@ def _nothing(source: Source, remarks: Sequence[Remark]) -> AssetError:
 
 def _advice(source: Source, reasons: str) -> str:
     """What to try for some reasons."""
-    if source.crs.unit == "degrees" and ("in degrees" in reasons or "at most" in reasons) and not source.strict:
+    if (
+        source.crs.unit == "degrees"
+        and ("in degrees" in reasons or "metres; a footprint" in reasons)
+        and not source.strict
+    ):
         return (
             "GeoJSON counts in degrees. If yours counts in metres, name its CRS at the top of the file, "
             '"crs": {"type": "name", "properties": {"name": "EPSG:25832"}}, or write "crs": null there.'
