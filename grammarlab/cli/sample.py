@@ -212,11 +212,11 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
     else:
         count = len(result.models)
         say(f"{count} model{'s' * (count != 1)} of {result.request.name} in {result.folder}")
-        if place := place_in_words(result.request):
-            say(_printable(place))
         _tell_acceptance(result)
         if result.sheet is not None:
             say(f"picture: {result.sheet}")
+    if place := place_in_words(result.request):
+        say(_printable(place))
     if different:
         say(f"not equal to the manifest: {', '.join(different)}. Compare the versions in both manifests.")
     elif different is not None:

@@ -15,7 +15,7 @@ from grammarlab.tables import decoded
 MAX_FILE_BYTES = 64 << 20
 MAX_RECORDS = 200_000
 _SEPARATOR = "\x1e"
-_OTHER_MAPS = frozenset(".shp .gpkg .kml .kmz .gml .fgb .dxf .gdb .zip .parquet .gz".split())
+_OTHER_MAPS = {".shp", ".gpkg", ".kml", ".kmz", ".gml", ".fgb", ".dxf", ".gdb", ".zip", ".parquet", ".gz"}
 _MAX_DIGITS = 300
 """Digits of the longest whole number; a longer one is read as a float, which may be infinite."""
 
