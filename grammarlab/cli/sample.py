@@ -22,8 +22,21 @@ MOST_WARNINGS = 20
 MOST_NAMES = 8
 """Largest number of names in a list."""
 
+_REMARKS = {
+    "record": ("line of the footprints is left out", "lines of the footprints are left out"),
+    "geometry": ("geometry is left out", "geometries are left out"),
+    "outline": ("bad outline is left out", "bad outlines are left out"),
+    "repair": ("outline is repaired", "outlines are repaired"),
+    "property": (
+        "property is not used, and the value of the rules is used instead",
+        "properties are not used, and the values of the rules are used instead",
+    ),
+}
+"""What happens to remarks of each kind, for one and for several."""
+
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
+    from grammarlab.geometry.outlines.footprints import Remark
     from grammarlab.runs.sampling.sample import RunResult
 
 
@@ -195,8 +208,10 @@ def _first(names: list[str]) -> str:
 
 def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
     from grammarlab.runs.sampling.clearing import in_short
+    from grammarlab.runs.sampling.place import place_in_words
 
     _tell_prints(result.prints)
+    tell_remarks(result.request.remarks)
     _tell_missing(result)
     if result.kept_files:
         names = in_short(result.kept_files)
@@ -211,6 +226,8 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
         _tell_acceptance(result)
         if result.sheet is not None:
             say(f"picture: {result.sheet}")
+    if place := place_in_words(result.request):
+        say(place)
     if different:
         say(f"not equal to the manifest: {', '.join(different)}. Compare the versions in both manifests.")
     elif different is not None:
@@ -233,6 +250,19 @@ def _tell_acceptance(result: RunResult) -> None:
         )
 
 
+def tell_remarks(remarks: tuple[Remark, ...]) -> None:
+    """Print what is not used of the footprints: a count of each kind, and the first of them."""
+    for kind, (one, many) in _REMARKS.items():
+        alike = [remark for remark in remarks if remark.kind == kind]
+        if not alike:
+            continue
+        say(f"{len(alike):,} {one if len(alike) == 1 else many}:")
+        for remark in alike[:MOST_NAMES]:
+            say(f"  {remark!s}")
+        if len(alike) > MOST_NAMES:
+            say(f"  … and {len(alike) - MOST_NAMES:,} more; the manifest lists them")
+
+
 def _tell_missing(result: RunResult) -> None:
     """Print missing meshes, each with its place in the rules."""
     findings = result.missing_asset_warnings()
@@ -253,6 +283,8 @@ def _tell_prints(texts: tuple[str, ...]) -> None:
 
 
 def _as_json(result: RunResult) -> dict[str, Any]:
+    from grammarlab.runs.sampling.place import place_of
+
     request = result.request
     return {
         "grammar": request.name,
@@ -262,6 +294,8 @@ def _as_json(result: RunResult) -> dict[str, Any]:
         "prints": list(result.prints),
         "kept_files": list(result.kept_files),
         "warnings": [finding.as_dict() for finding in result.missing_asset_warnings()],
+        "place": place_of(request),
+        "remarks": [asdict(remark) for remark in request.remarks],
         **_acceptance_as_json(result),
         "sheet": None if result.sheet is None else str(result.sheet),
         "derivations": str(result.derivations),

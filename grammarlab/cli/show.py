@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say, was_given
-from grammarlab.cli.sample import complete_grammar
+from grammarlab.cli.sample import complete_grammar, tell_remarks
 from grammarlab.errors import UsageError
 from grammarlab.printable import printable
 
@@ -68,6 +68,7 @@ def show(
                 raise UsageError("--graph draws the rules, --model lists one model: give one of them.")
             options = attributes or (), start_rule, footprint, assets
             trace = trace_model(grammar, model, seed, *options)
+            tell_remarks(trace.remarks)
             if as_json:
                 print_json(as_values(trace))
                 return

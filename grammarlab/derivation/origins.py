@@ -13,6 +13,8 @@ Floats = NDArray[np.float64]
 
 NEAR = 1024.0
 """Largest coordinate in metres without a local origin; below it, 32-bit coordinates are accurate to 0.03 mm."""
+_GRID = 1000.0
+"""Steps of shared origins in metres."""
 
 
 def origins_of(low: Floats, high: Floats) -> Floats:
@@ -32,6 +34,28 @@ def origins_of(low: Floats, high: Floats) -> Floats:
     """
     far = np.any((low > NEAR) | (high < -NEAR), axis=1, keepdims=True)
     return np.where(far, low, 0.0)
+
+
+def shared_origin(low: Floats, high: Floats) -> Floats | None:
+    """Origin [3] in the world that several objects share; None if no object is far, so that all have the world's.
+
+    It is in whole kilometres near the middle of the objects, so that another object hardly ever moves it, unless their
+    common bounding box is near the origin of the world.
+
+    Args:
+        low: [N, 3] smallest world coordinates of each object, at least one.
+        high: [N, 3] largest world coordinates of each object.
+
+    >>> low = np.array([[2683000.13, 0.0, -1247010.37], [2683040.13, 0.0, -1247010.37]])
+    >>> shared_origin(low, low + 9.0).tolist()
+    [2683000.0, 0.0, -1247000.0]
+    """
+    if not origins_of(low, high).any():
+        return None
+    low, high = low.min(axis=0), high.max(axis=0)
+    if not origins_of(low[None], high[None]).any():
+        return np.zeros(3)
+    return np.round((low + high) / 2 / _GRID) * _GRID + 0.0
 
 
 def origins_of_polygons(points: Floats, offsets: NDArray[np.int64]) -> Floats:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError, check_type
 from grammarlab.export.files import Output, whole_file
@@ -22,7 +23,7 @@ from grammarlab.export.writer import AbstractWriter
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.checks import require_proper
 from grammarlab.scene.instances import only
-from grammarlab.scene.layout import SceneLayout, grid, in_place, model_bounds
+from grammarlab.scene.layout import SceneLayout, around, grid, in_place, model_bounds
 
 Format = Literal["glb", "obj", "ply"]
 Reuse = Literal["merged", "nodes", "instancing"]
@@ -49,6 +50,9 @@ class SaveOptions:
     """Number of columns if several models share a file; None for about a square."""
     in_place: bool = False
     """Whether models that share a file keep their places in the world, instead of a grid."""
+    origin: tuple[float, float, float] | None = None
+    """Origin [3] of files in world metres. By default each file far from the origin of the world has its own. Files of
+    one model have it if they are OBJ or PLY; a GLB has a node with its own, so its place in the world is exact."""
 
     def __post_init__(self) -> None:
         if self.reuse not in REUSES:
@@ -156,7 +160,7 @@ def save_each(
     paths = []
     for index in range(scene.num_models):
         target = Path(folder) / f"{name(first_model + index)}.{chosen}"
-        layout = SceneLayout(scene.origins[index], np.zeros((1, 3)))
+        layout = _layout_of_one(scene.origins[index], chosen, options)
         with whole_file(target) as output:
             writer = _writer(output, target, chosen, layout, options)
             writer.add(only(scene, index), batch.model(index), target.stem, layout.offsets[0])
@@ -207,7 +211,16 @@ def _save_together(
 def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions) -> SceneLayout:
     found = [(*model_bounds(batch), batch.origins) for _, batch in scenes]
     low, high, origins = (np.concatenate(column) for column in zip(*found, strict=True))
-    return in_place(low, high, origins) if options.in_place else grid(low, high, origins, options.columns)
+    if options.in_place:
+        return in_place(low, high, origins) if options.origin is None else around(np.array(options.origin), origins)
+    return grid(low, high, origins, options.columns)
+
+
+def _layout_of_one(origin: NDArray[np.float64], file_format: str, options: SaveOptions) -> SceneLayout:
+    """Layout of a file of one model with an origin [3] in the world."""
+    if options.origin is None or file_format == "glb":
+        return SceneLayout(origin, np.zeros((1, 3)))
+    return around(np.array(options.origin), origin[None])
 
 
 def _checked_format(file_format: str) -> str:

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from grammarlab.errors import UsageError
 from grammarlab.language.checking.limits import objection
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.lengths import length
 from grammarlab.language.syntax.tree import Boolean, Call, Number, String, alternatives
 
 AttributeValue: TypeAlias = float | bool | str
 """A plain value of an attribute."""
 
 _BOOLEANS = {"true": True, "false": False}
+_WIDEST = 60
+"""Characters of a value that a message shows."""
+_TRUTH = {"yes": "true", "1": "true", "no": "false", "0": "false"}
 
 
 def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, AttributeValue]:
@@ -49,14 +54,49 @@ def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, Attribu
     return values
 
 
-def fit_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -> dict[str, AttributeValue]:
+@dataclass(frozen=True, slots=True)
+class UsableProperties:
+    """Properties with the names of a grammar's attributes."""
+
+    values: Mapping[str, AttributeValue]
+    """Values of the attributes' types."""
+    problems: Mapping[str, str]
+    """Message for each property that its attribute cannot take."""
+
+
+def usable_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -> UsableProperties:
     """Properties of a footprint with the names of a grammar's attributes, as values of their types.
+
+    Maps write numbers with units, such as ``12 m`` (see `length`), and truth as yes or no, 1 or 0.
+
+    >>> grammar = Grammar.parse("attr height = 5 attr shops = false Lot --> NIL")
+    >>> usable_properties({"height": "12 m", "shops": "yes", "name": "Town hall"}, grammar).values
+    {'height': 12.0, 'shops': True}
+    >>> usable_properties({"height": "tall"}, grammar).problems
+    {'height': "attribute 'height': expected a finite number, found 'tall'"}
+    """
+    values: dict[str, AttributeValue] = {}
+    problems: dict[str, str] = {}
+    for name, attribute in grammar.attributes.items():
+        if attribute.constant or name not in properties:
+            continue
+        try:
+            values[name] = _fitted(name, _plain(_written(properties[name]), _kind(name, grammar)), grammar)
+        except UsageError as error:
+            problems[name] = str(error).rstrip(".")
+    return UsableProperties(values, problems)
+
+
+def fit_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -> dict[str, AttributeValue]:
+    """The values of `usable_properties`.
 
     Raises:
         UsageError: If a value has another type.
     """
-    free = [name for name, attribute in grammar.attributes.items() if not attribute.constant and name in properties]
-    return {name: _fitted(name, _written(properties[name]), grammar) for name in free}
+    usable = usable_properties(properties, grammar)
+    for problem in usable.problems.values():
+        raise UsageError(f"{problem}.")
+    return dict(usable.values)
 
 
 def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
@@ -68,10 +108,22 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
     if kind in (None, Boolean) and text.lower() in _BOOLEANS:
         return _BOOLEANS[text.lower()]
     if kind is Boolean:
-        raise UsageError(f"attribute {name!r}: expected true or false, found {text!r}.")
+        raise UsageError(f"attribute {name!r}: expected true or false, found {_shown(text)!r}.")
     if number is None or not math.isfinite(number):
-        raise UsageError(f"attribute {name!r}: expected a finite number, found {text[:60]!r}.")
+        raise UsageError(f"attribute {name!r}: expected a finite number, found {_shown(text)!r}.")
     return number
+
+
+def _shown(text: str) -> str:
+    return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}…"
+
+
+def _plain(text: str, kind: type | None) -> str:
+    """The text of a property without the habits of maps."""
+    if kind is Boolean:
+        return _TRUTH.get(text.strip().lower(), text)
+    metres = length(text) if kind is Number else None
+    return text if metres is None else repr(metres)
 
 
 def _kind(name: str, grammar: Grammar) -> type | None:

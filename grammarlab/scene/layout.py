@@ -17,6 +17,10 @@ GAP = 0.25
 """Gap between neighbours, as a share of the larger of the widest and the deepest model."""
 
 
+_NANOMETRES = 9
+"""Decimals of metres; differences of large numbers have rounding errors below."""
+
+
 def model_bounds(batch: TriangleBatch) -> tuple[Floats, Floats]:
     """Smallest and largest coordinates [num_models, 3] of each model from its origin; zeros without triangles."""
     low, high = np.zeros((batch.num_models, 3)), np.zeros((batch.num_models, 3))
@@ -43,8 +47,18 @@ class SceneLayout:
         return bool(np.abs(self.offsets).max(initial=0.0) > NEAR)
 
 
+def around(origin: Floats, origins: Floats) -> SceneLayout:
+    """Models at their places in the world, relative to an origin.
+
+    Args:
+        origin: [3] origin of the file in the world.
+        origins: [num_models, 3] origins of the models in the world.
+    """
+    return SceneLayout(origin, np.round(origins - origin, _NANOMETRES) + 0.0)
+
+
 def in_place(low: Floats, high: Floats, origins: Floats) -> SceneLayout:
-    """Models at their places in the world, relative to a shared origin.
+    """Models at their places in the world, relative to the origin of their bounding box.
 
     Args:
         low: [num_models, 3] smallest coordinates of each model from its origin; at least one model.

@@ -8,6 +8,16 @@ import trimesh
 
 from grammarlab.cli import sample as sample_module
 from grammarlab.export import FORMATS
+from tests.geometry.outlines.footprints.maps import (
+    BOW_TIE,
+    SQUARE,
+    collection,
+    feature,
+    moved,
+    named,
+    polygon,
+    written,
+)
 from tests.runs.grammars import BROKEN, TOWER
 
 
@@ -31,7 +41,7 @@ def test_json_is_one_object_about_the_run(run, rules, tmp_path):
     )
     values = json.loads(result.stdout)
     told = {"grammar", "hash", "seed", "models", "prints", "kept_files", "warnings", "sheet", "derivations", "manifest"}
-    assert (set(values), values["warnings"]) == (told, [])
+    assert (set(values), values["warnings"]) == (told | {"place", "remarks"}, [])
     assert (values["grammar"], values["seed"], values["sheet"]) == ("house", 8, None)
     assert [m["index"] for m in values["models"]] == [0, 1, 2]
     for model in values["models"]:
@@ -305,3 +315,49 @@ def test_a_run_with_imports_can_be_repeated_without_the_imported_files(run, rule
     library.unlink()
     again = run("sample", "--manifest", tmp_path / "one", "-o", tmp_path / "two", "--jobs", "1", "--json")
     assert json.loads(again.stdout)["different_files"] == []
+
+
+def test_what_is_left_out_of_a_map_and_where_it_is_is_told(run, rules, tmp_path):
+    path = rules("attr height = 5 Lot --> extrude(height) Mass")
+    squares = [moved(SQUARE, 7.1 + k * 1e-3, 50.9, 1e-5) for k in range(3)]
+    features = [
+        feature(polygon(squares[0]), height="40 ft"),
+        feature(polygon(squares[1]), height="about 12"),
+        *(feature({"type": "LineString", "coordinates": squares[2]}) for _ in range(sample_module.MOST_NAMES + 2)),
+        feature(polygon(moved(BOW_TIE, 7.1, 50.9, 1e-5))),
+    ]
+    lots = written(tmp_path, collection(*features))
+    options = ["sample", path, "-n", "1", "--footprint", lots, "-o", tmp_path / "out", "--no-image"]
+    result = run(*options)
+    for line in (
+        "10 geometries are left out:",
+        "  lots.geojson, feature 2: a LineString is not an outline",
+        "  … and 2 more; the manifest lists them",
+        "1 bad outline is left out:",
+        "  lots.geojson, feature 12: self-intersection at longitude 7.10045, latitude 50.90004",
+        "1 property is not used, and the value of the rules is used instead:",
+        "  lots.geojson, feature 1: attribute 'height': expected a finite number, found 'about 12'",
+        "2 models of house in",
+        "origin: longitude 7.1005500, latitude 50.9000400 (OGC:CRS84); x is east of it and z south, in metres",
+    ):
+        assert line in result.stderr
+    values = json.loads(run(*options, "--json").stdout)
+    assert len(values["remarks"]) == 12
+    assert values["remarks"][-1]["source"] == "lots.geojson, feature 1"
+    assert values["place"]["latitude"] == pytest.approx(50.90004)
+
+
+def test_showing_a_model_tells_what_is_left_out_of_its_map(run, rules, tmp_path):
+    path = rules("attr height = 5 Lot --> extrude(height) Mass")
+    lots = written(tmp_path, collection(feature(polygon(SQUARE), height="tall"), feature(polygon(BOW_TIE)), crs=None))
+    result = run("show", path, "--model", "3", "--footprint", lots)
+    assert "feature 1: self-intersection" in result.stderr
+    assert "feature 0: attribute 'height'" in result.stderr
+
+
+def test_a_crs_that_is_not_metres_is_refused_with_the_command_that_converts_it(run, rules, tmp_path):
+    lots = written(tmp_path, collection(feature(polygon(SQUARE)), crs=named("EPSG:3857")))
+    result = run("sample", rules("Lot --> Mass"), "--footprint", lots, "-o", tmp_path / "out", code=1)
+    assert "EPSG:3857" in result.stderr
+    assert "ogr2ogr -t_srs EPSG:4326 lots-degrees.geojson lots.geojson" in result.stderr
+    assert not (tmp_path / "out").exists()

@@ -11,7 +11,7 @@ from grammarlab.derivation import derive
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.origins import NEAR, brought_near, origins_of
+from grammarlab.derivation.origins import NEAR, brought_near, origins_of, shared_origin
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize, triangles
@@ -145,3 +145,19 @@ def test_things_are_far_when_all_of_them_is(low, size):
     low, high = np.array([low]), np.array([low]) + np.array([size])
     is_near = bool(((low <= NEAR) & (high >= -NEAR)).all())
     assert origins_of(low, high).tolist() == ([[0.0] * 3] if is_near else low.tolist())
+
+
+@given(st.lists(st.tuples(places, st.tuples(*[st.floats(0, 1e4)] * 3)), min_size=1, max_size=5))
+def test_a_shared_origin_is_near_far_things_and_on_a_grid(boxes):
+    low = np.array([place for place, _ in boxes])
+    high = low + np.array([size for _, size in boxes])
+    origin = shared_origin(low, high)
+    if not origins_of(low, high).any():
+        assert origin is None
+        return
+    assert origin is not None
+    assert not (origin % 1000).any()
+    extent = (high.max(axis=0) - low.min(axis=0)).max()
+    assert np.abs(np.concatenate([low, high]) - origin).max() <= extent + NEAR
+    if len(boxes) > 1:
+        np.testing.assert_array_equal(shared_origin(low[::-1], high[::-1]), origin)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
-from grammarlab.language.attribute_values import fit_properties, read_attributes
+from grammarlab.language.attribute_values import fit_properties, read_attributes, usable_properties
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse(
@@ -47,6 +47,28 @@ def test_the_kind_of_value_follows_the_attribute_and_else_the_text():
 def test_properties_take_the_kind_of_the_attribute_and_leave_constants_alone():
     properties = {"height": "12", "style": 3.0, "shops": True, "levels": 9.0, "other": 1.0}
     assert fit_properties(properties, GRAMMAR) == {"height": 12.0, "style": "3", "shops": True}
+
+
+def test_properties_are_written_as_in_maps():
+    properties = {"height": "12 m", "drawn": "40 ft", "style": "12 m", "shops": "yes"}
+    expected = {"height": 12.0, "drawn": 12.192, "style": "12 m", "shops": True}
+    assert usable_properties(properties, GRAMMAR).values == expected
+    assert [usable_properties({"shops": value}, GRAMMAR).values["shops"] for value in ("no", 0.0, 1.0, "TRUE")] == [
+        False,
+        False,
+        True,
+        True,
+    ]
+
+
+def test_properties_that_an_attribute_cannot_take_are_named_and_others_are_used():
+    usable = usable_properties({"height": "tall" * 1000, "drawn": "1,200", "shops": 2.0, "style": "old"}, GRAMMAR)
+    assert usable.values == {"style": "old"}
+    assert set(usable.problems) == {"height", "drawn", "shops"}
+    assert "attribute 'drawn': expected a finite number, found '1,200'" in usable.problems.values()
+    assert all(len(problem) < 200 for problem in usable.problems.values())
+    with pytest.raises(UsageError, match="'shops': expected true or false"):
+        fit_properties({"shops": "perhaps"}, GRAMMAR)
 
 
 @pytest.mark.parametrize(

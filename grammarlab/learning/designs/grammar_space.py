@@ -37,7 +37,7 @@ from grammarlab.features.search.sums import find_steps, find_sum
 from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
 from grammarlab.features.search.totals import counted, find_totals, total_of
 from grammarlab.files import existing
-from grammarlab.geometry.outlines.footprints import read_footprints
+from grammarlab.geometry.outlines.footprints import read_footprint_map
 from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.tree import String
@@ -262,7 +262,7 @@ def _polygon(text: str) -> Footprint:
     """The footprint of a label. A label is data: it cannot name other files to read."""
     if text.lower().endswith((".json", ".geojson")) or existing(text) is not None:
         raise UsageError(f"footprint {text!r} of a label is a file; expected 20x12 or WKT.")
-    found = read_footprints(text)
-    if len(found) != 1:
-        raise UsageError(f"footprint {text[:60]!r} of a label has {len(found)} polygons; expected one.")
-    return found[0].polygon
+    plan = read_footprint_map(text)
+    if len(plan.footprints) != 1:
+        raise UsageError(f"footprint {text[:60]!r} of a label has {len(plan.footprints)} polygons; expected one.")
+    return plan.footprints[0].polygon

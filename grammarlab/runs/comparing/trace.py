@@ -17,10 +17,11 @@ from grammarlab.derivation.tracing import origin_of
 from grammarlab.errors import Location, UsageError
 from grammarlab.features.rules.acceptance import Acceptance
 from grammarlab.features.rules.accepting import derive_accepted
-from grammarlab.geometry.outlines.footprints import read_footprints
-from grammarlab.language.attribute_values import fit_properties, read_attributes
+from grammarlab.geometry.outlines.footprints import Remark, read_footprint_map
+from grammarlab.language.attribute_values import read_attributes, usable_properties
 from grammarlab.language.grammar import read_text
 from grammarlab.language.numbering import Numbering
+from grammarlab.runs.requests.batches import property_remarks
 from grammarlab.runs.requests.examples import find_rules
 from grammarlab.runs.sampling.derive_batch import compiled
 
@@ -45,6 +46,8 @@ class DerivationTrace:
     """Rows of the draws of each node."""
     leaves: Mapping[int, tuple[int, ...]]
     """Rows of the visible shapes of each node."""
+    remarks: tuple[Remark, ...] = ()
+    """What is left out of the footprint."""
 
 
 def trace_model(
@@ -74,11 +77,14 @@ def trace_model(
     rules, program = compiled(source.text(), source.name)
     values = read_attributes(attributes, rules)
     polygon: Footprint = DEFAULT_FOOTPRINT
+    remarks: tuple[Remark, ...] = ()
     if footprint:
-        found, *others = read_footprints(footprint)
+        plan = read_footprint_map(footprint)
+        lot, *others = plan.footprints
         if others:
             raise UsageError(f"footprint: expected one polygon to show a model on, found {len(others) + 1}.")
-        polygon, values = found.polygon, fit_properties(found.properties, rules) | values
+        polygon, values = lot.polygon, {**usable_properties(lot.properties, rules).values, **values}
+        remarks = (*plan.remarks, *property_remarks(lot, rules))
     acceptance, folder = Acceptance.of(rules.tree), AssetFolder(source.assets)
     lots = Lots.at(seed, model, polygon, values, start_rule or None)
     forest = derive_accepted(program, acceptance, lots, folder).forest
@@ -93,6 +99,7 @@ def trace_model(
         children=tuple(children.get(node, ()) for node in range(len(nodes))),
         draws=_by_node(forest.draws.node),
         leaves=_by_node(forest.leaves.node),
+        remarks=remarks,
     )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import Finding, UsageError
+from grammarlab.geometry.outlines.footprints import Remark
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.runs.requests.batches import Batch
@@ -69,6 +70,10 @@ class AbstractModels(ABC):
         Raises:
             GrammarlabError: If they do not.
         """
+
+    def remarks(self, request: SampleRequest) -> tuple[Remark, ...]:
+        """Remarks about properties of the footprints of a request that cannot be used; none by default."""
+        return ()
 
     @abstractmethod
     def make(self, request: SampleRequest, batch: Batch) -> MadeModels:

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import Finding
+from grammarlab.geometry.outlines.footprints import Remark
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.runs.disk.derivations import FILES, load_forest, save_forest
 from grammarlab.runs.models.abstract import AbstractModels, MadeModels
 from grammarlab.runs.models.reports import summarize_reports
-from grammarlab.runs.requests.batches import Batch, lots_of
+from grammarlab.runs.requests.batches import Batch, lots_of, property_remarks
 from grammarlab.runs.requests.checks import not_carried_out
 from grammarlab.runs.requests.request import SampleRequest
 from grammarlab.scene import Scene, realize
@@ -34,6 +35,11 @@ class GrammarModels(AbstractModels):
     def check(self, request: SampleRequest) -> None:
         options = {"attributes": request.attributes, "start_rule": request.start_rule or None}
         derive(self.space.program, 0, request.seed, **options)
+
+    def remarks(self, request: SampleRequest) -> tuple[Remark, ...]:
+        return tuple(
+            remark for footprint in request.footprints for remark in property_remarks(footprint, self.space.grammar)
+        )
 
     def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
         found = self.space.accepted(self.space.program, lots_of(request, batch, self.space.grammar))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grammarlab.derivation.lots import Lots
-from grammarlab.language.attribute_values import fit_properties
+from grammarlab.geometry.outlines.footprints import Footprint, Remark
+from grammarlab.language.attribute_values import usable_properties
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.requests.request import BATCH_MODELS, SampleRequest
 
@@ -32,10 +33,8 @@ def cut_batches(request: SampleRequest) -> tuple[Batch, ...]:
 def lots_of(request: SampleRequest, batch: Batch, grammar: Grammar) -> Lots:
     """Lots of a batch.
 
-    Properties of a footprint replace attributes, options of the request replace both.
-
-    Raises:
-        UsageError: If a property has another type than its attribute.
+    Properties of a footprint replace attributes, options of the request replace both. Unusable properties have no
+    effect (`property_remarks`).
     """
     first, end = batch.first_model, batch.first_model + batch.num_models
     start_rule = request.start_rule or None
@@ -47,7 +46,7 @@ def lots_of(request: SampleRequest, batch: Batch, grammar: Grammar) -> Lots:
     for number in range(first // request.num_models, (end - 1) // request.num_models + 1):
         footprint = request.footprints[number]
         low, high = max(first, number * request.num_models), min(end, (number + 1) * request.num_models)
-        attributes = fit_properties(footprint.properties, grammar) | dict(request.attributes)
+        attributes = {**usable_properties(footprint.properties, grammar).values, **request.attributes}
         parts.append(
             Lots.of(
                 high - low,
@@ -59,3 +58,12 @@ def lots_of(request: SampleRequest, batch: Batch, grammar: Grammar) -> Lots:
             )
         )
     return Lots.concatenate(parts)
+
+
+def property_remarks(footprint: Footprint, grammar: Grammar) -> tuple[Remark, ...]:
+    """Remarks about properties of a footprint that have the names of attributes, and values that these cannot take."""
+    problems = dict(usable_properties(footprint.properties, grammar).problems)
+    for name in footprint.unread:
+        if name in grammar.attributes and not grammar.attributes[name].constant:
+            problems[name] = f"attribute {name!r}: expected a finite number, a text, true or false"
+    return tuple(Remark(footprint.name, "property", problem) for problem in problems.values())

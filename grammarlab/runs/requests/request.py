@@ -10,14 +10,21 @@ from typing import Any, Literal, Self, TypedDict, Unpack, get_args
 
 import numpy as np
 
+from grammarlab.derivation.origins import shared_origin
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.export import FORMATS
 from grammarlab.export.save import Format
-from grammarlab.geometry.outlines.footprints import Footprint, read_footprints
+from grammarlab.geometry.outlines.footprints import (
+    Footprint,
+    FootprintMap,
+    Georeference,
+    Remark,
+    read_footprint_map,
+)
 from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.language.grammar import hash_of
 from grammarlab.rendering.choice import RendererName
-from grammarlab.runs.disk.members import member, numbers, plain_values
+from grammarlab.runs.disk.members import member, numbers, of_kind, plain_values
 from grammarlab.runs.requests.domains import DEFAULT
 from grammarlab.runs.requests.examples import find_rules
 
@@ -88,8 +95,15 @@ class SampleRequest:
     ``auto`` is OpenGL if it works. The manifest records the used renderer."""
     scale: Scale = "each"
     """Whether the models on the sheet are all to one scale, or ``each`` fills its picture."""
+    georeference: Georeference | None = None
+    """Place of the footprints on the earth; None if it is unknown. It does not change the models."""
+    remarks: tuple[Remark, ...] = ()
+    """What is left out of the footprints. They do not change the models."""
+    origin: tuple[float, float, float] | None = field(init=False, repr=False)
+    """Origin [3] in world metres that all files of the run share; None if all footprints are near that of the world."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", _shared_origin(self.footprints, self.georeference))
         if not re.fullmatch(r"[\w .,+@-]{1,100}", self.name) or self.name.startswith("."):
             raise UsageError(f"{self.name!r} cannot name files: expected letters, digits, spaces and . , + @ - _ only.")
         if not re.fullmatch(r"\.\w{1,32}", self.suffix):
@@ -122,14 +136,16 @@ class SampleRequest:
             **options: the other fields of this class.
         """
         source = find_rules(str(grammar), assets)
-        footprints = read_footprints(footprint) if footprint else ()
+        plan = read_footprint_map(footprint) if footprint else FootprintMap(())
         text = source.text()
         return cls(
             name=source.name,
             suffix=source.suffix,
             text=text,
             assets=source.assets,
-            footprints=footprints,
+            footprints=plan.footprints,
+            georeference=plan.georeference,
+            remarks=plan.remarks,
             **options,
         )
 
@@ -144,7 +160,7 @@ class SampleRequest:
         return self.num_models * max(len(self.footprints), 1)
 
     def as_json(self) -> dict[str, Any]:
-        """All fields except the text and the asset folder as plain values."""
+        """All fields that define the models and files as plain values, except the text and the asset folder."""
         return {
             "name": self.name,
             "suffix": self.suffix,
@@ -154,6 +170,7 @@ class SampleRequest:
             "start_rule": self.start_rule,
             "footprints": [
                 {"polygon": f.polygon.tolist(), "properties": dict(f.properties), "name": f.name}
+                | ({"unread": list(f.unread)} if f.unread else {})
                 for f in self.footprints
             ],
             "file_format": self.file_format,
@@ -219,7 +236,23 @@ def _footprint(values: Any, where: str) -> Footprint:
     if len(polygon) < 3 or np.abs(polygon).max() > _FARTHEST:
         raise AssetError(f"{where}.polygon: expected at least 3 corners within {_FARTHEST:,.0f} m of the origin.")
     properties = plain_values(member(values, "properties", dict, where), f"{where}.properties")
-    return Footprint(polygon, properties, member(values, "name", str, where))
+    unread = of_kind(values.get("unread", []), list, f"{where}.unread")
+    names = tuple(of_kind(name, str, f"{where}.unread") for name in unread)
+    return Footprint(polygon, properties, member(values, "name", str, where), names)
+
+
+def _shared_origin(
+    footprints: tuple[Footprint, ...], georeference: Georeference | None
+) -> tuple[float, float, float] | None:
+    """See `SampleRequest.origin`; with a longitude and a latitude it is their point, which is that of the world."""
+    if not footprints:
+        return None
+    low, high = (np.array([f(footprint.polygon, axis=0) for footprint in footprints]) for f in (np.min, np.max))
+    origin = shared_origin(low, high)
+    if origin is None:
+        return None
+    x, y, z = (origin if georeference is None or georeference.longitude is None else np.zeros(3)).tolist()
+    return x, y, z
 
 
 def _check_range(what: str, value: int, low: int, high: int) -> None:

@@ -26,7 +26,7 @@ from grammarlab.runs.sampling.records import (
     model_name,
     write_record,
 )
-from grammarlab.runs.sampling.single_file import save_options, single_file_name
+from grammarlab.runs.sampling.single_file import file_origins, save_options, single_file_name
 from grammarlab.scene import Scene
 from grammarlab.scene.triangles import count_triangles
 
@@ -72,7 +72,7 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
         count_triangles(scene).tolist(),
         made.log_probability,
         made.reports,
-        map(tuple, scene.origins.tolist()),
+        map(tuple, file_origins(request, scene.origins).tolist()),
         made.tries or [1] * batch.num_models,
         made.kept or [True] * batch.num_models,
         strict=True,

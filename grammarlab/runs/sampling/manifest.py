@@ -6,20 +6,22 @@ import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from grammarlab.about import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import read_bounded, write_text
+from grammarlab.geometry.outlines.footprints import Georeference, Remark, RemarkKind
 from grammarlab.rendering.choice import RendererChoice
-from grammarlab.runs.disk.members import member, of_kind, texts
+from grammarlab.runs.disk.members import member, numbers, of_kind, texts
 from grammarlab.runs.requests.examples import examples_folder
 from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.sampling.place import place_of
 from grammarlab.runs.sampling.records import ModelRecord
 
 MANIFEST = "manifest.json"
@@ -76,6 +78,8 @@ def write_manifest(
         "complete": files is not None,
         "grammar": {"name": request.name, "sha256": request.text_hash, "text": request.text},
         "request": request.as_json(),
+        "place": place_of(request),
+        "remarks": [asdict(remark) for remark in request.remarks],
         "assets": _describe_assets(request.assets, folder),
         "asset_files": dict(asset_files),
         "missing_assets": [asdict(asset) for asset in missing_assets],
@@ -133,7 +137,7 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
     if request.text_hash != digest:
         raise AssetError("the grammar text does not match its hash; one of them was changed.")
     return Manifest(
-        request=request,
+        request=replace(request, georeference=_georeference(values), remarks=_remarks(values)),
         format=version,
         complete=complete,
         versions=versions,
@@ -141,6 +145,35 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
         files=files,
         asset_files=asset_files,
     )
+
+
+def _georeference(values: Mapping[str, Any]) -> Georeference | None:
+    """Place on the earth of the footprints of a manifest; earlier versions had none."""
+    place = values.get("place")
+    if place is None or of_kind(place, dict, "place").get("crs") is None:
+        return None
+    crs = member(place, "crs", str, "place")
+    if "longitude" not in place:
+        return Georeference(crs)
+    longitude, latitude = numbers([place["longitude"], place.get("latitude")], 2, "place.longitude and latitude")
+    return Georeference(crs, longitude, latitude)
+
+
+def _remarks(values: Mapping[str, Any]) -> tuple[Remark, ...]:
+    """Remarks of a manifest about its footprints; earlier versions had none."""
+    where = "remarks"
+    return tuple(
+        Remark(member(entry, "source", str, where), _remark_kind(entry), member(entry, "reason", str, where))
+        for entry in of_kind(values.get(where, []), list, where)
+    )
+
+
+def _remark_kind(entry: Any) -> RemarkKind:
+    kind = member(entry, "kind", str, "remarks")
+    for known in get_args(RemarkKind):
+        if kind == known:
+            return known
+    raise AssetError(f"remarks.kind: expected one of {', '.join(get_args(RemarkKind))}, found {kind[:40]!r}.")
 
 
 @cache

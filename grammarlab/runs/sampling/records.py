@@ -38,7 +38,7 @@ class ModelRecord:
     reports: Mapping[str, Mapping[str, float | int | None]] = field(default_factory=dict)
     """Values of ``report`` by key: see `grammarlab.runs.models.reports`."""
     origin: tuple[float, ...] = (0.0, 0.0, 0.0)
-    """Origin of the model's coordinates in the world, in metres; a GLB has it as a node."""
+    """Origin of the coordinates in the model's file, in world metres; a GLB has it as a node."""
     tries: int = 1
     """Number of candidates until one was accepted (`grammarlab.features.rules.accepting`)."""
     accepted: bool = True

@@ -104,7 +104,9 @@ def sample_run(
     """
     folder = Path(folder)
     # Errors in the rules and options come before anything is written or removed.
-    models_of(request).check(request)
+    models = models_of(request)
+    models.check(request)
+    request = replace(request, remarks=tuple(dict.fromkeys((*request.remarks, *models.remarks(request)))))
     choice = choose(request.renderer) if request.image else RendererChoice("cast")
     if request.image:
         request = replace(request, renderer=choice.name)
@@ -126,7 +128,7 @@ def _make(
 ) -> RunResult:
     """Make all files of a run in a folder that has been prepared."""
     records, unchanged = _run_batches(request, folder, executor, on_progress)
-    models = tuple(model for record in records for model in record.models)
+    model_records = tuple(model for record in records for model in record.models)
     hashes = {file: digest for record in records for file, digest in record.hashes.items()}
     batches = cut_batches(request)
     if request.single_file:
@@ -140,13 +142,13 @@ def _make(
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
     missing_assets = by_path(asset for record in records for asset in record.missing_assets)
-    manifest = write_manifest(folder, request, choice, asset_files, models, hashes, missing_assets)
+    manifest = write_manifest(folder, request, choice, asset_files, model_records, hashes, missing_assets)
     prints = tuple(text for record in records for text in record.prints)
     images = sorted({name for record in records for name in record.missing_images})
     return RunResult(
         request=request,
         folder=folder,
-        models=models,
+        models=model_records,
         sheet=sheet,
         manifest=manifest,
         prints=prints,

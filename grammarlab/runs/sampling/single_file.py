@@ -6,6 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from grammarlab.export import SaveOptions, save_together
 from grammarlab.export.save import Reuse
 from grammarlab.files import file_hash, sync_files
@@ -19,13 +22,25 @@ _REUSE: dict[Instancing, Reuse] = {"none": "merged", "nodes": "nodes", "gpu": "i
 
 
 def save_options(request: SampleRequest) -> SaveOptions:
-    """Options of saving the files of a run; with one model on each of several footprints, models keep their places."""
+    """Options of saving the files of a run; with one model on each footprint, models keep their places."""
     return SaveOptions(
         reuse=_REUSE[request.instancing],
         assets=request.assets,
         columns=request.columns or None,
-        in_place=len(request.footprints) > 1 and request.num_models == 1,
+        in_place=len(request.footprints) > 0 and request.num_models == 1,
+        origin=request.origin,
     )
+
+
+def file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Origins [N, 3] in the world of the coordinates of models in their files.
+
+    Args:
+        request: the request.
+        origins: [N, 3] origins of the models themselves.
+    """
+    shared = request.num_models == 1 if request.single_file else request.file_format != "glb"
+    return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
 
 
 def single_file_name(request: SampleRequest) -> str:

@@ -12,7 +12,7 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.preference.labels.cells import score, whole
 from grammarlab.preference.labels.files import read_labels
 from grammarlab.preference.labels.scales import on_one_scale
-from grammarlab.preference.labels.table import Label, Labels
+from grammarlab.preference.labels.table import Kind, Label, Labels
 
 HASH = "0123456789abcdef" * 4
 OTHER = '{"seed":5,"model":17}'
@@ -131,7 +131,7 @@ def test_a_row_that_ends_early_is_refused(tmp_path):
         read_labels(path)
 
 
-def scored(*scores: float, kind="score") -> list[Label]:
+def scored(*scores: float, kind: Kind = "score") -> list[Label]:
     return [Label(1, model, "a", value, HASH, kind=kind) for model, value in enumerate(scores)]
 
 

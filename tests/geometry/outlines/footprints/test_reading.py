@@ -140,7 +140,7 @@ def test_anything_else_says_what_is_expected(text):
         ('{"type": "FeatureCollection", "features": 3}', "list under 'features'"),
         ('{"type": "FeatureCollection", "features": [3, null, {}]}', "no Polygon"),
         ('{"type": "Polygon", "coordinates": [[[0, 0], [1, "a"]]]}', "expected rings"),
-        ('{"type": "Polygon", "coordinates": []}', "expected rings"),
+        ('{"type": "Polygon", "coordinates": []}', "an empty Polygon"),
         ('{"type": "Polygon"}', "expected rings"),
         ('{"type": "Polygon", "coordinates": [[[0, 0], [1e999, 0], [1, 1], [0, 0]]]}', "finite|degrees"),
         (

@@ -1,0 +1,205 @@
+"""Outlines of GeoJSON (RFC 7946, and the member ``crs`` of GeoJSON 2008)."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import shapely
+
+from grammarlab.errors import AssetError
+from grammarlab.geometry.outlines.footprints.crs import WGS_84, Crs, crs_of_member
+from grammarlab.geometry.outlines.footprints.documents import read_documents, well_formed
+from grammarlab.geometry.outlines.footprints.footprint import Remark, RemarkKind
+from grammarlab.geometry.outlines.footprints.source import Outline, Source
+
+MAX_FOOTPRINTS = 100_000
+MAX_DEPTH = 16
+"""Largest depth of geometry collections in each other."""
+_ABSENT = object()
+"""Stands for a member that is absent, unlike one that is null."""
+_LINEAR = frozenset({"Point", "MultiPoint", "LineString", "MultiLineString"})
+_GEOMETRIES = _LINEAR | {"Polygon", "MultiPolygon", "GeometryCollection"}
+_OTHER_FORMATS = {"Topology": "TopoJSON", "CityJSON": "CityJSON", "CityJSONFeature": "CityJSON"}
+_TELLING_MEMBERS = {"spatialReference": "Esri JSON", "geometryType": "Esri JSON", "elements": "JSON of Overpass"}
+"""Members of documents of other formats without a type."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Feature:
+    """One feature with the nearest member ``crs`` above its geometry."""
+
+    name: str
+    geometry: Any
+    properties: Any
+    crs: Any
+
+
+def read_geojson(path: Path) -> Source:
+    """The outlines of a GeoJSON file, in the coordinates of the file.
+
+    Raises:
+        AssetError: If it is not GeoJSON, or its CRS is not known to be in true metres or degrees.
+    """
+    documents = read_documents(path)
+    outlines: list[Outline] = []
+    remarks = list(documents.remarks)
+    systems: dict[str, Crs] = {}
+    for feature in _features(documents.values, path):
+        values, unread = _plain_values(feature.properties)
+        omissions: Counter[tuple[RemarkKind, str]] = Counter()
+        for shape in _shapes(feature.geometry, feature.crs, 0):
+            if isinstance(shape, str):
+                omissions["geometry", shape] += 1
+                continue
+            _note_crs(systems, shape.crs, feature.name, path)
+            if isinstance(shape.polygon, str):
+                omissions["outline", shape.polygon] += 1
+                continue
+            outlines.append(Outline(shape.polygon, feature.name, values, unread))
+            if len(outlines) > MAX_FOOTPRINTS:
+                raise AssetError(f"{path}: expected at most {MAX_FOOTPRINTS} polygons. Cut out a smaller area.")
+        for (kind, reason), count in omissions.items():
+            remarks.append(Remark(feature.name, kind, reason if count == 1 else f"{reason} ({count:,} times)"))
+    crs, *_ = systems.values() or [WGS_84]
+    return Source(str(path), tuple(outlines), tuple(remarks), crs)
+
+
+def _features(documents: tuple[Any, ...], path: Path) -> Iterator[_Feature]:
+    """The features of all documents, numbered from 0."""
+    number = 0
+    for document in documents:
+        _refuse_other_formats(document, path)
+        outer = _ABSENT
+        features = document if isinstance(document, list) else [document]  # a bare list is no GeoJSON, but is written
+        if isinstance(document, dict) and _kind_of(document) == "FeatureCollection":
+            features, outer = document.get("features"), document.get("crs", _ABSENT)
+        if not isinstance(features, list):
+            raise AssetError(f"{path}: expected a list under 'features'.")
+        if number + len(features) > MAX_FOOTPRINTS:
+            raise AssetError(
+                f"{path}: {number + len(features)} features; at most {MAX_FOOTPRINTS} are read. Cut out a smaller area."
+            )
+        for feature in features:
+            yield _feature(feature, f"{well_formed(path.name)}, feature {number}", outer)
+            number += 1
+
+
+def _feature(feature: Any, name: str, outer: Any) -> _Feature:
+    if not isinstance(feature, dict):
+        return _Feature(name, None, None, outer)
+    if _kind_of(feature) in _GEOMETRIES:
+        return _Feature(name, feature, None, outer)
+    return _Feature(name, feature.get("geometry"), feature.get("properties"), feature.get("crs", outer))
+
+
+@dataclass(frozen=True, slots=True)
+class _Shape:
+    """One polygon of a geometry."""
+
+    polygon: shapely.Polygon | str
+    """The polygon, or the reason why it cannot be read."""
+    crs: Any
+
+
+def _shapes(geometry: Any, outer: Any, depth: int) -> Iterator[_Shape | str]:
+    """The polygons of a geometry, and descriptions of what else it has."""
+    if not isinstance(geometry, dict):
+        yield "no geometry"
+        return
+    kind, crs = _kind_of(geometry), geometry.get("crs", outer)
+    members = geometry.get("geometries" if kind == "GeometryCollection" else "coordinates")
+    if kind not in _GEOMETRIES:
+        yield f"a geometry of type {kind[:40]!r} is not an outline"
+    elif not members and isinstance(members, list):
+        yield f"an empty {kind}"
+    elif kind in _LINEAR:
+        yield f"a {kind} is not an outline"
+    elif kind == "GeometryCollection":
+        if depth == MAX_DEPTH or not isinstance(members, list):
+            yield "expected a list of geometries, not too deeply nested"
+            return
+        for member in members:
+            yield from _shapes(member, crs, depth + 1)
+    else:
+        for rings in [members] if kind == "Polygon" else members if isinstance(members, list) else [None]:
+            yield f"an empty {kind}" if rings == [] else _Shape(_polygon(rings), crs)
+
+
+def _polygon(rings: Any) -> shapely.Polygon | str:
+    try:
+        outer, *holes = [[_position(point) for point in ring] for ring in rings]
+        if not all(math.isfinite(number) for ring in (outer, *holes) for point in ring for number in point):
+            return "a coordinate is not a finite number"
+        return shapely.Polygon(outer, [hole for hole in holes if hole])
+    except (TypeError, ValueError, IndexError, KeyError, OverflowError, shapely.errors.ShapelyError):
+        return "expected rings of [x, y] numbers: four positions or more, the first repeated at the end"
+
+
+def _position(point: Any) -> tuple[float, float]:
+    x, y = point[0], point[1]
+    if isinstance(x, bool) or isinstance(y, bool) or not (isinstance(x, int | float) and isinstance(y, int | float)):
+        raise TypeError
+    return float(x), float(y)
+
+
+def _plain_values(properties: Any) -> tuple[Mapping[str, float | bool | str], tuple[str, ...]]:
+    """The plain values among properties, and the names of all others but null."""
+    values: dict[str, float | bool | str] = {}
+    unread = []
+    for name, value in properties.items() if isinstance(properties, dict) else ():
+        if isinstance(value, str):
+            values[well_formed(name)] = well_formed(value)
+        elif isinstance(value, bool):
+            values[well_formed(name)] = value
+        elif isinstance(value, int | float) and abs(value) <= sys.float_info.max:
+            values[well_formed(name)] = float(value)
+        elif value is not None:
+            unread.append(well_formed(name))
+    return values, tuple(unread)
+
+
+def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) -> None:
+    """Add the CRS of an outline to those of a file, of which there may be one."""
+    key = "" if member is _ABSENT else repr(member)
+    if key in systems:
+        return
+    try:
+        crs = WGS_84 if member is _ABSENT else crs_of_member(member)
+    except AssetError as error:
+        raise AssetError(f"{path}: {error}. Convert it: ogr2ogr -t_srs EPSG:4326 {_files(path)}") from error
+    systems[key] = crs
+    names = {known.name for known in systems.values()}
+    if len(names) > 1:
+        first, second = (name or "none" for name in sorted(names))
+        raise AssetError(
+            f"{path}: expected one CRS, found {first} and {second} ({feature}). Convert it to one of them."
+        )
+
+
+def _kind_of(value: Any) -> str:
+    """The member ``type`` of an object; empty if there is none."""
+    kind = value.get("type") if isinstance(value, dict) else None
+    return well_formed(kind) if isinstance(kind, str) else ""
+
+
+def _refuse_other_formats(document: Any, path: Path) -> None:
+    kind = _kind_of(document)
+    members = () if kind or not isinstance(document, dict) else document
+    untyped = (name for member, name in _TELLING_MEMBERS.items() if member in members)
+    other = next(untyped, _OTHER_FORMATS.get(kind, ""))
+    if other:
+        raise AssetError(
+            f"{path}: expected GeoJSON, found {other}. Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {_files(path)}"
+        )
+
+
+def _files(path: Path) -> str:
+    """The arguments of ogr2ogr: the new and the old file."""
+    return f"{shlex.quote(f'{path.stem}-degrees.geojson')} {shlex.quote(path.name)}"
