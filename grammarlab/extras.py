@@ -27,11 +27,16 @@ EXTRAS = {
 """Extra of grammarlab that installs each package."""
 
 
+_WITHOUT_JAX = {("darwin", "x86_64"): "Intel Macs", ("win32", "ARM64"): "Windows on ARM"}
+"""Machines for which there is no jaxlib of a version that the extra `learn` needs; see `docs/platforms.md`."""
+
+
 def _advice(package: str) -> str:
-    if package in {"jax", "jaxlib"} and (sys.platform, platform.machine()) == ("darwin", "x86_64"):
+    machine = _WITHOUT_JAX.get((sys.platform, platform.machine()))
+    if machine and package in {"jax", "jaxlib"}:
         return (
-            f"this needs the package {package}, which Intel Macs do not have in a version that grammarlab can use: "
-            "jaxlib ends at 0.4.38. Learn on another machine; the learned rules can be sampled on this one."
+            f"this needs the package {package}, and for {machine} there is no version that grammarlab can use. "
+            "Learn on another machine; the learned rules can be sampled on this one."
         )
     return f"this needs the package {package}, which is not installed: pip install 'grammarlab[{EXTRAS[package]}]'."
 

@@ -7,6 +7,7 @@ import io
 import sys
 
 from grammarlab.cli.app import app
+from grammarlab.cli.console.report import INTERRUPTED, say
 from grammarlab.runs.work.compiled import keep_compiled
 
 
@@ -15,8 +16,12 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal or a pipe may not have every character
-    keep_compiled()
-    app()
+    try:
+        keep_compiled()
+        app()
+    except KeyboardInterrupt:  # while the commands are made; each command reports an interruption itself
+        say("interrupted.")
+        raise SystemExit(INTERRUPTED) from None
 
 
 __all__ = ["app", "main"]

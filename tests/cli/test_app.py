@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 import grammarlab
+from grammarlab import cli
 from grammarlab.runs.sampling.manifest import read_manifest
 from tests.cli.commands import COMMANDS
 from tests.runs.grammars import TOWER
@@ -83,6 +84,17 @@ def test_ctrl_c_in_the_middle_leaves_whole_files(tmp_path, jobs):
         assert isinstance(trimesh.load(path, force="mesh"), trimesh.Trimesh)
     assert not list(out.rglob(".part*"))
     assert not list(out.rglob("*.part"))
+
+
+def test_ctrl_c_before_the_command_begins_is_no_traceback(monkeypatch, capsys):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "keep_compiled", interrupted)
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    assert end.value.code == 130
+    assert "interrupted" in capsys.readouterr().err
 
 
 def test_a_run_in_the_background_of_a_shell_does_not_hear_ctrl_c(tmp_path):

@@ -99,9 +99,15 @@ def test_extras_install_what_is_said():
 
 @pytest.mark.parametrize(
     ("system", "machine", "advice"),
-    [("darwin", "x86_64", "Intel Macs"), ("darwin", "arm64", "pip install"), ("linux", "x86_64", "pip install")],
+    [
+        ("darwin", "x86_64", "Intel Macs"),
+        ("darwin", "arm64", "pip install"),
+        ("linux", "x86_64", "pip install"),
+        ("win32", "ARM64", "Windows on ARM"),
+        ("win32", "AMD64", "pip install"),
+    ],
 )
-def test_on_an_intel_mac_nobody_is_sent_to_packages_that_do_not_exist(
+def test_nobody_is_sent_to_packages_that_do_not_exist_for_the_machine(
     monkeypatch: pytest.MonkeyPatch, system: str, machine: str, advice: str
 ):
     monkeypatch.setattr("sys.platform", system)

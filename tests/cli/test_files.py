@@ -1,6 +1,7 @@
 """``grammarlab check``, ``show``, ``format`` and ``list``."""
 
 import json
+import os
 import re
 import stat
 
@@ -9,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from grammarlab.assets.meshes import MAX_BYTES
 from grammarlab.runs.requests.examples import shipped_examples
 from tests.runs.grammars import BROKEN, TOWER
 
@@ -45,6 +47,21 @@ def test_check_warns_of_meshes_that_are_not_there(run, rules, tmp_path):
     named = [[f["message"].split('"')[1] for f in each if f["code"] == "missing-asset"] for each in found]
     assert named == [["oak.obj", "gone.obj"], ["gone.obj"]]
     assert "--assets DIR" in run("check", path).stdout
+
+
+def test_check_warns_of_meshes_that_no_model_can_insert(run, rules, tmp_path):
+    (tmp_path / "huge.obj").touch()
+    os.truncate(tmp_path / "huge.obj", MAX_BYTES + 1)
+    path = rules('const tree = "huge.obj"\nLot --> i(tree) Up\nUp --> i("../up.obj") i("loop.obj")')
+    (tmp_path / "loop.obj").symlink_to("loop.obj")
+    findings = json.loads(run("check", path, "--json").stdout)["findings"]
+    assert all(finding["severity"] == "warning" for finding in findings)
+    by_name = {finding["message"].split('"')[1]: finding for finding in findings}
+    assert by_name.keys() == {"huge.obj", "../up.obj", "loop.obj"}
+    assert by_name["huge.obj"]["code"] == by_name["../up.obj"]["code"] == "bad-asset"
+    assert "bytes" in by_name["huge.obj"]["message"]
+    assert "outside the asset folder" in by_name["../up.obj"]["message"]
+    assert by_name["loop.obj"]["location"]["line"] == 3
 
 
 def test_check_and_sample_find_the_meshes_of_a_project(run, tmp_path):

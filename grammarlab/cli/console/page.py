@@ -12,7 +12,7 @@ from threading import Thread
 
 import typer
 
-from grammarlab.cli.console.report import say
+from grammarlab.cli.console.report import print_result, say
 
 
 @contextmanager
@@ -31,7 +31,7 @@ def page_opener(note: str, *, browser: bool) -> Iterator[Callable[[str], None]]:
     with ExitStack() as stack:
 
         def announce(address: str) -> None:
-            typer.echo(address)
+            print_result(address)
             say(note)
             if not browser:
                 return

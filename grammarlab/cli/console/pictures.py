@@ -15,5 +15,5 @@ def note_slow_pictures() -> None:
         machine = f"{platform.system()} on {platform.machine()}"
         say(
             f"Pictures take about ten times longer here: the package embreex is not installed (for {machine} there may "
-            "be none). They are the same as elsewhere. Where OpenGL works, `--renderer gl` is faster."
+            "be none). They are the same as elsewhere. Where OpenGL works, `grammarlab sample --renderer gl` is faster."
         )

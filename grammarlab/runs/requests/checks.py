@@ -15,7 +15,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.tree import RuleFile
 from grammarlab.language.vocabulary.builtins import attributes
 from grammarlab.runs.requests.examples import RuleSource
-from grammarlab.runs.requests.missing_assets import missing_in, warnings_of
+from grammarlab.runs.requests.missing_assets import findings_about
 
 _KEYWORDS = {
     **{name: operation.keywords for name, operation in OPERATIONS.items()},
@@ -48,8 +48,8 @@ def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
 
 
 def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
-    lacking = warnings_of(missing_in(one.tree, assets), assets)
-    return tuple(sorted((*one.findings, *lacking, *_acceptance(one.tree)), key=lambda finding: finding.location))
+    findings = (*one.findings, *findings_about(one.tree, assets), *_acceptance(one.tree))
+    return tuple(sorted(findings, key=lambda finding: finding.location))
 
 
 def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:

@@ -1,4 +1,4 @@
-"""Warnings about meshes that an asset folder lacks."""
+"""Warnings about meshes that an asset folder lacks, or that cannot be looked up in it."""
 
 from __future__ import annotations
 
@@ -31,21 +31,24 @@ def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding,
     )
 
 
-def missing_in(tree: RuleFile, assets: Path) -> tuple[MissingAsset, ...]:
-    """Meshes named by ``i`` in a rule file that an asset folder lacks, by path.
+def findings_about(tree: RuleFile, assets: Path) -> tuple[Finding, ...]:
+    """One finding for each mesh named by ``i`` in a rule file that is missing or cannot be inserted.
 
     Names are literals at the operation, or the values of its attributes and constants. Names that rules build from
     parts are known only during the derivation.
+
+    Args:
+        tree: the rule file.
+        assets: the searched folder.
     """
     texts = {d.name: d.value for d in tree.definitions if isinstance(d, Attribute)}
-    named = [
+    named = by_path(
         MissingAsset(path, node.location)
         for node in walk(tree)
         if isinstance(node, Invoke) and node.name == "i" and node.arguments
         for path in _path(node.arguments[0], texts)
-    ]
-    lacking = {path for path in {asset.path for asset in named} if _lacks(assets, path)}
-    return by_path(asset for asset in named if asset.path in lacking)
+    )
+    return tuple(finding for asset in named for finding in _findings(asset, assets))
 
 
 def _path(argument: Choice, texts: dict[str, Choice]) -> Iterator[str]:
@@ -54,11 +57,12 @@ def _path(argument: Choice, texts: dict[str, Choice]) -> Iterator[str]:
         yield value.value
 
 
-def _lacks(assets: Path, path: str) -> bool:
+def _findings(asset: MissingAsset, assets: Path) -> tuple[Finding, ...]:
     try:
-        find_asset(path, assets)
+        find_asset(asset.path, assets)
     except MissingAssetError:
-        return True
-    except AssetError:
-        return False
-    return False
+        return warnings_of([asset], assets)
+    except AssetError as error:
+        hint = "models that insert it fail: correct the path, or put another file there"
+        return (Finding("warning", "bad-asset", str(error), asset.location, hint),)
+    return ()

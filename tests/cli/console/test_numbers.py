@@ -1,6 +1,14 @@
 """Numbers of options."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import pytest
+from typer.main import get_command
+
+from grammarlab.cli import app
+from grammarlab.cli.console.numbers import PlainNumbers
+from tests.cli.commands import COMMANDS
 
 LONG = "9" * 5_000
 
@@ -19,3 +27,14 @@ def test_sizes_that_only_python_reads_are_refused(run, tmp_path, text):
     result = run("facade", "read", tmp_path / "a.csv", "-o", tmp_path / "a.json", "--width", text, code=2)
     assert "--width" in result.stderr
     assert not (tmp_path / "a.json").exists()
+
+
+def commands_of(group: Any) -> Iterator[Any]:
+    for command in group.commands.values():
+        yield from commands_of(command) if hasattr(command, "commands") else [command]
+
+
+def test_every_command_refuses_such_numbers():
+    commands = list(commands_of(get_command(app)))
+    assert len(commands) == len(COMMANDS)
+    assert [command.name for command in commands if not isinstance(command, PlainNumbers)] == []
