@@ -96,6 +96,18 @@ def test_images_of_several_subsets_of_cvat_are_chosen_by_subset(tmp_path):
     assert (found.high.tolist(), found.picture) == ([[5, 8]], "front.jpg")
 
 
+def test_further_labels_of_a_shape_are_told(tmp_path):
+    box = {"x": 10, "y": 10, "width": 20, "height": 20, "rectanglelabels": ["window", "arched"]}
+    region = {"type": "rectanglelabels", "original_width": 100, "original_height": 100, "value": box}
+    task = {"id": 1, "data": {"image": "front.jpg"}, "annotations": [{"result": [region]}]}
+    (tmp_path / "a.json").write_text(json.dumps([task]))
+    found = read_annotation(tmp_path / "a.json")
+    assert (found.names, found.notes) == (
+        ("window",),
+        ("1 shapes have several labels, of which the first one is read",),
+    )
+
+
 def test_images_with_one_name_are_listed_by_their_ids(tmp_path):
     document = json.loads(as_coco()[0])
     document["images"] = [image | {"file_name": "front.jpg"} for image in document["images"]]
