@@ -100,7 +100,10 @@ def read_table(content: bytes, max_rows: int) -> Table:
         )
         rows = tuple(islice(found, max_rows + 1))
     except csv.Error as error:
-        raise TableError(f"line {reader.line_num + skipped}: this is not valid CSV: {error}.") from error
+        raise TableError(
+            f"line {reader.line_num + skipped}: this is not valid CSV: {error}. Fields are separated by commas, "
+            "semicolons or tabs."
+        ) from error
     if len(rows) > max_rows:
         raise TableError(f"expected at most {max_rows:,} rows.")
     return Table(separator, rows)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.assets.parts import Floats, Indices
+from grammarlab.assets.parts import Floats, Indices, joined
 from grammarlab.assets.paths import meanings
 from grammarlab.assets.reading import read_parts
 from grammarlab.errors import AssetError, MissingAssetError
@@ -160,6 +160,4 @@ def _read(file: Path, name: str, root: Path) -> tuple[Floats, Indices]:
         raise AssetError(f'the asset "{name}" cannot be read: {error}') from error
     if not parts:
         raise AssetError(f'the asset "{name}" has no faces')
-    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
-    triangles = [part.triangles + first for part, first in zip(parts, firsts, strict=False)]
-    return np.concatenate([part.points for part in parts]), np.concatenate(triangles)
+    return joined(parts)

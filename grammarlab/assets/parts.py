@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -59,6 +59,22 @@ class MeshPart:
         if len(used) and not 0 <= used[0] <= used[-1] < len(points):
             raise AssetError(f"it has {len(points):,} points, and faces with corners that do not exist")
         return cls(points[used], rows.reshape(-1, 3).astype(np.int64), color)
+
+
+def joined(parts: Sequence[MeshPart]) -> tuple[Floats, Indices]:
+    """The points [P, 3] of all parts one after the other, and their triangles [T, 3] as rows of these points.
+
+    >>> corner = MeshPart(np.eye(3), np.array([[0, 1, 2]]))
+    >>> joined([corner, corner])[1].tolist()
+    [[0, 1, 2], [3, 4, 5]]
+    """
+    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
+    triangles = [part.triangles + first for part, first in zip(parts, firsts, strict=False)]
+    none = np.zeros((0, 3))
+    return (
+        np.concatenate([none, *(part.points for part in parts)]),
+        np.concatenate([none.astype(np.int64), *triangles]),
+    )
 
 
 def color_of(channels: object) -> Color | None:

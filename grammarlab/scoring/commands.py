@@ -28,6 +28,9 @@ MAX_SHEET = 64
 MAX_FILE_BYTES = 32 << 20
 """Of a label file."""
 FORMATS = ("csv", "jsonl", "parquet")
+"""Of exported label files."""
+IMPORTED = (*FORMATS, "tsv")
+"""Formats of label files that are read."""
 VIEWER = Path(__file__).parent / "static" / "viewer.js"
 
 Command = Callable[[Rounds, Request], Message | None]
@@ -133,19 +136,19 @@ def _viewer(_rounds: Rounds, request: Request) -> None:
 
 
 def _export(rounds: Rounds, request: Request) -> None:
-    rounds.files.export(_suffix(request), request.answer, request.refuse)
+    rounds.files.export(_suffix(request, FORMATS), request.answer, request.refuse)
 
 
 def _import(rounds: Rounds, request: Request) -> None:
     if len(request.buffers) != 1 or len(request.buffers[0]) > MAX_FILE_BYTES:
         raise UsageError(f"expected one label file of at most {MAX_FILE_BYTES >> 20} MiB.")
-    rounds.files.read(bytes(request.buffers[0]), _suffix(request), request.answer, request.refuse)
+    rounds.files.read(bytes(request.buffers[0]), _suffix(request, IMPORTED), request.answer, request.refuse)
 
 
-def _suffix(request: Request) -> str:
+def _suffix(request: Request, formats: Sequence[str]) -> str:
     name = request.text("format")
-    if name not in FORMATS:
-        raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {shown(name)}.")
+    if name not in formats:
+        raise UsageError(f"format: expected one of {', '.join(formats)}, found {shown(name)}.")
     return f".{name}"
 
 

@@ -23,7 +23,7 @@ export function makeResults(page) {
   });
   const picker = element("input", {
     type: "file",
-    accept: ".csv,.jsonl,.parquet",
+    accept: ".csv,.tsv,.jsonl,.parquet",
     hidden: true,
     onchange: importScores,
   });
@@ -49,14 +49,15 @@ export function makeResults(page) {
   );
 
   async function learnGrammar() {
-    const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
+    const { result } = await page.channel.request("learn");
+    const { file, js, rules_before: before, rules_after: after, text } = result;
     const told = [
       `${file}: ${before} branches of rules became ${after}`,
       typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
       ".",
     ].join("");
     const link = saveLink(file, [text], "text/plain");
-    outcome.replaceChildren(element("p", {}, told), link);
+    outcome.replaceChildren(element("p", {}, told), ...hints(result.notes), link);
     link.click();
   }
 
@@ -97,10 +98,14 @@ export function makeResults(page) {
       const format = file.name.split(".").pop()?.toLowerCase();
       const { result } = await page.channel.request("import", { format }, [await file.arrayBuffer()]);
       page.say(`${result.added} scores imported`);
+      outcome.replaceChildren(...hints(result.notes));
     } catch (error) {
       page.complain(error);
     }
   }
+
+  /** What else is to be known about a result. @param {string[]} notes */
+  const hints = (notes = []) => notes.map((note) => element("p", { class: "gl-hint" }, `Note: ${note}`));
 
   /** @param {HTMLButtonElement} button @param {() => Promise<void>} work */
   async function busyWith(button, work) {

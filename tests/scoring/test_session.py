@@ -330,6 +330,22 @@ def test_labels_go_out_and_come_back(session: Session, tmp_path: Path, rules: st
             assert other.call("state")[0]["factors"] == [{"id": 1, "name": "overall", "labels": 0}]
 
 
+def test_an_import_tells_what_it_understood_of_the_file(session: Session):
+    models = shown_models(session.call("state")[0])
+    session.call("score", models=models[:3], score=40)
+    header, *rows = session.call("export", format="csv")[1][0].decode().splitlines()
+    rows = [row.replace("40.0", score) for row, score in zip(rows, ("0.5", "1", ""), strict=True)]
+    rows.append(rows[0].replace("0.5", "0.25"))
+    file = "\n".join([header, *rows]).replace(",", "\t").encode()
+    result, _ = session.call("import", buffers=[file], format="tsv")
+    assert result["added"] == 2
+    assert [note.split(":")[0] for note in result["notes"]] == [
+        "1 row without a score is left out",
+        "all scores are from 0 to 1 and are read as fractions of 100",
+        "1 label is left out",
+    ]
+
+
 def test_labels_of_other_models_are_refused(session: Session):
     model = shown_models(session.call("state")[0])[0]
     session.call("score", models=[model], score=40)

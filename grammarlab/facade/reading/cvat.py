@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def read_cvat(root: Node, source: Source) -> BoxAnnotation:
     images = root.findall("image")
     if not images and root.find("track") is not None:
         raise FacadeError(f'This is "CVAT for video", with boxes at key frames only: {_EXPORT}.')
-    names = [ImageName(node.get("name", ""), node.get("id", "")) for node in images]
+    names = _names(images)
     index = chosen_image(names, source.wall)
     image = images[index]
     check_count(len(image))
@@ -54,6 +55,17 @@ def read_cvat(root: Node, source: Source) -> BoxAnnotation:
         picture=image.get("name", ""),
         notes=[*left_out_notes(left_out), *box_only_notes(len(image.findall("mask")))],
     )
+
+
+def _names(images: Sequence[Node]) -> list[ImageName]:
+    """Names of images; in an export of several subsets, each of which counts its images, the subset is in front."""
+    subsets = {node.get("subset", "") for node in images}
+    several = len(subsets) > 1
+    return [
+        ImageName(file, f"{node.get('subset', '')}/{file}" if several else node.get("id", ""))
+        for node in images
+        for file in [node.get("name", "")]
+    ]
 
 
 def _shape(node: Node, where: str) -> Shape:

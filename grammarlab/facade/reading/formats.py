@@ -56,6 +56,12 @@ XML: tuple[Format[Node], ...] = (
 )
 JSON: tuple[Format[Any], ...] = (
     Format("VIA JSON", is_via, read_via),
+    Format(
+        "COCO panoptic",
+        lambda document: _has(document, "annotations") and _has_first(document["annotations"], "segments_info"),
+        None,
+        "COCO with one annotation for each object",
+    ),
     Format("COCO", is_coco, read_coco),
     Format("LabelMe JSON", is_labelme, read_labelme),
     Format("Label Studio JSON", is_label_studio, read_label_studio),

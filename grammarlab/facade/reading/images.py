@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -44,7 +45,11 @@ def chosen_image(images: Sequence[ImageName], wall: str) -> int:
     """
     matches = [index for index, image in enumerate(images) if not wall or image.matches(wall)]
     if len(matches) != 1:
-        names = ", ".join(image.text for image in images[:_MOST_NAMED])
+        files = Counter(image.file for image in images)
+        names = ", ".join(
+            shown(image.identity) if image.identity and files[image.file] > 1 else image.text
+            for image in images[:_MOST_NAMED]
+        )
         more = f" and {len(images) - _MOST_NAMED} more" if len(images) > _MOST_NAMED else ""
         raise UsageError(f"choose one of the {len(images)} images of this file with --wall: {names}{more}.")
     return matches[0]

@@ -83,7 +83,7 @@ def read_label_studio(document: Any, source: Source) -> BoxAnnotation:
             shapes.append(shape)
         elif labels or str(region.get("id")) not in labelled:  # a rectangle may have its label in a region of its own
             left_out[str(region.get("type") or "region without label")[:40]] += 1
-    notes += left_out_notes(left_out)
+    notes += [*left_out_notes(left_out), *_first_label_notes(regions)]
     return on_picture(shapes, source, size=size or FRACTIONS, picture=picture, notes=notes)
 
 
@@ -121,6 +121,12 @@ def _value(region: dict[str, Any]) -> dict[str, Any]:
 def _labels(value: dict[str, Any]) -> Sequence[Any] | None:
     """The labels of a shape; None if it has no key for them."""
     return next((value[key] for key in _LABELS if isinstance(value.get(key), list)), None)
+
+
+def _first_label_notes(regions: Sequence[dict[str, Any]]) -> list[str]:
+    """A note on shapes with several labels."""
+    number = sum(len(_labels(_value(region)) or ()) > 1 for region in regions)
+    return [f"{number} shapes have several labels, of which the first one is read"] if number else []
 
 
 def _shape(value: dict[str, Any], label: Any, where: str, size: tuple[float, float] | None) -> Shape | None:

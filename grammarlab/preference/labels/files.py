@@ -175,7 +175,7 @@ def _read_jsonl(data: bytes) -> _Rows:
         except (ValueError, RecursionError) as error:
             raise _RowError(f"line {number}: expected a JSON object, but this is not JSON ({error}).") from error
         if not isinstance(cells, dict):
-            raise _RowError(f"line {number}: expected a JSON object, found {line[:40]!r}.")
+            raise _RowError(f"line {number}: expected one JSON object per line, found {line[:40]!r}.")
         names = [_normal(name) for name in cells]
         _check_different(names, f"line {number}: ")
         yield f"line {number}", dict(zip(names, cells.values(), strict=True))

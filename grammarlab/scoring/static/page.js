@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source e6fbf63886d67cab */
+/* Built from shared, scoring by pages/bundle.js; do not edit. Source e834ddeba7b382ac */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -1630,7 +1630,7 @@ function makeResults(page) {
   });
   const picker = element("input", {
     type: "file",
-    accept: ".csv,.jsonl,.parquet",
+    accept: ".csv,.tsv,.jsonl,.parquet",
     hidden: true,
     onchange: importScores
   });
@@ -1656,14 +1656,15 @@ function makeResults(page) {
     picker
   );
   async function learnGrammar() {
-    const { file, js, rules_before: before, rules_after: after, text } = (await page.channel.request("learn")).result;
+    const { result } = await page.channel.request("learn");
+    const { file, js, rules_before: before, rules_after: after, text } = result;
     const told = [
       `${file}: ${before} branches of rules became ${after}`,
       typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
       "."
     ].join("");
     const link = saveLink(file, [text], "text/plain");
-    outcome.replaceChildren(element("p", {}, told), link);
+    outcome.replaceChildren(element("p", {}, told), ...hints(result.notes), link);
     link.click();
   }
   async function drawSheet() {
@@ -1698,10 +1699,12 @@ function makeResults(page) {
       const format = file.name.split(".").pop()?.toLowerCase();
       const { result } = await page.channel.request("import", { format }, [await file.arrayBuffer()]);
       page.say(`${result.added} scores imported`);
+      outcome.replaceChildren(...hints(result.notes));
     } catch (error) {
       page.complain(error);
     }
   }
+  const hints = (notes = []) => notes.map((note) => element("p", { class: "gl-hint" }, `Note: ${note}`));
   async function busyWith(button, work) {
     button.disabled = true;
     button.classList.add("gl-working");

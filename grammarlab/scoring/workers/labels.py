@@ -47,6 +47,19 @@ def labels_of(factors: Factors, grammar: str) -> Labels:
     )
 
 
+def replaced_notes(num_labels: int, factors: Factors) -> tuple[str, ...]:
+    """A note if a file has several labels of one model, or one pair, and factor, of which the last one counts.
+
+    >>> from grammarlab.scoring.record.said import Said
+    >>> replaced_notes(3, {"overall": {"g0-1": Said(80.0)}})
+    ('2 labels are left out: each model and pair has one label per factor in a session, the last one of the file',)
+    """
+    number = num_labels - sum(map(len, factors.values()))
+    left_out = "1 label is" if number == 1 else f"{number:,} labels are"
+    last = "each model and pair has one label per factor in a session, the last one of the file"
+    return (f"{left_out} left out: {last}",) if number else ()
+
+
 def scores_of(labels: Labels, grammar: str) -> Factors:
     """Labels by factor and subject; of two for the same factor and subject the later one counts.
 

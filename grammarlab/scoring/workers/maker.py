@@ -21,7 +21,7 @@ from grammarlab.runs.pictures.tiles import draw_tiles
 from grammarlab.runs.requests.domains import domain_of, opened
 from grammarlab.runs.work.executors import SERIAL
 from grammarlab.scene import triangles
-from grammarlab.scoring.workers.labels import labels_of, scores_of
+from grammarlab.scoring.workers.labels import labels_of, replaced_notes, scores_of
 from grammarlab.scoring.workers.tasks import (
     DrawSheet,
     LabelledFactors,
@@ -83,7 +83,8 @@ class _Maker:
         except AssetError as error:
             # The temporary path is not shown.
             raise AssetError(str(error).replace(str(file), "the file")) from error
-        return LabelledFactors(scores_of(renamed(labels, self.text), self.hash), labels.notes)
+        factors = scores_of(renamed(labels, self.text), self.hash)
+        return LabelledFactors(factors, (*labels.notes, *replaced_notes(len(labels), factors)))
 
     def _learn(self, request: LearnGrammar, folder: Path, report: Report) -> LearnedFile:
         # It loads JAX, which labels and sheets do not need.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 from playwright.sync_api import expect
 
@@ -72,6 +73,13 @@ def test_scores_go_out_as_a_file_and_come_back(towers, tmp_path):
     assert towers.scores()[:5] == ["10", "20", "30", "40", ""]
     towers.button("Undo").click()
     expect(towers.page.locator(".gl-score").first).to_have_text("")
+    labels = [json.loads(line) for line in file.read_text().splitlines()]
+    small = [json.dumps(label | {"score": score}) for label, score in zip(labels, (None, 0, 0.5, 1), strict=True)]
+    file.write_text("\n".join(small))
+    towers.page.locator("input[type=file]").set_input_files(file)
+    expect(towers.page.locator(".gl-outcome p")).to_have_text(
+        [re.compile("^Note: 1 row without a score is left out"), re.compile("^Note: .*fractions of 100")]
+    )
 
 
 def test_a_file_without_scores_is_refused_with_a_reason(towers, tmp_path):

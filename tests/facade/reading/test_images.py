@@ -85,6 +85,38 @@ def test_two_images_with_one_name_are_not_guessed(tmp_path):
     assert read_annotation(tmp_path / "a.csv", "doors/front.jpg").high.tolist() == [[40, 92]]
 
 
+def test_images_of_several_subsets_of_cvat_are_chosen_by_subset(tmp_path):
+    image = '<image id="0" name="front.jpg" subset="{}" width="9" height="9">{}</image>'
+    box = '<box label="window" xtl="1" ytl="1" xbr="{}" ybr="3"/>'
+    images = "".join(image.format(name, box.format(right)) for name, right in (("Train", 4), ("Test", 5)))
+    (tmp_path / "a.xml").write_text(f"<annotations>{images}</annotations>")
+    with pytest.raises(UsageError, match=r"with --wall: 'Train/front.jpg', 'Test/front.jpg'"):
+        read_annotation(tmp_path / "a.xml", "front.jpg")
+    found = read_annotation(tmp_path / "a.xml", "Test/front.jpg")
+    assert (found.high.tolist(), found.picture) == ([[5, 8]], "front.jpg")
+
+
+def test_further_labels_of_a_shape_are_told(tmp_path):
+    box = {"x": 10, "y": 10, "width": 20, "height": 20, "rectanglelabels": ["window", "arched"]}
+    region = {"type": "rectanglelabels", "original_width": 100, "original_height": 100, "value": box}
+    task = {"id": 1, "data": {"image": "front.jpg"}, "annotations": [{"result": [region]}]}
+    (tmp_path / "a.json").write_text(json.dumps([task]))
+    found = read_annotation(tmp_path / "a.json")
+    assert (found.names, found.notes) == (
+        ("window",),
+        ("1 shapes have several labels, of which the first one is read",),
+    )
+
+
+def test_images_with_one_name_are_listed_by_their_ids(tmp_path):
+    document = json.loads(as_coco()[0])
+    document["images"] = [image | {"file_name": "front.jpg"} for image in document["images"]]
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    ids = ", ".join(repr(str(image["id"])) for image in document["images"])
+    with pytest.raises(UsageError, match=f"with --wall: {ids}"):
+        read_annotation(tmp_path / "a.json", "front.jpg")
+
+
 def test_the_picture_beside_the_file_gives_the_size_that_the_file_lacks(tmp_path):
     Image.new("RGB", (100, 100)).save(tmp_path / "front.jpg")
     document = json.loads(as_coco()[0])

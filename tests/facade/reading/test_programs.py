@@ -186,6 +186,11 @@ def test_polygons_of_label_studio_are_percentages(tmp_path):
             '{"project": {}, "file": {}, "metadata": {}, "view": {}}',
             "VIA 3 JSON, which is not read. Export VIA 2",
         ),
+        (
+            ".json",
+            '{"images": [], "categories": [], "annotations": [{"segments_info": []}]}',
+            "COCO panoptic, which is not read",
+        ),
         (".json", '{"size": {}, "objects": []}', "Supervisely JSON, which is not read"),
         (".json", '{"asset": {}, "regions": []}', "VoTT JSON, which is not read. Export CSV or Pascal VOC"),
         (".json", '{"metadata": {}, "instances": []}', "SuperAnnotate JSON, which is not read"),

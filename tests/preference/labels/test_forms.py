@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from decimal import Decimal
 
 import pyarrow as pa
@@ -155,6 +156,16 @@ def test_other_scales_are_understood_or_named(scores, points, note):
 @pytest.mark.parametrize("rows", [[], scored(0.0, 0.0), scored(0.0, 11.0), scored(100.0, kind="thumb")])
 def test_scores_of_0_to_100_have_no_note(rows):
     assert on_one_scale(rows) == (tuple(rows), ())
+
+
+def test_a_shorter_scale_of_one_factor_is_named():
+    rows = [replace(label, factor=factor) for factor in "bcd" for label in scored(0.0, 0.5, 1.0)]
+    rows += [*scored(10.0, 90.0), *(replace(label, factor="e") for label in scored(0.0, 0.0))]
+    labels, (note,) = on_one_scale(rows)
+    assert labels == tuple(rows)
+    assert note.startswith("the highest score is 1 for the factor 'b', 1 for the factor 'c', 1 for the factor 'd', on")
+    many = [replace(label, factor=str(number)) for number in range(9) for label in scored(5.0)]
+    assert "and 4 more factors, on" in on_one_scale([*rows[-3:], *many])[1][0]
 
 
 def test_labels_of_other_kinds_have_their_own_scale():

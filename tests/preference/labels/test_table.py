@@ -185,7 +185,7 @@ def test_values_of_another_kind_are_refused(tmp_path, change):
         (".csv", "seed,model,factor,score,grammar\n1,2,a\n", "line 2: expected 5 cells as in the header, found 3"),
         (".csv", 'seed,model,factor,score,grammar\n1,2,"a\n', "end of data"),
         (".csv", f"seed,model,factor,score,grammar\n1,2,{'a' * 200_000},3,{HASH}\n", "field limit"),
-        (".jsonl", "[1, 2]\n", "line 1: expected a JSON object"),
+        (".jsonl", "[1, 2]\n", "line 1: expected one JSON object"),
         (".jsonl", "[" * 100_000, "line 1: expected a JSON object"),
         (".jsonl", '{"seed": 1}', "line 1: .* missing model, factor"),
         (".jsonl", '{"seed": ' + "1" * 10_000 + "}", "line 1: "),

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.assets.meshes import NeighbourFiles
-from grammarlab.assets.parts import MeshPart
+from grammarlab.assets.parts import MeshPart, joined
 from grammarlab.assets.reading import read_parts
 from grammarlab.errors import AssetError, FacadeError
 from grammarlab.facade.examples.mesh.solids import united
@@ -58,11 +58,10 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     if kind not in FORMATS:
         raise FacadeError(f"{path.name}: expected a mesh as {', '.join(FORMATS)}, found {kind or 'no suffix'}.")
     parts = _parts(path, kind)
-    points = np.concatenate([part.points for part in parts]) * unit
+    points, triangles = joined(parts)
+    points *= unit
     num = sum(len(part.triangles) for part in parts)
     colors = list(dict.fromkeys(part.color or _GREY for part in parts))
-    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
-    triangles = np.concatenate([part.triangles + first for part, first in zip(parts, firsts, strict=False)])
     material = np.concatenate([np.full(len(part.triangles), colors.index(part.color or _GREY)) for part in parts])
     used = points[triangles.ravel()]
     low, high = used.min(axis=0), used.max(axis=0)

@@ -1,4 +1,4 @@
-"""Scans and meshes of facades: PLY, LAS and LAZ, OBJ, STL, GLB."""
+"""Scans and meshes of facades: PLY, LAS and LAZ, OBJ, STL, GLB, OFF."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import BinaryIO
 import numpy as np
 import trimesh
 
+from grammarlab.assets.parts import joined
 from grammarlab.assets.reading import read_parts, without_neighbours
 from grammarlab.errors import AssetError, FacadeError
 from grammarlab.extras import require
@@ -69,11 +70,8 @@ def _mesh(path: Path, unit: float) -> tuple[Floats, int]:
         parts = read_parts(content, path.suffix.lower(), without_neighbours, MOST_POINTS // 3)
     except AssetError as error:
         raise FacadeError(f"{path.name} cannot be read: {error}") from error
-    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
-    vertices = _checked(np.concatenate([np.zeros((0, 3)), *(part.points for part in parts)]), path, unit)
-    faces = np.concatenate(
-        [part.triangles + first for part, first in zip(parts, firsts, strict=False)] or [np.zeros((0, 3), np.int64)]
-    )
+    points, faces = joined(parts)
+    vertices = _checked(points, path, unit)
     if not len(faces):
         return vertices, 0
     loaded = trimesh.Trimesh(vertices, faces, process=False)
