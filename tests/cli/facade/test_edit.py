@@ -124,7 +124,7 @@ def test_a_facade_without_grids_gets_some(run, tmp_path: Path) -> None:
         ([], 2, "nothing to do"),
         (["--width", "0"], 2, "above 0"),
         (["--width", "-3"], 2, "above 0"),
-        (["--height", "1e9"], 1, "at most"),
+        (["--height", "1e9"], 2, "to 1,000,000"),
         (["--width", "nan"], 2, "above 0"),
         (["--width", "wide"], 2, "valid number"),
         (["--columns", "21"], 2, "at most 20"),
