@@ -29,7 +29,7 @@ demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample out/demo-learned/building.cga -n 16 --seed 5 -o out/demo-learned/samples
 
 test: check docs chromium
-	$(BIN)/pytest -q -n 2
+	$(BIN)/pytest -q -n 2 --dist worksteal
 
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check $(CODE)
