@@ -138,7 +138,7 @@ def test_files_that_a_run_does_not_write_do_not_stop_it(tmp_path):
     for _ in range(2):
         assert sample_run(tower(tmp_path), out).kept_files == ()
         assert {name for name, content in contents(out).items() if content == b"mine"} == set(others)
-    with pytest.raises(UsageError, match="not listed in a manifest.*: tower-00003.glb"):
+    with pytest.raises(UsageError, match=r"not listed in a manifest.*: tower-00003.glb"):
         sample_run(tower(tmp_path, num_models=5), out)
 
 
