@@ -92,7 +92,8 @@ def test_a_manifest_repeats_its_run_and_says_so(run, rules, tmp_path):
     result = run("sample", "--manifest", tmp_path / "a" / "manifest.json", "-o", tmp_path / "b")
     assert "equal to those of the manifest" in result.stderr
     (tmp_path / "b" / "house-00001.glb").write_bytes(b"")
-    again = run("sample", "--manifest", tmp_path / "a", "-o", tmp_path / "b", "--json")
+    run("sample", "--manifest", tmp_path / "a", "-o", tmp_path / "b", code=2)
+    again = run("sample", "--manifest", tmp_path / "a", "-o", tmp_path / "b", "--resume", "--json")
     assert json.loads(again.stdout)["different_files"] == []
 
 

@@ -30,7 +30,7 @@ _OTHER_FORMATS = {"Topology": "TopoJSON", "CityJSON": "CityJSON", "CityJSONFeatu
 _TELLING_MEMBERS = {"spatialReference": "Esri JSON", "geometryType": "Esri JSON", "elements": "JSON of Overpass"}
 """Members of documents of other formats without a type."""
 _CONVERSIONS = {
-    "CityJSON": "Save it as GeoJSON in QGIS, with the plugin CityJSON Loader",
+    "CityJSON": "Save it as GeoJSON in QGIS, with the plugin CityJSON Loader.",
     "JSON of Overpass": "Convert it: osmtogeojson {old} > {new}",
 }
 """Advice for formats that ogr2ogr does not read."""
@@ -212,7 +212,7 @@ def _refuse_other_formats(document: Any, path: Path) -> None:
     other = next(untyped, _OTHER_FORMATS.get(kind, ""))
     if other:
         advice = _CONVERSIONS.get(other, "Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {new} {old}")
-        raise AssetError(f"{path}: expected GeoJSON, found {other}. {advice.format_map(_files(path))}.")
+        raise AssetError(f"{path}: expected GeoJSON, found {other}. {advice.format_map(_files(path))}")
 
 
 def _files(path: Path) -> dict[str, str]:
