@@ -192,7 +192,7 @@ def test_files_that_differ_from_what_the_earlier_run_wrote_are_named(run, rules,
     values["files"] |= dict.fromkeys(names, "x")
     manifest.write_text(json.dumps(values))
     message = run(*command).stderr
-    assert f"kept in {tmp_path / 'out'}, since they differ" in message
+    assert f"kept in {tmp_path / 'out'}, since they are not as the earlier run recorded them" in message
     assert "mine-0?[31m.txt" in message
     assert "and 3 more" in message
     assert len(list((tmp_path / "out").glob("mine-*"))) == 8

@@ -34,9 +34,9 @@ def only_run_in(folder: Path, inner: Sequence[str] = ()) -> Iterator[None]:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError) as error:
+    except FileExistsError as error:
         raise UsageError(
-            f"{folder}: expected a folder, found a file or a link to nothing in its path. Write into another folder."
+            f"{folder}: expected a folder, found a file or a link to nothing. Write into another folder."
         ) from error
     path = folder / LOCK
     descriptor = _locked(path)

@@ -83,8 +83,8 @@ def sample_run(
     Args:
         request: the request.
         folder: made if missing. The files of an earlier run of the grammar in it are removed, unless it is resumed
-            or they were changed since. A folder with a run of another grammar is refused, and so is one that another
-            run is writing into.
+            or they were changed since. A folder is refused if it has a run of another grammar, if another run is
+            writing into it, or if a changed file, or one that no manifest lists, would be replaced.
         executor: makes the batches and the picture; the files do not depend on it.
         resume: continue the run in the folder, and make only batches with missing or damaged files.
         on_progress: called after every finished batch.
@@ -220,7 +220,7 @@ class _Earlier:
 
 
 def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> _Earlier:
-    """Remove an earlier run from a folder unless it is resumed."""
+    """Remove an earlier run from a folder unless it is resumed; without a manifest there is none."""
     batch_names(folder)
     if not (resume and (folder / MANIFEST).is_file()):
         run = find_run(folder, request.name)
