@@ -215,7 +215,7 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
     _tell_missing(result)
     if result.kept_files:
         names = in_short(result.kept_files)
-        say(f"kept in {result.folder}, since they differ from what the earlier run wrote: {names}")
+        say(f"kept in {result.folder}, since they are not as the earlier run recorded them: {names}")
     if result.missing_images:
         say(f"no such image in {result.request.assets}: {_first(list(result.missing_images))}")
     if as_json:

@@ -92,7 +92,8 @@ def test_a_manifest_repeats_its_run_and_says_so(run, rules, tmp_path):
     result = run("sample", "--manifest", tmp_path / "a" / "manifest.json", "-o", tmp_path / "b")
     assert "equal to those of the manifest" in result.stderr
     (tmp_path / "b" / "house-00001.glb").write_bytes(b"")
-    again = run("sample", "--manifest", tmp_path / "a", "-o", tmp_path / "b", "--json")
+    run("sample", "--manifest", tmp_path / "a", "-o", tmp_path / "b", code=2)
+    again = run("sample", "--manifest", tmp_path / "a", "-o", tmp_path / "b", "--resume", "--json")
     assert json.loads(again.stdout)["different_files"] == []
 
 
@@ -191,7 +192,7 @@ def test_files_that_differ_from_what_the_earlier_run_wrote_are_named(run, rules,
     values["files"] |= dict.fromkeys(names, "x")
     manifest.write_text(json.dumps(values))
     message = run(*command).stderr
-    assert f"kept in {tmp_path / 'out'}, since they differ" in message
+    assert f"kept in {tmp_path / 'out'}, since they are not as the earlier run recorded them" in message
     assert "mine-0?[31m.txt" in message
     assert "and 3 more" in message
     assert len(list((tmp_path / "out").glob("mine-*"))) == 8

@@ -29,10 +29,15 @@ def only_run_in(folder: Path, inner: Sequence[str] = ()) -> Iterator[None]:
         inner: names of folders in it that the caller fills too.
 
     Raises:
-        UsageError: If another command is writing into it, or an inner folder is a link or a file.
+        UsageError: If another command is writing into it, or it or an inner folder is a file or a link to nothing.
         OSError: If it cannot be written to.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise UsageError(
+            f"{folder}: expected a folder, found a file or a link to nothing. Write into another folder."
+        ) from error
     path = folder / LOCK
     descriptor = _locked(path)
     try:

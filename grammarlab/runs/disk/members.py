@@ -51,8 +51,8 @@ def texts(values: Any, name: str, where: str = "") -> dict[str, str]:
     Raises:
         AssetError: If there is none, or it has another type.
     """
-    found = member(values, name, dict, where)
-    return {key: of_kind(text, str, f"{where}{'.' * bool(where)}{name}.{key}") for key, text in found.items()}
+    entries = member(values, name, dict, where)
+    return {key: of_kind(text, str, f"{where}{'.' * bool(where)}{name}.{key}") for key, text in entries.items()}
 
 
 def plain_values(value: Any, where: str) -> dict[str, float | bool | str]:

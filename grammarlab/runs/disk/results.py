@@ -73,7 +73,7 @@ def _write_arrays(file: BinaryIO, arrays: Mapping[str, NDArray]) -> None:
 
 def _read_arrays(file: BinaryIO) -> Mapping[str, NDArray]:
     with zipfile.ZipFile(file) as packed:
-        if sum(each.file_size for each in packed.infolist()) > MAX_ARRAY_BYTES:
+        if sum(member.file_size for member in packed.infolist()) > MAX_ARRAY_BYTES:
             raise ValueError("too large")
     file.seek(0)
     with np.load(file, allow_pickle=False) as arrays:

@@ -19,6 +19,8 @@ from grammarlab.runs.sampling.manifest import MANIFEST, MAX_FILE_BYTES
 from grammarlab.runs.sampling.records import DERIVATIONS, RECORD, is_unchanged, recorded_files
 
 _BATCH = re.compile(r"\d{5,}")
+_FILE = re.compile(r"(?:-(\d{5,}))?(_texture_\d+)?\.(glb|obj|mtl|ply|png|jpg)")
+"""Names of the files of models and of the sheet after the name of the grammar."""
 _MOST_NAMES = 5
 """Largest number of names in a message."""
 
@@ -33,18 +35,25 @@ class EarlierRun:
     """Listed files that are as the run wrote them."""
     changed: tuple[str, ...]
     """Listed files that differ, or that a link leads to."""
+    unlisted: tuple[str, ...]
+    """Other files that have names of models or of the sheet."""
+    interrupted: bool
+    """Whether the run may have written the unlisted files."""
 
 
 def find_run(folder: Path, name: str) -> EarlierRun:
     """The files that an earlier run wrote into a folder, by its manifest and records.
 
     Args:
-        folder: a folder with a manifest.
+        folder: folder of the new run; without a manifest, records count for nothing, and all files are unlisted.
         name: name of the grammar of the new run.
 
     Raises:
         UsageError: If the earlier run has a grammar of another name, or the manifest is invalid.
     """
+    candidates = {path.name for path in folder.iterdir() if _parts_of_name(name, path.name)}
+    if not (folder / MANIFEST).is_file():
+        return EarlierRun((), (), (), tuple(sorted(candidates)), interrupted=False)
     values = _json(folder / MANIFEST)
     earlier = _name_of_grammar(values)
     if earlier != name:
@@ -59,21 +68,37 @@ def find_run(folder: Path, name: str) -> EarlierRun:
     present = [name for name in sorted(hashes) if is_inside(name) and _exists(folder, name)]
     # Hashes are computed here only, since this takes a second per gigabyte.
     unchanged = tuple(name for name in present if is_unchanged(folder, name, hashes[name]))
-    return EarlierRun(records, unchanged, tuple(name for name in present if name not in set(unchanged)))
+    return EarlierRun(
+        records=records,
+        unchanged=unchanged,
+        changed=tuple(name for name in present if name not in set(unchanged)),
+        unlisted=tuple(sorted(candidates - hashes.keys())),
+        interrupted=values.get("complete") is False,
+    )
 
 
-def check_kept(folder: Path, run: EarlierRun, request: SampleRequest) -> None:
-    """Refuse to write over files of an earlier run that were changed since.
+def check_kept(folder: Path, run: EarlierRun, request: SampleRequest) -> tuple[str, ...]:
+    """Refuse to write over files that no manifest lists, or that were changed since.
+
+    Returns:
+        Files that differ from what the earlier run recorded, or that it did not come to record; they stay.
 
     Raises:
-        UsageError: If a new run would.
+        UsageError: If a new run would write over one.
     """
-    lost = [name for name in run.changed if _is_written(request, name)]
-    if lost:
-        raise UsageError(
-            f"{folder}: changed after the run that wrote them, and a new run would replace them: {in_short(lost)}. "
-            "Move or remove them, or write into another folder with -o."
-        )
+    foreign = () if run.interrupted else run.unlisted
+    for reason, names in (
+        ("changed after the run that wrote them", run.changed),
+        ("not listed in a manifest", foreign),
+    ):
+        lost = [name for name in names if _is_written(request, name)]
+        if lost:
+            raise UsageError(
+                f"{folder}: {reason}, and a new run would replace them: {in_short(lost)}. "
+                "Move or remove them, or write into another folder with -o."
+            )
+    unfinished = [name for name in run.unlisted if run.interrupted and not _is_written(request, name)]
+    return (*run.changed, *unfinished)
 
 
 def clear_run(folder: Path, run: EarlierRun) -> None:
@@ -112,15 +137,21 @@ def _is_written(request: SampleRequest, name: str) -> bool:
     batch = re.fullmatch(rf"{DERIVATIONS}/(\d{{5,}})/.*", name)
     if batch:
         return int(batch[1]) < len(cut_batches(request))
-    found = re.fullmatch(rf"{re.escape(request.name)}(?:-(\d{{5,}}))?(_texture_\d+)?\.(\w+)", name)
-    if not found:
+    parts = _parts_of_name(request.name, name)
+    if parts is None:
         return False
-    index, texture, suffix = found.groups()
+    index, texture, suffix = parts
     if index is None and not texture and suffix == "png" and request.image:
         return True  # the sheet
-    suffixes = ("obj", "mtl", "png", "jpg") if request.file_format == "obj" else (request.file_format,)
+    suffixes = {"obj": ("png", "jpg") if texture else ("obj", "mtl")}.get(request.file_format, (request.file_format,))
     is_model = index is None if request.single_file else index is not None and int(index) < request.total_models
     return is_model and suffix in suffixes
+
+
+def _parts_of_name(grammar: str, name: str) -> tuple[str | None, str | None, str] | None:
+    """Index, texture and suffix in the name of a file; None if no run of a grammar gives such a name."""
+    match = _FILE.fullmatch(name.removeprefix(grammar)) if name.startswith(grammar) else None
+    return None if match is None else (match[1], match[2], match[3])
 
 
 def _name_of_grammar(values: Mapping[str, Any]) -> str | None:

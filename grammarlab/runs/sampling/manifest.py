@@ -125,7 +125,7 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
         version = member(values, "format", int)
         text, digest = (member(values.get("grammar"), name, str, "grammar") for name in ("text", "sha256"))
         described = member(values, "request", dict)
-        place = member(values, "assets", str)
+        asset_folder = member(values, "assets", str)
         complete = member(values, "complete", bool)
         versions, files, asset_files = (texts(values, name) for name in ("versions", "files", "asset_files"))
         models = tuple(of_kind(model, dict, "models") for model in member(values, "models", list))
@@ -133,7 +133,7 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
         raise AssetError(f"the manifest is damaged: {error}") from error
     if version not in range(_FIRST_FORMAT, FORMAT + 1):
         raise AssetError(f"expected a manifest of format {FORMAT}, found format {version!r:.20}.")
-    request = SampleRequest.from_json(described, text, assets or _find_assets(place, folder))
+    request = SampleRequest.from_json(described, text, assets or _find_assets(asset_folder, folder))
     if request.text_hash != digest:
         raise AssetError("the grammar text does not match its hash; one of them was changed.")
     return Manifest(

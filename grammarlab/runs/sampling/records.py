@@ -150,9 +150,9 @@ def _model(values: Any) -> ModelRecord:
 
 
 def _missing_asset(values: Any) -> MissingAsset:
-    place = member(values, "location", dict, "missing_assets")
-    line, column, length = (member(place, name, int, "location") for name in ("line", "column", "length"))
-    location = Location(line, column, length, member(place, "file", str, "location"))
+    position = member(values, "location", dict, "missing_assets")
+    line, column, length = (member(position, name, int, "location") for name in ("line", "column", "length"))
+    location = Location(line, column, length, member(position, "file", str, "location"))
     return MissingAsset(member(values, "path", str, "missing_assets"), location)
 
 

@@ -45,7 +45,7 @@ class RunResult:
     missing_assets: tuple[MissingAsset, ...] = ()
     """Missing meshes, by path."""
     kept_files: tuple[str, ...] = ()
-    """Files that an earlier run lists but that differ from what it wrote, so that they were not removed."""
+    """Files that differ from what an earlier run recorded, or that it did not come to record, and were not removed."""
 
     @property
     def accept_rate(self) -> float | None:
@@ -83,8 +83,8 @@ def sample_run(
     Args:
         request: the request.
         folder: made if missing. The files of an earlier run of the grammar in it are removed, unless it is resumed
-            or they were changed since. A folder with a run of another grammar is refused, and so is one that another
-            run is writing into.
+            or they were changed since. A folder is refused if it has a run of another grammar, if another run is
+            writing into it, or if a changed file, or one that no manifest lists, would be replaced.
         executor: makes the batches and the picture; the files do not depend on it.
         resume: continue the run in the folder, and make only batches with missing or damaged files.
         on_progress: called after every finished batch.
@@ -127,7 +127,7 @@ def _make(
     earlier: _Earlier,
 ) -> RunResult:
     """Make all files of a run in a folder that has been prepared."""
-    records, unchanged = _run_batches(request, folder, executor, on_progress)
+    records, unchanged = _run_batches(request, folder, executor, on_progress, resumed=earlier.resumed)
     model_records = tuple(model for record in records for model in record.models)
     hashes = {file: digest for record in records for file, digest in record.hashes.items()}
     batches = cut_batches(request)
@@ -199,6 +199,8 @@ def repeat_run(
 class _Earlier:
     """What a folder holds of an earlier run."""
 
+    resumed: bool
+    """Whether its batches count; otherwise all are made."""
     files: Mapping[str, str]
     """SHA-256 of the files of the run that is resumed, if it was complete."""
     kept: tuple[str, ...] = ()
@@ -218,15 +220,13 @@ class _Earlier:
 
 
 def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> _Earlier:
-    """Remove an earlier run from a folder unless it is resumed."""
+    """Remove an earlier run from a folder unless it is resumed; without a manifest there is none."""
     batch_names(folder)
-    if not (folder / MANIFEST).is_file():
-        return _Earlier({})
-    if not resume:
+    if not (resume and (folder / MANIFEST).is_file()):
         run = find_run(folder, request.name)
-        check_kept(folder, run, request)
+        kept = check_kept(folder, run, request)
         clear_run(folder, run)
-        return _Earlier({}, run.changed)
+        return _Earlier(resumed=False, files={}, kept=kept)
     manifest = read_manifest(folder, request.assets)
     difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
     if difference:
@@ -239,7 +239,7 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
             f"{folder} holds a run on {len(request.footprints)} footprints of an earlier version, which cut it into "
             "other batches, so that it cannot be resumed. Run it again without --resume: its files are replaced."
         )
-    return _Earlier(manifest.files)
+    return _Earlier(resumed=True, files=manifest.files)
 
 
 def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
@@ -252,11 +252,12 @@ def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
 
 
 def _run_batches(
-    request: SampleRequest, folder: Path, executor: AbstractExecutor, on_progress: Progress
+    request: SampleRequest, folder: Path, executor: AbstractExecutor, on_progress: Progress, *, resumed: bool
 ) -> tuple[tuple[BatchRecord, ...], bool]:
-    """The records of all batches, in order, and whether all existed; makes missing ones."""
+    """The records of all batches, in order, and whether all existed; makes missing ones, or all unless resumed."""
     batches = cut_batches(request)
-    records = {batch.index: record for batch in batches if (record := read_record(folder, request, batch)) is not None}
+    existing = ((batch.index, read_record(folder, request, batch)) for batch in batches if resumed)
+    records = {index: record for index, record in existing if record is not None}
     missing = [batch for batch in batches if batch.index not in records]
     done = sum(len(record.models) for record in records.values())
     on_progress("models", done, request.total_models)

@@ -30,6 +30,18 @@ def test_a_second_run_is_refused_until_the_first_has_ended_and_nothing_remains(t
     assert list(folder.iterdir()) == []
 
 
+def test_a_file_or_a_link_to_nothing_is_no_folder(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    for folder in (tmp_path / "file", tmp_path / "link"):
+        with pytest.raises(UsageError, match=f"{folder}: expected a folder, found a file or a link to nothing"):
+            enter(folder)
+    assert (tmp_path / "file").read_text() == "mine"
+    (tmp_path / "real").mkdir()
+    (tmp_path / "to-real").symlink_to(tmp_path / "real")
+    enter(tmp_path / "to-real")
+
+
 def test_of_many_threads_one_at_a_time_is_in_a_folder(tmp_path):
     inside = []
 

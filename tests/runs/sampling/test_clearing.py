@@ -107,6 +107,61 @@ def test_a_changed_file_that_the_new_run_would_replace_stops_it_before_anything_
 
 
 @pytest.mark.parametrize("resume", [False, True])
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("tower-00001.glb", {}),
+        ("tower-00002.mtl", {"file_format": "obj"}),
+        ("tower-00000_texture_0.png", {"file_format": "obj"}),
+        ("tower.ply", {"file_format": "ply", "single_file": True}),
+        ("tower.png", {"image": True, "num_models": 1}),
+    ],
+)
+def test_a_file_that_no_run_wrote_is_not_replaced(tmp_path, name, options, resume):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / name).write_text("mine")
+    with pytest.raises(UsageError, match=f"not listed in a manifest, and a new run would replace them: {name}.*-o"):
+        sample_run(tower(tmp_path, **options), out, resume=resume)
+    assert contents(out) == {name: b"mine"}
+    (out / name).unlink()
+    folder = sample_run(tower(tmp_path, **options, seed=1), out, resume=resume).folder
+    assert contents(folder) == contents(sample_run(tower(tmp_path, **options, seed=1), tmp_path / "fresh").folder)
+
+
+def test_files_that_a_run_does_not_write_do_not_stop_it(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    others = ["tower-00003.glb", "tower-00001.obj", "tower.glb", "tower.png", "tower-1.glb", "my-tower-00001.glb"]
+    for name in others:
+        (out / name).write_text("mine")
+    for _ in range(2):
+        assert sample_run(tower(tmp_path), out).kept_files == ()
+        assert {name for name, content in contents(out).items() if content == b"mine"} == set(others)
+    with pytest.raises(UsageError, match=r"not listed in a manifest.*: tower-00003.glb"):
+        sample_run(tower(tmp_path, num_models=5), out)
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_batches_of_a_run_whose_manifest_was_removed_do_not_count(tmp_path, resume):
+    single = tower(tmp_path, single_file=True)
+    folder = sample_run(single, tmp_path / "out").folder
+    for name in ("manifest.json", "tower.glb"):
+        (folder / name).unlink()
+    sample_run(replace(single, seed=2), folder, resume=resume)
+    assert contents(folder) == contents(sample_run(replace(single, seed=2), tmp_path / "fresh").folder)
+
+
+def test_models_that_a_killed_run_did_not_record_are_reported_or_replaced(tmp_path):
+    folder = sample_run(tower(tmp_path, num_models=5), tmp_path / "out").folder
+    (folder / "derivations" / "00000" / "models.json").unlink()
+    values = json.loads((folder / "manifest.json").read_text())
+    (folder / "manifest.json").write_text(json.dumps({**values, "complete": False, "files": {}}))
+    assert sample_run(tower(tmp_path, num_models=3), folder).kept_files == ("tower-00003.glb", "tower-00004.glb")
+    assert contents(folder).items() > contents(sample_run(tower(tmp_path), tmp_path / "fresh").folder).items()
+
+
+@pytest.mark.parametrize("resume", [False, True])
 @pytest.mark.parametrize("name", ["derivations", "derivations/00000"])
 def test_derivations_behind_a_link_are_neither_removed_nor_written(tmp_path, victim, name, resume):
     out = tmp_path / "out"

@@ -29,6 +29,13 @@ _GEOMETRIES = _LINEAR | {"Polygon", "MultiPolygon", "GeometryCollection"}
 _OTHER_FORMATS = {"Topology": "TopoJSON", "CityJSON": "CityJSON", "CityJSONFeature": "CityJSON"}
 _TELLING_MEMBERS = {"spatialReference": "Esri JSON", "geometryType": "Esri JSON", "elements": "JSON of Overpass"}
 """Members of documents of other formats without a type."""
+_CONVERSIONS = {
+    "CityJSON": "Save it as GeoJSON in QGIS, with the plugin CityJSON Loader.",
+    "JSON of Overpass": "Convert it: osmtogeojson {old} > {new}",
+}
+"""Advice for formats that ogr2ogr does not read."""
+_JSON_FG = ("place", "coordRefSys", "conformsTo")
+"""Members of OGC Features and Geometries JSON; what is in ``geometry`` there is GeoJSON."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +46,8 @@ class _Feature:
     geometry: Any
     properties: Any
     crs: Any
+    absence: str = "no geometry"
+    """The remark about it if it has no geometry."""
 
 
 def read_geojson(path: Path) -> Source:
@@ -54,7 +63,8 @@ def read_geojson(path: Path) -> Source:
     for feature in _features(documents.values, path):
         values, unread = _plain_values(feature.properties)
         omissions: Counter[tuple[RemarkKind, str]] = Counter()
-        for shape in _shapes(feature.geometry, feature.crs, 0):
+        has_geometry = isinstance(feature.geometry, dict)
+        for shape in _shapes(feature.geometry, feature.crs, 0) if has_geometry else [feature.absence]:
             if isinstance(shape, str):
                 omissions["geometry", shape] += 1
                 continue
@@ -96,7 +106,12 @@ def _feature(feature: Any, name: str, outer: Any) -> _Feature:
         return _Feature(name, None, None, outer)
     if _kind_of(feature) in _GEOMETRIES:
         return _Feature(name, feature, None, outer)
-    return _Feature(name, feature.get("geometry"), feature.get("properties"), feature.get("crs", outer))
+    absence = "no geometry"
+    if any(member in feature for member in _JSON_FG):
+        absence = "no geometry of GeoJSON, but perhaps one of JSON-FG. Convert it: ogr2ogr -t_srs EPSG:4326"
+    elif "geometry" not in feature and _kind_of(feature) not in ("", "Feature"):
+        absence = f"expected a Feature, found a {_kind_of(feature)[:40]!r}"
+    return _Feature(name, feature.get("geometry"), feature.get("properties"), feature.get("crs", outer), absence)
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +188,8 @@ def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) ->
     try:
         crs = WGS_84 if member is _ABSENT else crs_of_member(member)
     except AssetError as error:
-        raise AssetError(f"{path}: {error}. Convert it: ogr2ogr -t_srs EPSG:4326 {_files(path)}") from error
+        command = "ogr2ogr -t_srs EPSG:4326 {new} {old}".format_map(_files(path))
+        raise AssetError(f"{path}: {error}. Convert it: {command}") from error
     systems[key] = crs
     names = {known.name for known in systems.values()}
     if len(names) > 1:
@@ -195,11 +211,10 @@ def _refuse_other_formats(document: Any, path: Path) -> None:
     untyped = (name for member, name in _TELLING_MEMBERS.items() if member in members)
     other = next(untyped, _OTHER_FORMATS.get(kind, ""))
     if other:
-        raise AssetError(
-            f"{path}: expected GeoJSON, found {other}. Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {_files(path)}"
-        )
+        advice = _CONVERSIONS.get(other, "Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {new} {old}")
+        raise AssetError(f"{path}: expected GeoJSON, found {other}. {advice.format_map(_files(path))}")
 
 
-def _files(path: Path) -> str:
-    """The arguments of ogr2ogr: the new and the old file."""
-    return f"{shlex.quote(f'{path.stem}-degrees.geojson')} {shlex.quote(path.name)}"
+def _files(path: Path) -> dict[str, str]:
+    """Names of a converted file and of a file, for a command."""
+    return {"new": shlex.quote(f"{path.stem}-degrees.geojson"), "old": shlex.quote(path.name)}

@@ -112,8 +112,8 @@ def measured(polygon: shapely.Polygon) -> shapely.Polygon:
 
 def fault_of(polygon: shapely.Polygon, unit: Unit) -> str:
     """The fault of an invalid polygon with its position: ``self-intersection at x = 45, y = 4``."""
-    reason, _, place = shapely.is_valid_reason(polygon).partition("[")
-    x, y = (float(value) for value in place.rstrip("]").split()[:2])
+    reason, _, coordinates = shapely.is_valid_reason(polygon).partition("[")
+    x, y = (float(value) for value in coordinates.rstrip("]").split()[:2])
     return f"{reason.lower()} at {position(x, y, unit)}"
 
 

@@ -137,14 +137,31 @@ def test_other_formats_of_json_are_named(tmp_path):
     esri = {"geometryType": "esriGeometryPolygon", "spatialReference": {"wkid": 102100}, "features": []}
     overpass = {"version": 0.6, "elements": []}
     cases = [
-        ({"type": "Topology"}, "TopoJSON"),
-        ({"type": "CityJSON"}, "CityJSON"),
-        (esri, "Esri"),
-        (overpass, "JSON of"),
+        (
+            {"type": "Topology"},
+            "TopoJSON.*ogr2ogr -f GeoJSON -t_srs [^ ]* 'my lots-degrees.geojson' 'my lots.json'",
+        ),
+        ({"type": "CityJSON"}, "CityJSON.*QGIS"),
+        ({"type": "CityJSONFeature"}, "CityJSON.*QGIS"),
+        (esri, "Esri JSON.*ogr2ogr"),
+        (overpass, "JSON of Overpass.*osmtogeojson 'my lots.json' > 'my lots-degrees.geojson'"),
     ]
-    for document, name in cases:
-        with pytest.raises(AssetError, match=f"found {name}.*ogr2ogr"):
-            read(tmp_path, document)
+    for document, message in cases:
+        with pytest.raises(AssetError, match=f"found {message}"):
+            read(tmp_path, document, "my lots.json")
+
+
+def test_geometries_that_only_other_formats_have_are_named(tmp_path):
+    place = {**feature(None), "coordRefSys": "http://www.opengis.net/def/crs/EPSG/0/28992", "place": polygon(SQUARE)}
+    curve = {"type": "CurvePolygon", "geometries": []}
+    square = feature(polygon(SQUARE))
+    plan = read(tmp_path, collection(square, place, curve, collection(square), {**square, "place": None}, crs=None))
+    assert [area(footprint) for footprint in plan.footprints] == [80, 80]
+    assert [remark.reason.partition(",")[2] or remark.reason for remark in plan.remarks] == [
+        " but perhaps one of JSON-FG. Convert it: ogr2ogr -t_srs EPSG:4326",
+        " found a 'CurvePolygon'",
+        " found a 'FeatureCollection'",
+    ]
 
 
 def test_files_are_bounded(tmp_path, monkeypatch):
