@@ -44,7 +44,7 @@ def learn(
         ),
     ] = "",
     labels: Annotated[
-        Path | None, typer.Option("--labels", help="Scores: .csv, .tsv, .jsonl, .parquet, or a session (.db).")
+        Path | None, typer.Option("--labels", help="Scores: .csv, .tsv, .txt, .jsonl, .parquet, or a session (.db).")
     ] = None,
     examples: Annotated[
         Path | None,

@@ -73,7 +73,7 @@ def read_labels(path: Path | str) -> Labels:
     """Labels from a file.
 
     Args:
-        path: its suffix .csv, .tsv, .jsonl or .parquet selects the format.
+        path: its suffix .csv, .tsv, .txt, .jsonl or .parquet selects the format.
 
     Returns:
         The labels. `Labels.notes` says what was left out, and which scale other than 0 to 100 was understood.
@@ -242,6 +242,7 @@ def _write_parquet(labels: Labels) -> bytes:
 _READERS: dict[str, Callable[[bytes], _Rows]] = {
     ".csv": _read_text_table,
     ".tsv": _read_text_table,
+    ".txt": _read_text_table,
     ".jsonl": _read_jsonl,
     ".parquet": _read_parquet,
 }

@@ -60,9 +60,10 @@ def test_tables_of_text_are_read_in_every_form(tmp_path, form, encoding):
     assert labels.notes == ()
 
 
-def test_a_table_with_tabs_may_be_called_tsv(tmp_path):
-    path = tmp_path / "a.tsv"
-    path.write_text(FORMS["tabs"], encoding="utf-8")
+@pytest.mark.parametrize(("suffix", "encoding"), [(".tsv", "utf-8"), (".txt", "utf-16")])
+def test_a_table_with_tabs_has_the_suffix_that_its_program_gives_it(tmp_path, suffix, encoding):
+    path = tmp_path / f"a{suffix}"
+    path.write_text(FORMS["tabs"], encoding=encoding)
     assert read_labels(path) == EXPECTED
 
 

@@ -234,7 +234,7 @@ def test_size_is_bounded(tmp_path, monkeypatch):
 def test_files_that_are_missing_or_of_another_kind_are_refused(tmp_path):
     with pytest.raises(AssetError, match="no such label file"):
         read_labels(tmp_path / "a.csv")
-    with pytest.raises(UsageError, match=r"ends in \.csv, \.tsv, \.jsonl, \.parquet"):
+    with pytest.raises(UsageError, match=r"ends in \.csv, \.tsv, \.txt, \.jsonl, \.parquet"):
         read_labels(tmp_path / "a.xlsx")
     with pytest.raises(UsageError, match=r"ends in \.csv"):
         save_labels(Labels(), tmp_path / "a.pickle")
