@@ -138,9 +138,8 @@ def _scale(
         return shape, notes
     if width is None and height is None:
         width = USUAL_WIDTH
-        notes.append(
-            f"the size of the facade is unknown: assuming a width of {width:g} m; give the width or height (--width, --height)"
-        )
+        hint = "give the width or height (--width, --height)"
+        notes.append(f"the size of the facade is unknown: assuming a width of {width:g} m; {hint}")
     across = width / extent[X] if width is not None else None
     up = height / extent[Y] if height is not None else None
     return shape * np.array([across or up, up or across]), notes
