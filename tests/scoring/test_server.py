@@ -187,7 +187,7 @@ def test_files_travel_as_buffers(tmp_path: Path):
         window = await page.connect()
         state, _ = await window.hear(lambda message: message.get("event") == "state")
         models = state["state"]["grids"][0]["models"][:3]
-        await window.send({"id": 1, "command": "score", "models": models, "score": 10})
+        await window.send({"id": 1, "command": "score", "models": models, "score": 90})
         await window.send({"id": 2, "command": "export", "format": "parquet"})
         answer, (content,) = await window.hear(lambda message: message.get("id") == 2)
         assert answer["result"] == {"file": "toy.parquet"}
