@@ -191,6 +191,11 @@ def _triangles(points: Floats, corners: Indices, counts: Indices) -> tuple[Indic
             f"its concave faces have too many corners (up to {concave.max():,} each); triangulate it first"
         )
     triangles, face = triangulate(meshes)
+    # The second triangle of a quadrilateral begins with its third corner, as in common readers of OBJ: the first edge
+    # of a face decides how rules split it.
+    halves = np.flatnonzero((counts[face] == 4) & (np.append(-1, face[:-1]) == face))
+    fans = halves[triangles[halves, 0] == meshes.face_offsets[face[halves]]]
+    triangles[fans] = np.roll(triangles[fans], -1, axis=1)
     return corners[triangles], face
 
 

@@ -154,3 +154,8 @@ def test_an_asset_has_the_notches_of_its_faces(tmp_path):
     corners = meshes.points[meshes.corners.reshape(-1, 3)]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
     assert areas.sum() == pytest.approx(13.0 / 15.0)
+
+
+def test_the_second_half_of_a_quadrilateral_begins_with_its_third_corner():
+    (part,) = read_obj(b"v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 1 2 0\nf 1 2 3 4\nf 4 3 5\n", lambda name: b"")
+    assert part.triangles.tolist() == [[0, 1, 2], [2, 3, 0], [3, 2, 4]]
