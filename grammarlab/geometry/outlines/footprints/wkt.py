@@ -79,6 +79,7 @@ def _shapes(text: str, expected: str) -> list[shapely.Geometry]:
     try:
         with np.errstate(invalid="ignore", over="ignore"):  # not-a-number is reported later
             return _parts(shapely.from_wkt(text))
+    # Shapely raises NotImplementedError for kinds of geometry that it has no class for.
     except (shapely.errors.ShapelyError, NotImplementedError, UnicodeEncodeError) as error:
         raise AssetError(f"{NAME}: this is not well-formed WKT ({error}); {expected}.") from error
 
