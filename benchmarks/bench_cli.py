@@ -21,8 +21,8 @@ def test_sample_one_toy_without_a_picture(benchmark, tmp_path):
 
 
 def test_write_64_buildings(benchmark, tmp_path):
-    from grammarlab.runs.requests.request import SampleRequest
-    from grammarlab.runs.sampling.sample import sample_run
+    from grammarlab.runs.sample.request import SampleRequest
+    from grammarlab.runs.sample.run import sample_run
 
     request = SampleRequest.of("building", num_models=64, seed=1, image=False)
     benchmark.pedantic(sample_run, (request, tmp_path), rounds=2, warmup_rounds=1)

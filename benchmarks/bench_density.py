@@ -11,24 +11,23 @@ from time import process_time
 import numpy as np
 import pytest
 
-from grammarlab.assets.meshes import AssetFolder
-from grammarlab.density.mixtures.choices import Choices
-from grammarlab.density.mixtures.mixture import Cells, fit_mixture
-from grammarlab.density.skeleton import ENOUGH_MODELS, TreeGrammar
-from grammarlab.density.splits.contexts import Contexts, NoContext
-from grammarlab.density.splits.learned import LearnedGrammar
-from grammarlab.density.targets.rejection import reject
+from grammarlab.assets.mesh_files import AssetFolder
+from grammarlab.density.exact.contexts import Contexts, NoContext
+from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.grammar_skeleton import ENOUGH_MODELS, TreeGrammar
+from grammarlab.density.samples.choices import Choices
+from grammarlab.density.samples.mixture import Cells, fit_mixture
+from grammarlab.density.targets.rejection import reject, thin
 from grammarlab.density.targets.target import Target
-from grammarlab.density.targets.thinning import thin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import select_models
 from grammarlab.evaluation.scenario import load
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
-from grammarlab.runs.evaluate.find import shipped_scenarios
-from grammarlab.runs.requests.examples import examples_folder
+from grammarlab.runs.evaluate.request import shipped_scenarios
+from grammarlab.runs.sample.shipped import examples_folder
 
 NAMES = ("F1", "F2", "F3", "F4", "B1", "B2", "B3", "B4", "S1", "S2", "A1", "L3", "L4", "L5")
 ASSETS = AssetFolder(examples_folder() / "assets")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.grammars import FACADES, chain
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.selection import select_models
 from grammarlab.language.grammar import Grammar

@@ -14,9 +14,9 @@ import numpy as np
 
 from grammarlab.cli.app import app
 from grammarlab.errors import FacadeError
-from grammarlab.facade.examples.analysis.example import analyse
-from grammarlab.facade.examples.mesh.reading import ExampleMesh, read_mesh
-from grammarlab.runs.requests.examples import examples_folder
+from grammarlab.runs.sample.shipped import examples_folder
+from grammarlab.synthesis.analysis.example import analyse
+from grammarlab.synthesis.mesh.building_files import ExampleMesh, read_mesh
 
 NUMBER, NOISE = 50, 0.01
 

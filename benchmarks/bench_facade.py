@@ -10,9 +10,9 @@ import piqp
 import pytest
 from scipy import sparse
 
-from grammarlab.facade.retargeting.retarget import retarget
+from grammarlab.facade.editing.retarget import retarget
+from grammarlab.facade.sizes.size_wishes import width
 from grammarlab.facade.sizes.solve import prepare, resize
-from grammarlab.facade.sizes.wishes import width
 from grammarlab.facade.tree import X
 from tests.facade.sized import paper, storeys
 

@@ -9,14 +9,14 @@ from time import process_time
 
 import pytest
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import derive
 from grammarlab.features.columns.paths import count_paths
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
-from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
-from grammarlab.features.counting.trees import Trees
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
+from grammarlab.features.patterns.pattern_text import parse
+from grammarlab.features.patterns.tree_index import Trees
 from grammarlab.language.importing import load
 
 GRAMMARS = Path(__file__).parent.parent / "grammars"

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grammarlab.geometry.cuts.clip import slabs
+from grammarlab.geometry.components import edges, faces
+from grammarlab.geometry.meshes.clip import slabs
+from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.primitives import cylinder, star
 from grammarlab.geometry.meshes.triangulate import triangulate
-from grammarlab.geometry.parts.components import edges, faces
-from grammarlab.geometry.solids.extrude import extrude
-from grammarlab.geometry.solids.primitives import cylinder, star
 
 NUM_HEXAGONS, NUM_SOLIDS = 4_000, 1_000
 ROWS = np.arange(NUM_SOLIDS)

@@ -11,9 +11,9 @@ from time import process_time
 import numpy as np
 import pytest
 
-from grammarlab.facade.examples.label_grid import LabelGrid
-from grammarlab.facade.examples.synthesis import synthesize
-from tests.facade.examples.grids import checker, drawn, plain_house, shop_house
+from grammarlab.synthesis.label_grid import LabelGrid
+from grammarlab.synthesis.label_synthesis import synthesize
+from tests.synthesis.grids import checker, drawn, plain_house, shop_house
 
 ROWS, COLUMNS = 8, 15
 EXAMPLES = {

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from grammarlab.facade.layers.alignment.align import alignments
-from grammarlab.facade.layers.designs.file import load_design
-from grammarlab.facade.layers.layouts import layouts
-from grammarlab.facade.layers.weights import Weights
-from tests.facade.layers.matrices import word
+from grammarlab.layers.alignment.align import alignments
+from grammarlab.layers.design import Weights
+from grammarlab.layers.file import load_design
+from grammarlab.layers.layouts import layouts
+from tests.layers.matrices import word
 
 SIZES = {"A": 0.8, "B": 1.2, "C": 1.0, "G": 2.0, "I": 0.5, "J": 3.5, "K": 0.6, "L": 3.35, "M": 0.7, "N": 3.3}
 

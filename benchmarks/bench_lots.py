@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import Lots, compile_grammar, derive
 from grammarlab.derivation.lots import Footprints
 from grammarlab.language.importing import load

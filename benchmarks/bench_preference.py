@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
+from grammarlab.baselines import gaussian_process
+from grammarlab.baselines.gaussian_process import MAX_ITERATIONS, NOISE, PENALTY
 from grammarlab.preference.observations import observe
-from grammarlab.preference.processes import gaussian_process
-from grammarlab.preference.processes.gaussian_process import MAX_ITERATIONS, NOISE, PENALTY
-from grammarlab.preference.processes.minimise import minimise
-from grammarlab.preference.processes.starting import common_relevance
+from grammarlab.preference.processes.evidence import minimise
+from grammarlab.preference.processes.grouped_search import common_relevance
 
 SIZES = [(256, 470), (512, 1085)]
 LOW, HIGH = np.log(1e-11), np.log(1e5)

@@ -14,10 +14,9 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.rendering.camera import View, frame
 from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.rendering.renderer import RenderOptions
-from grammarlab.runs.models.abstract import models_of
-from grammarlab.runs.requests.batches import cut_batches
-from grammarlab.runs.requests.request import SampleRequest
-from grammarlab.runs.sampling.sample import sample_run
+from grammarlab.runs.sample.models import cut_batches, models_of
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.run import sample_run
 from grammarlab.runs.work.executors import executor_of
 from grammarlab.scene import realize, triangles
 

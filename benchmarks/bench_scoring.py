@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect, sync_playwright
 
-from grammarlab.scoring.record.store import About, Store
-from grammarlab.scoring.session import Session
-from grammarlab.scoring.shown.knowledge import ModelPool
+from grammarlab.pages.record.store import About, Store
+from grammarlab.pages.scoring.knowledge import ModelPool
+from grammarlab.pages.scoring.session import Session
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
 from tests.browser.driver import ScoringPage, Server
 from tests.browser.scoring.test_simulated_person import Person

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
-from grammarlab.features.counting.named import count
+from grammarlab.features.patterns.pattern_checks import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.learning.answers import answers_of
@@ -24,7 +24,7 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
-from grammarlab.preference.labels.table import SCORES, Kind, Label, Labels
+from grammarlab.preference.labels import SCORES, Kind, Label, Labels
 from grammarlab.scene.instances import realize
 
 Floats = NDArray[np.float64]

@@ -14,10 +14,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammarlab.facade.templates.kinds.scoring import agreeing, compare
-from grammarlab.facade.templates.library import named
-from grammarlab.facade.templates.scenes import SceneOptions, rectangles
-from grammarlab.runs.facade.match import match_elements
+from grammarlab.matching.library import named
+from grammarlab.matching.plain import agreeing, compare
+from grammarlab.matching.scenes import SceneOptions, rectangles
+from grammarlab.runs.facade.match_files import match_elements
 
 REGIMES = ((0.02, 0.3), (0.04, 0.6), (0.06, 0.8))
 """Noise in metres, part of the elements that are partly hidden."""

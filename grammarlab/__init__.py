@@ -27,27 +27,27 @@ if TYPE_CHECKING:
     from grammarlab.facade.file import load_facade, save_facade
     from grammarlab.facade.tree import Facade
     from grammarlab.features.columns.vocabulary import extract
-    from grammarlab.features.counting.named import count
-    from grammarlab.features.patterns.text import parse as pattern
-    from grammarlab.geometry.outlines.footprints import read_footprints
+    from grammarlab.features.patterns.pattern_checks import count
+    from grammarlab.features.patterns.pattern_text import parse as pattern
+    from grammarlab.geometry.footprints import read_footprints
     from grammarlab.language.grammar import Grammar
+    from grammarlab.learning.fitting import fit
     from grammarlab.learning.learn import learn
-    from grammarlab.learning.targets.target import LearnedDensity
+    from grammarlab.learning.targets.writers import LearnedDensity
     from grammarlab.notebook import ScoringSession
-    from grammarlab.preference.fitting import fit
-    from grammarlab.preference.labels.files import read_labels, save_labels
-    from grammarlab.preference.labels.table import Label, Labels
-    from grammarlab.preference.questions.queries import Situation, propose
+    from grammarlab.preference.label_files import read_labels, save_labels
+    from grammarlab.preference.labels import Label, Labels
+    from grammarlab.preference.queries import Situation, propose
     from grammarlab.runs.facade.edit import edit as edit_facade
-    from grammarlab.runs.facade.grammar import grammar_of as facade_grammar
+    from grammarlab.runs.facade.gallery import show_facade
+    from grammarlab.runs.facade.grammar_file import grammar_of as facade_grammar
     from grammarlab.runs.facade.read import read_facade
-    from grammarlab.runs.facade.show import show_facade
-    from grammarlab.runs.learn.labels import learn_from_labels
-    from grammarlab.runs.pictures.render import render
-    from grammarlab.runs.requests.examples import examples_folder
-    from grammarlab.runs.requests.loading import load
-    from grammarlab.runs.requests.request import SampleRequest
-    from grammarlab.runs.sampling.sample import sample_run
+    from grammarlab.runs.learn.from_labels import learn_from_labels
+    from grammarlab.runs.sample.contact_sheet import render
+    from grammarlab.runs.sample.request import SampleRequest
+    from grammarlab.runs.sample.run import sample_run
+    from grammarlab.runs.sample.shipped import examples_folder
+    from grammarlab.runs.sample.sources import load
     from grammarlab.runs.work.executors import Processes
     from grammarlab.scene.instances import Scene, realize
 
@@ -97,40 +97,40 @@ _HOMES = {
     "Forest": "derivation.forest",
     "Grammar": "language.grammar",
     "GrammarlabError": "errors",
-    "Label": "preference.labels.table",
-    "Labels": "preference.labels.table",
-    "LearnedDensity": "learning.targets.target",
+    "Label": "preference.labels",
+    "Labels": "preference.labels",
+    "LearnedDensity": "learning.targets.writers",
     "Lots": "derivation.lots",
     "Processes": "runs.work.executors",
-    "SampleRequest": "runs.requests.request",
+    "SampleRequest": "runs.sample.request",
     "SaveOptions": "export.save",
     "Scene": "scene.instances",
     "ScoringSession": "notebook",
-    "Situation": "preference.questions.queries",
-    "count": "features.counting.named",
+    "Situation": "preference.queries",
+    "count": "features.patterns.pattern_checks",
     "derive": "derivation.derive",
     "edit_facade": "runs.facade.edit:edit",
-    "examples_folder": "runs.requests.examples",
+    "examples_folder": "runs.sample.shipped",
     "extract": "features.columns.vocabulary",
-    "facade_grammar": "runs.facade.grammar:grammar_of",
-    "fit": "preference.fitting",
+    "facade_grammar": "runs.facade.grammar_file:grammar_of",
+    "fit": "learning.fitting",
     "learn": "learning.learn",
-    "learn_from_labels": "runs.learn.labels",
-    "load": "runs.requests.loading",
+    "learn_from_labels": "runs.learn.from_labels",
+    "load": "runs.sample.sources",
     "load_facade": "facade.file",
-    "pattern": "features.patterns.text:parse",
-    "propose": "preference.questions.queries",
+    "pattern": "features.patterns.pattern_text:parse",
+    "propose": "preference.queries",
     "read_facade": "runs.facade.read",
-    "read_footprints": "geometry.outlines.footprints",
-    "read_labels": "preference.labels.files",
+    "read_footprints": "geometry.footprints",
+    "read_labels": "preference.label_files",
     "realize": "scene.instances",
-    "render": "runs.pictures.render",
+    "render": "runs.sample.contact_sheet",
     "sample": "density.sampler",
-    "sample_run": "runs.sampling.sample",
+    "sample_run": "runs.sample.run",
     "save": "export.save",
     "save_facade": "facade.file",
-    "save_labels": "preference.labels.files",
-    "show_facade": "runs.facade.show",
+    "save_labels": "preference.label_files",
+    "show_facade": "runs.facade.gallery",
 }
 """Module of each public name, and its name in that module if it differs."""
 

@@ -13,11 +13,11 @@ from typing import Unpack
 
 from grammarlab import scoring
 from grammarlab.extras import named_extras
-from grammarlab.preference.labels.table import Labels
-from grammarlab.runs.requests.examples import find_rules
-from grammarlab.runs.serving.windows import Argument, Message
-from grammarlab.scoring.session import Session, SessionOptions
-from grammarlab.scoring.workers.labels import read_labels_or_session
+from grammarlab.pages.desktop import Argument, Message
+from grammarlab.pages.scoring.session import Session, SessionOptions
+from grammarlab.pages.workers.label_exchange import read_labels_or_session
+from grammarlab.preference.labels import Labels
+from grammarlab.runs.sample.shipped import find_rules
 
 with named_extras():
     import anywidget
@@ -115,7 +115,7 @@ class ScoringSession(anywidget.AnyWidget):
         Args:
             grammar: a rule file or the name of a shipped grammar.
             path: the session file, ends in .db.
-            **options: options of `grammarlab.scoring.session.Session`.
+            **options: options of `grammarlab.pages.scoring.session.Session`.
 
         Raises:
             TypeError: If an option does not exist.
@@ -140,7 +140,7 @@ class ScoringSession(anywidget.AnyWidget):
         """Run a command of the page, and wait for the answer.
 
         Args:
-            command: such as ``score``, ``compare``, ``update``; `grammarlab.scoring.commands` lists all.
+            command: such as ``score``, ``compare``, ``update``; `grammarlab.pages.scoring.commands` lists all.
             **arguments: arguments of the command: ``session.do("populate", way="uncertainty")``.
 
         Raises:

@@ -60,9 +60,7 @@ def test_a_public_name_is_no_package():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "set()\n"
 
 
-@pytest.mark.parametrize(
-    "code", ["import grammarlab", "from grammarlab.runs.requests.examples import shipped_examples"]
-)
+@pytest.mark.parametrize("code", ["import grammarlab", "from grammarlab.runs.sample.shipped import shipped_examples"])
 def test_importing_does_not_load_the_engine(code):
     code += "; import sys; print('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Any, get_args, get_origin, get_type_hints
 
 import grammarlab
+from grammarlab.learning.targets.explanation import Words
 from grammarlab.learning.targets.simplification import Predicted
-from grammarlab.learning.targets.words import Words
 
 _RECORDS = """## Records
 

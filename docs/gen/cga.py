@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from grammarlab.derivation.operations import LEFT_OUT
-from grammarlab.language.vocabulary.builtins import Signature, Signatures
-from grammarlab.language.vocabulary.builtins import attributes as known_attributes
-from grammarlab.language.vocabulary.builtins import blocks as known_blocks
-from grammarlab.language.vocabulary.builtins import functions as known_functions
-from grammarlab.language.vocabulary.builtins import operations as known_operations
-from grammarlab.language.vocabulary.keywords import KEYWORDS
-from grammarlab.runs.requests.checks import SUPPORTED
+from grammarlab.language.syntax.builtins import Signature, Signatures
+from grammarlab.language.syntax.builtins import attributes as known_attributes
+from grammarlab.language.syntax.builtins import blocks as known_blocks
+from grammarlab.language.syntax.builtins import functions as known_functions
+from grammarlab.language.syntax.builtins import operations as known_operations
+from grammarlab.language.syntax.keywords import KEYWORDS
+from grammarlab.runs.sample.checks import SUPPORTED
 
 _OPERATIONS, _FUNCTIONS, _ATTRIBUTES, _WORDS = (
     words or frozenset()

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from grammarlab.facade.examples.analysis.correction import VERSION as EXAMPLE
 from grammarlab.facade.file import VERSION as FACADE
-from grammarlab.facade.templates.reading.document import VERSION as ELEMENTS
-from grammarlab.runs.disk.derivations import FORMAT as DERIVATIONS
-from grammarlab.runs.sampling.manifest import FORMAT as MANIFEST
-from grammarlab.scoring.record.store import STEPS
+from grammarlab.matching.scans.element_files import VERSION as ELEMENTS
+from grammarlab.pages.record.store import STEPS
+from grammarlab.runs.sample.derivations import FORMAT as DERIVATIONS
+from grammarlab.runs.sample.manifest import FORMAT as MANIFEST
+from grammarlab.synthesis.analysis.correction import VERSION as EXAMPLE
 
 VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.facade.file": ("Facade", FACADE),
-    "grammarlab.facade.examples.analysis.correction": ("Example of a building", EXAMPLE),
-    "grammarlab.facade.templates.reading.document": ("Elements of a scan", ELEMENTS),
-    "grammarlab.runs.disk.derivations": ("Derivations", DERIVATIONS),
-    "grammarlab.runs.sampling.manifest": ("Manifest of a run", MANIFEST),
-    "grammarlab.scoring.record.store": ("Scoring session", len(STEPS)),
+    "grammarlab.synthesis.analysis.correction": ("Example of a building", EXAMPLE),
+    "grammarlab.matching.scans.element_files": ("Elements of a scan", ELEMENTS),
+    "grammarlab.runs.sample.derivations": ("Derivations", DERIVATIONS),
+    "grammarlab.runs.sample.manifest": ("Manifest of a run", MANIFEST),
+    "grammarlab.pages.record.store": ("Scoring session", len(STEPS)),
 }
 """Name and version of each file format with a version, by the module that writes it."""
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from grammarlab.facade.drawing import draw
+from grammarlab.facade.editing.grids import grid_of, with_grid
+from grammarlab.facade.editing.springs import origin_of
+from grammarlab.facade.editing.variations import Edit, Variation, applied, unedited
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.grids.editing import grid_of, with_grid
-from grammarlab.facade.retargeting.energy import origin_of
-from grammarlab.facade.showing.drawing import draw
 from grammarlab.facade.sizes.solve import resize
 from grammarlab.facade.tree import Facade, X, Y
-from grammarlab.facade.variations.single import Edit, Variation, applied, unedited
 from grammarlab.runs.facade.gallery import sheet
 
 SCALE = 28.0

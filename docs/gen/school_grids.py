@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from grammarlab.facade.editing.grids import with_grid
 from grammarlab.facade.file import load_facade, save_facade
-from grammarlab.facade.grids.editing import with_grid
 from grammarlab.facade.tree import Facade, X, Y
 
 

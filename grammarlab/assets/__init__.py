@@ -1,1 +1,1 @@
-"""Asset files from strangers: their headers are checked before they are read."""
+"""Files of meshes and images that rules insert."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from pathlib import Path
 
-from grammarlab.assets.meshes import find_asset
+from grammarlab.assets.mesh_files import find_asset
 from grammarlab.errors import AssetError
 
 FORMATS = ("BMP", "GIF", "JPEG", "PNG", "TGA", "TIFF", "WEBP")

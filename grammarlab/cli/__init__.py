@@ -7,7 +7,7 @@ import io
 import sys
 
 from grammarlab.cli.app import app
-from grammarlab.cli.console.report import INTERRUPTED, say
+from grammarlab.cli.console import INTERRUPTED, say
 from grammarlab.runs.work.compiled import keep_compiled
 
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console import friendly_errors, print_json, say
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
-    from grammarlab.runs.comparing.compare import Comparison
+    from grammarlab.runs.sample.comparison import Comparison
 
 _SHOWN = 8
 """Largest number of listed branches of a choice, and of listed symbols that only one grammar makes."""
@@ -39,7 +39,7 @@ def compare(
     Lists the choices that differ most.
     """
     with friendly_errors():
-        from grammarlab.runs.comparing.compare import compare_grammars
+        from grammarlab.runs.sample.comparison import compare_grammars
 
         result = compare_grammars(first, second, num_models=number, seed=seed)
         if as_json:
@@ -48,7 +48,7 @@ def compare(
             _tell(result)
         if picture is not None:
             from grammarlab.density.sampler import GrammarSampler
-            from grammarlab.runs.learn.side_by_side import draw_side_by_side
+            from grammarlab.runs.learn.report import draw_side_by_side
             from grammarlab.runs.work.executors import executor_of
 
             pairs = zip(result.grammars, result.sources, strict=True)

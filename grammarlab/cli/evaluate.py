@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
-from grammarlab.cli.console.unfinished import Unfinished
+from grammarlab.cli.console import Unfinished, friendly_errors, print_json, say
 
 if TYPE_CHECKING:
-    from grammarlab.runs.evaluate.evaluate import EvaluationResult
-    from grammarlab.runs.evaluate.reporting.scenario_results import ScenarioResults
+    from grammarlab.runs.evaluate.plots import ScenarioResults
     from grammarlab.runs.evaluate.request import EvaluationRequest
+    from grammarlab.runs.evaluate.run import EvaluationResult
 
 
 _MOST_CHARACTERS = 100
@@ -25,7 +24,7 @@ PERSONS_HELP = "How models are scored: exact, stars, sd5, sd10, sd20, blunders5,
 
 def complete_scenario(incomplete: str) -> list[str]:
     """Shipped scenarios whose names begin with a text, for shell completion."""
-    from grammarlab.runs.evaluate.find import named_scenarios
+    from grammarlab.runs.evaluate.request import named_scenarios
 
     return [name for name in named_scenarios() if name.startswith(incomplete)]
 
@@ -98,10 +97,9 @@ def evaluate(
     """
     run = Unfinished(without="--fresh")
     with friendly_errors(run.advice):
-        from grammarlab.cli.console.progress import progress
-        from grammarlab.runs.evaluate.evaluate import evaluate_run
-        from grammarlab.runs.evaluate.find import find_scenarios
-        from grammarlab.runs.evaluate.request import EvaluationRequest
+        from grammarlab.cli.console import progress
+        from grammarlab.runs.evaluate.request import EvaluationRequest, find_scenarios
+        from grammarlab.runs.evaluate.run import evaluate_run
         from grammarlab.runs.work.executors import executor_of
 
         request = EvaluationRequest.of(

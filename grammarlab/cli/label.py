@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console import friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.files import check_overwrites
 
@@ -41,9 +41,9 @@ def label(
     """
     saved: list[int] = []
     with friendly_errors(lambda: f"{file} has the first {saved[-1]:,} scores." if saved else ""):
-        from grammarlab.cli.console.progress import progress
-        from grammarlab.runs.evaluate.find import find_scenario
-        from grammarlab.runs.evaluate.label import label_models_of
+        from grammarlab.cli.console import progress
+        from grammarlab.runs.evaluate.request import find_scenario
+        from grammarlab.runs.evaluate.simulated_labels import label_models_of
 
         found = find_scenario(scenario)
         file = file or Path(f"{found.stem}_labels.csv")

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say
+from grammarlab.cli.console import friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.cli.sample import complete_grammar
 from grammarlab.files import check_overwrites
 
 if TYPE_CHECKING:
-    from grammarlab.learning.targets.target import Learned
-    from grammarlab.runs.learn.examples import ExamplesResult
-    from grammarlab.runs.learn.labels import LabelsResult
-    from grammarlab.runs.learn.measure import TrueDensity
+    from grammarlab.learning.targets.writers import Learned
+    from grammarlab.runs.learn.from_examples import ExamplesResult
+    from grammarlab.runs.learn.from_labels import LabelsResult
+    from grammarlab.runs.learn.from_scenario import LearnResult
     from grammarlab.runs.learn.report import Report
-    from grammarlab.runs.learn.scenario import LearnResult
+    from grammarlab.runs.learn.scenario_measures import TrueDensity
 
 
 class _Told(NamedTuple):
@@ -102,13 +102,13 @@ def learn(
     Its density is proportional to the scores.
     """
     with friendly_errors():
-        from grammarlab.cli.console.progress import progress
+        from grammarlab.cli.console import progress
         from grammarlab.errors import UsageError
-        from grammarlab.evaluation.names import chosen_one
         from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
-        from grammarlab.runs.evaluate.find import find_scenario
-        from grammarlab.runs.learn import pages
-        from grammarlab.runs.requests.domains import suffix_of
+        from grammarlab.evaluation.scenario_values import chosen_one
+        from grammarlab.runs.evaluate.request import find_scenario
+        from grammarlab.runs.learn import density_pages
+        from grammarlab.runs.sample.domains import suffix_of
 
         if base not in ("grammar", "uniform"):
             raise UsageError(f"unknown base {base!r}; expected grammar or uniform")
@@ -127,9 +127,9 @@ def learn(
         check_overwrites([wanted], filter(None, (Path(grammar), labels, known)))
         if labels is not None:
             from grammarlab.learning.designs.pool import Pool
-            from grammarlab.learning.targets.target import Making
-            from grammarlab.runs.learn.labels import learn_from_labels
-            from grammarlab.scoring.workers.labels import read_labels_or_session
+            from grammarlab.learning.targets.writers import Making
+            from grammarlab.pages.workers.label_exchange import read_labels_or_session
+            from grammarlab.runs.learn.from_labels import learn_from_labels
 
             making = Making(method, base, samples, max_rules)
             table, pool = read_labels_or_session(labels)
@@ -141,18 +141,18 @@ def learn(
                 found = learn_from_labels(
                     grammar, table, wanted, making, labels_from=labels.name, on_progress=on_progress, **options
                 )
-            told = _Told(_labels_as_json(found), _labels_as_lines(found), pages.page_of_labels(found))
+            told = _Told(_labels_as_json(found), _labels_as_lines(found), density_pages.page_of_labels(found))
         elif examples is not None:
-            from grammarlab.runs.learn.examples import learn_from_files
+            from grammarlab.runs.learn.from_examples import learn_from_files
 
             given = learn_from_files(grammar, examples, wanted, method=method or "tied", seed=seed or 0, scenario=known)
-            told = _Told(_examples_as_json(given), _examples_as_lines(given), pages.page_of_examples(given))
+            told = _Told(_examples_as_json(given), _examples_as_lines(given), density_pages.page_of_examples(given))
         else:
-            from grammarlab.runs.learn.scenario import learn_from_scenario
+            from grammarlab.runs.learn.from_scenario import learn_from_scenario
 
             with progress() as on_progress:
                 exact = learn_from_scenario(grammar, source, method or "compile", wanted, samples, on_progress)
-            told = _Told(_as_json(exact), _as_lines(exact), pages.page_of_scenario(exact))
+            told = _Told(_as_json(exact), _as_lines(exact), density_pages.page_of_scenario(exact))
         _tell(told, report, seed or 0, as_json)
 
 

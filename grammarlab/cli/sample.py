@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, say, was_given
-from grammarlab.cli.console.unfinished import Unfinished
+from grammarlab.cli.console import Unfinished, friendly_errors, print_json, say, was_given
 from grammarlab.errors import UsageError
 
 MOST_PRINTS = 50
@@ -36,8 +35,8 @@ _REMARKS = {
 
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
-    from grammarlab.geometry.outlines.footprints import Remark
-    from grammarlab.runs.sampling.sample import RunResult
+    from grammarlab.geometry.footprints import Remark
+    from grammarlab.runs.sample.run import RunResult
 
 
 class FileFormat(StrEnum):
@@ -65,7 +64,7 @@ class Scale(StrEnum):
 
 def complete_grammar(incomplete: str) -> list[str]:
     """Shipped grammars whose names begin with a text, for shell completion."""
-    from grammarlab.runs.requests.examples import shipped_examples
+    from grammarlab.runs.sample.shipped import shipped_examples
 
     return [example.name for example in shipped_examples() if example.name.startswith(incomplete)]
 
@@ -127,13 +126,12 @@ def sample(
     """
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
-        from grammarlab.cli.console.pictures import note_slow_pictures
-        from grammarlab.cli.console.progress import progress
-        from grammarlab.runs.requests.domains import domain_of, opened
-        from grammarlab.runs.requests.examples import find_rules
-        from grammarlab.runs.requests.request import SampleRequest
-        from grammarlab.runs.sampling.manifest import read_manifest
-        from grammarlab.runs.sampling.sample import repeat_run, sample_run
+        from grammarlab.cli.console import note_slow_pictures, progress
+        from grammarlab.runs.sample.domains import domain_of, opened
+        from grammarlab.runs.sample.manifest import read_manifest
+        from grammarlab.runs.sample.request import SampleRequest
+        from grammarlab.runs.sample.run import repeat_run, sample_run
+        from grammarlab.runs.sample.shipped import find_rules
         from grammarlab.runs.work.executors import executor_of
 
         executor = executor_of(jobs)
@@ -207,8 +205,8 @@ def _first(names: list[str]) -> str:
 
 
 def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
-    from grammarlab.runs.sampling.clearing import in_short
-    from grammarlab.runs.sampling.place import place_in_words
+    from grammarlab.runs.sample.clearing import in_short
+    from grammarlab.runs.sample.manifest import place_in_words
 
     _tell_prints(result.prints)
     tell_remarks(result.request.remarks)
@@ -236,7 +234,7 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
 
 def _tell_acceptance(result: RunResult) -> None:
     """Print the share of candidates that an acceptance rule kept."""
-    from grammarlab.features.rules.accepting import ENOUGH_TRIES, MOST_TRIES
+    from grammarlab.features.acceptance import ENOUGH_TRIES, MOST_TRIES
 
     if result.accept_rate is not None:
         say(
@@ -283,7 +281,7 @@ def _tell_prints(texts: tuple[str, ...]) -> None:
 
 
 def _as_json(result: RunResult) -> dict[str, Any]:
-    from grammarlab.runs.sampling.place import place_of
+    from grammarlab.runs.sample.manifest import place_of
 
     request = result.request
     return {
@@ -304,7 +302,7 @@ def _as_json(result: RunResult) -> dict[str, Any]:
 
 
 def _acceptance_as_json(result: RunResult) -> dict[str, Any]:
-    from grammarlab.features.rules.accepting import MOST_TRIES
+    from grammarlab.features.acceptance import MOST_TRIES
 
     if result.accept_rate is None:
         return {}

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console.page import page_opener
-from grammarlab.cli.console.report import friendly_errors, say
+from grammarlab.cli.console import friendly_errors, say
+from grammarlab.cli.page import page_opener
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from grammarlab.runs.serving.windows import Message, Send
+    from grammarlab.pages.desktop import Message, Send
 
 
 def score(
@@ -38,9 +38,9 @@ def score(
 ) -> None:
     """Score models in the browser, in a session file."""
     with friendly_errors():
-        from grammarlab.cli.console.pictures import note_slow_pictures
-        from grammarlab.scoring.server import serve
-        from grammarlab.scoring.session import Session
+        from grammarlab.cli.console import note_slow_pictures
+        from grammarlab.pages.scoring.serving import serve
+        from grammarlab.pages.scoring.session import Session
 
         path = session or Path(f"{Path(grammar).stem}.db")
         opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)

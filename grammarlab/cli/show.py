@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console.report import friendly_errors, print_json, print_result, say, was_given
+from grammarlab.cli.console import friendly_errors, print_json, print_result, say, was_given
 from grammarlab.cli.sample import complete_grammar, tell_remarks
 from grammarlab.errors import UsageError
 from grammarlab.printable import printable
@@ -16,9 +16,9 @@ from grammarlab.printable import printable
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from grammarlab.cli.pictures.rule_graph import RuleGraph
+    from grammarlab.cli.rule_graph import RuleGraph
     from grammarlab.language.grammar import Grammar
-    from grammarlab.language.syntax.tree import Attribute, Rule
+    from grammarlab.language.syntax.syntax_tree import Attribute, Rule
 
 _OF_A_MODEL = {
     "seed": "--seed",
@@ -62,7 +62,7 @@ def show(
     """
     with friendly_errors():
         if model is not None:
-            from grammarlab.runs.comparing.trace import as_lines, as_values, trace_model
+            from grammarlab.runs.sample.trace import as_lines, as_values, trace_model
 
             if graph is not None:
                 raise UsageError("--graph draws the rules, --model lists one model: give one of them.")
@@ -81,10 +81,10 @@ def show(
         from rich.console import Console
         from rich.text import Text
 
-        from grammarlab.cli.pictures.rule_graph import rule_graph
+        from grammarlab.cli.rule_graph import rule_graph
         from grammarlab.language.grammar import Grammar
-        from grammarlab.language.vocabulary.builtins import blocks, operations
-        from grammarlab.runs.requests.examples import find_rules
+        from grammarlab.language.syntax.builtins import blocks, operations
+        from grammarlab.runs.sample.shipped import find_rules
 
         source = find_rules(grammar)
         parsed = Grammar.parse(source.text(), str(source.path))
@@ -104,16 +104,14 @@ def show(
 
 
 def _draw(symbols: RuleGraph, path: Path) -> None:
-    from grammarlab.cli.pictures.graph_picture import save_graph
-    from grammarlab.cli.pictures.rule_graph import place
+    from grammarlab.cli.rule_graph import place, save_graph
 
     save_graph(place(symbols), symbols.edges, path)
     say(f"rule graph: {path}")
 
 
 def _summary(grammar: Grammar, symbols: RuleGraph) -> str:
-    from grammarlab.language.syntax.tree import Stochastic, alternatives
-    from grammarlab.language.syntax.walking import walk
+    from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives, walk
 
     leaves = sum(kind == "terminal" for kind in symbols.kind.values())
     branches = sum(len(list(alternatives(rule.body))) for rule in grammar.rules.values())
@@ -184,8 +182,7 @@ def _probabilities(rule: Rule) -> tuple[str, int]:
     """Percentages of each stochastic choice of a rule in the order of the text, with its number of branches."""
     from grammarlab.language.checking.percentages import constant
     from grammarlab.language.syntax.printing import expression
-    from grammarlab.language.syntax.tree import Stochastic, alternatives
-    from grammarlab.language.syntax.walking import walk
+    from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives, walk
 
     choices = []
     for choice in (node for node in walk(rule) if isinstance(node, Stochastic)):

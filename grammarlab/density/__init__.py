@@ -1,1 +1,1 @@
-"""From a preference to a grammar: densities over derivation trees, and the stochastic grammars that sample them."""
+"""Densities over the models of a grammar, and grammars that sample them; see README.md in this folder."""

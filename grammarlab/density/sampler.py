@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import Lots
 from grammarlab.errors import check_type
-from grammarlab.features.rules.acceptance import Acceptance
-from grammarlab.features.rules.accepting import derive_accepted
+from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.scene.instances import Scene, realize
 

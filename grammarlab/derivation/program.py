@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.derivation.calls.choices import Branching
-from grammarlab.derivation.expressions.sequences import Operations
+from grammarlab.derivation.calls.branches import Branching
 from grammarlab.derivation.forest import RuleName, Site
+from grammarlab.derivation.operation_sequences import Operations
 from grammarlab.derivation.state.workspace import CompiledAttribute
 
 

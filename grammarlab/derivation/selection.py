@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.values.materials import Materials
+from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.meshes.mesh import Meshes
 

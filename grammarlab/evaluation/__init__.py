@@ -1,1 +1,1 @@
-"""Evaluation of learning: scenarios, simulated persons, divergences."""
+"""Scenarios, simulated persons and learning curves."""

@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.names import chosen
+from grammarlab.evaluation.scenario_values import chosen
+from grammarlab.learning.fitting import Method as Fit
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions, Settings
-from grammarlab.preference.fitting import Method as Fit
-from grammarlab.preference.questions.queries import Way
+from grammarlab.preference.queries import Way
 
 FITS: tuple[Fit, ...] = get_args(Fit)
 """Methods of `grammarlab.preference.fit`."""
 QUERIES: tuple[Way, ...] = tuple(way for way in get_args(Way) if way != "already ranked")
-"""Query strategies (`grammarlab.preference.questions.queries`), except for those that show scored models
+"""Query strategies (`grammarlab.preference.queries`), except for those that show scored models
 again."""
 OPTIONS = {"paper": ("noise", "penalty")}
 """Parameters of fits, by the name of the fit."""

@@ -1,6 +1,6 @@
 """Protocol of simulated persons: they score models, and the learned density is compared with the true one.
 
-This is the protocol of section 4.7 of the paper, around an interview (`grammarlab.learning.asking.interview`). Its
+This is the protocol of section 4.7 of the paper, around an interview (`grammarlab.learning.interview`). Its
 quantities:
 
 - labelled set: n models (5,000 in the paper's protocol) drawn independently from the grammar with density p at a fixed
@@ -25,10 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.evaluation.curves import Curve, Point
-from grammarlab.evaluation.material import Material
-from grammarlab.learning.asking.interview import interview
+from grammarlab.evaluation.preparation import Material
+from grammarlab.learning.interview import interview
 from grammarlab.learning.round import State, init
-from grammarlab.learning.targets.agreement import agreement
+from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import MAX_SCORE
 
 Floats = NDArray[np.float64]

@@ -15,10 +15,10 @@ from typing import Any, Literal, TypeAlias, cast
 
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.errors import UsageError
-from grammarlab.evaluation.toml_file import SUFFIX, TomlFile, nearest, read
-from grammarlab.features.patterns.checking import check
-from grammarlab.features.rules.expression import RESERVED, Expression
-from grammarlab.features.rules.score import Score, ScoreCase
+from grammarlab.evaluation.scenario_values import SUFFIX, TomlFile, nearest, read
+from grammarlab.features.expression import RESERVED, Expression
+from grammarlab.features.model_score import Score, ScoreCase
+from grammarlab.features.patterns.pattern_checks import check
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions
 
 DEFAULT_FEATURES = FeatureOptions()

@@ -10,7 +10,7 @@ from typing import IO, Any
 import numpy as np
 
 from grammarlab.errors import UsageError
-from grammarlab.export.files import Output
+from grammarlab.export.model_files import Output
 
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 COMPONENTS = {np.dtype(np.float32): 5126, np.dtype(np.uint32): 5125, np.dtype(np.uint16): 5123}

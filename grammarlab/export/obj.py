@@ -8,13 +8,11 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.values.materials import Materials
-from grammarlab.export.files import Output, write_whole
-from grammarlab.export.gltf_materials import MaterialNumbers, material_name
-from grammarlab.export.textures import find_texture
-from grammarlab.export.writer import AbstractWriter
+from grammarlab.derivation.materials import Materials
+from grammarlab.export.gltf_materials import MaterialNumbers, find_texture, material_name
+from grammarlab.export.model_files import AbstractWriter, Output, write_whole
 from grammarlab.scene import Scene, TriangleBatch
-from grammarlab.scene.texture_coordinates import texture_coordinates
+from grammarlab.scene.triangles import texture_coordinates
 
 
 @final

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import row_of_value
-from grammarlab.export.files import Output
+from grammarlab.export.model_files import AbstractWriter, Output
 from grammarlab.export.obj import origin_comments
-from grammarlab.export.writer import AbstractWriter
 from grammarlab.scene import Scene, TriangleBatch
 
 FACE = np.dtype([("count", "u1"), ("corners", "<u4", 3)])

@@ -12,17 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError, check_type
-from grammarlab.export.files import Output, whole_file
-from grammarlab.export.glb import GlbWriter, MergedContent
-from grammarlab.export.glb_reuse import ReusedContent
+from grammarlab.export.glb import GlbWriter, MergedContent, ReusedContent
 from grammarlab.export.gltf_document import GltfDocument
 from grammarlab.export.gltf_materials import GltfMaterials
+from grammarlab.export.model_files import AbstractWriter, Output, whole_file
 from grammarlab.export.obj import ObjWriter
 from grammarlab.export.ply import PlyWriter
-from grammarlab.export.writer import AbstractWriter
 from grammarlab.scene import Scene, TriangleBatch, triangles
-from grammarlab.scene.checks import require_proper
-from grammarlab.scene.instances import only
+from grammarlab.scene.instances import only, require_proper
 from grammarlab.scene.layout import SceneLayout, around, grid, in_place, model_bounds
 
 Format = Literal["glb", "obj", "ply"]

@@ -1,1 +1,1 @@
-"""Facades: nested rectangles that are read, edited and turned into grammars."""
+"""Facades as trees of labelled rectangles; see README.md in this folder."""

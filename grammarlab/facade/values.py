@@ -1,4 +1,7 @@
-"""Values of JSON files from strangers: checked before use; errors name their position."""
+"""Values of JSON files from strangers: checked before use; errors name their position.
+
+Units of length and up axes of meshes and scans from other programs.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,12 @@ from typing import Any
 
 from grammarlab import files
 from grammarlab.errors import AssetError, FacadeError
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
+"""Length of units of files, metres."""
+UP_AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
+"""For each axis that may be up, the columns of points [P, 3] in the order along, across and up."""
+
 
 MOST_BYTES = 128 * 2**20
 """Largest size of a file; its values may take twenty times the memory."""

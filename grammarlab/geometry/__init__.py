@@ -1,0 +1,1 @@
+"""Meshes, outlines and roofs, for whole batches."""

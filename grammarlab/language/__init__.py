@@ -1,1 +1,1 @@
-"""The rule language: from CGA text to a checked `grammar.Grammar`, and back."""
+"""The rule language CGA; see README.md in this folder."""

@@ -1,17 +1,119 @@
-"""Values of attributes, from the command line and from files."""
+"""Values of attributes, from the command line and from files.
+
+Lengths as people write them in maps: ``12 m``, ``7,5``, ``40 ft``, ``6'4"``.
+
+Allowed values of attributes: ``@Range(min=1, max=5)`` and ``@Enum("low", "high")``.
+
+As in CityEngine, they restrict values entered by users, not values set by rules, and nothing with ``restricted=false``.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from grammarlab.errors import UsageError
-from grammarlab.language.checking.limits import objection
+from grammarlab.language.checking.percentages import constant
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.lengths import length
-from grammarlab.language.syntax.tree import Boolean, Call, Number, String, alternatives
+from grammarlab.language.syntax.printing import expression
+from grammarlab.language.syntax.syntax_tree import (
+    Annotation,
+    Attribute,
+    Boolean,
+    Call,
+    Expression,
+    Number,
+    String,
+    alternatives,
+)
+
+_METRES = {
+    **dict.fromkeys(("", "m", "metre", "metres", "meter", "meters"), 1.0),
+    **dict.fromkeys(("km", "kilometre", "kilometres", "kilometer", "kilometers"), 1000.0),
+    **dict.fromkeys(("cm", "centimetre", "centimetres", "centimeter", "centimeters"), 0.01),
+    **dict.fromkeys(("mm", "millimetre", "millimetres", "millimeter", "millimeters"), 0.001),
+    **dict.fromkeys(("ft", "foot", "feet", "'", "\u2032"), 0.3048),
+    **dict.fromkeys(("in", "inch", "inches", '"', "\u2033"), 0.0254),
+}
+"""Metres of each unit; the foot is the international one."""
+_LONGEST = 64
+"""Characters of the longest text that is a length."""
+_NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
+_LENGTH = re.compile(rf"\s*({_NUMBER})\s*([a-z]*|['\"\u2032\u2033])\.?\s*", re.IGNORECASE)
+_FEET_AND_INCHES = re.compile(r"\s*(\d+)\s*(?:'|ft|\u2032)\s*(\d+(?:\.\d+)?)\s*(?:\"|in|\u2033)\s*", re.IGNORECASE)
+_THOUSANDS = re.compile(r"[-+]?\d{1,3},\d{3}")
+
+
+def length(text: str) -> float | None:
+    """A length in metres; None if a text is not a length.
+
+    A number without a unit is in metres. A comma is a decimal point, but ``1,200`` may also be twelve hundred, so it is
+    not a length.
+
+    >>> length("12 m"), length("7,5"), length("40 ft"), length("1,200"), length("about 12")
+    (12.0, 7.5, 12.192, None, None)
+    """
+    if len(text) > _LONGEST:
+        return None
+    if match := _FEET_AND_INCHES.fullmatch(text):
+        return round(float(match[1]) * 0.3048 + float(match[2]) * 0.0254, 9)
+    match = _LENGTH.fullmatch(text)
+    if match is None or match[2].lower() not in _METRES or _THOUSANDS.fullmatch(match[1]):
+        return None
+    unit = _METRES[match[2].lower()]
+    value = float(match[1].replace(",", "."))
+    return value if unit == 1.0 else round(value * unit, 9)
+
+
+def objection(attribute: Attribute, value: float | bool | str) -> str:
+    """Message about a forbidden value of an attribute, such as ``expected 1 to 5, found 9``; empty if it is allowed.
+
+    >>> from grammarlab.language.grammar import Grammar
+    >>> grammar = Grammar.parse("@Range(min=1, max=5) attr floors = 2 Lot --> NIL")
+    >>> objection(grammar.attributes["floors"], 9.0), objection(grammar.attributes["floors"], 3.0)
+    ('expected 1 to 5, found 9', '')
+    """
+    for annotation in attribute.annotations:
+        name = annotation.name.lower()
+        if any(key == "restricted" and node == Boolean(False) for key, node in annotation.arguments):
+            continue
+        wanted = (
+            _beyond(annotation, value) if name == "range" else _unlisted(annotation, value) if name == "enum" else ""
+        )
+        if wanted:
+            return f"expected {wanted}, found {f'{value:g}' if isinstance(value, float) else value}"
+    return ""
+
+
+def _beyond(annotation: Annotation, value: float | bool | str) -> str:
+    """The range that a number violates; empty if it is inside, or there is no range."""
+    if isinstance(value, bool | str):
+        return ""
+    named = dict(annotation.arguments)
+    plain = [node for key, node in annotation.arguments if not key]
+    low, high = (named.get("min"), named.get("max")) if {"min", "max"} & named.keys() else (*plain, None, None)[:2]
+    least, most = (None if node is None else constant(node) for node in (low, high))
+    if (least is None or value >= least) and (most is None or value <= most):
+        return ""
+    if least is not None and most is not None:
+        return f"{least:g} to {most:g}"
+    return f"at most {most:g}" if least is None else f"at least {least:g}"
+
+
+def _unlisted(annotation: Annotation, value: float | bool | str) -> str:
+    """The values of an enumeration that lacks a value; empty if it has the value, or there is no enumeration."""
+    listed = [node for key, node in annotation.arguments if not key]
+    if not listed or value in [_constant_value(node) for node in listed]:
+        return ""
+    return "one of " + ", ".join(expression(node).strip('"') for node in listed)
+
+
+def _constant_value(node: Expression) -> float | bool | str | None:
+    return node.value if isinstance(node, String | Boolean | Number) else constant(node)
+
 
 AttributeValue: TypeAlias = float | bool | str
 """A plain value of an attribute."""

@@ -11,9 +11,8 @@ from collections import deque
 
 from grammarlab.errors import Location
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.parsing.tokens import Comment, Token, tokenize
 from grammarlab.language.syntax import printing
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Attribute,
     Block,
@@ -35,8 +34,9 @@ from grammarlab.language.syntax.tree import (
     Scoped,
     Sequence,
     Stochastic,
+    walk,
 )
-from grammarlab.language.syntax.walking import walk
+from grammarlab.language.syntax.tokens import Comment, Token, tokenize
 
 WIDTH = 100
 """Largest length of a line that can be broken, in characters."""

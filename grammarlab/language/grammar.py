@@ -13,9 +13,17 @@ from typing import TypeVar
 
 from grammarlab.errors import AssetError, Finding, LanguageError, Location
 from grammarlab.files import read_bounded
-from grammarlab.language.parsing.parse import MAX_CHARACTERS, parse
-from grammarlab.language.syntax.tree import Attribute, Definition, Function, Import, Rule, RuleFile, Style
-from grammarlab.language.syntax.walking import number
+from grammarlab.language.syntax.parse import MAX_CHARACTERS, parse
+from grammarlab.language.syntax.syntax_tree import (
+    Attribute,
+    Definition,
+    Function,
+    Import,
+    Rule,
+    RuleFile,
+    Style,
+    number,
+)
 
 _K = TypeVar("_K")
 _T = TypeVar("_T")

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.grammar import Grammar, read_text
-from grammarlab.language.syntax.tree import Import
+from grammarlab.language.syntax.syntax_tree import Import
 
 MAX_FILES = 200
 """Largest number of files that a rule file may import, directly or not."""

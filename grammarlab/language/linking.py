@@ -19,8 +19,10 @@ from typing import TypeVar
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax.builtins import Signature, attributes, blocks, functions, operations
+from grammarlab.language.syntax.keywords import KEYWORDS
 from grammarlab.language.syntax.printing import import_statement
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Attribute,
     Block,
@@ -37,10 +39,8 @@ from grammarlab.language.syntax.tree import (
     RuleFile,
     Scatter,
     Style,
+    walk,
 )
-from grammarlab.language.syntax.walking import walk
-from grammarlab.language.vocabulary.builtins import Signature, attributes, blocks, functions, operations
-from grammarlab.language.vocabulary.keywords import KEYWORDS
 
 MAX_COPIES = 200
 """Largest number of copies of imported files; a file imported under several names has one copy per name."""

@@ -11,7 +11,8 @@ from typing import TypeAlias
 
 from grammarlab.errors import Location
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.builtins import operations
+from grammarlab.language.syntax.syntax_tree import (
     Block,
     Call,
     Case,
@@ -30,9 +31,8 @@ from grammarlab.language.syntax.tree import (
     Scoped,
     Sequence,
     Stochastic,
+    walk,
 )
-from grammarlab.language.syntax.walking import walk
-from grammarlab.language.vocabulary.builtins import operations
 
 SymbolKey: TypeAlias = tuple[str, int]
 """A symbol with its number of arguments: rules of one name may differ in it."""

@@ -14,9 +14,9 @@ from typing import TypeAlias, TypeVar
 
 from grammarlab.errors import Location
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.parsing.outline import outline
-from grammarlab.language.parsing.tokens import Token, tokenize
-from grammarlab.language.syntax.tree import Attribute, Case, Choice, Rule, Stochastic, Style
+from grammarlab.language.syntax.outline import outline
+from grammarlab.language.syntax.syntax_tree import Attribute, Case, Choice, Rule, Stochastic, Style
+from grammarlab.language.syntax.tokens import Token, tokenize
 
 T = TypeVar("T")
 Path: TypeAlias = tuple[int, ...]

@@ -1,1 +1,1 @@
-"""The loop: scores, rows, a preference, questions, a target density, a grammar. See README.md in this folder."""
+"""The loop of learning; see README.md in this folder."""

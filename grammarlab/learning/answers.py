@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.preference.labels.table import COMPARISONS, Kind, Labels
+from grammarlab.preference.labels import COMPARISONS, Kind, Labels
 
 MAX_DESIGNS = 20_000
 """Largest number of different labelled designs."""

@@ -10,20 +10,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
-from grammarlab.density.splits.splitting import Base
+from grammarlab.density.exact.splitting import Base
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
 from grammarlab.language.grammar import EXAMPLE, Grammar
-from grammarlab.learning.asking.interview import interview
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.interview import interview
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.grammar_target import GrammarWriter
-from grammarlab.learning.targets.target import LearnedDensity, Making
+from grammarlab.learning.targets.writers import LearnedDensity, Making
 from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.labels.table import OVERALL
+from grammarlab.preference.labels import OVERALL
 from grammarlab.scene.instances import Scene
 
 Floats = NDArray[np.float64]

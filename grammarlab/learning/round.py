@@ -8,7 +8,7 @@ person at the page, a label file and a Python function give equal states. Its qu
   score.
 - liked factor: one with a score above 0. Others are left out of the product, since their preference is unknown.
 - columns: features of designs. A search adds features that explain scores, and paths grow longer, see
-  `grammarlab.learning.growth`.
+  `grammarlab.learning.column_growth`.
 """
 
 from __future__ import annotations
@@ -22,19 +22,18 @@ import numpy as np
 
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.answers import Answers
+from grammarlab.learning.column_growth import further, path_length
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs, Floats, Ints
-from grammarlab.learning.designs.made import MadePool
-from grammarlab.learning.designs.pool import Pool
-from grammarlab.learning.designs.tables import Columns, DesignTable, DesignTables
-from grammarlab.learning.growth import further, path_length
+from grammarlab.learning.designs.design_tables import Columns, DesignTable, DesignTables
+from grammarlab.learning.designs.pool import MadePool, Pool
+from grammarlab.learning.fitting import fit
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.cells.needed import selected
+from grammarlab.preference.cells.further_columns import selected
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.fitting import fit
-from grammarlab.preference.questions.liked import blunders_of, liked_are_rare, noise_of
+from grammarlab.preference.liked import blunders_of, liked_are_rare, noise_of
 
 _DESIGNS = 2_000
 """Number of designs of the pool on which cells and a process are compared."""
@@ -262,7 +261,7 @@ def _fit(
     labelled, scores = table.rows[rows[order]], answers.scores[order]
     if settings.options:
         # Only this baseline has parameters, and only experiments set them.
-        from grammarlab.preference.processes import gaussian_process  # noqa: PLC0415 - loads JAX
+        from grammarlab.baselines import gaussian_process  # noqa: PLC0415 - loads JAX
 
         options: dict[str, Any] = dict(settings.options)
         return gaussian_process.fit(labelled, scores, groups=table.groups, warm=warm, **options)

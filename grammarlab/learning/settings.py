@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # these load JAX, which sampling does not need
-    from grammarlab.preference.fitting import Method as Fit
-    from grammarlab.preference.questions.queries import Way
+    from grammarlab.learning.fitting import Method as Fit
+    from grammarlab.preference.queries import Way
 
 
 FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees", "counts", "comparisons")

@@ -44,7 +44,7 @@ class Relevance:
     """Name of the group, from the caller: ``roof of the top block``."""
     share: float
     """Loss of correlation of two models that differ in this group only, 0 <= share <= 1; see
-    `grammarlab.preference.explain`."""
+    `grammarlab.preference.factors`."""
     level: Level
     """The share as a word."""
 

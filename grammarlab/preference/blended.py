@@ -25,10 +25,10 @@ from grammarlab.preference.base import (
     rows_to_predict,
 )
 from grammarlab.preference.cells import partition
-from grammarlab.preference.cells.erring import BLUNDERS, NOISES
 from grammarlab.preference.cells.partition import PartitionPreference
+from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
 from grammarlab.preference.cells.splits import Flags
-from grammarlab.preference.explain import level_of
+from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import expected_score, value_of
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels, observe
 from grammarlab.preference.processes import grouped

@@ -1,6 +1,6 @@
 """The default preference of labels of several kinds: scores, stars, thumbs and comparisons in one likelihood.
 
-Under a kernel, sites replace labels that are not scores (`grammarlab.preference.processes.kinds`). Kernels and sites
+Under a kernel, sites replace labels that are not scores (`grammarlab.preference.processes.label_kinds`). Kernels and sites
 are improved in turns. Cells get the intervals of values. If all labels are scores, `blended.py` handles them.
 """
 
@@ -17,13 +17,20 @@ from grammarlab.preference.blended import FEWEST, FOLDS, MOST, SHARES, BlendedPr
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.cells.splits import Flags
-from grammarlab.preference.labels.table import Kind
+from grammarlab.preference.labels import Kind
 from grammarlab.preference.likelihood import Intervals, matched
 from grammarlab.preference.observations import checked_groups, checked_kinds
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.processes.grouped_search import AMPLITUDE
-from grammarlab.preference.processes.kinds import BLUNDERS, Judgements, Understood, judgements_of, middle_of, understood
+from grammarlab.preference.processes.label_kinds import (
+    BLUNDERS,
+    Judgements,
+    Understood,
+    judgements_of,
+    middle_of,
+    understood,
+)
 from grammarlab.preference.processes.posterior import Hyperparameters
 
 NOISE = 5.0

@@ -37,7 +37,7 @@ class Observations:
     and the number of measurements are sufficient statistics, so that merging equal rows changes no prediction.
 
     Other observations are values of a row or differences of two, each with its own variance
-    (`grammarlab.preference.processes.propagation`).
+    (`grammarlab.preference.processes.label_kinds`).
     """
 
     rows: Floats

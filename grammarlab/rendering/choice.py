@@ -35,10 +35,10 @@ class RendererChoice:
     def make(self) -> AbstractRenderer:
         """The renderer."""
         if self.name == "gl":
-            from grammarlab.rendering.engines.rasterize import OpenGLRenderer  # noqa: PLC0415
+            from grammarlab.rendering.rasterize import OpenGLRenderer  # noqa: PLC0415
 
             return OpenGLRenderer(self.platform)
-        from grammarlab.rendering.engines.raycast import RaycastRenderer  # noqa: PLC0415
+        from grammarlab.rendering.raycast import RaycastRenderer  # noqa: PLC0415
 
         return RaycastRenderer()
 
@@ -78,7 +78,7 @@ def _try(platform: str, patience: float) -> tuple[str, str]:
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or str(Path.cwd()) for path in sys.path)}
     try:
         done = subprocess.run(  # noqa: S603 - our own interpreter and module
-            [sys.executable or "python3", "-P", "-m", "grammarlab.rendering.engines.trial", platform],
+            [sys.executable or "python3", "-P", "-m", "grammarlab.rendering.trial", platform],
             env=environment,
             stdin=subprocess.DEVNULL,
             capture_output=True,

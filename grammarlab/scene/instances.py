@@ -1,4 +1,7 @@
-"""Scene: placed meshes with materials, for one model or a whole batch."""
+"""Scene: placed meshes with materials, for one model or a whole batch.
+
+Checks of a scene before it becomes a file or a picture.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.origins import NEAR, origins_of
-from grammarlab.derivation.values.materials import Materials
-from grammarlab.errors import check_type
+from grammarlab.derivation.lots import NEAR, origins_of
+from grammarlab.derivation.materials import Materials
+from grammarlab.errors import DerivationError, check_type
 from grammarlab.geometry.meshes.mesh import Meshes
 
 Floats = NDArray[np.float64]
@@ -51,7 +54,7 @@ class Scene:
     texture_maps: Floats
     """[K, 2, 4] u and v of a point from the origin of its model are rows times (x, y, z, 1), v upwards."""
     origins: Floats
-    """[num_models, 3] origin of each model's positions, in world metres; see `grammarlab.derivation.origins`."""
+    """[num_models, 3] origin of each model's positions, in world metres; see `grammarlab.derivation.lots`."""
 
     def __len__(self) -> int:
         return len(self.model)
@@ -172,4 +175,69 @@ def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) 
         texture_map=scene.texture_map[rows],
         texture_maps=scene.texture_maps,
         origins=scene.origins,
+    )
+
+
+FARTHEST = 1e9
+"""Largest coordinate in metres, far below the overflow of 32-bit arithmetic."""
+
+
+def require_finite(scene: Scene) -> None:
+    """Refuse a scene with coordinates that files and pictures cannot represent.
+
+    Raises:
+        DerivationError: If a coordinate is NaN, infinite or beyond `FARTHEST`; it names the first such model.
+    """
+    _require_within(scene, "position", scene.position)
+    _require_within(scene, "size", scene.size)
+    if not _within(scene.frames):
+        _require_within(scene, "rotation", scene.frames[scene.frame])
+    if not np.isfinite(scene.materials.channels).all():
+        raise DerivationError(
+            "a material has a colour or another number that is not finite", hint="check for divisions by zero"
+        )
+    points = scene.meshes.points
+    if not _within(points):
+        raise DerivationError(
+            "a mesh has a point that is not a finite number of metres",
+            hint="check for divisions by zero and for broken assets",
+        )
+    if len(scene) and scene.size.min() < 0:
+        model = int(scene.model[np.flatnonzero((scene.size < 0).any(axis=1))[0]])
+        raise DerivationError(
+            f"model {model} has a shape of negative size; a negative size would mirror its geometry",
+            hint="keep sizes at or above zero, for example with max(0, size)",
+        )
+
+
+def require_proper(scene: Scene) -> None:
+    """Refuse mirrored or sheared orientations, which would be inside out in files.
+
+    Raises:
+        DerivationError: If an orientation is not a proper rotation; it names the first such model.
+    """
+    axes = scene.frames
+    handed = np.einsum("ij,ij->i", np.cross(axes[:, :, 0], axes[:, :, 1]), axes[:, :, 2])
+    skewed = np.abs(np.einsum("nij,nik->njk", axes, axes) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    wrong = np.flatnonzero(((handed < 0.5) | (skewed > 1e-6))[scene.frame])
+    if len(wrong):
+        raise DerivationError(
+            f"model {int(scene.model[wrong[0]])} has a shape whose axes are not a right-handed rotation",
+            hint="mirror the geometry inside its scope, not the scope",
+        )
+
+
+def _within(values: np.ndarray) -> bool:
+    """Whether all are finite and within `FARTHEST`; comparisons with NaN are false."""
+    return values.size == 0 or bool(values.min() >= -FARTHEST and values.max() <= FARTHEST)
+
+
+def _require_within(scene: Scene, name: str, values: np.ndarray) -> None:
+    if _within(values):
+        return
+    wrong = np.flatnonzero(~(np.abs(values).reshape(len(values), -1).max(axis=1) <= FARTHEST))[0]
+    raise DerivationError(
+        f"model {int(scene.model[wrong])} has a shape whose {name} is {values[wrong].tolist()}; "
+        f"expected finite numbers within {FARTHEST:g} m",
+        hint="check for divisions by zero and for sizes that grow without bound",
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.origins import NEAR, origins_of
+from grammarlab.derivation.lots import NEAR, origins_of
 from grammarlab.scene.triangles import TriangleBatch
 
 Floats = NDArray[np.float64]

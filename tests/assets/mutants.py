@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from tests.assets.gltf.documents import rich_document
+from tests.assets.documents import rich_document
 
 OBJ = b"mtllib a.mtl\nv 0 0 0\nv 9 0 0\nv 9 0 7\nv 0 0 7\nvt 0 0\nvn 0 -1 0\nusemtl a\n"
 OBJ += b"f 1/1/1 2//1 3\nf -4 -2 -1\nl 1 2\n"

@@ -10,12 +10,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from trimesh.exchange.gltf import export_gltf
 
-from grammarlab.assets import meshes as assets
-from grammarlab.assets.meshes import AssetFolder, load_asset
+from grammarlab.assets import mesh_files as assets
+from grammarlab.assets.mesh_files import AssetFolder, load_asset
 from grammarlab.errors import AssetError
 from grammarlab.geometry.meshes.measure import is_closed, volumes
+from grammarlab.geometry.meshes.primitives import cone
 from grammarlab.geometry.meshes.triangulate import triangulate
-from grammarlab.geometry.solids.primitives import cone
 
 QUICK = settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]

@@ -7,10 +7,9 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.assets import obj
-from grammarlab.assets.meshes import load_asset
-from grammarlab.assets.obj import read_obj
-from grammarlab.assets.reading import without_neighbours
+from grammarlab.assets import obj_reader
+from grammarlab.assets.mesh_files import load_asset, without_neighbours
+from grammarlab.assets.obj_reader import read_obj
 from grammarlab.errors import AssetError
 
 NOTCHED = [(0, 0), (2, 0), (2, 2), (3, 2), (3, 0), (5, 0), (5, 3), (0, 3)]
@@ -143,7 +142,7 @@ def test_each_color_of_a_library_is_a_part():
 
 
 def test_faces_of_too_many_corners_are_refused(monkeypatch):
-    monkeypatch.setattr(obj, "MOST_WORK", 63)
+    monkeypatch.setattr(obj_reader, "MOST_WORK", 63)
     with pytest.raises(AssetError, match="up to 8 each"):
         mesh_of(obj_text(NOTCHED))
 

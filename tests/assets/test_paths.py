@@ -2,7 +2,7 @@
 
 import pytest
 
-from grammarlab.assets.meshes import find_asset
+from grammarlab.assets.mesh_files import find_asset
 from grammarlab.errors import AssetError
 
 

@@ -7,7 +7,7 @@ import logging
 import numpy as np
 import pytest
 
-from grammarlab.assets.reading import FORMATS, read_parts, without_neighbours
+from grammarlab.assets.mesh_files import PART_FORMATS, read_parts, without_neighbours
 from grammarlab.errors import AssetError
 from tests.assets.mutants import mutants, whole_files
 
@@ -23,7 +23,7 @@ def test_every_format_has_finite_points_and_triangles_over_them(suffix, content)
 
 
 def test_broken_files_of_every_format_end_in_parts_or_in_words():
-    for suffix, content in mutants(FORMATS, 40):
+    for suffix, content in mutants(PART_FORMATS, 40):
         try:
             parts = read_parts(content, suffix, without_neighbours, 100_000)
         except AssetError:

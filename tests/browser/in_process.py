@@ -8,7 +8,7 @@ from contextlib import suppress
 from threading import Thread
 from typing import Protocol
 
-from grammarlab.runs.serving.server import Page, Served, serving
+from grammarlab.pages.server import Page, Served, serving
 
 
 class Closable(Served, Protocol):

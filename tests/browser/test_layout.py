@@ -10,23 +10,23 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from grammarlab.facade.templates.library import named
-from grammarlab.facade.templates.scenes import SceneOptions, rectangles
-from grammarlab.runs.facade.editor import server as editor_server
-from grammarlab.runs.facade.editor.editor import Editor
-from grammarlab.runs.facade.example_page import server as example_server
-from grammarlab.runs.facade.example_page.corrector import Corrector
-from grammarlab.runs.facade.layers_page import designer
-from grammarlab.runs.facade.scan_page import matcher
-from grammarlab.runs.facade.scan_page.desk import ScanDesk
-from grammarlab.runs.requests.examples import examples_folder
-from grammarlab.scoring import server as scoring_server
-from grammarlab.scoring.session import Session
+from grammarlab.matching.library import named
+from grammarlab.matching.scenes import SceneOptions, rectangles
+from grammarlab.pages import corrector as example_server
+from grammarlab.pages import matcher
+from grammarlab.pages.corrector import Corrector
+from grammarlab.pages.editor import editor as editor_server
+from grammarlab.pages.editor.editor import Editor
+from grammarlab.pages.layers import designer
+from grammarlab.pages.scan_desk import ScanDesk
+from grammarlab.pages.scoring import serving as scoring_server
+from grammarlab.pages.scoring.session import Session
+from grammarlab.runs.sample.shipped import examples_folder
 from tests.browser.chromium import CHROMIUM
 from tests.browser.in_process import Closable, PageThread
 from tests.browser.scoring.test_widget import RENDER
-from tests.facade.examples.houses import house
-from tests.facade.layers.samples import RESIDENTIAL
+from tests.layers.samples import RESIDENTIAL
+from tests.synthesis.houses import house
 
 Serve = Callable[[Closable, Any], str]
 Windows = Callable[[str], Page]

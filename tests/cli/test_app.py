@@ -11,7 +11,7 @@ import trimesh
 
 import grammarlab
 from grammarlab import cli
-from grammarlab.runs.sampling.manifest import read_manifest
+from grammarlab.runs.sample.manifest import read_manifest
 from tests.cli.commands import COMMANDS
 from tests.runs.grammars import TOWER
 from tests.signals import with_sigint

@@ -9,8 +9,8 @@ from PIL import Image
 
 from grammarlab.cli.evaluate import PERSONS_HELP
 from grammarlab.evaluation.respondents import RESPONDENTS
-from grammarlab.runs.evaluate.disk.store import STORE
-from grammarlab.runs.evaluate.reporting import grids as grid_pictures
+from grammarlab.runs.evaluate import plots as grid_pictures
+from grammarlab.runs.evaluate.curve_store import STORE
 
 SCENARIO = """
 name = "tiny"

@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from grammarlab.assets.meshes import MAX_BYTES
-from grammarlab.runs.requests.examples import shipped_examples
+from grammarlab.assets.mesh_files import MAX_BYTES
+from grammarlab.runs.sample.shipped import shipped_examples
 from tests.runs.grammars import BROKEN, TOWER
 
 

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from grammarlab.cli import app
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.learn import report, side_by_side
+from grammarlab.runs.learn import report
 
 RULES = """version "2023.0"
 attr height = rand(3, 9)
@@ -34,7 +34,7 @@ REPORT = {"report.md", "before-after-1x1.png", "before-after-2x2.png"}
 @pytest.fixture(autouse=True)
 def small_pictures(monkeypatch):
     monkeypatch.setattr(report, "SIDES", (1, 2))
-    monkeypatch.setattr(side_by_side, "WIDTH", 100)
+    monkeypatch.setattr(report, "WIDTH", 100)
 
 
 @pytest.fixture

@@ -8,16 +8,7 @@ import trimesh
 
 from grammarlab.cli import sample as sample_module
 from grammarlab.export import FORMATS
-from tests.geometry.outlines.footprints.maps import (
-    BOW_TIE,
-    SQUARE,
-    collection,
-    feature,
-    moved,
-    named,
-    polygon,
-    written,
-)
+from tests.geometry.footprints.maps import BOW_TIE, SQUARE, collection, feature, moved, named, polygon, written
 from tests.runs.grammars import BROKEN, TOWER
 
 

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import pytest
 from tornado.websocket import websocket_connect
 
-from grammarlab.scoring.session import Session
+from grammarlab.pages.scoring.session import Session
 from tests.signals import with_sigint
 from tests.waiting import PATIENCE
 

@@ -5,20 +5,20 @@ from functools import cache
 import numpy as np
 import pytest
 
-from grammarlab.assets.meshes import AssetFolder
-from grammarlab.density.splits.learned import num_alternatives
+from grammarlab.assets.mesh_files import AssetFolder
+from grammarlab.density.exact.learned import num_alternatives
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.errors import InexactError
 from grammarlab.evaluation.scenario import load
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
-from grammarlab.runs.evaluate.find import shipped_scenarios
-from grammarlab.runs.requests.checks import SUPPORTED
-from grammarlab.runs.requests.examples import examples_folder
+from grammarlab.runs.evaluate.request import shipped_scenarios
+from grammarlab.runs.sample.checks import SUPPORTED
+from grammarlab.runs.sample.shipped import examples_folder
 
 ASSETS = examples_folder() / "assets"
 INEXACT = {"L2": "needs thresholds", "L2_discrete": "more than 200"}

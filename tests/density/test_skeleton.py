@@ -2,11 +2,11 @@
 
 import pytest
 
-from grammarlab.density.skeleton import Alternative, Cases, Chance, TreeGrammar, leaves
+from grammarlab.density.grammar_skeleton import Alternative, Cases, Chance, TreeGrammar, leaves
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.requests.examples import shipped_examples
+from grammarlab.runs.sample.shipped import shipped_examples
 
 TEXT = """
 attr p = 20

@@ -8,11 +8,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from grammarlab.derivation import Lots, compile_grammar, derive, derive_chunks
+from grammarlab.derivation.derive import initial_shapes
+from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.lots import Footprints
 from grammarlab.derivation.selection import join_forests, select_models
-from grammarlab.derivation.state.initial import initial_shapes
-from grammarlab.derivation.state.meshes import MeshTable
-from grammarlab.derivation.values.frames import FrameTable
+from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.errors import DerivationError, UsageError
 from grammarlab.language.grammar import Grammar
 from tests.derivation.engine.test_addressing import fingerprint

@@ -5,13 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
-from grammarlab.derivation.expressions.vocabulary import number_grammar
+from grammarlab.derivation.expressions import number_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
-from grammarlab.language.syntax.tree import Numbered
-from grammarlab.language.syntax.walking import walk
+from grammarlab.language.syntax.syntax_tree import Numbered, walk
 
 GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
 TEXT = """\

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from grammarlab.derivation import derive
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.origins import NEAR, brought_near, origins_of, shared_origin
+from grammarlab.derivation.lots import NEAR, Lots, brought_near, origins_of, shared_origin
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize, triangles

@@ -7,7 +7,7 @@ import pytest
 
 from docs.gen.blocks import blocks_of, run_page
 from grammarlab.language.checking.check import check_text
-from grammarlab.runs.requests.checks import SUPPORTED
+from grammarlab.runs.sample.checks import SUPPORTED
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs" / "guide").glob("*.md")), ROOT / "docs" / "concepts.md"]

@@ -11,8 +11,8 @@ import pytest
 import grammarlab
 from docs.gen import api, cga, commands, doctests, documents, formats
 from grammarlab.language.checking.check import check_text
-from grammarlab.language.vocabulary.builtins import attributes, blocks, functions, operations
-from grammarlab.runs.requests.checks import SUPPORTED
+from grammarlab.language.syntax.builtins import attributes, blocks, functions, operations
+from grammarlab.runs.sample.checks import SUPPORTED
 from tests.cli.commands import COMMANDS
 
 ROOT = Path(__file__).parents[2]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from grammarlab.evaluation.material import Material
+from grammarlab.evaluation.preparation import Material
 from tests.learning.bits import SIZE, BitsSpace, score_of, study_of
 
 LABELLED, POOL = 300, SIZE

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from grammarlab.evaluation.pages import BANDS, OTHERS, models_for_scores
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import load, parse
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
+from grammarlab.runs.evaluate.pictures import BANDS, OTHERS, models_for_scores
 
 ROOT = Path(__file__).parents[2]
 

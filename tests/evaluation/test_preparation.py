@@ -13,7 +13,7 @@ from grammarlab.features.patterns.pattern import HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.round import init
 from grammarlab.learning.settings import FeatureOptions, Settings
-from grammarlab.learning.targets.agreement import agreement
+from grammarlab.learning.targets.divergence import agreement
 
 RULES = """
 Lot --> extrude(6) split(y) { ~1 : Block | ~1 : Block }

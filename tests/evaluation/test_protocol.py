@@ -7,10 +7,10 @@ from scipy.spatial.distance import jensenshannon
 from grammarlab.errors import UsageError
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
-from grammarlab.learning.asking import interview as rounds_of
-from grammarlab.learning.asking.interview import interview
+from grammarlab.learning import interview as rounds_of
+from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
-from grammarlab.preference.questions.liked import FEWEST
+from grammarlab.preference.liked import FEWEST
 from tests.evaluation.doubles import LABELLED, POOL, world
 from tests.learning.bits import score_of
 

@@ -16,9 +16,9 @@ import pytest
 from PIL import Image
 
 from grammarlab.errors import AssetError, DerivationError, UsageError
-from grammarlab.export import SaveOptions, files, gltf_document, save, save_each, textures
-from grammarlab.export.files import whole_file
-from grammarlab.export.textures import find_texture
+from grammarlab.export import SaveOptions, gltf_document, gltf_materials, model_files, save, save_each
+from grammarlab.export.gltf_materials import find_texture
+from grammarlab.export.model_files import whole_file
 from grammarlab.scene import Scene
 from tests.scene.buildings import BOX, STONE, house, materials, scene_of, street
 
@@ -113,7 +113,7 @@ def test_an_obj_is_written_after_everything_that_it_refers_to(tmp_path, monkeypa
 
 
 def test_the_folder_on_the_way_is_made(tmp_path):
-    files.write_whole(tmp_path / "a" / "b" / "c.bin", b"content")
+    model_files.write_whole(tmp_path / "a" / "b" / "c.bin", b"content")
     assert (tmp_path / "a" / "b" / "c.bin").read_bytes() == b"content"
 
 
@@ -240,7 +240,7 @@ def test_files_that_are_no_images_are_refused(assets):
 
 @pytest.mark.parametrize(("limit", "message"), [("MOST_BYTES", "MiB"), ("MOST_PIXELS", "4 x 4 pixels")])
 def test_images_that_are_too_large_are_refused(assets, monkeypatch, limit, message):
-    monkeypatch.setattr(textures, limit, 10)
+    monkeypatch.setattr(gltf_materials, limit, 10)
     with pytest.raises(AssetError, match=message):
         find_texture("walls/brick.png", assets)
 

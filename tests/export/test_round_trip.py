@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from grammarlab.assets.meshes import AssetFolder, load_asset
-from grammarlab.assets.reading import read_parts
+from grammarlab.assets.mesh_files import AssetFolder, load_asset, read_parts
 from grammarlab.derivation import derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save, save_each, save_together

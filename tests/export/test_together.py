@@ -15,7 +15,7 @@ from PIL import Image
 
 from grammarlab.derivation import derive
 from grammarlab.errors import UsageError
-from grammarlab.export import FORMATS, REUSES, SaveOptions, files, gltf_document, save, save_together
+from grammarlab.export import FORMATS, REUSES, SaveOptions, gltf_document, model_files, save, save_together
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import Scene, realize
 from tests.export.gltf import DTYPES, WIDTHS, Glb, read_glb, world
@@ -66,7 +66,7 @@ def test_one_file_does_not_depend_on_batches(tmp_path, assets, suffix, reuse):
 def test_parts_outside_memory_make_the_same_file(tmp_path, assets, suffix, reuse, monkeypatch):
     options = SaveOptions(reuse=reuse, assets=assets)
     save(village(0, 5), tmp_path / "memory" / f"village.{suffix}", options=options)
-    monkeypatch.setattr(files, "IN_MEMORY", 1)
+    monkeypatch.setattr(model_files, "IN_MEMORY", 1)
     save(village(0, 5), tmp_path / "disk" / f"village.{suffix}", options=options)
     assert content(tmp_path / "disk") == content(tmp_path / "memory")
 

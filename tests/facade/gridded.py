@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
+from grammarlab.facade.editing.grids import topmost, with_grid
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.grids.editing import topmost, with_grid
 from grammarlab.facade.tree import Facade
 from tests.facade.strategies import trees
 

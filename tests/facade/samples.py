@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.facade.grids.editing import with_grid
+from grammarlab.facade.editing.grids import with_grid
 from grammarlab.facade.tree import LEAF, Facade, X, Y, laid_out, plain
 
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade import pictures, values
+from grammarlab.facade import file, values
 from grammarlab.facade.file import dumps, load_facade, load_locked, loads, loads_locked, save_facade
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.sizes.wishes import Aspect, Position, Size, Wish
+from grammarlab.facade.sizes.size_wishes import Aspect, Position, Size, Wish
 from grammarlab.facade.tree import LEAF, Facade, Picture, X, Y, laid_out, plain
 from tests.facade.strategies import trees
 
@@ -220,7 +220,7 @@ def test_what_is_no_facade_is_explained(content, says, tmp_path):
 
 def test_files_and_pictures_that_are_too_large_are_refused(tmp_path, monkeypatch):
     save_facade(dressed(two()), tmp_path / "f.json")
-    monkeypatch.setattr(pictures, "MOST_PIXELS", 11)
+    monkeypatch.setattr(file, "MOST_PIXELS", 11)
     with pytest.raises(FacadeError, match="4 x 3 pixels; expected at most 11"):
         load_facade(tmp_path / "f.json")
     with pytest.raises(FacadeError, match="at most 10 bytes"):

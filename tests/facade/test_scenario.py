@@ -9,12 +9,12 @@ import pytest
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation import derive
 from grammarlab.evaluation.preparation import prepare
+from grammarlab.facade.editing.grids import enclosing
 from grammarlab.facade.file import load_facade
-from grammarlab.facade.grids.editing import enclosing
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.learning.settings import Settings
-from grammarlab.runs.facade.grammar import grammar_of
-from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.facade.grammar_file import grammar_of
+from grammarlab.runs.sample.sources import load_source
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = ROOT / "scenarios" / "facades" / "arcade_symmetric.toml"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.geometry.meshes.mesh import Meshes
 

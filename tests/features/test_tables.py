@@ -10,18 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import sparse
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import derive, derive_chunks
 from grammarlab.errors import UsageError
 from grammarlab.features.columns import vocabulary as vocabularies
+from grammarlab.features.columns.feature_table import distinguishable
 from grammarlab.features.columns.paths import count_paths
-from grammarlab.features.columns.table import distinguishable
 from grammarlab.features.columns.vocabulary import Options, Vocabulary, extract
-from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
-from grammarlab.features.counting.trees import Trees
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Draw, Pattern, Present, Threshold
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.pattern_text import parse
+from grammarlab.features.patterns.tree_index import Trees
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.features.forests import RULES, forest_of, random_forest

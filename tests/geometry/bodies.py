@@ -3,9 +3,9 @@
 import numpy as np
 from hypothesis import strategies as st
 
+from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.solids.extrude import extrude
-from grammarlab.geometry.solids.primitives import builtin_asset, cylinder, sphere, star
+from grammarlab.geometry.meshes.primitives import builtin_asset, cylinder, sphere, star
 from tests.geometry.polygons import lots, simple
 
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from grammarlab.language.formatting import WIDTH, format_grammar
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.parsing.tokens import tokenize
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Case,
     Invoke,
     Name,
@@ -20,6 +19,7 @@ from grammarlab.language.syntax.tree import (
     Stochastic,
     alternatives,
 )
+from grammarlab.language.syntax.tokens import tokenize
 from tests.language.trees import PHASES, expressions, rule_files
 
 GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))

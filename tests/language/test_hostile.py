@@ -11,8 +11,8 @@ from grammarlab.errors import LanguageError
 from grammarlab.language.checking.check import check_text
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.parsing.parse import MAX_CHARACTERS, parse
-from grammarlab.language.syntax.walking import walk
+from grammarlab.language.syntax.parse import MAX_CHARACTERS, parse
+from grammarlab.language.syntax.syntax_tree import walk
 from tests.language.trees import PHASES, token_soup
 
 GRAMMARS = [path.read_text(encoding="utf-8") for path in sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))]
@@ -162,6 +162,6 @@ def test_long_flat_files_are_no_problem():
 
 
 def test_a_file_of_too_many_words_is_told_to_be_too_large_and_nothing_else(monkeypatch):
-    monkeypatch.setattr("grammarlab.language.parsing.tokens.MAX_WORDS", 40)
+    monkeypatch.setattr("grammarlab.language.syntax.tokens.MAX_WORDS", 40)
     findings = parse("Lot --> split(x) { ~1 : A }\n" * 20).findings
     assert [finding.code for finding in findings] == ["file-too-large"]

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.language.lengths import length
+from grammarlab.language.attribute_values import length
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,7 @@ from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.language.linking import linked
-from grammarlab.language.syntax.tree import Invoke, Name
-from grammarlab.language.syntax.walking import walk
+from grammarlab.language.syntax.syntax_tree import Invoke, Name, walk
 
 BRICK = (
     "attr height = 2\nattr x = 3\nk(height) = height + x\n@StartRule\nLot --> extrude(height) Done(x)\nDone(x) --> A"

@@ -13,9 +13,8 @@ from grammarlab.language.rewriting import (
     likely_last,
     rewrite,
 )
-from grammarlab.language.syntax.tree import Case, Invoke, Sequence, Stochastic
-from grammarlab.language.syntax.walking import walk
-from grammarlab.runs.requests.examples import shipped_examples
+from grammarlab.language.syntax.syntax_tree import Case, Invoke, Sequence, Stochastic, walk
+from grammarlab.runs.sample.shipped import shipped_examples
 
 HOUSE = """version "2023.0"
 // The file.

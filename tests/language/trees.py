@@ -3,7 +3,7 @@
 from hypothesis import Phase
 from hypothesis import strategies as st
 
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Array,
     Attribute,

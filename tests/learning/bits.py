@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.derivation import derive
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern, Sum, Total
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.column_growth import further, num_conflicts, path_length
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.learning.growth import further, num_conflicts, path_length
 from grammarlab.learning.settings import FeatureOptions
 
 STACKS = Grammar.parse(

@@ -7,9 +7,9 @@ import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grammarlab.learning.answers import Answers, answers_of
-from grammarlab.learning.asking.questions import ask
 from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.questions import ask
 from grammarlab.learning.round import answered, init, step
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.labels.table import Labels
-from grammarlab.preference.questions.liked import FEWEST
-from grammarlab.preference.questions.queries import WAYS
+from grammarlab.preference.labels import Labels
+from grammarlab.preference.liked import FEWEST
+from grammarlab.preference.queries import WAYS
 from tests.learning.bits import BITS, SIZE, BitsSpace, answers_about, score_of, study_of
 
 STUDY = study_of()

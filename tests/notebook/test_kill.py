@@ -15,8 +15,8 @@ from jupyter_client.blocking.client import BlockingKernelClient
 from jupyter_client.manager import KernelManager
 from jupyter_client.provisioning.local_provisioner import LocalProvisioner
 
+from tests.pages.scoring.kills import MANY, Acknowledged
 from tests.runs.processes import descendants, expect_gone
-from tests.scoring.kills import MANY, Acknowledged
 from tests.waiting import PATIENCE
 
 KILLS = MANY // 4 or 2

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.geometry.cuts.clip import slabs
-from grammarlab.language.syntax.tree import Block, Group, Name, Part
+from grammarlab.geometry.meshes.clip import slabs
+from grammarlab.language.syntax.syntax_tree import Block, Group, Name, Part
 from tests.oracle import splits
 from tests.oracle.components import SELECTORS, components, joined_faces, picks
 from tests.oracle.expressions import Scope, evaluate

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.values.materials import CHANNELS
+from grammarlab.derivation.materials import CHANNELS
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.tree import Call, Node, Stochastic
+from grammarlab.language.syntax.syntax_tree import Call, Node, Stochastic
 from tests.oracle.interpreter import Model
 from tests.oracle.numbers import nodes_of, number_sites
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grammarlab.errors import DerivationError
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Binary,
     Boolean,
     Call,
@@ -25,7 +25,7 @@ from grammarlab.language.syntax.tree import (
     String,
     Unary,
 )
-from grammarlab.language.syntax.tree import Sequence as Operations
+from grammarlab.language.syntax.syntax_tree import Sequence as Operations
 from grammarlab.randomness import fold, uniforms
 from tests.oracle.functions import MEASURES, PLAIN, number_text, shape_attribute, through_array
 from tests.oracle.shape import Shape, Value

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from grammarlab.geometry.meshes import primitives
+from grammarlab.geometry.meshes.extrude import extrude as extruded
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.roofs import kinds as roofs
-from grammarlab.geometry.solids import primitives
-from grammarlab.geometry.solids.extrude import extrude as extruded
+from grammarlab.geometry.outlines import roofs
 from tests.oracle.components import unit
 from tests.oracle.expressions import number
 from tests.oracle.operations import OPERATIONS, Call, frame_from_y, primitive

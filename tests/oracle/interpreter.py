@@ -14,7 +14,7 @@ import numpy as np
 
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.tree import Block, Choice, Invoke, Node, Rule, Scoped, Sequence, alternatives
+from grammarlab.language.syntax.syntax_tree import Block, Choice, Invoke, Node, Rule, Scoped, Sequence, alternatives
 from grammarlab.randomness import fold, root_keys
 from tests.oracle.blocks import BLOCKS, Piece, flat_parts
 from tests.oracle.expressions import Scope, choose, evaluate

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import fields
 
-from grammarlab.language.syntax.tree import Call, Name, Node, RuleFile, Stochastic
+from grammarlab.language.syntax.syntax_tree import Call, Name, Node, RuleFile, Stochastic
 
 
 def number_sites(tree: RuleFile) -> dict[int, int]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.errors import DerivationError
-from grammarlab.geometry.solids.primitives import builtin_asset
-from grammarlab.language.syntax.tree import Binary, Expression, Floating, Name, Relative
+from grammarlab.geometry.meshes.primitives import builtin_asset
+from grammarlab.language.syntax.syntax_tree import Binary, Expression, Floating, Name, Relative
 from tests.oracle.components import unit
 from tests.oracle.expressions import Scope, evaluate, number
 from tests.oracle.shape import AXES, Mesh, Shape, Value, Vector, newell, normal

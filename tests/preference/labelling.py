@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from grammarlab.preference.labels.table import OVERALL, Label, Labels
+from grammarlab.preference.labels import OVERALL, Label, Labels
 
 
 def label_models(

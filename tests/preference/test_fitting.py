@@ -105,7 +105,7 @@ def test_ten_thousand_labels_stay_bounded(method, monkeypatch):
         module = import_module(f"grammarlab.preference.{name}")
         monkeypatch.setattr(module, "MAX_ROWS_TO_FIT", 100)
         monkeypatch.setattr(module, "MAX_ROWS_TO_KEEP", 400)
-    module = import_module("grammarlab.preference.rivals.sklearn_process")
+    module = import_module("grammarlab.baselines.sklearn_process")
     monkeypatch.setattr(module, "MAX_GRADIENT_NUMBERS", 100**2 * 8)
     rows, scores = counted_rows(10_000, 8)
     preference = fit(rows, scores, method=method)

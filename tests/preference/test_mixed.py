@@ -4,9 +4,9 @@ import os
 
 import numpy as np
 
+from grammarlab.learning.fitting import fit
 from grammarlab.preference.base import Floats
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.fitting import fit
 
 MANY = int(os.environ.get("GRAMMARLAB_PAIRS", "0"))
 SETS = range(MANY) if MANY else (2, 6, 18, 23)

@@ -9,8 +9,8 @@ import numpy as np
 from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
 from grammarlab.rendering.camera import View, frame
-from grammarlab.rendering.engines.raycast import RaycastRenderer
 from grammarlab.rendering.light.look import Look
+from grammarlab.rendering.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
 from grammarlab.scene import TriangleBatch, realize, triangles
 

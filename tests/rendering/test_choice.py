@@ -11,8 +11,8 @@ import pytest
 from grammarlab.errors import UsageError
 from grammarlab.rendering import choice as choice_module
 from grammarlab.rendering.choice import RendererChoice, choose
-from grammarlab.rendering.engines.rasterize import OpenGLRenderer
-from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.rasterize import OpenGLRenderer
+from grammarlab.rendering.raycast import RaycastRenderer
 from tests.waiting import PATIENCE
 
 

@@ -8,18 +8,18 @@ from typer.testing import CliRunner
 
 from grammarlab.cli import app
 from grammarlab.errors import LanguageError
-from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.runs.comparing.trace import as_values, trace_model
-from grammarlab.runs.disk.derivations import load_forest
-from grammarlab.runs.requests import batches
-from grammarlab.runs.requests.checks import grammar_to_run
-from grammarlab.runs.requests.request import SampleRequest
-from grammarlab.runs.sampling.sample import sample_run
+from grammarlab.runs.sample import models
+from grammarlab.runs.sample.checks import grammar_to_run
+from grammarlab.runs.sample.derivations import load_forest
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.run import sample_run
+from grammarlab.runs.sample.trace import as_values, trace_model
 from grammarlab.runs.work.executors import SERIAL, Processes
-from tests.runs.sampling.test_sample import contents
+from tests.runs.sample.test_sample import contents
 
 RULES = """
 @Acceptance("choose({Low} >= 2, 0.8, 0.1)")
@@ -40,7 +40,7 @@ def request(tmp_path, **options):
 
 def test_models_do_not_depend_on_who_makes_them_or_how_many(tmp_path, monkeypatch):
     one = sample_run(request(tmp_path), tmp_path / "one")
-    monkeypatch.setattr(batches, "BATCH_MODELS", 7)
+    monkeypatch.setattr(models, "BATCH_MODELS", 7)
     sample_run(request(tmp_path), tmp_path / "cut", executor=SERIAL)
     sample_run(request(tmp_path), tmp_path / "two", executor=Processes(2))
     assert contents(tmp_path / "cut") == contents(tmp_path / "two")

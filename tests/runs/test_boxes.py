@@ -17,17 +17,17 @@ from grammarlab.cli import app
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.learning.targets.target import Making
-from grammarlab.preference.labels.files import read_labels, save_labels
-from grammarlab.preference.labels.table import OVERALL, Labels
-from grammarlab.runs.learn.labels import learn_from_labels
-from grammarlab.runs.learn.pages import page_of_labels
+from grammarlab.learning.targets.writers import Making
+from grammarlab.pages.record.store import Store
+from grammarlab.pages.scoring.session import Session
+from grammarlab.preference.label_files import read_labels, save_labels
+from grammarlab.preference.labels import OVERALL, Labels
+from grammarlab.runs.learn.density_pages import page_of_labels
+from grammarlab.runs.learn.from_labels import learn_from_labels
 from grammarlab.runs.learn.report import report_text
-from grammarlab.runs.requests.domains import domain_of, suffix_of
-from grammarlab.runs.requests.examples import find_rules
-from grammarlab.scoring.record.store import Store
-from grammarlab.scoring.session import Session
-from tests.scoring.windows import Window, shown_models
+from grammarlab.runs.sample.domains import domain_of, suffix_of
+from grammarlab.runs.sample.shipped import find_rules
+from tests.pages.scoring.windows import Window, shown_models
 
 TEXT = '{"ranges": {"width": [1, 4], "height": [2, 10], "depth": [1, 4]}}'
 SEED, SIZE = 3, 400

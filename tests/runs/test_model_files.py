@@ -9,19 +9,19 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save_each
 from grammarlab.export.save import Format
-from grammarlab.geometry.outlines.footprints import read_footprints
+from grammarlab.geometry.footprints import read_footprints
 from grammarlab.language.importing import load
 from grammarlab.rendering.camera import View, frame
-from grammarlab.rendering.engines.raycast import RaycastRenderer
+from grammarlab.rendering.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import RenderOptions
-from grammarlab.runs.pictures.tiles import seen_points
-from grammarlab.runs.requests.request import SampleRequest
-from grammarlab.runs.sampling.sample import sample_run
+from grammarlab.runs.sample.contact_sheet import seen_points
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.run import sample_run
 from grammarlab.runs.work.executors import executor_of
 from grammarlab.scene import realize, triangles
 from tests.export.gltf import read_glb

@@ -9,21 +9,21 @@ import pytest
 from typer.testing import CliRunner
 
 from grammarlab.cli import app
-from grammarlab.density.splits.learned import LearnedGrammar
+from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
-from grammarlab.preference.labels.files import save_labels
-from grammarlab.preference.labels.table import OVERALL, Labels
-from grammarlab.scoring.record.said import Said
-from grammarlab.scoring.workers.learner import learner
-from grammarlab.scoring.workers.maker import maker
-from grammarlab.scoring.workers.tasks import LearnGrammar, Update
+from grammarlab.pages.record.session_labels import Said
+from grammarlab.pages.workers.learner import learner
+from grammarlab.pages.workers.maker import maker
+from grammarlab.pages.workers.tasks import LearnGrammar, Update
+from grammarlab.preference.label_files import save_labels
+from grammarlab.preference.labels import OVERALL, Labels
 
 RULES = """
 attr floors = 50% : 2 else : 5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene import Scene
 

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from grammarlab.errors import DerivationError
 from grammarlab.scene import Scene, TriangleBatch, placement, triangles
-from grammarlab.scene.checks import require_proper
-from grammarlab.scene.instances import only
+from grammarlab.scene.instances import only, require_proper
 from grammarlab.scene.triangles import count_triangles
 from tests.scene import brute_force
 from tests.scene.buildings import BOX, UPRIGHT, house, scene_of, street

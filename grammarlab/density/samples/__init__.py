@@ -1,1 +1,1 @@
-"""Grammars learned from samples and from a few examples."""
+"""Grammars learned from samples or examples: parameters, mixtures, shrinkage."""

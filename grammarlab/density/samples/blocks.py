@@ -2,22 +2,32 @@
 
 Where the legs of a table and its wood are chosen independently, three kinds of legs and three woods are nine components
 of one mixture, each learned from a ninth of the examples; as two mixtures of three, each is learned from a third.
+
+Dependent choices, found in few examples: one choice is the gate, and others depend on its branch.
+
+A gate that is made once in every example determines the component of the example: its
+branches fall into groups, and for each group the other choices may have their own levels. For a choice that is made
+several times, the counts of each example are the gate; then the groups pay for their number and sizes
+(Chinese restaurant process). A gate is used if it raises the likelihood of the examples by more than the number
+of possible gates.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.special import xlogy
+from scipy.special import expit, gammaln, xlogy
 
 from grammarlab.arrays import Ints
-from grammarlab.density.mixtures.mixture import Cells, Mixture, dense, fit_mixture
+from grammarlab.density.samples.levels import ProbabilityPrior, Shrinkage, averaged
+from grammarlab.density.samples.mixture import Cells, Mixture, dense, fit_mixture, merged
 from grammarlab.density.samples.sampled import MOST_COMPONENTS, Sample, chosen_components, kinds
 
 Floats = NDArray[np.float64]
@@ -112,3 +122,245 @@ def multiplied(parts: Sequence[Ints], mixtures: Sequence[Mixture], size: int) ->
     for part, mixture, component in zip(parts, mixtures, chosen, strict=True):
         probabilities[:, part] = mixture.probabilities[component]
     return Mixture(weights, probabilities)
+
+
+_MOST_CANDIDATES = 12
+"""Largest number of choices examined for gates: those with the strongest dependence."""
+_MOST_GROUPS = 8
+"""Largest number of groups at the start."""
+_RANGES = 4
+"""Number of ranges of a drawn number that is a gate."""
+_MOST_GATES = 3
+_WORTH = 2.0
+"""Gain in nats beyond their prior that guessed groups need, since they are the best of many."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """A gate with the choices that depend on it."""
+
+    cells: Ints
+    """The cells of all these choices."""
+    mixture: Mixture
+    """Mixture of these cells."""
+    gain: float
+    """Log of the ratio of the evidence with and without it, prior included."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gated:
+    """Learned choices and gates."""
+
+    mixture: Mixture
+    evidence: float
+    """Log of the probability of the examples, divided by that under the original grammar."""
+
+
+def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Gated:
+    """The most likely model of the choices, independent or with gates.
+
+    Args:
+        shrinkage: the choices, each alone.
+        counts: [N, A] counts of cells in each example.
+        weights: [N] weight of each example, >= 0 and not all 0.
+        ordered: [choices] see `ProbabilityPrior.of`.
+    """
+    cells = shrinkage.cells
+    used = weights > 0.0
+    counts, weights = counts[used], weights[used]
+    open_choices = np.ones(len(shrinkage.odds), dtype=bool)
+    strength = _strength(shrinkage, counts, weights, ordered)
+    found: list[Gate] = []
+    while len(found) < _MOST_GATES:
+        candidates = _candidates(strength, open_choices)
+        if not len(candidates):
+            break
+        search = _GateSearch(shrinkage, counts, weights, ordered, candidates)
+        best = max(search.gates(), key=lambda gate: gate.gain, default=None)
+        if best is None or best.gain <= 0.0:
+            break
+        found.append(best)
+        open_choices[cells.choice[best.cells]] = False
+    single = shrinkage.probabilities
+    evidence = float(shrinkage.evidence.sum()) + sum(gate.gain for gate in found)
+    rest = np.flatnonzero(open_choices[cells.choice])
+    alone = Mixture(np.ones(1), single[None, rest])
+    mixture = multiplied([rest, *(g.cells for g in found)], [alone, *(g.mixture for g in found)], len(single))
+    return Gated(mixture, evidence)
+
+
+def _blocks(cells: Cells, ordered: Flags) -> Ints:
+    """[A] coarser cells: equally likely ranges of numbers; all other cells do not change."""
+    block = np.arange(len(cells.choice))
+    for choice in np.flatnonzero(ordered):
+        own = np.flatnonzero(cells.choice == choice)
+        ahead = np.cumsum(cells.original[own]) - 0.5 * cells.original[own]
+        block[own] = own[0] + np.minimum((_RANGES * ahead).astype(np.int64), _RANGES - 1)
+    return np.unique(block, return_inverse=True)[1].reshape(-1)
+
+
+def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Floats:
+    """[choices, choices] dependence of choices: squared scores, divided by their expectation under independence.
+
+    The diagonal has the dependence of a choice with itself, if it is made several times.
+    """
+    cells = shrinkage.cells
+    block = _blocks(cells, ordered)
+    spread = sparse.csr_array((np.ones(len(block)), (np.arange(len(block)), block)))
+    choice = np.zeros(int(block.max(initial=-1)) + 1, dtype=np.int64)
+    choice[block] = cells.choice
+    own = sparse.csr_array((np.ones(len(choice)), (np.arange(len(choice)), choice)))
+    table = dense(counts @ spread)
+    made = table @ own
+    mean = cells.normalised(np.asarray(weights @ counts)[None])[0] @ spread
+    rest = (table - made[:, choice] * mean) * np.sqrt(weights)[:, None]
+    scale = (rest**2).T @ (rest**2)
+    squares = (rest.T @ rest) ** 2 / np.where(scale > 0.0, scale, np.inf)
+    freedom = np.maximum(np.bincount(choice) - 1.0, 1.0)
+    number = np.outer(freedom, freedom)
+    found = (dense(own.T @ squares @ own) * number / np.outer(*2 * [np.bincount(choice)]) - number) / np.sqrt(
+        2.0 * number
+    )
+    single = made.max(axis=0, initial=0.0) <= 1.0
+    found[np.diag_indices(len(found))] = np.where(single, -np.inf, found.diagonal())
+    return found
+
+
+def _candidates(strength: Floats, open_choices: Flags) -> Ints:
+    """The choices with the strongest dependence, ascending."""
+    rows, columns = np.nonzero(np.triu(open_choices[:, None] & open_choices))
+    order = np.argsort(-strength[rows, columns], kind="stable")
+    chosen: dict[int, None] = {}
+    for pair in order:
+        if len(chosen) >= _MOST_CANDIDATES:
+            break
+        chosen |= dict.fromkeys((int(rows[pair]), int(columns[pair])))
+    return np.array(sorted(chosen), dtype=np.int64)
+
+
+class _GateSearch:
+    """Gates among some choices."""
+
+    def __init__(
+        self, shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags, choices: Ints
+    ) -> None:
+        cells = shrinkage.cells
+        self.cells = np.flatnonzero(np.isin(cells.choice, choices))
+        self.own = Cells(cells.original[self.cells], np.searchsorted(choices, cells.choice[self.cells]))
+        self.ordered = ordered[choices]
+        self.levels = ProbabilityPrior.of(self.own, self.ordered)
+        self.odds = shrinkage.odds[choices]
+        self.evidence = shrinkage.evidence[choices]
+        self.all = shrinkage.posterior.evidence[0, choices]
+        self.single = shrinkage.probabilities[self.cells]
+        self.ratio = shrinkage.posterior.ratio[0, self.cells]
+        self.counts = sparse.csr_array(counts[:, self.cells])
+        self.weights = weights
+        self.spread = shrinkage.spread[self.cells]
+        made = dense(
+            self.counts @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.own.choice)))
+        )
+        self.once: Flags = np.all(made == 1.0, axis=0)
+        self.several: Flags = np.any(made > 1.0, axis=0)
+        # One choice is the gate, and at least one other depends on it.
+        self.prior = -np.log(2.0 * max(len(shrinkage.odds), 2))
+
+    def gates(self) -> Iterator[Gate]:
+        """The best gate of each choice."""
+        for choice in range(len(self.odds)):
+            if self.once[choice] or self.several[choice]:
+                found = self._gate(choice)
+                if found is not None:
+                    yield found
+
+    def _gate(self, choice: int) -> Gate | None:
+        """The best way to group the examples by a choice."""
+        columns = np.flatnonzero(self.own.choice == choice)
+        taken = sparse.csr_array(self.counts[:, columns])
+        if self.once[choice]:
+            block = _blocks(
+                Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64)), self.ordered[[choice]]
+            )
+            start = block[np.asarray(np.argmax(dense(taken), axis=1))]
+        else:
+            own = Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64))
+            steps = merged(own, taken, self.weights, kinds(taken), _MOST_GROUPS)
+            start = next(labels for labels in steps if labels.max() < _MOST_GROUPS)
+        start = np.unique(start, return_inverse=True)[1].reshape(-1)
+        best: tuple[float, Ints] | None = None
+        labels = start
+        while labels.max() > 0:
+            score = self._score(choice, self._totals(labels), [range(int(labels.max()) + 1)])[0]
+            if best is None or score > best[0]:
+                best = score, labels
+            if labels.max() == 1:
+                break
+            labels = self._joined(choice, labels)
+        return None if best is None else self._made(choice, *best)
+
+    def _totals(self, labels: Ints) -> Floats:
+        share = sparse.csr_array((self.weights, (labels, np.arange(len(labels)))))
+        mass = np.bincount(labels, weights=self.weights).astype(np.float64)
+        return np.concatenate([dense(share @ self.counts) / self.spread, mass[:, None]], axis=1)
+
+    def _joined(self, choice: int, labels: Ints) -> Ints:
+        """The labels with those two groups joined that cost least."""
+        totals = self._totals(labels)
+        pairs = list(combinations(range(len(totals)), 2))
+        rows = np.concatenate([totals, [totals[one] + totals[other] for one, other in pairs]])
+        groups = [
+            [*(i for i in range(len(totals)) if i not in pair), len(totals) + number]
+            for number, pair in enumerate(pairs)
+        ]
+        one, other = pairs[int(np.argmax(self._score(choice, rows, groups)))]
+        joined = np.where(labels == other, one, labels)
+        return np.unique(joined, return_inverse=True)[1].reshape(-1)
+
+    def _score(self, choice: int, totals: Floats, groupings: Sequence[Sequence[int]]) -> Floats:
+        """Gain of each grouping, from the totals of all groups; the last column is the mass."""
+        evidence = self.levels.posterior(totals[:, :-1]).evidence
+        special = np.logaddexp(0.0, evidence) - np.log(2.0)
+        found = np.zeros(len(groupings))
+        for i, groups in enumerate(groupings):
+            gain = averaged(self.odds, self._mixed(special[list(groups)].sum(axis=0))) - self.evidence
+            mass = totals[list(groups), -1]
+            if self.once[choice]:
+                gain[choice] = 0.0
+                found[i] = gain.sum()
+            else:
+                found[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - _WORTH
+        return found + self.prior
+
+    def _mixed(self, apart: Floats) -> Floats:
+        """Log-evidence of choices that either are equal in all groups or differ."""
+        return np.logaddexp(self.all, apart) - np.log(2.0)
+
+    def _made(self, choice: int, gain: float, labels: Ints) -> Gate:
+        """The mixture of a grouping."""
+        totals = self._totals(labels)
+        posterior = self.levels.posterior(totals[:, :-1])
+        special = expit(posterior.evidence)
+        apart = (np.logaddexp(0.0, posterior.evidence) - np.log(2.0)).sum(axis=0)
+        matters = expit(self.odds + self._mixed(apart))
+        differs = expit(apart - self.all)
+        with_gate = (matters * differs > 0.5) | (np.arange(len(matters)) == choice)
+        by_cell = self.own.choice
+        ratio = 1.0 + special[:, by_cell] * (posterior.ratio - 1.0)
+        ratio = 1.0 + matters[by_cell] * (differs[by_cell] * ratio + (1.0 - differs[by_cell]) * self.ratio - 1.0)
+        probabilities = self.own.original * ratio
+        columns = np.flatnonzero(by_cell == choice)
+        if self.once[choice]:
+            weights, probabilities[:, columns] = self._opened(columns, totals)
+        else:
+            weights = totals[:, -1] / totals[:, -1].sum()
+        chosen = with_gate[by_cell]
+        return Gate(self.cells[chosen], Mixture(weights, probabilities[:, chosen]), gain)
+
+    def _opened(self, columns: Ints, totals: Floats) -> tuple[Floats, Floats]:
+        """Probability and branches of each group of the gate; branches never taken join the largest group."""
+        taken = totals[:, columns]
+        group = np.where(taken.any(axis=0), taken.argmax(axis=0), int(totals[:, -1].argmax()))
+        single = self.single[columns]
+        inside = (group == np.arange(len(totals))[:, None]) * single
+        weights = inside.sum(axis=1)
+        return weights / weights.sum(), inside / np.where(weights > 0.0, weights, 1.0)[:, None]

@@ -21,17 +21,16 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.special import xlogy
 
-from grammarlab.density.counting.attributes import AttributeParts, attribute_parts, drawn_range, parts_taken
-from grammarlab.density.counting.automaton import InexactError
-from grammarlab.density.mixtures.choices import Choices
-from grammarlab.density.mixtures.mixture import Cells, Mixture, fit_mixture
-from grammarlab.density.samples.blocks import BlockFit, fit_blocks, going_together
-from grammarlab.density.samples.gates import Gated, gated
+from grammarlab.density.exact.attributes import AttributeParts, attribute_parts, drawn_range, parts_taken
+from grammarlab.density.exact.automaton import InexactError
+from grammarlab.density.exact.contexts import Contexts, NoContext, ParentEdges
+from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.grammar_skeleton import TreeGrammar
+from grammarlab.density.samples.blocks import BlockFit, Gated, fit_blocks, gated, going_together
+from grammarlab.density.samples.choices import Choices
+from grammarlab.density.samples.levels import Shrinkage
+from grammarlab.density.samples.mixture import Cells, Mixture, fit_mixture
 from grammarlab.density.samples.sampled import written
-from grammarlab.density.samples.shrinkage import Shrinkage
-from grammarlab.density.skeleton import TreeGrammar
-from grammarlab.density.splits.contexts import Contexts, NoContext, ParentEdges
-from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest

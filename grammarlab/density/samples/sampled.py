@@ -10,11 +10,13 @@ grammars is fitted to the counts. The methods differ in how symbols are split an
   the number of components is the one that explains held-out models best. All
   other choices are independent of a preference that reads counts, so nothing is lost, and far fewer parameters are
   estimated.
+
+Best grammar for a target density: an exact one, or otherwise a near one with the reason.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Literal, NamedTuple, TypeAlias, get_args
@@ -24,23 +26,23 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from grammarlab.arrays import Ints
-from grammarlab.density.counting.attributes import AttributeFeature, AttributeParts, attribute_parts
-from grammarlab.density.counting.automaton import InexactError
-from grammarlab.density.mixtures.choices import Choices, relevant_choices
-from grammarlab.density.mixtures.clustering import cluster, merged
-from grammarlab.density.mixtures.mixing import ContextNames, as_splitting
-from grammarlab.density.mixtures.mixture import Cells, Mixture, dense, fit_mixture
-from grammarlab.density.skeleton import TreeGrammar
-from grammarlab.density.splits.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
-from grammarlab.density.splits.inside import InsideWeights
-from grammarlab.density.splits.learned import LearnedGrammar
-from grammarlab.density.splits.writing import Origin, write
-from grammarlab.density.targets.drawing import Candidates, draw
-from grammarlab.density.targets.ranges import even_cuts, range_ends
+from grammarlab.density.exact.attributes import AttributeFeature, AttributeParts, attribute_parts
+from grammarlab.density.exact.automaton import InexactError
+from grammarlab.density.exact.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
+from grammarlab.density.exact.grammar_text import Origin, write
+from grammarlab.density.exact.inside import InsideWeights
+from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.grammar_skeleton import TreeGrammar
+from grammarlab.density.samples.choices import Choices, relevant_choices
+from grammarlab.density.samples.mixing import ContextNames, as_splitting
+from grammarlab.density.samples.mixture import Cells, Mixture, cluster, dense, fit_mixture, merged
+from grammarlab.density.targets.ranges import even_cuts, range_ends, with_ranges
+from grammarlab.density.targets.rejection import MOST_PROPOSALS, Progress, silent
 from grammarlab.density.targets.target import Target, pattern_of
-from grammarlab.density.targets.thinning import MOST_PROPOSALS, Progress, silent
+from grammarlab.density.targets.target_samples import Candidates, draw
+from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
-from grammarlab.errors import UsageError
+from grammarlab.errors import InexactError, UsageError
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 
 Floats = NDArray[np.float64]
@@ -333,3 +335,61 @@ def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:
         elif first is not None:
             origins[key] = first
     return replace(learned, original=even.original, base="uniform", origins=origins)
+
+
+NUMS_RANGES = (24, 16, 12, 8, 6, 4)
+"""Candidate numbers of ranges of a drawn number; the first one that is not too large is used."""
+
+Header = Callable[[str], Sequence[str]]
+"""Function from the name of a method to the comment lines at the top of a file."""
+
+
+def compile_nearest(
+    target: Target,
+    forest: Forest,
+    header: Header = lambda method: (),
+    *,
+    num_samples: int = NUM_SAMPLES,
+    seed: int = 0,
+    on_progress: Progress = silent,
+) -> LearnedGrammar:
+    """Exact grammar of a density; otherwise one of sub-ranges or from samples, with a finding that states the reason.
+
+    Args:
+        target: the target density.
+        forest: derivations of its grammar that show how often successors inside blocks occur.
+        header: header of the new file.
+        num_samples: number of samples if there is no exact grammar.
+        seed: seed of these samples.
+        on_progress: called with the progress of these samples.
+
+    Raises:
+        GrammarlabError: If the preference is 0 for every model.
+    """
+    try:
+        return target.compiled(forest, header("compile"))
+    except InexactError as error:
+        reason = str(error)
+    nearer = _with_ranges(target, forest, header("ranges"))
+    if nearer is not None:
+        return _explained(nearer, "numbers are drawn from ranges instead", reason)
+    learned = learn(target, "tied", num_samples=num_samples, seed=seed, header=header("tied"), on_progress=on_progress)
+    return _explained(learned, "one was learned from samples instead", reason)
+
+
+def _with_ranges(target: Target, forest: Forest, header: Sequence[str]) -> LearnedGrammar | None:
+    """Grammar of the narrowest sub-ranges that is not too large; None if drawn numbers are not the reason."""
+    for number in NUMS_RANGES:
+        try:
+            reads, preference = with_ranges(target.grammar, target.reads, target.preference, number)
+            if preference is target.preference:
+                return None
+            learned = replace(target, reads=reads, preference=preference).compiled(forest, header)
+        except InexactError:
+            continue
+        return replace(learned, method="ranges")
+    return None
+
+
+def _explained(learned: LearnedGrammar, what: str, reason: str) -> LearnedGrammar:
+    return replace(learned, findings=(f"no exact grammar, so {what}: {reason}", *learned.findings))

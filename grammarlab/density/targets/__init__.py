@@ -1,1 +1,1 @@
-"""Target densities, and rejection sampling from them."""
+"""Target densities, and rejection sampling."""

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
+from grammarlab.density.exact.splitting import Base
 from grammarlab.density.sampler import AbstractSampler, GrammarSampler
-from grammarlab.density.splits.learned import LearnedGrammar, num_alternatives
-from grammarlab.density.splits.splitting import Base
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
+from grammarlab.features.acceptance import Acceptance, SplitSymbol, annotations_of
+from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.pattern import Feature, Pattern, Present
-from grammarlab.features.rules.acceptance import Acceptance, SplitSymbol, annotations_of
-from grammarlab.features.rules.expression import Expression
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import SymbolKey
 from grammarlab.language.rewriting import rewrite

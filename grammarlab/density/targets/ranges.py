@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from grammarlab.density.counting.attributes import drawn_range
-from grammarlab.density.counting.reading import Read
-from grammarlab.density.splits.compile import Preference
+from grammarlab.density.exact.attributes import drawn_range
+from grammarlab.density.exact.compile import Preference
+from grammarlab.density.exact.readings import Read
 from grammarlab.errors import InexactError
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.tree import Stochastic, alternatives
+from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives
 
 Floats = NDArray[np.float64]
 

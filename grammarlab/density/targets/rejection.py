@@ -2,31 +2,175 @@
 
 There is no new grammar, and rejected models cost time; but the preference may be any function of
 a model. A learned grammar can propose the models, so that fewer are rejected.
+
+Rejection: models of one density, thinned until they follow another (section 4.6).
+
+A model is accepted with the probability weight / bound, where its weight is the target density divided by the proposal
+density, up to a constant. The bound must be above all weights. If it is unknown, it is the largest weight found so far;
+when a larger one is found, the accepted models are thinned by the quotient.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints
+from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
+from grammarlab.density.exact.splitting import Base
 from grammarlab.density.sampler import AbstractSampler
-from grammarlab.density.splits.learned import LearnedGrammar, num_alternatives
-from grammarlab.density.splits.splitting import Base
 from grammarlab.density.targets.target import Target
-from grammarlab.density.targets.thinning import MOST_PROPOSALS, AcceptanceRate, Progress, Thinned, silent, thin
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.randomness import fold, root_keys, uniforms
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 K = TypeVar("K")
+Progress: TypeAlias = Callable[[str, int, int], None]
+"""Function called with the name of a task, the number of finished parts, and the number of all parts."""
+
+MOST_PROPOSALS = 1_000_000
+"""Largest number of proposed models."""
+_LANE = 0x5245_4A45_4354
+"""Separates the draws that accept models from those that made them."""
+_FIRST_CHUNK = 256
+
+
+def silent(what: str, done: int, total: int) -> None:
+    """Ignore progress."""
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptanceRate:
+    """Statistics of the proposed models."""
+
+    proposals: int
+    accepted: int
+    """Models that were accepted, of all proposed ones."""
+    bound: float
+    """Weight from which models are always accepted."""
+    known: bool
+    """Whether the bound was given; otherwise it is the largest weight found, and the probability of a larger one is
+    less than about 3 / proposals (at 95 %)."""
+    mean_weight: float
+    """Mean over all proposals."""
+    truncated: float
+    """Share of the target density above a given bound, among the proposals; this share is lost."""
+
+    @property
+    def rate(self) -> float:
+        """Share of proposals that were accepted."""
+        return self.accepted / max(1, self.proposals)
+
+    def __str__(self) -> str:
+        bound = "known" if self.known else "the largest one met"
+        lost = f", {self.truncated:.2%} of the density cut off" if self.truncated else ""
+        return (
+            f"accepted {self.accepted:,} of {self.proposals:,} models ({self.rate:.3%}); "
+            f"bound {self.bound:.6g}, {bound}{lost}"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Thinned(Generic[K]):
+    """Accepted models."""
+
+    chunks: tuple[tuple[K, Ints], ...]
+    """Kept data of proposed models, and the accepted ones of each chunk [k], ascending."""
+    acceptance: AcceptanceRate
+
+
+def thin(
+    propose: Callable[[int, int], T],
+    weigh: Callable[[T], Floats],
+    keep: Callable[[T, Ints], K],
+    num_models: int,
+    seed: int,
+    *,
+    bound: float | None = None,
+    least: float = 0.0,
+    most_proposals: int = MOST_PROPOSALS,
+    chunk: int = 4_096,
+    on_progress: Progress = silent,
+) -> Thinned[K]:
+    """Accept models until there are enough.
+
+    Args:
+        propose: from the index of the first model and a number to a chunk of models; each model depends on its index
+            only.
+        weigh: the weight [models] of each model of a chunk, finite and >= 0.
+        keep: function that selects the data to keep of models [k] of a chunk.
+        num_models: number of models to accept.
+        seed: 0 <= seed < 2**64; with its index it decides on each model.
+        bound: upper bound of all weights; None if unknown.
+        least: without a bound, a lower bound of the largest weight.
+        most_proposals: largest number of proposals; then it ends with fewer models.
+        chunk: largest number of models proposed at once.
+        on_progress: called with the number of accepted models.
+
+    Raises:
+        GrammarlabError: If none is accepted.
+    """
+    kept: list[tuple[K, Floats]] = []
+    """Chunks of candidates, and the largest bound under which each is accepted."""
+    most = least if bound is None else bound
+    proposals = accepted = 0
+    total = cut = 0.0
+    size = min(_FIRST_CHUNK, chunk)
+    while accepted < num_models and proposals < most_proposals:
+        size = min(size, most_proposals - proposals)
+        models = propose(proposals, size)
+        weights = _checked(weigh(models), size)
+        if bound is None:
+            most = max(most, float(weights.max(initial=0.0)))
+        draws = uniforms(fold(root_keys(seed, np.arange(proposals, proposals + size, dtype=np.uint64)), _LANE), 0)
+        # Accepted for all bounds up to this one.
+        limit = np.divide(weights, draws, out=np.full(size, np.inf), where=draws > 0.0) * (weights > 0.0)
+        rows = np.flatnonzero((limit >= most) & (weights > 0.0))
+        if len(rows):
+            kept.append((keep(models, rows), limit[rows]))
+        accepted = sum(int((limits >= most).sum()) for _, limits in kept)
+        proposals += size
+        total += float(weights.sum())
+        cut += float(np.maximum(weights - most, 0.0).sum())
+        on_progress("models drawn", min(accepted, num_models), num_models)
+        wanted = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
+        size = int(min(chunk, max(_FIRST_CHUNK, wanted)))
+    if not accepted:
+        raise GrammarlabError(
+            f"none of {proposals:,} models was accepted: liked models are too rare for rejection. "
+            "Try the method compile, which needs no samples"
+        )
+    truncated = cut / total if total else 0.0
+    acceptance = AcceptanceRate(proposals, accepted, most, bound is not None, total / proposals, truncated)
+    return Thinned(tuple(_accepted(kept, most, num_models)), acceptance)
+
+
+def _accepted(kept: Sequence[tuple[K, Floats]], bound: float, num_models: int) -> Iterator[tuple[K, Ints]]:
+    """The first models accepted under a bound, by chunk."""
+    for models, limits in kept:
+        rows = np.flatnonzero(limits >= bound)[:num_models]
+        num_models -= len(rows)
+        if len(rows):
+            yield models, rows
+
+
+def _checked(weights: Floats, size: int) -> Floats:
+    if weights.shape != (size,) or not np.isfinite(weights).all() or (weights < 0.0).any():
+        raise GrammarlabError(
+            f"expected a weight for each of {size} models, finite and at least 0; found shape {weights.shape}"
+            + (f" with {weights.min()} to {weights.max()}" if weights.size else "")
+        )
+    return weights
+
 
 PILOT_MODELS = 2_000
 """Number of accepted models for estimating the mean of the preference, and its bound if unknown."""

@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.assets.meshes import AssetFolder
-from grammarlab.density.counting.components import Reading
-from grammarlab.density.counting.reading import Read, read
+from grammarlab.assets.mesh_files import AssetFolder
+from grammarlab.density.exact.compile import Preference, compile_density
+from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.exact.readings import Read, read
+from grammarlab.density.exact.splitting import MOST_WAYS, Base
+from grammarlab.density.exact.subtree_counts import Reading
+from grammarlab.density.grammar_skeleton import ENOUGH_MODELS
 from grammarlab.density.rounding import EXACT
-from grammarlab.density.skeleton import ENOUGH_MODELS
-from grammarlab.density.splits.compile import Preference, compile_density
-from grammarlab.density.splits.learned import LearnedGrammar
-from grammarlab.density.splits.splitting import MOST_WAYS, Base
 from grammarlab.density.targets.ranges import with_ranges
 from grammarlab.derivation.derive import NODES_PER_CHUNK, derive
 from grammarlab.derivation.forest import Forest
-from grammarlab.features.counting.counts import count
+from grammarlab.features.model_score import Score
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Feature, Pattern, Present
-from grammarlab.features.rules.score import Score
 from grammarlab.language.grammar import Grammar
 
 Floats = NDArray[np.float64]

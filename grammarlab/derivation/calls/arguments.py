@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, TypeAlias, TypeVar
 
-from grammarlab.derivation.calls.calls import Argument, Condition, Head
-from grammarlab.derivation.calls.compiling import Compiler
+from grammarlab.derivation.calls.calls import Argument, Compiler, Condition, Head
 from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.syntax.printing import expression
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Binary,
     Boolean,
     Call,
@@ -24,8 +23,8 @@ from grammarlab.language.syntax.tree import (
     Relative,
     String,
     Unary,
+    walk,
 )
-from grammarlab.language.syntax.walking import walk
 
 _T = TypeVar("_T")
 Late: TypeAlias = "Callable[[Shapes, Workspace], _T]"

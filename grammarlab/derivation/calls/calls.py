@@ -1,18 +1,38 @@
-"""Arguments and declarations of operations and built-in functions."""
+"""Arguments and declarations of operations and built-in functions.
+
+Interface of the compiler of expressions in arguments, heads of parts and arrays.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.state.shapes import ARRAY, Floats, Shapes, Value, kind_of, number_column, part_keys
-from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
+from grammarlab.language.syntax.syntax_tree import Choice, Expression
+
+
+class Compiler(Protocol):
+    """Compiles the expressions of one definition."""
+
+    def expression(self, node: Expression) -> Code:
+        """Code for one expression."""
+        ...
+
+    def choice(self, choice: Choice) -> Code:
+        """Code for a choice whose leaves are expressions."""
+        ...
+
+    def with_selectors(self, selectors: frozenset[str]) -> Compiler:
+        """A compiler for expressions in which these words are selectors of a block."""
+        ...
 
 
 class Argument(NamedTuple):

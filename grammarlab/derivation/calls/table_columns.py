@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.derivation.state.array_table import MAX_CELLS_IN_ALL, Cell, Table, is_table
 from grammarlab.derivation.state.operators import value_texts
 from grammarlab.derivation.state.shapes import ARRAY, Value, as_column, kind_of
-from grammarlab.derivation.state.tables import MAX_CELLS_IN_ALL, Cell, Table, is_table
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import BudgetError, DerivationError, Location
 

@@ -1,23 +1,32 @@
 """Built-in functions and shape attributes, one family per file."""
 
-from grammarlab.derivation.functions import arrays, colors, files, fitting, lists, maths, ramps, random, text
-from grammarlab.derivation.functions.shapes import attributes, coordinates, geometry, texture_coordinates
+from grammarlab.derivation.functions import (
+    array_functions,
+    asset_fitting,
+    asset_functions,
+    color_functions,
+    number_functions,
+    shape_attributes,
+    shape_measures,
+    shape_textures,
+    text_functions,
+)
 
 BUILTINS = {
-    **maths.BUILTINS,
-    **random.BUILTINS,
-    **text.BUILTINS,
-    **arrays.BUILTINS,
-    **lists.BUILTINS,
-    **colors.BUILTINS,
-    **ramps.BUILTINS,
-    **coordinates.BUILTINS,
-    **files.BUILTINS,
-    **fitting.BUILTINS,
-    **geometry.BUILTINS,
-    **texture_coordinates.BUILTINS,
+    **number_functions.BUILTINS,
+    **number_functions.RANDOM,
+    **text_functions.BUILTINS,
+    **array_functions.BUILTINS,
+    **text_functions.LISTS,
+    **color_functions.BUILTINS,
+    **color_functions.RAMPS,
+    **shape_attributes.BUILTINS,
+    **asset_functions.BUILTINS,
+    **asset_fitting.BUILTINS,
+    **shape_measures.BUILTINS,
+    **shape_textures.BUILTINS,
 }
 """Every built-in function by name."""
 
-SHAPE_ATTRIBUTES = attributes.SHAPE_ATTRIBUTES
+SHAPE_ATTRIBUTES = shape_attributes.SHAPE_ATTRIBUTES
 """Every shape attribute by name."""

@@ -1,27 +1,37 @@
 """Operations of CGA, one family per file."""
 
-from grammarlab.derivation.operations import alignment, appearance, insertion, neutral, scattering, scope, texturing
-from grammarlab.derivation.operations.faces import components, extrusion, planar, roofs
-from grammarlab.derivation.operations.splitting import splits
+from grammarlab.derivation.operations import (
+    alignment,
+    appearance,
+    comp,
+    extrusion,
+    insertion,
+    outlines,
+    roofing,
+    scattering,
+    scope,
+    split,
+    texturing,
+)
 
 OPERATIONS = {
     **alignment.OPERATIONS,
     **appearance.OPERATIONS,
     **extrusion.OPERATIONS,
     **insertion.OPERATIONS,
-    **neutral.OPERATIONS,
-    **planar.OPERATIONS,
-    **roofs.OPERATIONS,
+    **appearance.NEUTRAL,
+    **outlines.OPERATIONS,
+    **roofing.OPERATIONS,
     **scope.OPERATIONS,
     **texturing.OPERATIONS,
 }
 """Operations without a block, by name."""
 
-BLOCKS = {**components.BLOCKS, **planar.BLOCKS, **scattering.BLOCKS, **splits.BLOCKS}
+BLOCKS = {**comp.BLOCKS, **outlines.BLOCKS, **scattering.BLOCKS, **split.BLOCKS}
 """Operations with a block, by name."""
 
-CHANGE_LOOKS = neutral.CHANGE_LOOKS
+CHANGE_LOOKS = appearance.CHANGE_LOOKS
 """Ignored operations that no shape depends on."""
 
-LEFT_OUT = frozenset(neutral.OPERATIONS)
+LEFT_OUT = frozenset(appearance.NEUTRAL)
 """All ignored operations."""

@@ -1,4 +1,12 @@
-"""Operations that change the material, attributes and labels of a shape, not its placement."""
+"""Operations that change the material, attributes and labels of a shape, not its placement.
+
+``set`` for the numbers that place a shape: ``scope.t``, ``scope.r``, ``scope.s``, ``pivot.p`` and ``pivot.o``.
+
+Operations that change normals, or the division of a surface into faces, but not the surface.
+
+They are accepted and have no effect: concave faces are cut when they are drawn. Later operations may depend
+on the division into faces, and on no other effect of these operations; `grammarlab check` warns of each use.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +16,83 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
-from grammarlab.derivation.functions.colors import parse_color
-from grammarlab.derivation.functions.text import print_value
-from grammarlab.derivation.operations.placement import PLACEMENT, set_placement
+from grammarlab.derivation.calls.texture_transfer import carried, pivot_position, with_pivot
+from grammarlab.derivation.frames import euler
+from grammarlab.derivation.functions.color_functions import parse_color
+from grammarlab.derivation.functions.shape_attributes import turn_angles
+from grammarlab.derivation.functions.text_functions import print_value
+from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.state.shapes import ARRAY, Shapes, kind_of, number_column
-from grammarlab.derivation.values.materials import CHANNELS
+from grammarlab.language.syntax.keywords import KEYWORDS
+
+PLACEMENT = frozenset(
+    f"{kind}{axis}" for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o") for axis in "xyz"
+)
+"""The names of these numbers."""
+
+_KEPT = Argument(1.0, relative=True)
+
+
+def set_placement(call: BoundCall, name: str, argument: Argument) -> Shapes:
+    """Shapes with one of the numbers changed and the others kept.
+
+    The scope is placed relative to the pivot, so it moves and rotates with it.
+
+    Args:
+        call: the operation.
+        name: one of `PLACEMENT`.
+        argument: metres or degrees.
+    """
+    axis = "xyz".index(name[-1])
+    if name.startswith("scope.s"):
+        return s(call._replace(arguments=tuple(argument if other == axis else _KEPT for other in range(3))))
+    return carried(call.shapes, _placed(call, name, axis, argument), call.workspace)
+
+
+def _placed(call: BoundCall, name: str, axis: int, argument: Argument) -> Shapes:
+    """Shapes moved or rotated, with their pivots or relative to them."""
+    shapes, frames, value = call.shapes, call.workspace.frames, call.column(argument)
+    pivot = pivot_position(shapes, call.workspace)
+    if name.startswith("pivot.p"):
+        initial = call.workspace.roots.frame[shapes.model]
+        start = call.workspace.roots.position[shapes.model]
+        offset = frames.to_local(initial, pivot - start)
+        offset[:, axis] = value
+        moved = start + frames.to_world(initial, offset)
+        return with_pivot(
+            shapes._replace(position=shapes.position + moved - pivot), moved, shapes.pivot, call.workspace
+        )
+    translation = frames.to_local(shapes.pivot, shapes.position - pivot)
+    if name.startswith("scope.t"):
+        translation[:, axis] = value
+        return shapes._replace(position=pivot + frames.to_world(shapes.pivot, translation))
+    reference = call.workspace.roots.frame[shapes.model] if name.startswith("pivot.o") else shapes.pivot
+    turned = shapes.pivot if name.startswith("pivot.o") else shapes.frame
+    angles = turn_angles(reference, turned, call.workspace)
+    angles[:, axis] = value
+    frame = frames.rotated(reference, euler(*angles.T))
+    if name.startswith("scope.r"):
+        return shapes._replace(frame=frame)
+    scope = frames.rotations(shapes.pivot).swapaxes(1, 2) @ frames.rotations(shapes.frame)
+    placed = shapes._replace(frame=frames.rotated(frame, scope), position=pivot + frames.to_world(frame, translation))
+    return with_pivot(placed, pivot, frame, call.workspace)
+
+
+_WORDS = frozenset[str]().union(*KEYWORDS.values())
+_OF_FACES = ("cleanupGeometry", "convexify")
+_OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
+
+
+def unchanged(call: BoundCall) -> Shapes:
+    """The unchanged shapes."""
+    return call.shapes
+
+
+NEUTRAL: dict[str, Operation] = {name: Operation(unchanged, _WORDS, (0, 9)) for name in (*_OF_FACES, *_OF_LOOKS)}
+CHANGE_LOOKS = frozenset(_OF_LOOKS)
+"""Operations that no later shape depends on."""
+
 
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}

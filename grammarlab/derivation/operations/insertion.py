@@ -6,9 +6,9 @@ import numpy as np
 
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.calls.texture_transfer import without_maps
-from grammarlab.derivation.state.meshes import mirrored, upright
+from grammarlab.derivation.state.mesh_table import mirrored, upright
 from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
-from grammarlab.geometry.solids import primitives
+from grammarlab.geometry.meshes import primitives
 
 _INSERT_WORDS = frozenset(
     {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition"}

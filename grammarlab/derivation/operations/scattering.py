@@ -8,12 +8,12 @@ import numpy as np
 
 from grammarlab.arrays import index_in_row
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
-from grammarlab.derivation.functions.shapes.geometry import local_meshes
-from grammarlab.derivation.state.meshes import upright
+from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.state.mesh_table import upright
 from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, number_column, part_keys
 from grammarlab.geometry.meshes.measure import areas, face_normals
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
-from grammarlab.geometry.meshes.surface import nearest_on, points_on
+from grammarlab.geometry.meshes.surface_points import nearest_on, points_on
 from grammarlab.randomness import Keys, uniforms
 
 _ENDS = {"left": (0, 0.0), "right": (0, 1.0), "bottom": (1, 0.0), "top": (1, 1.0), "back": (2, 0.0), "front": (2, 1.0)}

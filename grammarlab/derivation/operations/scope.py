@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
-from grammarlab.derivation.calls.pivots import pivot_position
-from grammarlab.derivation.calls.texture_transfer import carried
-from grammarlab.derivation.state.meshes import mirrored
+from grammarlab.derivation.calls.texture_transfer import carried, pivot_position
+from grammarlab.derivation.frames import euler
+from grammarlab.derivation.state.mesh_table import mirrored
 from grammarlab.derivation.state.shapes import Shapes
-from grammarlab.derivation.values.angles import euler
 
 Floats = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from typing import TypeAlias
 import numpy as np
 
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
-from grammarlab.derivation.functions.shapes.texture_coordinates import Range, range_of, uv_set_of
+from grammarlab.derivation.functions.shape_textures import Range, range_of, uv_set_of
 from grammarlab.derivation.state.shapes import Floats, Ids, Shapes, number_column
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, projection_name, with_maps
-from grammarlab.language.vocabulary.keywords import KEYWORDS
+from grammarlab.language.syntax.keywords import KEYWORDS
 
 Change: TypeAlias = Callable[[BoundCall, Shapes, tuple[Floats, ...], Floats], Floats]
 """New maps [N, 2, 4] from the operation, shapes [N], its numbers [N] and their maps [N, 2, 4]."""

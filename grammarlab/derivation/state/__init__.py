@@ -1,1 +1,1 @@
-"""Shapes under derivation as columns, and the tables that a derivation fills."""
+"""Columns and tables of a derivation that runs."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.state.shapes import Value, kind_of
-from grammarlab.derivation.values.strings import StringTable
+from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import BudgetError, DerivationError, Location
 
 UnaryOperator = Callable[[Value, Location], Value]

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path
-from grammarlab.derivation.state.meshes import MeshTable, upright
+from grammarlab.derivation.frames import FrameTable
+from grammarlab.derivation.state.mesh_table import MeshTable, upright
 from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name
-from grammarlab.derivation.values.frames import FrameTable
 from grammarlab.errors import Location
 
 _MOST_PRINTS = 10_000

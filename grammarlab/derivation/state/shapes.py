@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.values.strings import StringTable
+from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import Keys, fold
 

@@ -8,16 +8,16 @@ from typing import TypeAlias, cast
 
 import numpy as np
 
-from grammarlab.assets.meshes import Asset, AssetFolder
+from grammarlab.assets.mesh_files import Asset, AssetFolder
+from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.lots import Lots, Values
-from grammarlab.derivation.state.meshes import MeshTable
+from grammarlab.derivation.materials import MaterialTable
+from grammarlab.derivation.state.array_table import ArrayTable
+from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import Floats, Shapes, Value, join_values, take_value
-from grammarlab.derivation.state.tables import ArrayTable
 from grammarlab.derivation.state.texture_maps import TextureMapTable
-from grammarlab.derivation.values.frames import FrameTable
-from grammarlab.derivation.values.materials import MaterialTable
-from grammarlab.derivation.values.strings import StringTable
+from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
 
 Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"

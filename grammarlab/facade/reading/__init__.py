@@ -1,1 +1,1 @@
-"""Readers of facades in other formats: each makes a `BoxAnnotation` from the content of a file."""
+"""Annotations and buildings of other programs as labelled boxes, and boxes as facades."""

@@ -12,7 +12,7 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.reading.numbers import coordinate
+from grammarlab.facade.reading.source import coordinate
 
 MOST_ELEMENTS = 5_000_000
 MOST_DEPTH = 100

@@ -13,13 +13,9 @@ from typing import Any
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.annotation import MOST_BOXES, BoxAnnotation
-from grammarlab.facade.reading.images import ImageName, chosen_image
-from grammarlab.facade.reading.left_out import left_out_notes
-from grammarlab.facade.reading.numbers import coordinate, known_size
-from grammarlab.facade.reading.polygons import MOST_CORNERS
-from grammarlab.facade.reading.shapes import Shape, ellipse, label_of, on_picture, polygon, upright
-from grammarlab.facade.reading.source import Source
+from grammarlab.facade.reading.annotation import MOST_BOXES, BoxAnnotation
+from grammarlab.facade.reading.drawn_shapes import MOST_CORNERS, Shape, ellipse, label_of, on_picture, polygon, upright
+from grammarlab.facade.reading.source import ImageName, Source, chosen_image, coordinate, known_size, left_out_notes
 from grammarlab.facade.values import a_list, an_object, parse_json, shown
 from grammarlab.tables import Table
 

@@ -1,1 +1,1 @@
-"""Sizes of a facade under wishes: the quadratic programme, and conflicts in words."""
+"""Sizes of a facade under constraints."""

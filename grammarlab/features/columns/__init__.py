@@ -1,1 +1,1 @@
-"""Tables of features: one row per model, one column per feature."""
+"""Columns of feature tables."""

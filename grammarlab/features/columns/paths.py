@@ -11,11 +11,22 @@ Keys of paths, in a `KeyIndex`:
     ("edge", above, child)      the nodes that are this child of such nodes; itself a context
 
 where ``above`` is the column of a "rule" key and ``context`` the column of an "edge" key or -1 for any context.
+
+Pairs of choices that are not one path: an edge and a choice far below it, and choices of adjacent siblings.
+
+Only rules that are chosen at random count as choices, since everything else follows from them.
+
+Keys, in a `KeyIndex`:
+
+    ("far", rule, child, label)    nodes of a label at least two edges below the child of nodes of a rule
+    ("next", label, label)         nodes whose next sibling is one of the second label
+
+Random draws as columns: counts of drawn branches, and means of all other draws.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import repeat
 from typing import NamedTuple
 
@@ -24,8 +35,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from grammarlab.arrays import Ints, distinct, distinct_counts, offsets_from_counts
-from grammarlab.features.counting.node_labels import KeyIndex, NodeLabels
-from grammarlab.features.counting.trees import Trees
+from grammarlab.derivation.forest import Site
+from grammarlab.features.patterns.counts import Floats, count
+from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
+from grammarlab.features.patterns.pattern import Draw
+from grammarlab.features.patterns.tree_index import Trees
 
 
 class _LabelPairs(NamedTuple):
@@ -201,3 +215,103 @@ def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, own: Ints, vali
     above, own = above[valid], own[valid]
     columns[valid] = index.columns(zip(repeat(kind, len(own)), above.tolist(), own.tolist(), strict=True), grow)
     return columns
+
+
+_MOST_STEPS = 200
+"""Largest number of levels between an edge and a choice."""
+
+
+def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
+    """Counts of choices below each edge, without the child of the edge itself."""
+    label = trees.labels(labels)
+    children = int(trees.forest.nodes.child.max(initial=0)) + 1
+    rows, keys = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    for lower, middle in _ancestors_of_choices(trees, label, labels):
+        above = trees.parent[middle]
+        kept = np.flatnonzero(above >= 0)
+        kept = kept[labels.telling[label[above[kept]]]]
+        edge = label[above[kept]] * children + trees.forest.nodes.child[middle[kept]]
+        rows.append(lower[kept])
+        keys.append(edge * (labels.unknown + 1) + label[lower[kept]])
+    number, found = compact(np.concatenate(keys), (labels.unknown + 1) ** 2 * children)
+    edge, below = np.divmod(found, labels.unknown + 1)
+    upper, child = np.divmod(edge, children)
+    names = zip(upper.tolist(), child.tolist(), below.tolist(), strict=True)
+    columns = index.columns((("far", *name) for name in names), grow)
+    return tally(trees, np.concatenate(rows), number, [columns], len(index))
+
+
+def choices_below(trees: Trees, labels: NodeLabels) -> list[tuple[int, int]]:
+    """Different (label of a node, label of a choice below it)."""
+    label = trees.labels(labels)
+    size = labels.unknown + 1
+    keys = [label[middle] * size + label[lower] for lower, middle in _ancestors_of_choices(trees, label, labels)]
+    upper, below = np.divmod(distinct(np.concatenate([np.zeros(0, np.int64), *keys]), size**2), size)
+    return list(zip(upper.tolist(), below.tolist(), strict=True))
+
+
+def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iterator[tuple[Ints, Ints]]:
+    """Nodes that are choices with their parents, then with their grandparents, and so on."""
+    lower = np.flatnonzero(labels.chosen[label])
+    middle = trees.parent[lower]
+    for _ in range(_MOST_STEPS):
+        inner = middle >= 0
+        lower, middle = lower[inner], middle[inner]
+        if not len(lower):
+            return
+        yield lower, middle
+        middle = trees.parent[middle]
+
+
+def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
+    """Counts of pairs of choices of adjacent siblings."""
+    label = trees.labels(labels)
+    chosen = labels.chosen[label]
+    rows = np.flatnonzero(chosen & (trees.next_sibling >= 0))
+    rows = rows[chosen[trees.next_sibling[rows]]]
+    size = labels.unknown + 1
+    number, found = compact(label[rows] * size + label[trees.next_sibling[rows]], size**2)
+    one, other = np.divmod(found, size)
+    columns = index.columns((("next", *pair) for pair in zip(one.tolist(), other.tolist(), strict=True)), grow)
+    return tally(trees, rows, number, [columns], len(index))
+
+
+MOST_BRANCHES = 30
+"""Largest number of branches of a choice with counts per branch; otherwise the branch number is a quantity."""
+
+
+def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
+    """Counts of the outcomes of choices of few branches, ``p`` and ``fileRandom``; one "branch" key each."""
+    sites, draws = trees.forest.sites, trees.forest.draws
+    names = list(dict.fromkeys(site.name for site in sites))
+    discrete = np.array([not is_quantity(site) for site in sites], dtype=bool)
+    rows = np.flatnonzero(discrete[draws.site])
+    name_of_site = np.array([names.index(site.name) for site in sites], dtype=np.int64)
+    outcome = draws.value[rows].astype(np.int64)
+    size = int(outcome.max(initial=0)) + 1
+    number, found = compact(name_of_site[draws.site[rows]] * size + outcome, len(names) * size)
+    name, drawn = np.divmod(found, size)
+    keys = (("branch", names[n], value) for n, value in zip(name.tolist(), drawn.tolist(), strict=True))
+    columns = index.columns(keys, grow)
+    return tally(trees, draws.node[rows].astype(np.int64), number, [columns], len(index))
+
+
+def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
+    """The mean of the draws of each ``rand`` and of each choice of many branches; one "draw" key each."""
+    names = tuple(dict.fromkeys(site.name for site in trees.forest.sites if is_quantity(site)))
+    columns = index.columns((("draw", name) for name in names), grow)
+    return columns_of(count(trees, [Draw(name) for name in names]), columns, len(index))
+
+
+def is_quantity(site: Site) -> bool:
+    """Whether its draws are numbers to compare: random numbers, and branch numbers of choices of many branches."""
+    return site.kind == "uniform" or site.choices > MOST_BRANCHES
+
+
+def columns_of(values: Floats, columns: Ints, width: int) -> Tally:
+    """Values [models, C] at their columns [C] of a table, -1 for those to leave out; none is a count of nodes."""
+    known = np.flatnonzero(columns >= 0)
+    model, place = np.nonzero(values[:, known])
+    cells = model, columns[known][place]
+    counts = sparse.csr_array((values[:, known][model, place], cells), shape=(len(values), width))
+    return Tally(counts, np.zeros(width, dtype=bool))

@@ -29,16 +29,23 @@ from scipy import sparse
 from grammarlab.arrays import Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
-from grammarlab.features.columns.draws import columns_of, count_branches, measure_draws
-from grammarlab.features.columns.keys import Meaning
-from grammarlab.features.columns.names import ColumnNames
-from grammarlab.features.columns.pairs import count_adjacent_pairs, count_far_pairs
-from grammarlab.features.columns.paths import Tally, count_paths, count_symbols
-from grammarlab.features.columns.table import FeatureTable, distinguishable, size_of
-from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.node_labels import Key, KeyIndex, NodeLabels
-from grammarlab.features.counting.trees import Trees
+from grammarlab.features.columns.column_keys import Meaning
+from grammarlab.features.columns.column_names import ColumnNames
+from grammarlab.features.columns.feature_table import FeatureTable, distinguishable, size_of
+from grammarlab.features.columns.paths import (
+    Tally,
+    columns_of,
+    count_adjacent_pairs,
+    count_branches,
+    count_far_pairs,
+    count_paths,
+    count_symbols,
+    measure_draws,
+)
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.node_labels import Key, KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Draw, Feature, Pattern, Present
+from grammarlab.features.patterns.tree_index import Trees
 
 Floats = NDArray[np.float64]
 

@@ -1,1 +1,1 @@
-"""Tree patterns: countable properties of derivation trees."""
+"""Tree patterns, and their counts."""

@@ -6,7 +6,7 @@ from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Patte
 
 
 def at_least(feature: Feature, bound: float) -> str:
-    """Condition that a feature is at least a bound, in the syntax of `grammarlab.features.rules.expression`.
+    """Condition that a feature is at least a bound, in the syntax of `grammarlab.features.expression`.
 
     >>> at_least(Pattern("Block", branch=(0,)), 2.0), at_least(Threshold("height", 3.5), 1.0)
     ('{Block:0} >= 2', '$height < 3.5')

@@ -4,7 +4,7 @@ Paths, symbol counts, skip-bigrams, adjacent siblings and subtrees are all patte
 is described by the count of each pattern in its tree. The count is the number of embeddings: the mappings of the
 pattern's nodes to nodes of the tree.
 
-``str`` gives the text form, which `grammarlab.features.patterns.text` reads.
+``str`` gives the text form, which `grammarlab.features.patterns.pattern_text` reads.
 
 >>> str(Pattern("Tower", below=(Below((Pattern("Block", branch=(1,)),), place=2),)))
 'Tower > Block@2:1'

@@ -1,1 +1,1 @@
-"""Search for features that explain scores."""
+"""Searches for features that explain scores."""

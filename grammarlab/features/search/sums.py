@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import Forest
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import HalfSpace, Pattern, Sum, Term
 
 Floats = NDArray[np.float64]
@@ -103,7 +103,7 @@ def find_sum(
         forests: the scored models.
         scores: [n] their scores, in their order.
         names: candidate draws, by `Site.name`.
-        readers: branches that use some of them (`grammarlab.features.search.readers`).
+        readers: branches that use some of them (`grammarlab.features.search.attribute_readers`).
     """
     if len(scores) < FEWEST or len(names) < 2:
         return None

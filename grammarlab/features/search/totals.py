@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Draw, Pattern, Present, Total
 from grammarlab.features.search.sums import changed
 

@@ -1,1 +1,1 @@
-"""Meshes as columns: faces over points, their edges, measures and triangles."""
+"""Many polygon meshes as one value."""

@@ -1,1 +1,1 @@
-"""Operations on polygons: skeletons, offsets, setbacks, largest rectangles, footprints."""
+"""Operations on polygons in a plane, and roofs over them."""

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts
-from grammarlab.geometry.meshes.keyhole import contains, keyhole
 from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.meshes.planar import Polygons
-from grammarlab.geometry.outlines.skeleton import Loop, loop_area, trace
+from grammarlab.geometry.meshes.triangulate import contains, keyhole
+from grammarlab.geometry.outlines.straight_skeleton import Loop, loop_area, trace
 
 T = TypeVar("T", bound=Hashable)
 

@@ -13,8 +13,8 @@ from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
 from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_flat, rectangle_sizes, regroup
 from grammarlab.geometry.meshes.vectors import cross, unit
 from grammarlab.geometry.outlines.patches import Patch, alike, fill, in_order, rings, stamp, stamp_patch
-from grammarlab.geometry.outlines.skeleton import Loop, merge, sweep
-from grammarlab.geometry.parts.selectors import classify
+from grammarlab.geometry.outlines.straight_skeleton import Loop, merge, sweep
+from grammarlab.geometry.selectors import classify
 
 REMAINDER = -1
 """Group of the remainder of a face; as the group of an edge: the edge does not move."""

@@ -1,1 +1,1 @@
-"""Checker of rule files."""
+"""Checks of rule files."""

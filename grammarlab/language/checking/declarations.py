@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from grammarlab.language.checking.percentages import constant
 from grammarlab.language.checking.symbols import Remarks, suggestion
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Attribute,
     Definition,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from grammarlab.language.checking.symbols import Remarks
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax import builtins
+from grammarlab.language.syntax.syntax_tree import (
     Attribute,
     Binary,
     Call,
@@ -20,9 +21,9 @@ from grammarlab.language.syntax.tree import (
     Scoped,
     Sequence,
     Stochastic,
+    children,
+    walk,
 )
-from grammarlab.language.syntax.walking import children, walk
-from grammarlab.language.vocabulary import builtins
 
 Key = tuple[str, int]
 """Name of a rule and number of its parameters."""

@@ -7,10 +7,23 @@ from dataclasses import replace
 from typing import Any
 
 from grammarlab.errors import Location
-from grammarlab.language.checking.arguments import check_arguments
+from grammarlab.language.checking.call_forms import check_arguments
 from grammarlab.language.checking.percentages import check_percentages
 from grammarlab.language.checking.symbols import Remarks, SupportedFeatures, Symbols, suggestion
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax import builtins
+from grammarlab.language.syntax.keywords import (
+    ANY,
+    ARRAYS,
+    BOOL,
+    FLOAT,
+    STRING,
+    Scope,
+    Types,
+    advice,
+    in_words,
+    types_of,
+)
+from grammarlab.language.syntax.syntax_tree import (
     Array,
     Attribute,
     Binary,
@@ -31,20 +44,7 @@ from grammarlab.language.syntax.tree import (
     String,
     Unary,
 )
-from grammarlab.language.syntax.tree import Sequence as Operations
-from grammarlab.language.vocabulary import builtins
-from grammarlab.language.vocabulary.kinds import (
-    ANY,
-    ARRAYS,
-    BOOL,
-    FLOAT,
-    STRING,
-    Scope,
-    Types,
-    advice,
-    in_words,
-    types_of,
-)
+from grammarlab.language.syntax.syntax_tree import Sequence as Operations
 
 
 class ExpressionChecker:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.language.checking.symbols import Remarks
-from grammarlab.language.syntax.tree import Binary, Expression, Number, Stochastic, Unary
+from grammarlab.language.syntax.syntax_tree import Binary, Expression, Number, Stochastic, Unary
 
 TOLERANCE = 1e-6
 """Largest difference from 100 that is accepted, since thirds are written with few digits."""

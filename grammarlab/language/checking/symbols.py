@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 from grammarlab.errors import Finding, Location, Severity
-from grammarlab.language.syntax.tree import Attribute, Function, Import, Rule, RuleFile
+from grammarlab.language.syntax.syntax_tree import Attribute, Function, Import, Rule, RuleFile
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from grammarlab.language.checking.arguments import check_arguments, note_keyword
+from grammarlab.language.checking.call_forms import check_arguments, note_keyword
 from grammarlab.language.checking.inference import ExpressionChecker
 from grammarlab.language.checking.percentages import constant
 from grammarlab.language.checking.symbols import suggestion
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax import builtins
+from grammarlab.language.syntax.keywords import FLOAT, Scope, in_words
+from grammarlab.language.syntax.syntax_tree import (
     Block,
     Case,
     Choice,
@@ -28,9 +30,7 @@ from grammarlab.language.syntax.tree import (
     Scoped,
     Stochastic,
 )
-from grammarlab.language.syntax.tree import Sequence as Operations
-from grammarlab.language.vocabulary import builtins
-from grammarlab.language.vocabulary.kinds import FLOAT, Scope, in_words
+from grammarlab.language.syntax.syntax_tree import Sequence as Operations
 
 
 class BodyChecker:

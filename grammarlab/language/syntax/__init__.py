@@ -1,1 +1,1 @@
-"""Syntax tree of a rule file, and its text."""
+"""From text to syntax trees and back; the vocabulary of CGA."""

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable
 from math import isfinite
 from typing import Any
 
-from grammarlab.language.syntax.operators import (
+from grammarlab.language.syntax.keywords import (
     BINARY_PRECEDENCE,
     FLOATING_PRECEDENCE,
     POSTFIX_PRECEDENCE,
     PREFIX_PRECEDENCE,
 )
-from grammarlab.language.syntax.tree import (
+from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Array,
     Attribute,

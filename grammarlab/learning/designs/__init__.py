@@ -1,1 +1,1 @@
-"""Designs: they have addresses, can be made again, and are described by numbers."""
+"""Design spaces, and designs as rows of numbers."""

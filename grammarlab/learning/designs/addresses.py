@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import hash_of, normal
-from grammarlab.preference.labels.table import Label, Labels, Place
+from grammarlab.preference.labels import Label, Labels, Place
 
 _TEXT = re.compile(r"([gf])(0|[1-9][0-9]{0,19})-(0|[1-9][0-9]{0,18})")
 

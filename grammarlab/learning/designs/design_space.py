@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.forest import MissingAsset
-from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.settings import FeatureOptions
@@ -163,7 +163,7 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         return NoParts()
 
     def asset_names(self) -> Iterable[str]:
-        """Texts that may name files of an asset folder (`grammarlab.runs.requests.asset_files.named_files`)."""
+        """Texts that may name files of an asset folder (`grammarlab.runs.sample.checks.named_files`)."""
         return ()
 
     def scene(self, num: int, seed: int) -> Scene:

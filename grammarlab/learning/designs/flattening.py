@@ -14,8 +14,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.language.checking.percentages import probabilities
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.tree import Attribute, Function, Node, Number, Rule, Stochastic
-from grammarlab.language.syntax.walking import walk
+from grammarlab.language.syntax.syntax_tree import Attribute, Function, Node, Number, Rule, Stochastic, walk
 
 Floats = NDArray[np.float64]
 

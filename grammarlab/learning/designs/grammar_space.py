@@ -1,4 +1,7 @@
-"""The models of a stochastic grammar as a space of designs; its proposal is the grammar with equal percentages."""
+"""The models of a stochastic grammar as a space of designs; its proposal is the grammar with equal percentages.
+
+The visible shapes of a model, and the rules that made them.
+"""
 
 from __future__ import annotations
 
@@ -11,43 +14,75 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.arrays import Ints
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
-from grammarlab.derivation.expressions.vocabulary import number_grammar
-from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.expressions import number_grammar
+from grammarlab.derivation.forest import Forest, origin_of, way_to
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import UsageError
-from grammarlab.features.columns.draws import is_quantity
-from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.acceptance import Acceptance, Accepted, derive_accepted
+from grammarlab.features.columns.feature_table import FeatureTable
+from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
-from grammarlab.features.counting.counts import count
-from grammarlab.features.counting.stripping import without_geometry
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Threshold
-from grammarlab.features.rules.acceptance import Acceptance
-from grammarlab.features.rules.accepting import Accepted, derive_accepted
-from grammarlab.features.search.equalities import find_equalities
-from grammarlab.features.search.patterns import search_patterns
+from grammarlab.features.patterns.tree_index import without_geometry
+from grammarlab.features.search.attribute_readers import readers_of
+from grammarlab.features.search.equal_choices import find_equalities
 from grammarlab.features.search.points import find_points
-from grammarlab.features.search.readers import readers_of
-from grammarlab.features.search.relations import find_relations
 from grammarlab.features.search.sums import find_steps, find_sum
-from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
+from grammarlab.features.search.thresholds import find_half_space, find_relations, find_thresholds, margins
 from grammarlab.features.search.totals import counted, find_totals, total_of
+from grammarlab.features.search.tree_patterns import search_patterns
 from grammarlab.files import existing
-from grammarlab.geometry.outlines.footprints import read_footprint_map
+from grammarlab.geometry.footprints import read_footprint_map
 from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.tree import String
-from grammarlab.language.syntax.walking import walk
+from grammarlab.language.numbering import Numbering
+from grammarlab.language.syntax.syntax_tree import String, walk
 from grammarlab.learning.designs.addresses import Address, hashes_of
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, PointsFeature, Realized
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, AbstractParts, PointsFeature, Realized
 from grammarlab.learning.designs.flattening import Flattened, flattened
-from grammarlab.learning.designs.grammar_parts import GrammarParts
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.scene.instances import realize
+from grammarlab.scene.triangles import leaf_of_triangle
+
+
+@dataclass(frozen=True)
+class GrammarParts(AbstractParts):
+    """The leaves of one model that have triangles, in the order of the derivation."""
+
+    forest: Forest
+    """The model alone."""
+    numbering: Numbering
+    """Of its grammar."""
+
+    @property
+    def of_triangles(self) -> Ints:
+        return self._found[1]
+
+    def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
+        node = int(self.forest.leaves.node[self._found[0][part]])
+        return tuple(self._step(above) for above in way_to(self.forest, node))
+
+    @cached_property
+    def _found(self) -> tuple[Ints, Ints]:
+        """Rows of the leaves [P], and the part of each triangle [T]."""
+        leaf = leaf_of_triangle(self.forest)
+        rows, place = np.unique(leaf, return_inverse=True)
+        order = np.argsort(self.forest.leaves.node[rows], kind="stable")
+        rank = np.empty_like(order)
+        rank[order] = np.arange(len(order))
+        return rows[order], rank[place.ravel()]
+
+    def _step(self, node: int) -> tuple[str, str]:
+        origin = origin_of(self.forest, self.numbering, node)
+        return origin.symbol, str(origin.rule_at or origin.made_at or "")
+
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

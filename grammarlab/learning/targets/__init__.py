@@ -1,1 +1,1 @@
-"""From a learned preference to a file that samples its density."""
+"""Learned densities as grammars, and their distance from the target."""

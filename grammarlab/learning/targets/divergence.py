@@ -1,6 +1,14 @@
-"""Divergence and correlation of two densities over the same set of models."""
+"""Divergence and correlation of two densities over the same set of models.
+
+Agreement of learned weights with target weights on a labelled set.
+
+Distance of a learned density from the target density, on a set of designs.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -76,3 +84,64 @@ def _fault(values: Floats) -> str:
         return "no weights"
     wrong = values[~np.isfinite(values) | (values < 0)]
     return f"{len(wrong)} of {len(values)} that are not, {wrong[0]} first" if len(wrong) else "zeros only"
+
+
+class Agreement(NamedTuple):
+    """Comparison of two densities on a finite set."""
+
+    js: float
+    """Jensen-Shannon divergence in nats, 0 to ln 2."""
+    correlation: float
+    """Pearson correlation of the weights; 0 if one of the two is constant."""
+
+
+def agreement(wanted: Floats, learned: Floats, weights: Floats) -> Agreement:
+    """Compare two preferences on a labelled set.
+
+    The densities are ``weights * wanted`` and ``weights * learned``, each divided by its sum over the set. If the
+    learned preference is nowhere positive, the learned density is that of the weights only.
+
+    Args:
+        wanted: [n] true scores, >= 0, one at least positive together with its weight.
+        learned: [n] predicted scores; negative ones count as 0.
+        weights: [n] >= 0, importance weight of each model of the set: 1 for independent samples of the density that the
+            preference multiplies (``base="grammar"``), 1 / p for ``base="uniform"``, p / (density it was drawn from)
+            otherwise.
+    """
+    target = weights * wanted
+    current = weights * np.clip(learned, 0.0, None)
+    current = current if current.any() else weights
+    return Agreement(jensen_shannon(target, current), correlation(target, current))
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A learned density compared with the target density."""
+
+    after: Agreement
+    before: Agreement
+    """The same of the original grammar."""
+    num_models: int
+    """Number of models in the comparison."""
+    effective_models: float
+    """Effective number of models under the target density: (sum w)^2 / sum w^2."""
+    acceptance: float
+    """Share of the original grammar's models that rejection would accept, with the largest found weight as bound."""
+
+
+def measured(wanted: Floats, learned: Floats, weights: Floats) -> Measured:
+    """Compare densities on a set of models.
+
+    Args:
+        wanted: [n] target density divided by that of the original grammar, up to a factor, >= 0, not all 0.
+        learned: [n] the same for the learned density.
+        weights: [n] importance weights under the original grammar, >= 0.
+    """
+    liked = weights * wanted
+    return Measured(
+        agreement(wanted, learned, weights),
+        agreement(wanted, np.ones(len(wanted)), weights),
+        len(wanted),
+        float(liked.sum() ** 2 / (liked**2).sum()),
+        float(liked.sum() / weights.sum() / wanted[weights > 0.0].max()),
+    )

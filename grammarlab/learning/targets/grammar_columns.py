@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.density.splits.exactness import Exactness
+from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.targets.ranges import range_ends
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.conditions import at_least
@@ -15,7 +15,7 @@ from grammarlab.features.patterns.pattern import Draw, Feature, Sum, Threshold
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.simplification import Predicted
-from grammarlab.preference.simple.simplified import SimplifiedPreference
+from grammarlab.preference.simplified import SimplifiedPreference
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

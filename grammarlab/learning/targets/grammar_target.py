@@ -9,24 +9,23 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.density.exact.compile import Exactness
+from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.grammar_skeleton import ENOUGH_MODELS
 from grammarlab.density.samples import sampled
-from grammarlab.density.samples.nearest import compile_nearest
-from grammarlab.density.skeleton import ENOUGH_MODELS
-from grammarlab.density.splits.exactness import Exactness
-from grammarlab.density.splits.learned import LearnedGrammar
-from grammarlab.density.targets.rejection import RejectionSampler, reject
+from grammarlab.density.samples.sampled import compile_nearest
+from grammarlab.density.targets.rejection import Progress, RejectionSampler, reject, silent
 from grammarlab.density.targets.target import Target
-from grammarlab.density.targets.thinning import Progress, silent
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
+from grammarlab.learning.targets.accepting_target import ReadableSampler, smallest
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
-from grammarlab.learning.targets.readable import ReadableSampler, smallest
 from grammarlab.learning.targets.simplification import predict
-from grammarlab.learning.targets.target import AbstractTargetWriter, LearnedDensity, Making, judged
-from grammarlab.learning.targets.wanted import Wanted
+from grammarlab.learning.targets.target_density import Wanted
+from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 
 Floats = NDArray[np.float64]
 LearnedSampler = LearnedGrammar | RejectionSampler

@@ -14,15 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.learning.designs.design_space import Designs
-from grammarlab.learning.designs.tables import DesignTable
+from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.round import State, Study
-from grammarlab.learning.targets.agreement import agreement
-from grammarlab.learning.targets.words import Words, words_of
+from grammarlab.learning.targets.divergence import agreement
+from grammarlab.learning.targets.explanation import Words, words_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
-from grammarlab.preference.simple.levels import drawn_to_levels
-from grammarlab.preference.simple.pruning import needed_columns
-from grammarlab.preference.simple.regression_tree import Split, grow, leaves_of, means_of, round_between
-from grammarlab.preference.simple.simplified import SimplifiedPreference
+from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of, round_between
+from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_levels, needed_columns
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -1,1 +1,1 @@
-"""Trees that divide designs into cells of one value."""
+"""Preferences that divide designs into cells."""

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from grammarlab.preference.base import MAX_SCORE, Floats, Ints
-from grammarlab.preference.cells.ranking import Ranked, rank
+from grammarlab.preference.cells.split_ranking import Ranked, rank
 from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood
 

@@ -2,13 +2,21 @@
 
 A person who likes some combinations of parts and dislikes all others has few values and many designs of each. Labels
 of one cell then measure one number, so that noise averages out and a single inconsistent score is a blunder. The error
-of the person is found by evidence (`grammarlab.preference.cells.erring`).
+of the person is found by evidence (`grammarlab.preference.cells.person_error`).
 
 Splits of columns of many values have few bounds at first, then all bounds near those of the most likely tree. Where no
 label lies between two bounds, the alternative trees that choose questions have any bound in between.
 
 Cells of value 0 are predicted as 0, which matters most to a density: Gaussian processes predict a small mean for
 clipped scores.
+
+Values of cells for a density over designs.
+
+A density divides values by their total over all designs. If cells hold masses w of the designs, the share of a cell in
+this total is v w / (v w + r), r the total of the other cells, and the expected density has the expected share. Expected
+values have another one: if hardly any design is liked, and a cell of nearly all designs has a value of 0 with a
+probability of 97 % and a small one otherwise, its expected value has most of the total, but its expected share is at
+most 3 %.
 """
 
 from __future__ import annotations
@@ -25,8 +33,8 @@ from threadpoolctl import threadpool_limits
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.cells import ScoreCells, levels_of
-from grammarlab.preference.cells.densities import values_for_density
-from grammarlab.preference.cells.erring import (
+from grammarlab.preference.cells.further_columns import splits_of, sums_of, widened
+from grammarlab.preference.cells.person_error import (
     BLUNDERS,
     COOL,
     NOISES,
@@ -37,12 +45,37 @@ from grammarlab.preference.cells.erring import (
     posterior_shares,
     sketching,
 )
-from grammarlab.preference.cells.growing import Growth, Tree, grow, loosened, regrown, replanted
 from grammarlab.preference.cells.splits import Flags
-from grammarlab.preference.cells.widening import splits_of, sums_of, widened
-from grammarlab.preference.explain import level_of
+from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, loosened, regrown, replanted
+from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
+
+_SWEEPS = 3
+"""Each takes the total of the other cells from the sweep before."""
+_NONE = 1e-12
+
+
+def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
+    """[k] values of cells with which each has its expected share in the total, with the same highest value.
+
+    Args:
+        posteriors: [k, G] probability of each value of each cell; rows sum to 1.
+        grid: [G] possible values, >= 0.
+        masses: [k] share of the designs in each cell, >= 0.
+    """
+    expected = posteriors @ grid
+    values = expected
+    for _ in range(_SWEEPS):
+        others = np.maximum(masses @ values - masses * values, 0.0)
+        own = grid * masses[:, None]
+        share = (posteriors * (own / np.maximum(own + others[:, None], _NONE))).sum(axis=1)
+        # A cell without designs, or without other cells of some value, has no share that its value could change.
+        open_ = (masses > 0.0) & (others > _NONE)
+        odds = share / np.maximum(1.0 - share, _NONE)
+        values = np.where(open_, odds * others / np.where(open_, masses, 1.0), expected)
+    return values * (expected.max() / values.max()) if values.max(initial=0.0) > 0.0 else expected
+
 
 MAX_ROWS_TO_FIT = 512
 """Largest number of labels that trees are grown from; of more, an even selection by score is used."""

@@ -1,1 +1,1 @@
-"""Gaussian processes: kernels, evidence, posteriors, and labels of other kinds."""
+"""Gaussian processes over groups of columns."""

@@ -28,7 +28,7 @@ from grammarlab.preference.base import (
     Rows,
     rows_to_predict,
 )
-from grammarlab.preference.explain import relevances
+from grammarlab.preference.factors import relevances
 from grammarlab.preference.observations import Observations, checked_groups, checked_kinds, observe, thinned
 from grammarlab.preference.processes.grouped_search import (
     AMPLITUDE,

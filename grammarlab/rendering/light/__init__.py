@@ -1,1 +1,1 @@
-"""Light: surfaces, ground, edges and the look of all pictures."""
+"""Light, surfaces and rays."""

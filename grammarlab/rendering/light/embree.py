@@ -7,7 +7,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from grammarlab.rendering.light.hits import AbstractScene, Floats, Hits
+from grammarlab.rendering.light.box_tree import AbstractScene, Floats, Hits
 
 
 class EmbreeTriangles(AbstractScene):

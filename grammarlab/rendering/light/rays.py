@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.geometry.meshes.ragged import distinct_keys
-from grammarlab.rendering.light.boxes import BoxedTriangles
-from grammarlab.rendering.light.hits import AbstractScene, Floats, Hits
+from grammarlab.rendering.light.box_tree import AbstractScene, BoxedTriangles, Floats, Hits
 
 
 class Tracer:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.errors import UsageError
 from grammarlab.rendering.light.rays import Hits, Tracer, welded
 from grammarlab.scene import TriangleBatch
-from grammarlab.scene.color import linear_from_srgb
+from grammarlab.scene.shading import linear_from_srgb
 
 Floats = NDArray[np.floating]
 

@@ -1,1 +1,1 @@
-"""Evaluation on disk: methods, seeds and scenarios, with curves, pictures and pages."""
+"""Runs that evaluate methods of learning."""

@@ -14,15 +14,15 @@ from grammarlab.about import __version__
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.evaluation.scenario import Scenario
-from grammarlab.runs.disk.results import Progress, made
-from grammarlab.runs.evaluate.disk.measurements import digest, measurements_in
-from grammarlab.runs.evaluate.label import labels_of
-from grammarlab.runs.evaluate.task import CurveTask
-from grammarlab.runs.learn.labels import learn_from_labels
-from grammarlab.runs.learn.measure import LabelledSet
-from grammarlab.runs.markdown import table
-from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.evaluate.curve_store import digest, measurements_in
+from grammarlab.runs.evaluate.curve_tasks import CurveTask
+from grammarlab.runs.evaluate.simulated_labels import labels_of
+from grammarlab.runs.learn.from_labels import learn_from_labels
+from grammarlab.runs.learn.scenario_measures import LabelledSet
+from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.work.markdown import table
+from grammarlab.runs.work.results import Progress, made
 
 STORE = "grammars"
 METHOD = "default"

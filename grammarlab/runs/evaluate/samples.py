@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.evaluation import protocol
-from grammarlab.evaluation.material import Material
+from grammarlab.evaluation.preparation import Material
 from grammarlab.randomness import derived_seed
-from grammarlab.runs.disk.results import Progress, made
-from grammarlab.runs.evaluate.disk.measurements import measurements_in
-from grammarlab.runs.evaluate.task import CurveTask, run_protocol
+from grammarlab.runs.evaluate.curve_store import measurements_in
+from grammarlab.runs.evaluate.curve_tasks import CurveTask, run_protocol
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.work.results import Progress, made
 
 STORE = "samples"
 NUM_MODELS = 100

@@ -1,1 +1,1 @@
-"""Commands on facades: from files to files."""
+"""Runs that read, edit and make facades."""

@@ -9,20 +9,15 @@ from math import isfinite
 from typing import Any
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.grids.editing import aligned, following, grid_of
-from grammarlab.facade.grids.joint import with_joint
-from grammarlab.facade.grids.kinds import kinds
-from grammarlab.facade.grids.proposals import with_proposals
-from grammarlab.facade.retargeting.energy import origin_of
-from grammarlab.facade.retargeting.retarget import Retargeted, retarget
-from grammarlab.facade.retargeting.stepwise import MOST_STEPS, affordable, stepwise
+from grammarlab.facade.editing.edit_sequences import canonical, ranked, sequences
+from grammarlab.facade.editing.grid_proposals import with_joint, with_proposals
+from grammarlab.facade.editing.grids import aligned, following, grid_of, kinds
+from grammarlab.facade.editing.retarget import MOST_STEPS, Retargeted, affordable, retarget, stepwise
+from grammarlab.facade.editing.springs import origin_of
+from grammarlab.facade.editing.variations import Variation, inherited, lost, unedited, vary
+from grammarlab.facade.sizes.size_wishes import Size, Wish, checked, in_words
 from grammarlab.facade.sizes.solve import Residuals, Resized, resize
-from grammarlab.facade.sizes.wishes import Size, Wish, checked, in_words
 from grammarlab.facade.tree import LONGEST, SHORTEST, Facade, X, Y
-from grammarlab.facade.variations.inheriting import inherited, lost
-from grammarlab.facade.variations.ranking import ranked
-from grammarlab.facade.variations.sequences import canonical, sequences
-from grammarlab.facade.variations.single import Variation, unedited, vary
 
 _KEPT, _WORK = 40, 60_000
 """Largest number of variations to continue from after each step, and of leaves of all their results."""

@@ -1,18 +1,33 @@
-"""From a file of labelled boxes or of a building to the file of a facade."""
+"""From a file of labelled boxes or of a building to the file of a facade.
+
+From one side of a derived building to the file of a facade, with its picture.
+"""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
-from grammarlab.facade.boxes.assembling import assemble
-from grammarlab.facade.file import save_facade
-from grammarlab.facade.grids.proposals import with_proposals
-from grammarlab.facade.pictures import is_plain, load_picture, picture_size
-from grammarlab.facade.reading.choosing import read_annotation
-from grammarlab.facade.tree import Facade
-from grammarlab.files import check_overwrites
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+from grammarlab.derivation import derive
+from grammarlab.errors import AssetError
+from grammarlab.facade.drawing import front, picture_size
+from grammarlab.facade.editing.grid_proposals import with_proposals
+from grammarlab.facade.file import MOST_BYTES, is_plain, load_picture, save_facade
+from grammarlab.facade.file import picture_size as size_in_pixels
+from grammarlab.facade.reading.assembling import assemble
+from grammarlab.facade.reading.derived_face import face_of
+from grammarlab.facade.reading.formats import read_annotation
+from grammarlab.facade.tree import Facade, Picture
+from grammarlab.files import check_overwrites, read_bounded
+from grammarlab.rendering.renderer import LARGEST_SIDE
+from grammarlab.runs.sample.records import compiled
+from grammarlab.runs.sample.shipped import find_rules
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +90,7 @@ def read_facade(
     picture = pixels = None
     if is_plain(annotation.picture) and (path.parent / annotation.picture).is_file():
         picture = load_picture(annotation.picture, path.parent)
-        pixels = picture_size(picture)
+        pixels = size_in_pixels(picture)
     made = assemble(
         annotation,
         width=width,
@@ -90,3 +105,73 @@ def read_facade(
         file.parent.mkdir(parents=True, exist_ok=True)
         save_facade(facade, file)
     return ReadResult(facade, file, made.moved, made.notes, time.perf_counter() - start)
+
+
+PIXELS_PER_METRE, MOST_PIXELS = 50.0, 1_000_000
+"""Largest resolution and largest area of the picture of a side."""
+_MARK = "Software", "grammarlab"
+"""Text in the pictures drawn here."""
+
+
+def read_face(
+    rules: str,
+    output: Path,
+    face: str,
+    parts: Collection[str] = (),
+    *,
+    seed: int = 0,
+    start_rule: str | None = None,
+    tolerance: float | None = None,
+    split: bool = False,
+) -> ReadResult:
+    """Make a facade of a side of the first model of a grammar, with grids and a picture of that side.
+
+    Args:
+        rules: a rule file, or the name of a shipped grammar.
+        output: where to write; the picture has the same name, in the same folder.
+        face: ``front``, ``right``, ``back`` or ``left``, see `face_of`.
+        parts: symbols whose shapes become boxes; all leaves if empty.
+        seed: seed of the model.
+        start_rule: start symbol, in place of the one that the grammar marks.
+        tolerance: see `assemble`.
+        split: whether boxes of a pinwheel may be cut.
+
+    Raises:
+        GrammarlabError: If the rules, the side or the boxes have an error.
+    """
+    start = time.perf_counter()
+    source = find_rules(rules)
+    grammar, _ = compiled(source.text(), source.name)
+    forest = derive(grammar, 1, seed=seed, start_rule=start_rule, assets=source.assets)
+    name = f"{output.name.removesuffix('.json').removesuffix('.facade')}.png"
+    found = face_of(forest, face, parts, name)
+    width, height = (found.annotation.picture_area[1] - found.annotation.picture_area[0]).tolist()
+    scale = min(PIXELS_PER_METRE, (MOST_PIXELS / (width * height)) ** 0.5, LARGEST_SIDE / max(width, height))
+    pixels = picture_size(width, height, scale)
+    content = BytesIO()
+    mark = PngInfo()
+    mark.add_text(*_MARK)
+    Image.fromarray(front(found.shapes, *pixels, found.azimuth)).save(content, "PNG", optimize=True, pnginfo=mark)
+    made = assemble(
+        found.annotation,
+        tolerance=tolerance,
+        split=split,
+        picture=Picture(name, content.getvalue()),
+        pixels=pixels,
+    )
+    output.parent.mkdir(parents=True, exist_ok=True)
+    if output.exists() and _is_drawn(output.parent / name):  # replaced, with its picture; a photograph is not
+        (output.parent / name).unlink()
+    facade = with_proposals(made.facade)
+    save_facade(facade, output)
+    return ReadResult(facade, output, made.moved, made.notes, time.perf_counter() - start)
+
+
+def _is_drawn(path: Path) -> bool:
+    """Whether a file is a picture that was drawn here."""
+    try:
+        content = read_bounded(path, MOST_BYTES)
+        with Image.open(BytesIO(content), formats=("PNG",)) as image:
+            return image.info.get(_MARK[0]) == _MARK[1]
+    except (AssetError, OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return False

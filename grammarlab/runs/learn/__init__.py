@@ -1,1 +1,1 @@
-"""Learning of grammars on disk: from a scenario, from labels, from finished models."""
+"""Runs that learn a grammar."""

@@ -17,19 +17,19 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from grammarlab.density.skeleton import TreeGrammar
+from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports
 from grammarlab.derivation.lots import Lots
+from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests
-from grammarlab.derivation.values.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import PART_PREFIX, read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.disk.derivations import HEADER
-from grammarlab.runs.sampling.records import DERIVATIONS
+from grammarlab.runs.sample.derivations import HEADER
+from grammarlab.runs.sample.records import DERIVATIONS
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

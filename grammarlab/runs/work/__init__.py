@@ -1,1 +1,1 @@
-"""Executors and worker processes for the tasks of a run."""
+"""Executors of tasks, and what all runs have on disk."""

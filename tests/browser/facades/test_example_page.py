@@ -10,13 +10,12 @@ from typing import Any
 import pytest
 from playwright.sync_api import FloatRect, Locator, Page, expect
 
-from grammarlab.facade.examples.analysis.correction import corrected
-from grammarlab.facade.examples.analysis.example import analyse
-from grammarlab.facade.examples.mesh.reading import read_mesh
-from grammarlab.runs.facade.example_page.corrector import Corrector
-from grammarlab.runs.facade.example_page.server import PAGE
+from grammarlab.pages.corrector import PAGE, Corrector
+from grammarlab.synthesis.analysis.correction import corrected
+from grammarlab.synthesis.analysis.example import analyse
+from grammarlab.synthesis.mesh.building_files import read_mesh
 from tests.browser.in_process import PageThread
-from tests.facade.examples.houses import house
+from tests.synthesis.houses import house
 from tests.waiting import wait_until
 
 

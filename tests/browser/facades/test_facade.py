@@ -12,13 +12,12 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from grammarlab.facade.editing.grids import grid_of
 from grammarlab.facade.file import load_facade, load_locked, save_facade
-from grammarlab.facade.grids.editing import grid_of
-from grammarlab.facade.sizes.wishes import Aspect
+from grammarlab.facade.sizes.size_wishes import Aspect
 from grammarlab.facade.tree import Facade, X, Y
-from grammarlab.runs.facade.editor.editor import Editor
-from grammarlab.runs.facade.editor.server import PAGE
-from grammarlab.runs.requests.examples import examples_folder
+from grammarlab.pages.editor.editor import PAGE, Editor
+from grammarlab.runs.sample.shipped import examples_folder
 from tests.browser.facades.editing import EditorPage, EditorServer
 from tests.browser.in_process import PageThread
 from tests.browser.scoring.test_page import contrast

@@ -11,13 +11,13 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from grammarlab.facade.file import load_facade
-from grammarlab.facade.layers.designs.file import load_design
-from grammarlab.runs.facade.layers_page.designer import PAGE, Designer
+from grammarlab.layers.file import load_design
+from grammarlab.pages.layers.designer import PAGE, Designer
 from tests.browser.driver import Server
 from tests.browser.in_process import PageThread
 from tests.browser.scoring.test_page import contrast
 from tests.browser.scoring.test_touch import Hand
-from tests.facade.layers.samples import RESIDENTIAL
+from tests.layers.samples import RESIDENTIAL
 
 
 class DesignServer(Server):

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from grammarlab.facade.templates.kinds.corrections import Correction, load_corrections
-from grammarlab.facade.templates.library import named
-from grammarlab.facade.templates.scenes import SceneOptions, rectangles
-from grammarlab.runs.facade.scan_page.desk import ScanDesk
-from grammarlab.runs.facade.scan_page.matcher import PAGE, Matcher
+from grammarlab.matching.corrections import Correction, load_corrections
+from grammarlab.matching.library import named
+from grammarlab.matching.scenes import SceneOptions, rectangles
+from grammarlab.pages.matcher import PAGE, Matcher
+from grammarlab.pages.scan_desk import ScanDesk
 from tests.browser.in_process import PageThread
 
 

@@ -10,7 +10,7 @@ from PIL import Image
 from playwright.sync_api import expect
 
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.runs.comparing.trace import as_values, trace_model
+from grammarlab.runs.sample.trace import as_values, trace_model
 from tests.browser.driver import Server
 
 

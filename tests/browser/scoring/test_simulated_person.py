@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.runs.sampling.sources import load_source
-from grammarlab.scoring.session import Session
+from grammarlab.pages.scoring.session import Session
+from grammarlab.runs.sample.sources import load_source
 from tests.browser.driver import Server
-from tests.scoring.windows import Window, shown_models
+from tests.pages.scoring.windows import Window, shown_models
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 ROUNDS = (16, 16)

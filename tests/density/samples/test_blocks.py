@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from grammarlab.density.mixtures.mixture import Cells
 from grammarlab.density.samples.blocks import fit_blocks, going_together, information
+from grammarlab.density.samples.mixture import Cells
 
 CELLS = Cells(np.full(8, 0.5), np.repeat(np.arange(4), 2))
 

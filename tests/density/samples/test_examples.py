@@ -10,7 +10,7 @@ from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.divergence import jensen_shannon
-from grammarlab.runs.requests.examples import shipped_examples
+from grammarlab.runs.sample.shipped import shipped_examples
 from tests.density.samples.test_sampled import STYLE, STYLES, score
 
 

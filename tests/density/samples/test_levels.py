@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import gammaln
 
-from grammarlab.density.mixtures.mixture import Cells
 from grammarlab.density.samples.levels import CONCENTRATIONS, ProbabilityPrior
+from grammarlab.density.samples.mixture import Cells
 
 
 def of_groups(counts, original, groups):

@@ -7,21 +7,21 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from grammarlab.density.mixtures.choices import Choices
-from grammarlab.density.mixtures.mixture import Cells, Mixture
+from grammarlab.density.grammar_skeleton import Alternative, Cases, Chance, TreeGrammar
+from grammarlab.density.samples.choices import Choices
+from grammarlab.density.samples.mixture import Cells, Mixture
 from grammarlab.density.samples.sampled import METHODS, learn, written
-from grammarlab.density.skeleton import Alternative, Cases, Chance, TreeGrammar
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.features.counting import counts as counting
-from grammarlab.features.patterns import text as pattern_text
+from grammarlab.features.expression import Expression
+from grammarlab.features.model_score import Score, ScoreCase
+from grammarlab.features.patterns import counts as counting
+from grammarlab.features.patterns import pattern_text
 from grammarlab.features.patterns.pattern import Threshold
-from grammarlab.features.rules.expression import Expression
-from grammarlab.features.rules.score import Score, ScoreCase
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.divergence import jensen_shannon
-from tests.density.mixtures.test_choices import cells_taken, contexts_of
+from tests.density.samples.test_choices import cells_taken, contexts_of
 from tests.density.trees import Tree, all_trees, grammars, patterns, text_of
 
 few = settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])

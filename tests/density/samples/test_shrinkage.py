@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from grammarlab.density.mixtures.mixture import Cells
-from grammarlab.density.samples.shrinkage import Shrinkage
+from grammarlab.density.samples.levels import Shrinkage
+from grammarlab.density.samples.mixture import Cells
 
 CELLS = Cells(np.array([0.5, 0.3, 0.2]), np.zeros(3, dtype=np.int64))
 NO = np.zeros(1, dtype=bool)

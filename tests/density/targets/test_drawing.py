@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from grammarlab.density.targets.drawing import draw
 from grammarlab.density.targets.target import Target
+from grammarlab.density.targets.target_samples import draw
 from grammarlab.errors import GrammarlabError, InexactError
-from grammarlab.features.rules.expression import Expression
-from grammarlab.features.rules.score import Score, ScoreCase
+from grammarlab.features.expression import Expression
+from grammarlab.features.model_score import Score, ScoreCase
 from grammarlab.language.grammar import Grammar
 
 HOUSE = Grammar.parse(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.density.samples.nearest import compile_nearest
+from grammarlab.density.samples.sampled import compile_nearest
 from grammarlab.density.targets.ranges import even_cuts, range_ends, with_ranges
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.derive import derive

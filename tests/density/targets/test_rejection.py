@@ -9,8 +9,8 @@ from grammarlab.density.targets.rejection import reject
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from tests.density.samples.test_sampled import STYLE, STYLES, score
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.density.targets.thinning import thin
+from grammarlab.density.targets.rejection import thin
 from grammarlab.errors import GrammarlabError
 
 VALUES = np.array([0.0, 1.0, 2.0, 5.0])

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import Forest, compile_grammar, derive, derive_chunks
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load

@@ -11,7 +11,7 @@ from grammarlab.derivation import Budget, derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.requests.checks import SUPPORTED
+from grammarlab.runs.sample.checks import SUPPORTED
 from tests.derivation.operations.leaves import L_SHAPE, TRIANGLE
 
 NUMBERS = [

@@ -9,10 +9,10 @@ from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.selection import join_forests
 from grammarlab.errors import UsageError
 from grammarlab.features import count
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.disk.derivations import load_forest, save_forest
-from grammarlab.runs.requests.examples import shipped_examples
+from grammarlab.runs.sample.derivations import load_forest, save_forest
+from grammarlab.runs.sample.shipped import shipped_examples
 from grammarlab.scene import realize, triangles
 
 SOURCES = {source.name: source for source in shipped_examples()}

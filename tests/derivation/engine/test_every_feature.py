@@ -9,8 +9,8 @@ from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.errors import DerivationError
 from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.vocabulary import builtins
-from grammarlab.runs.requests.checks import SUPPORTED
+from grammarlab.language.syntax import builtins
+from grammarlab.runs.sample.checks import SUPPORTED
 
 SEQUENCES = [
     *(

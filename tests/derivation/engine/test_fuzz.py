@@ -7,7 +7,7 @@ from pathlib import Path
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from grammarlab.assets.meshes import AssetFolder
+from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import Budget, derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.language.grammar import Grammar

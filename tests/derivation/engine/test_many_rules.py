@@ -10,9 +10,9 @@ from grammarlab.cli.app import app
 from grammarlab.derivation import derive
 from grammarlab.derivation.selection import join_forests
 from grammarlab.features import count
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.disk.derivations import load_forest, save_forest
+from grammarlab.runs.sample.derivations import load_forest, save_forest
 from tests.runs.forests import assert_same
 
 NUM = 33_001

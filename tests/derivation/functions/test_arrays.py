@@ -212,7 +212,7 @@ def test_arrays_are_bounded(value):
 
 
 def test_all_arrays_together_are_bounded(monkeypatch):
-    monkeypatch.setattr("grammarlab.derivation.state.tables.MAX_CELLS_IN_ALL", 5_000)
+    monkeypatch.setattr("grammarlab.derivation.state.array_table.MAX_CELLS_IN_ALL", 5_000)
     rules = "Lot --> split(x) { 0.1 : A([split.index : split.index + 99]) }*\nA(v) --> B"
     with pytest.raises(BudgetError, match="all arrays together"):
         derive(Grammar.parse(rules), 1, 1)

@@ -10,7 +10,7 @@ import pytest
 from grammarlab.derivation import derive
 from grammarlab.errors import BudgetError, DerivationError
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.vocabulary.builtins import attributes
+from grammarlab.language.syntax.builtins import attributes
 
 
 def reported(expression: str, attributes: str = "", num_models: int = 1) -> list[float]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from grammarlab.geometry.footprints import read_footprints
 from grammarlab.geometry.meshes import measure
-from grammarlab.geometry.outlines.footprints import read_footprints
 from tests.derivation.operations.leaves import (
     L_SHAPE,
     TRIANGLE,

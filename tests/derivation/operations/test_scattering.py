@@ -10,7 +10,7 @@ from grammarlab.derivation import Budget, derive
 from grammarlab.errors import BudgetError, DerivationError
 from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.requests.checks import SUPPORTED
+from grammarlab.runs.sample.checks import SUPPORTED
 
 L_SHAPE = np.array([[0.0, 0, 0], [0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0]])
 MARK = "primitiveCube() s(1, 1, 1) Mark"

@@ -8,7 +8,7 @@ import numpy as np
 
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, RuleName, Site
 from grammarlab.derivation.lots import Lots
-from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.geometry.meshes.mesh import Meshes
 
 _TOKEN = re.compile(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import FeatureOptions, PaperFigures, ScenarioGoal, load, parse
-from grammarlab.evaluation.toml_file import MAX_BYTES
+from grammarlab.evaluation.scenario_values import MAX_BYTES
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
 

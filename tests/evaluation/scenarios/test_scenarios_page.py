@@ -10,9 +10,9 @@ import pytest
 
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.evaluation import scenario
-from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.text import parse as parse_pattern
-from grammarlab.features.rules.expression import FUNCTIONS, MAX_CHARACTERS, MAX_FEATURES, Expression
+from grammarlab.features.expression import FUNCTIONS, MAX_CHARACTERS, MAX_FEATURES, Expression
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.pattern_text import parse as parse_pattern
 from grammarlab.language.grammar import Grammar
 
 ROOT = Path(__file__).parents[3]

@@ -12,12 +12,12 @@ from grammarlab.derivation import Forest, derive
 from grammarlab.evaluation import preparation
 from grammarlab.evaluation.preparation import Source, labelled_set, prepare
 from grammarlab.evaluation.scenario import load
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.settings import Settings
-from grammarlab.runs.evaluate.find import named_scenarios, shipped_scenarios
-from grammarlab.runs.requests.examples import find_rules
+from grammarlab.runs.evaluate.request import named_scenarios, shipped_scenarios
+from grammarlab.runs.sample.shipped import find_rules
 from tests.evaluation.scenarios.taste_truth import TASTE_TRUTH
 from tests.evaluation.scenarios.truth import Model
 from tests.evaluation.scenarios.truth import models as plain

@@ -8,7 +8,7 @@ import pytest
 
 from grammarlab.derivation import Forest, derive, derive_chunks
 from grammarlab.evaluation.scenario import load
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.targets.divergence import jensen_shannon

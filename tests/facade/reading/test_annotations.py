@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.boxes.annotation import MOST_BOXES
-from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.reading.annotation import MOST_BOXES
+from grammarlab.facade.reading.formats import read_annotation
 from tests.facade.drawings import Drawing, drawing
 from tests.facade.reading.formats import WRITERS, as_cmp, as_coco, as_labelme, as_sides
 

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.boxes.assembling import assemble
-from grammarlab.facade.reading import citygml, gml
-from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.reading import citygml
+from grammarlab.facade.reading.assembling import assemble
+from grammarlab.facade.reading.formats import read_annotation
 from grammarlab.facade.reading.markup import parse_xml
 from grammarlab.facade.reading.source import Source
 from tests.facade.reading.city import ARCH, DOOR, WALL, City, usual
@@ -138,7 +138,7 @@ def test_what_is_no_wall_is_explained(tmp_path, content, says):
 
 
 def test_a_polygon_that_is_referred_to_without_end_is_refused(monkeypatch):
-    monkeypatch.setattr(gml, "MOST_POINTS", 1_000)
+    monkeypatch.setattr(citygml, "MOST_POINTS", 1_000)
     city = City()
     city.wall("<lod3MultiSurface>" + '<m xlink:href="#p"/>' * 1_000 + "</lod3MultiSurface>")
     city.parts.append(f"<lod3Solid>{city.polygon(WALL, name='p')}</lod3Solid>")

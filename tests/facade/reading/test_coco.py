@@ -5,7 +5,7 @@ import json
 import pytest
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.reading.formats import read_annotation
 
 SQUARE = [10, 10, 30, 10, 30, 50, 10, 50]
 

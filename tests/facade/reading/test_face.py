@@ -4,11 +4,11 @@ import pytest
 from grammarlab.derivation import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.boxes.assembling import assemble
-from grammarlab.facade.reading.face import FACES, face_of
-from grammarlab.facade.writing.exact import write_exact
+from grammarlab.facade.grammar.exact_grammar import write_exact
+from grammarlab.facade.reading.assembling import assemble
+from grammarlab.facade.reading.derived_face import FACES, face_of
 from grammarlab.language.grammar import Grammar
-from tests.facade.writing.houses import house
+from tests.facade.grammar.houses import house
 
 # A house whose four sides have different widths and windows, not rotated; a round window on the front.
 HOUSE = """

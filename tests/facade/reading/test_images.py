@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from grammarlab.errors import FacadeError, UsageError
-from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.reading.formats import read_annotation
 
 BOXES = {"walls/front.jpg": (10, 20, 60, 90), "walls/side.jpg": (5, 8, 40, 30)}
 SIZE = (100, 100)

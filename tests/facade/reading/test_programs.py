@@ -5,7 +5,7 @@ import json
 import pytest
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.reading.formats import read_annotation
 
 SIZE = "<size><width>{}</width><height>{}</height></size>"
 BOX = "<bndbox><xmin>10</xmin><ymin>20</ymin><xmax>30</xmax><ymax>60</ymax></bndbox>"

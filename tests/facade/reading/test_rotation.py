@@ -9,8 +9,8 @@ from PIL import Image
 from shapely import affinity
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.assembling import assemble
-from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.reading.assembling import assemble
+from grammarlab.facade.reading.formats import read_annotation
 
 SIZE = (400, 300)
 SIDES = (100.0, 60.0, 180.0, 200.0)

@@ -3,8 +3,8 @@
 import pytest
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.boxes.assembling import assemble
-from grammarlab.facade.reading.choosing import read_annotation
+from grammarlab.facade.reading.assembling import assemble
+from grammarlab.facade.reading.formats import read_annotation
 
 METRES = "label;x;y;width;height\nwindow;1,0;1,0;1,0;1,4\nwindow;3,0;1,0;1,0;1,4\n"
 

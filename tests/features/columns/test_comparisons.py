@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from grammarlab.features.columns.comparisons import comparison, spread_of
+from grammarlab.features.columns.column_names import comparison, spread_of
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 
 

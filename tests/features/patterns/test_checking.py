@@ -4,9 +4,9 @@ import pytest
 
 from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.checking import MAX_REMARKS, check
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold, Total
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.pattern_checks import MAX_REMARKS, check
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 
 PROGRAM = compile_grammar(

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
-from grammarlab.features.counting.counts import count
+from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.conditions import at_least
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold, Total
-from grammarlab.features.patterns.text import parse
-from grammarlab.features.rules.expression import Expression
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse(

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Below, Pattern
-from grammarlab.features.patterns.text import MAX_CHARACTERS, MAX_DEPTH, parse
+from grammarlab.features.patterns.pattern_text import MAX_CHARACTERS, MAX_DEPTH, parse
 from tests.features.forests import patterns
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from grammarlab.density.splits.exactness import Exactness
+from grammarlab.density.exact.compile import Exactness
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import select_models
-from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.text import parse
-from grammarlab.features.search.equalities import MOST, find_equalities
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.pattern_text import parse
+from grammarlab.features.search.equal_choices import MOST, find_equalities
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse(

@@ -5,11 +5,11 @@ import pytest
 
 from grammarlab.derivation import derive
 from grammarlab.features.columns.vocabulary import Options, extract
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import HalfSpace, Threshold
-from grammarlab.features.patterns.text import parse
-from grammarlab.features.search.patterns import search_patterns
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.features.search.thresholds import find_half_space, find_thresholds, margins
+from grammarlab.features.search.tree_patterns import search_patterns
 from grammarlab.language.grammar import Grammar
 
 STACKS = Grammar.parse(

@@ -3,8 +3,8 @@
 import numpy as np
 
 from grammarlab.derivation.derive import derive
-from grammarlab.features.counting.counts import count
-from grammarlab.features.search.readers import readers_of
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.search.attribute_readers import readers_of
 from grammarlab.language.grammar import Grammar
 
 TEXT = """

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, Sum
-from grammarlab.features.search.relations import MOST, find_relations
+from grammarlab.features.search.thresholds import MOST, find_relations
 from grammarlab.language.grammar import Grammar
 
 NAMES = [f"side{number}" for number in range(10)]

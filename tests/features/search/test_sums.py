@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Term
-from grammarlab.features.search.readers import readers_of
+from grammarlab.features.search.attribute_readers import readers_of
 from grammarlab.features.search.sums import MOST_DRAWS, explained, find_steps, find_sum
 from grammarlab.language.grammar import Grammar
 

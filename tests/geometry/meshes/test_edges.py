@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grammarlab.geometry.meshes.edges import edges, faces_at_boundary, num_edges
+from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.measure import num_faces, num_vertices
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.solids.extrude import extrude
-from grammarlab.geometry.solids.primitives import box, disk, quad
+from grammarlab.geometry.meshes.primitives import box, disk, quad
 from tests.geometry.bodies import FRAME, solids
 
 QUICK = settings(max_examples=40, deadline=None)

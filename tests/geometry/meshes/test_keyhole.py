@@ -4,10 +4,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grammarlab.geometry.meshes.keyhole import contains, keyhole
 from grammarlab.geometry.meshes.measure import area_vectors
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.meshes.triangulate import triangulate
+from grammarlab.geometry.meshes.triangulate import contains, keyhole, triangulate
 from tests.geometry.polygons import simple
 
 QUICK = settings(max_examples=40, deadline=None)

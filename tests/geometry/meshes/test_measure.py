@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from grammarlab.geometry.meshes import measure
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.solids.primitives import box, cone, cylinder, quad
+from grammarlab.geometry.meshes.primitives import box, cone, cylinder, quad
 from tests.geometry.bodies import FRAME, as_triangles, prism, rotations, solids, turned
 from tests.geometry.polygons import LOT_L, area, lots, simple
 

@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.meshes.surface import nearest_on, points_on
+from grammarlab.geometry.meshes.primitives import sphere
+from grammarlab.geometry.meshes.surface_points import nearest_on, points_on
 from grammarlab.geometry.meshes.triangulate import triangulate
-from grammarlab.geometry.solids.primitives import sphere
 
 DRAWS = np.random.default_rng(1).random((400, 3))
 

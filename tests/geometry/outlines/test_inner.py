@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from grammarlab.geometry.meshes import measure
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.outlines.inner import RECTANGLE, inner_rect, inner_rectangle
-from grammarlab.geometry.outlines.largest_rectangle import largest_rectangle
+from grammarlab.geometry.outlines.inner_rectangle import RECTANGLE, inner_rect, inner_rectangle, largest_rectangle
 from grammarlab.geometry.outlines.setback import REMAINDER
 from tests.geometry.polygons import LOT_L, area, combs, convex, lots, moved, rectilinear, stars
 

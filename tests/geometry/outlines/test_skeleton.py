@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grammarlab.geometry.outlines.skeleton import loop_area, merge, sweep
+from grammarlab.geometry.outlines.straight_skeleton import loop_area, merge, sweep
 from tests.geometry.polygons import LOT_L, area, combs, convex, moved, rectilinear, simple, stars
 
 QUICK = settings(max_examples=60, deadline=None)

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from grammarlab.errors import LanguageError
-from grammarlab.language.checking.files import check_files
+from grammarlab.language.checking.check import check_files
 from grammarlab.language.grammar import read_text
 from grammarlab.language.importing import load
 

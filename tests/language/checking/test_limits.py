@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grammarlab.language.checking.limits import objection
+from grammarlab.language.attribute_values import objection
 from grammarlab.language.grammar import Grammar
 
 

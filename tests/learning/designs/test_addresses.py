@@ -5,7 +5,7 @@ import json
 
 from grammarlab.language.grammar import hash_of
 from grammarlab.learning.designs.addresses import hashes_of, renamed
-from grammarlab.preference.labels.table import Label, Labels
+from grammarlab.preference.labels import Label, Labels
 
 TEXT = "Lot --> 40% : A\n    else : B\n"
 WINDOWS = hashlib.sha256(TEXT.replace("\n", "\r\n").encode()).hexdigest()

@@ -13,12 +13,11 @@ from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.answers import Answers
-from grammarlab.learning.asking.questions import ask
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.learning.designs.made import MadePool
-from grammarlab.learning.designs.pool import MOST_WIDER, WIDER, Pool
+from grammarlab.learning.designs.pool import MOST_WIDER, WIDER, MadePool, Pool
+from grammarlab.learning.questions import ask
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import FeatureOptions, Settings
 

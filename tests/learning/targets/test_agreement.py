@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.stats import entropy, pearsonr
 
-from grammarlab.learning.targets.agreement import agreement
+from grammarlab.learning.targets.divergence import agreement
 
 COLUMN = arrays(np.float64, 7, elements=st.floats(0.01, 100))
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.sampler import GrammarSampler
-from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.derivation.derive import derive
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.grammar_space import GrammarSpace
@@ -21,9 +21,9 @@ from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.grammar_target import GrammarWriter
 from grammarlab.learning.targets.simplification import TOLERANCE
-from grammarlab.learning.targets.target import Making
+from grammarlab.learning.targets.writers import Making
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance
-from grammarlab.runs.requests.checks import grammar_to_run
+from grammarlab.runs.sample.checks import grammar_to_run
 
 RULES = """
 attr width = rand(4, 12)

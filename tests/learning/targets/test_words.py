@@ -9,11 +9,11 @@ import pytest
 
 from grammarlab.evaluation.preparation import true_scores
 from grammarlab.features.patterns.pattern import Draw, HalfSpace
+from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.learning.designs.tables import Columns, DesignTable
 from grammarlab.learning.round import Study, init
-from grammarlab.learning.targets.words import MOST, MOST_PARTS, Words, words_of
-from grammarlab.runs.sampling.sources import load_source
+from grammarlab.learning.targets.explanation import MOST, MOST_PARTS, Words, words_of
+from grammarlab.runs.sample.sources import load_source
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
-from grammarlab.preference.cells.growing import Growth, Tree, grow, loosened, regrown, replanted
 from grammarlab.preference.cells.splits import Above, Splits
+from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, loosened, regrown, replanted
 
 EVERY = np.arange(60)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.needed import FEWEST, MOST_ROWS, needed, selected
+from grammarlab.preference.cells.further_columns import FEWEST, MOST_ROWS, needed, selected
 
 KNOWN, WIDTH = 8, 40
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.intervals import best_intervals
-from grammarlab.preference.cells.splits import Above, Splits, different
+from grammarlab.preference.cells.splits import Above, Splits, best_intervals, different
 
 
 @pytest.mark.parametrize(("number", "width"), [(0, 3), (1, 1), (40, 3), (300, 5), (50, 400)])

@@ -2,9 +2,9 @@ import jax
 import numpy as np
 import pytest
 
+from grammarlab.baselines import gaussian_process
 from grammarlab.errors import UsageError
 from grammarlab.preference.observations import observe
-from grammarlab.preference.processes import gaussian_process
 from grammarlab.preference.processes.grouped import fit
 from grammarlab.preference.processes.grouped_search import (
     AMPLITUDE,

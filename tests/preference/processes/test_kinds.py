@@ -6,13 +6,20 @@ from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm
 
 from grammarlab.errors import UsageError
+from grammarlab.learning.fitting import fit
 from grammarlab.preference import blended, mixed
-from grammarlab.preference.fitting import fit
-from grammarlab.preference.labels.table import Kind
+from grammarlab.preference.labels import Kind
 from grammarlab.preference.likelihood import intervals_of, log_likelihood, matched
-from grammarlab.preference.processes.kinds import STAR, TIE, Judgements, judgements_of, middle_of, understood
+from grammarlab.preference.processes.label_kinds import (
+    STAR,
+    TIE,
+    Judgements,
+    judgements_of,
+    middle_of,
+    propagate,
+    understood,
+)
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
-from grammarlab.preference.processes.propagation import propagate
 
 ERRING = [(0.5, 0.0), (3.0, 0.1), (20.0, 0.002)]
 STARS = np.array([0.0, 25.0, 50.0, 75.0, 100.0])

@@ -7,9 +7,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from grammarlab.rendering.light import boxes, rays
-from grammarlab.rendering.light.boxes import BoxedTriangles
-from grammarlab.rendering.light.hits import Floats
+from grammarlab.rendering.light import box_tree, rays
+from grammarlab.rendering.light.box_tree import BoxedTriangles, Floats
 from grammarlab.rendering.light.rays import Tracer, has_embree
 from tests.rendering.models import CASCADE, GLASS, TOWER, batch, picture
 
@@ -78,7 +77,7 @@ def test_hits_do_not_depend_on_how_many_rays_are_traced_together(monkeypatch: py
     rng = np.random.default_rng(0)
     scene, (origins, directions) = BoxedTriangles(*soup(rng, 500)), lines(rng, 300)
     together = scene.first_hit(origins, directions)
-    monkeypatch.setattr(boxes, "BLOCK", 40)
+    monkeypatch.setattr(box_tree, "BLOCK", 40)
     apart = scene.first_hit(origins, directions)
     assert np.array_equal(together.triangle, apart.triangle)
     assert np.array_equal(together.distance, apart.distance)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grammarlab.rendering.light.edges import edge_strength, find_breaks, smooth
+from grammarlab.rendering.light.breaks import edge_strength, find_breaks, smooth
 
 
 def plane(height=12, width=16):

@@ -17,21 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.density.splits.splitting import Base
-from grammarlab.density.targets.thinning import Progress, silent
-from grammarlab.derivation.values.materials import CHANNELS, Materials
+from grammarlab.density.exact.splitting import Base
+from grammarlab.density.targets.rejection import Progress, silent
+from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.errors import Finding, LanguageError, Location, UsageError
-from grammarlab.features.columns.table import FeatureTable
+from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Draw, Feature
-from grammarlab.geometry.solids.primitives import box
+from grammarlab.geometry.meshes.primitives import box
 from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realized
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.learning.targets.simplification import predict
-from grammarlab.learning.targets.target import AbstractTargetWriter, LearnedDensity, Making, judged
-from grammarlab.runs.models.abstract import AbstractModels, RealizedModels
-from grammarlab.runs.requests.domains import AbstractDomain
+from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
+from grammarlab.runs.sample.domains import AbstractDomain
+from grammarlab.runs.sample.models import AbstractModels, RealizedModels
 from grammarlab.scene.instances import Scene
 
 Floats = NDArray[np.float64]

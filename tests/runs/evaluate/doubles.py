@@ -6,9 +6,8 @@ from threading import Event
 
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.methods import Method
-from grammarlab.runs.evaluate.curves import run_tasks
-from grammarlab.runs.evaluate.disk.store import CurveRecord
-from grammarlab.runs.evaluate.task import CurveTask
+from grammarlab.runs.evaluate.curve_store import CurveRecord
+from grammarlab.runs.evaluate.curve_tasks import CurveTask, run_tasks
 from tests.evaluation.doubles import world
 
 METHODS = (Method("default"), Method("paper", fit="paper", batch=32))

@@ -8,8 +8,8 @@ import pytest
 
 from grammarlab.evaluation.methods import Method
 from grammarlab.evaluation.respondents import RESPONDENTS
-from grammarlab.runs.evaluate.curves import run_tasks
-from grammarlab.runs.evaluate.disk.store import STORE, curves_in
+from grammarlab.runs.evaluate.curve_store import STORE, curves_in
+from grammarlab.runs.evaluate.curve_tasks import run_tasks
 from grammarlab.runs.work.executors import SERIAL, Processes
 from tests.runs.evaluate.doubles import make, refuse, tasks
 from tests.waiting import wait_until

@@ -4,7 +4,7 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.scenario import load
 from grammarlab.runs.evaluate.figures import load_figures
-from grammarlab.runs.evaluate.find import FIGURES, scenarios_folder
+from grammarlab.runs.evaluate.request import FIGURES, scenarios_folder
 
 GOOD = """
 [[figures]]

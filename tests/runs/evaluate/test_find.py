@@ -1,7 +1,7 @@
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.runs.evaluate.find import find_scenarios, named_scenarios, scenarios_folder, shipped_scenarios
+from grammarlab.runs.evaluate.request import find_scenarios, named_scenarios, scenarios_folder, shipped_scenarios
 
 
 def test_a_scenario_is_a_file_a_folder_or_a_shipped_name(tmp_path):

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from grammarlab.preference.labels.files import read_labels
-from grammarlab.runs.evaluate.label import label_models_of
+from grammarlab.preference.label_files import read_labels
+from grammarlab.runs.evaluate.simulated_labels import label_models_of
 from tests.runs.evaluate.test_samples import RULES, SCENARIO
 
 

@@ -1,8 +1,7 @@
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.runs.evaluate.find import shipped_scenarios
-from grammarlab.runs.evaluate.request import ENOUGH_LABELS, EvaluationRequest
+from grammarlab.runs.evaluate.request import ENOUGH_LABELS, EvaluationRequest, shipped_scenarios
 
 B3, F1, L4 = (shipped_scenarios()[name] for name in ("B3", "F1", "L4"))
 

@@ -7,11 +7,11 @@ import pytest
 
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import labelled_set
-from grammarlab.features.counting.counts import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.runs.evaluate import samples
+from grammarlab.runs.evaluate.curve_tasks import CurveTask, make_curve
 from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
-from grammarlab.runs.evaluate.task import CurveTask, make_curve
-from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import executor_of
 
 SCENARIO = """

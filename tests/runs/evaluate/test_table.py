@@ -6,18 +6,18 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import PaperFigures
-from grammarlab.runs.evaluate import persons, table
-from grammarlab.runs.evaluate.evaluate import evaluate_run
+from grammarlab.runs.evaluate import paper_table, persons
+from grammarlab.runs.evaluate.paper_table import density_rows, density_tables
 from grammarlab.runs.evaluate.persons import Person, person_rows, person_table
 from grammarlab.runs.evaluate.request import EvaluationRequest
-from grammarlab.runs.evaluate.table import density_rows, density_tables
-from grammarlab.runs.sampling.sources import load_source
+from grammarlab.runs.evaluate.run import evaluate_run
+from grammarlab.runs.sample.sources import load_source
 from tests.runs.learn.test_scenario import RULES, SCENARIO
 
 
 @pytest.fixture
 def scenario(tmp_path, monkeypatch):
-    monkeypatch.setattr(table, "NUM_SAMPLES", 400)
+    monkeypatch.setattr(paper_table, "NUM_SAMPLES", 400)
     (tmp_path / "house.cga").write_text(RULES)
     path = tmp_path / "old.toml"
     text = SCENARIO.replace('grammar = "house.cga"', f'grammar = "{tmp_path / "house.cga"}"')
@@ -45,7 +45,7 @@ def test_every_method_has_a_row_beside_the_paper(scenario, tmp_path):
 
 def test_rows_are_measured_once(scenario, tmp_path, monkeypatch):
     rows = density_rows([scenario], tmp_path / "out")
-    monkeypatch.setattr(table, "learned_of", None)
+    monkeypatch.setattr(paper_table, "learned_of", None)
     assert density_rows([scenario], tmp_path / "out") == rows
 
 

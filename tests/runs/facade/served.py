@@ -6,9 +6,9 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 
-from grammarlab.runs.serving.server import Page as ServedPage
-from grammarlab.runs.serving.server import Served, serving
-from tests.scoring.test_server import Page
+from grammarlab.pages.server import Page as ServedPage
+from grammarlab.pages.server import Served, serving
+from tests.pages.scoring.test_server import Page
 
 
 @asynccontextmanager

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
+from grammarlab.facade.editing.grid_proposals import with_joint
+from grammarlab.facade.editing.grids import with_grid
 from grammarlab.facade.file import load_facade
-from grammarlab.facade.grids.editing import with_grid
-from grammarlab.facade.grids.joint import with_joint
-from grammarlab.facade.sizes.wishes import Size, Wish
+from grammarlab.facade.sizes.size_wishes import Size, Wish
 from grammarlab.facade.tree import Facade, X, Y, check
 from grammarlab.runs.facade.edit import edit
 from tests.facade.gridded import transposed

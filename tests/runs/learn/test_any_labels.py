@@ -6,15 +6,15 @@ import random
 import numpy as np
 import pytest
 
+from grammarlab.density.exact.learned import num_alternatives
 from grammarlab.density.sampler import GrammarSampler
-from grammarlab.density.splits.learned import num_alternatives
 from grammarlab.errors import UsageError
-from grammarlab.features.rules.acceptance import Acceptance
+from grammarlab.features.acceptance import Acceptance
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.runs.learn.labels import learn_from_labels
-from grammarlab.runs.requests.checks import grammar_to_run
-from grammarlab.runs.requests.examples import find_rules, shipped_examples
+from grammarlab.runs.learn.from_labels import learn_from_labels
+from grammarlab.runs.sample.checks import grammar_to_run
+from grammarlab.runs.sample.shipped import find_rules, shipped_examples
 from tests.preference.labelling import label_models
 
 EXAMPLES = int(os.environ.get("GRAMMARLAB_EXAMPLES", "4"))

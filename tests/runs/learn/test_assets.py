@@ -6,9 +6,9 @@ import pytest
 
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.runs.learn.scenario import put_assets_beside
-from grammarlab.runs.requests.asset_files import hash_assets
-from grammarlab.runs.requests.request import SampleRequest
+from grammarlab.runs.learn.from_scenario import put_assets_beside
+from grammarlab.runs.sample.checks import hash_assets
+from grammarlab.runs.sample.request import SampleRequest
 
 RULES = (
     'attr tree = "assets/trees/o?k.obj"\nLot --> texture("wall.png") i(fileRandom(tree)) i("/city/assets/door.obj") A'

@@ -12,9 +12,9 @@ from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import join_forests
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.language.grammar import Grammar
-from grammarlab.runs.disk.derivations import save_forest
 from grammarlab.runs.learn import example_models as module
 from grammarlab.runs.learn.example_models import example_models
+from grammarlab.runs.sample.derivations import save_forest
 
 RULES = """version "2023.0"
 attr height = rand(3, 9)

@@ -3,24 +3,24 @@
 import numpy as np
 import pytest
 
+from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.sampler import GrammarSampler
-from grammarlab.density.splits.learned import LearnedGrammar
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import InexactError, LanguageError, UsageError
-from grammarlab.features.counting.counts import count
-from grammarlab.features.patterns.text import parse
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.addresses import hashes_of
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.settings import FeatureOptions, Settings
-from grammarlab.learning.targets.target import NUM_SAMPLES, Making
-from grammarlab.preference.labels.table import Label, Labels
-from grammarlab.runs.learn.labels import learn_from_labels
-from grammarlab.runs.learn.pages import page_of_labels
+from grammarlab.learning.targets.writers import NUM_SAMPLES, Making
+from grammarlab.preference.labels import Label, Labels
+from grammarlab.runs.learn.density_pages import page_of_labels
+from grammarlab.runs.learn.from_labels import learn_from_labels
 from grammarlab.runs.learn.report import report_text
-from grammarlab.runs.requests.examples import find_rules
+from grammarlab.runs.sample.shipped import find_rules
 from tests.preference.labelling import label_models
 
 RULES = """version "2023.0"

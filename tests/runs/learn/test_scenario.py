@@ -9,7 +9,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.grammar_target import METHODS
-from grammarlab.runs.learn.scenario import learn_from_scenario
+from grammarlab.runs.learn.from_scenario import learn_from_scenario
 
 RULES = """
 // A house of three parts

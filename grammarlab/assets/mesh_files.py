@@ -1,0 +1,259 @@
+"""Meshes from files: OBJ and glTF, fitted to the unit cube.
+
+A file may come from a stranger: it and the files it refers to are read only from inside the asset folder, and its size
+is bounded before and after it is expanded.
+
+Meshes of any format as parts: points, triangles and colors.
+
+Candidates in an asset folder for a path in a rule.
+
+CityEngine resolves ``assets/trees/oak.obj`` from the root of a project, and ``/City/assets/trees/oak.obj`` from the
+root of a workspace of projects. Here there is one asset folder, so the folders above it are removed from such a path.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.assets.gltf_scene import read_gltf
+from grammarlab.assets.mesh_parts import Floats, Indices, MeshPart, Neighbours, joined
+from grammarlab.assets.obj_reader import read_obj
+from grammarlab.errors import AssetError, MissingAssetError
+from grammarlab.files import read_bounded
+from grammarlab.geometry.meshes.mesh import Meshes
+
+PART_FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off", ".stl")
+
+
+def read_parts(content: bytes, suffix: str, neighbours: Neighbours, most_triangles: int) -> list[MeshPart]:
+    """Parts of a mesh in a file; those without triangles are points of a scan.
+
+    Args:
+        content: the whole file.
+        suffix: its suffix, one of `PART_FORMATS`.
+        neighbours: files that it refers to.
+        most_triangles: largest number of triangles.
+
+    Raises:
+        AssetError: If it is broken or too large, without the name of the file.
+    """
+    if suffix in {".glb", ".gltf"}:
+        parts = read_gltf(content, neighbours, 3 * most_triangles)
+    elif suffix == ".obj":
+        parts = read_obj(content, neighbours)
+    else:
+        parts = _read_others(content, suffix)
+    num_triangles = sum(len(part.triangles) for part in parts)
+    if num_triangles > most_triangles:
+        raise AssetError(f"it has {num_triangles:,} triangles; at most {most_triangles:,} are read: simplify it first")
+    return parts
+
+
+def without_neighbours(name: str) -> bytes:
+    """Refuse to read a file that a mesh refers to.
+
+    Raises:
+        AssetError: Always.
+    """
+    raise AssetError(f"it refers to the file {name[:100]!r}; expected a file that is complete alone, such as GLB")
+
+
+def _read_others(content: bytes, suffix: str) -> list[MeshPart]:
+    """Parts of a PLY, OFF or STL file, read by trimesh."""
+    import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
+
+    try:
+        with np.errstate(all="ignore"), _quiet(logging.getLogger("trimesh")):
+            # From memory, so that no other file is opened: only the geometry of this one counts.
+            loaded: Any = trimesh.load_scene(io.BytesIO(content), file_type=suffix[1:], process=False)
+            geometries = loaded.dump()
+    except Exception as error:  # trimesh's readers raise any exception for a broken file
+        raise AssetError(f"it is not a valid {suffix[1:].upper()} file: {error or type(error).__name__}") from error
+    return [_part(geometry) for geometry in geometries if hasattr(geometry, "vertices")]
+
+
+@contextmanager
+def _quiet(logger: logging.Logger) -> Iterator[None]:
+    """Keeps warnings of a library, with their tracebacks, from the terminal; handlers of a user's program get them."""
+    handler = logging.NullHandler()
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+def _part(geometry: Any) -> MeshPart:
+    points = np.asarray(geometry.vertices, dtype=np.float64).reshape(-1, np.shape(geometry.vertices)[-1])
+    triangles = np.asarray(getattr(geometry, "faces", ()), dtype=np.int64).reshape(-1, 3)
+    return MeshPart.of_triangles(points, triangles) if len(triangles) else MeshPart(points, triangles)
+
+
+_PROJECT_FOLDERS = frozenset({"assets", "data", "images", "maps", "models"})
+_MOST = 12
+
+
+def meanings(path: str) -> list[str]:
+    """Candidates, relative to the asset folder, for a path in a rule, most likely first.
+
+    >>> meanings("trees/oak.obj"), meanings("assets/trees/oak.obj"), meanings("/City/assets/oak.obj")
+    (['trees/oak.obj'], ['assets/trees/oak.obj', 'trees/oak.obj'], ['City/assets/oak.obj', 'assets/oak.obj', 'oak.obj'])
+    """
+    parts = path.lstrip("/").split("/")
+    if ".." in parts:
+        return ["/".join(parts)]
+    above = len(parts) - 1 if path.startswith("/") else int(len(parts) > 1 and parts[0] in _PROJECT_FOLDERS)
+    return ["/".join(parts[first:]) for first in range(min(above, _MOST) + 1)]
+
+
+FORMATS = (".obj", ".glb", ".gltf")
+MAX_BYTES = 64 * 2**20
+"""Largest size of an asset file in bytes."""
+MAX_FACES = 2_000_000
+"""Largest number of triangles of one asset."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asset:
+    """One mesh from a file."""
+
+    meshes: Meshes
+    """One mesh of triangles in the unit cube."""
+    low: NDArray[np.float64]
+    """[3] low corner of its bounding box in the file, in the file's units."""
+    size: NDArray[np.float64]
+    """[3] the extent of its bounding box."""
+
+
+class AssetFolder:
+    """A folder of assets; each file is read once.
+
+    Args:
+        root: the folder; nothing outside it is read.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._loaded: dict[str, Asset] = {}
+
+    def load(self, path: str) -> Asset:
+        """The mesh in a file; see `load_asset`."""
+        if path not in self._loaded:
+            self._loaded[path] = load_asset(path, self.root)
+        return self._loaded[path]
+
+
+def load_asset(path: str, root: Path) -> Asset:
+    """Mesh of a file, with all its groups.
+
+    Args:
+        path: path of the file, relative to the folder.
+        root: the asset folder; nothing outside it is read, links included.
+
+    Raises:
+        MissingAssetError: If the folder has no such file.
+        AssetError: If it lies outside, is too large, or has no mesh.
+    """
+    file = find_asset(path, root)
+    if file.suffix.lower() not in FORMATS:
+        raise AssetError(f'the asset "{path}" is not a readable mesh; expected {", ".join(FORMATS)}')
+    points, triangles = _read(file, path, root)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = high - low
+    unit = (points - low) * np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
+    ends = np.array([0, len(triangles)]), np.array([0, len(unit)])
+    tags = np.zeros(len(triangles), np.int8)
+    offsets = np.arange(0, triangles.size + 1, 3, dtype=np.int64)
+    return Asset(Meshes(unit, triangles.ravel(), offsets, *ends, tags), low, size)
+
+
+def find_asset(path: str, root: Path) -> Path:
+    """Path of an asset.
+
+    Raises:
+        MissingAssetError: If the folder has no such file.
+        AssetError: If it lies outside, or is too large.
+    """
+    for meaning in meanings(path):
+        file, size = _look_up(root, meaning, path)
+        if size is not None:
+            break
+    else:
+        raise MissingAssetError(f'there is no asset "{path}" in the asset folder {root}')
+    if size > MAX_BYTES:
+        raise AssetError(f'the asset "{path}" has {size} bytes, more than the {MAX_BYTES} that are read')
+    return file
+
+
+def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
+    """Path of a file inside a folder and its size in bytes; None if there is no such file."""
+    try:
+        folder = root.resolve()
+        file = (folder / meaning).resolve()
+        inside = file.is_relative_to(folder)
+        size = file.stat().st_size if inside and file.is_file() else None
+    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: a link to itself, before Python 3.13
+        raise AssetError(f'the asset "{path}" cannot be looked up: {error}') from error
+    if not inside:
+        raise AssetError(f'the asset "{path}" lies outside the asset folder')
+    return file, size
+
+
+class NeighbourFiles:
+    """Files that a mesh refers to, read only from inside a folder; together they have a bound.
+
+    Args:
+        folder: folder of the mesh, relative to the root.
+        root: nothing outside this folder is read.
+        most_bytes: largest size of all files together.
+    """
+
+    def __init__(self, folder: Path, root: Path, most_bytes: int) -> None:
+        self._folder, self._root = folder, root
+        self._rest = self._most = most_bytes
+
+    def __call__(self, name: str) -> bytes:
+        """Content of a file, by its path relative to the folder of the mesh.
+
+        Raises:
+            AssetError: If it is missing, lies outside, or the files have too many bytes.
+        """
+        content = _content(find_asset(str(self._folder / name.strip()), self._root), name, self._rest)
+        self._rest -= len(content)
+        return content
+
+
+def _content(file: Path, name: str, most: int) -> bytes:
+    """Content of a file.
+
+    Raises:
+        AssetError: If it cannot be read, or has too many bytes.
+    """
+    try:
+        return read_bounded(file, most)
+    except OSError as error:
+        raise AssetError(f'the asset "{name}" cannot be read: {error.strerror or error}') from error
+
+
+def _read(file: Path, name: str, root: Path) -> tuple[Floats, Indices]:
+    """Points [P, 3] and triangles [T, 3] of all parts of a file."""
+    neighbours = NeighbourFiles(file.parent.relative_to(root.resolve()), root, MAX_BYTES)
+    content = _content(file, name, MAX_BYTES)
+    try:
+        parts = [
+            part for part in read_parts(content, file.suffix.lower(), neighbours, MAX_FACES) if part.triangles.size
+        ]
+    except AssetError as error:
+        raise AssetError(f'the asset "{name}" cannot be read: {error}') from error
+    if not parts:
+        raise AssetError(f'the asset "{name}" has no faces')
+    return joined(parts)

@@ -1,0 +1,1 @@
+"""The paper's own preference and other methods, for comparison."""

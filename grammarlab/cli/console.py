@@ -1,0 +1,161 @@
+"""Output of the command line: results on stdout, everything else on stderr, and exit codes.
+
+Progress bar on stderr, if stderr is a terminal.
+
+A note about pictures that take longer.
+
+Advice for continuing a run that has stopped.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import typer
+
+from grammarlab.errors import GrammarlabError, LanguageError, UsageError, WorkerError
+from grammarlab.extras import named_extras
+from grammarlab.printable import printable
+
+Show = Callable[[str, int, int], None]
+
+
+@contextmanager
+def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
+    """A function that shows progress: the name of the task, the number of finished parts, and the number of all parts.
+
+    Args:
+        note: called with the same arguments.
+    """
+    if not sys.stderr.isatty():
+        yield note
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import Progress, TaskID
+
+    with Progress(console=Console(stderr=True), transient=True) as bars:
+        tasks: dict[str, TaskID] = {}
+
+        def show(what: str, done: int, total: int) -> None:
+            if what not in tasks:
+                tasks[what] = bars.add_task(escape(printable(what)), total=total)
+            bars.update(tasks[what], completed=done)
+            note(what, done, total)
+
+        yield show
+
+
+FAILURE, USAGE, INTERRUPTED = 1, 2, 130
+
+
+def say(message: str) -> None:
+    """Print a message on stderr; it may quote files from strangers."""
+    typer.echo(printable(message), err=True)
+
+
+def print_result(result: object) -> None:
+    """Print a result on stdout: a path, an address or lines that may quote files from strangers."""
+    typer.echo(printable(str(result)))
+
+
+def print_content(text: str) -> None:
+    """Write text that another program may read to stdout: as it is, unless stdout is a terminal."""
+    typer.echo(printable(text) if sys.stdout.isatty() else text, nl=False)
+
+
+def print_json(value: dict[str, Any]) -> None:
+    """Print one JSON object on stdout."""
+    typer.echo(json.dumps(value, indent=2, allow_nan=False))
+
+
+@contextmanager
+def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
+    """Turn expected errors into a message and an exit code; only bugs of grammarlab show a traceback.
+
+    Args:
+        advice: returns how to continue after an interruption, too little memory or a full disk.
+    """
+    try:
+        with named_extras():
+            yield
+    except UsageError as error:
+        say(f"error: {error}")
+        raise typer.Exit(USAGE) from error
+    except LanguageError as error:
+        say(str(error))  # each finding already names its severity
+        raise typer.Exit(FAILURE) from error
+    except WorkerError as error:
+        _say_with(advice, f"error: {error}")
+        raise typer.Exit(FAILURE) from error
+    except GrammarlabError as error:
+        say(f"error: {error}")
+        raise typer.Exit(FAILURE) from error
+    except BrokenPipeError:
+        raise  # the reader of the pipe has closed it: typer exits without a message
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _say_with(advice, f"error: {where}{error.strerror or error}")
+        raise typer.Exit(FAILURE) from error
+    except MemoryError as error:
+        _say_with(advice, "error: not enough memory. Try fewer models at a time (--jobs 1) or a smaller footprint.")
+        raise typer.Exit(FAILURE) from error
+    except KeyboardInterrupt as error:
+        _say_with(advice, "interrupted: finished files stay valid.")
+        raise typer.Exit(INTERRUPTED) from error
+
+
+def _say_with(advice: Callable[[], str], message: str) -> None:
+    say(message)
+    if words := advice():
+        say(words)
+
+
+def was_given(context: typer.Context, name: str) -> bool:
+    """Whether a parameter was given on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+def note_slow_pictures() -> None:
+    """Print a note if pictures are cast without Embree on this machine."""
+    from grammarlab.rendering.light.rays import has_embree
+
+    if not has_embree():
+        machine = f"{platform.system()} on {platform.machine()}"
+        say(
+            f"Pictures take about ten times longer here: the package embreex is not installed (for {machine} there may "
+            "be none). They are the same as elsewhere. Where OpenGL works, `grammarlab sample --renderer gl` is faster."
+        )
+
+
+@dataclass
+class Unfinished:
+    """Progress of a run, recorded by `note` and described by `advice` when the run stops."""
+
+    needs: str = ""
+    """Option that makes the command continue; empty if it always does."""
+    without: str = ""
+    """Option that would make the command start again."""
+    _step: tuple[str, int, int] | None = None
+
+    def note(self, what: str, done: int, total: int) -> None:
+        """Record the name of the task, the number of finished parts, and the number of all parts."""
+        self._step = what, done, total
+
+    def advice(self) -> str:
+        """The command that continues the run, with the options of the user; empty before the run has begun."""
+        if self._step is None:
+            return ""
+        what, done, total = self._step
+        words = [word for word in sys.argv[1:] if word != self.without]
+        if self.needs and self.needs not in words:
+            words.insert(words.index("--") if "--" in words else len(words), self.needs)
+        return f"stopped with {done:,} of {total:,} {what} done; go on with: {shlex.join(['grammarlab', *words])}"

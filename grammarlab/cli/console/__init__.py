@@ -1,1 +1,0 @@
-"""Messages, progress and exit codes of the command line."""

@@ -1,1 +1,0 @@
-"""Counting of patterns: readings of preferences, drawn attributes, and automata."""

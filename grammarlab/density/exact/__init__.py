@@ -1,0 +1,1 @@
+"""Exact grammars: symbols split by what they count."""

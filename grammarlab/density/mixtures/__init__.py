@@ -1,1 +1,0 @@
-"""Mixtures of grammars: choices, clusters, expectation maximisation."""

@@ -1,0 +1,194 @@
+"""A mixture of grammars as split symbols: one grammar that begins by choosing a component."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.exact.automaton import Automaton
+from grammarlab.density.exact.naming import AbstractNames
+from grammarlab.density.exact.splitting import PLAIN, Component, Splitting, Variant, Way, snapped
+from grammarlab.density.exact.subtree_counts import PatternComponents
+from grammarlab.density.grammar_skeleton import Alternative
+from grammarlab.density.samples.choices import Choices
+from grammarlab.density.samples.mixture import Mixture
+from grammarlab.features.patterns.pattern import Below
+from grammarlab.language.numbering import Branch
+
+Floats = NDArray[np.float64]
+
+_NONE = np.ones(1)
+"""Outside weight of a symbol without states."""
+
+
+@dataclass(frozen=True, slots=True)
+class ContextVariant(Variant):
+    """A symbol in a context, with the percentages of one component."""
+
+    context: Hashable = field(kw_only=True)
+    component: int = field(kw_only=True)
+    """The first of those that it is the same in."""
+
+
+class ContextNames(AbstractNames):
+    """Names variants after their component and context."""
+
+    @property
+    def _mixed(self) -> bool:
+        return len(self._splitting.components) > 1
+
+    def suffix(self, variant: Variant) -> str:
+        above = _edges(variant)
+        where = f"in_{above[-1][0][0]}" if above else "there" if _asked(variant) else ""
+        number = f"{variant.component + 1}" if self._mixed and isinstance(variant, ContextVariant) else ""
+        return "_".join(word for word in (where, number) if word) or "learned"
+
+    def condition(self, variant: Variant) -> str:
+        words: list[str] = []
+        if self._mixed and isinstance(variant, ContextVariant):
+            words.append(f"of component {variant.component + 1}")
+        words += [f"{place + 1}. in {_rule(key[0], branch)}" for key, branch, place in _edges(variant)[::-1]]
+        if _asked(variant):
+            words.append("where " + " or ".join(_asked(variant)) + " counts")
+        return ", ".join(words) or "with other percentages"
+
+
+def as_splitting(choices: Choices, mixture: Mixture) -> Splitting:
+    """Variants of a mixture's components; equal ones are merged.
+
+    Args:
+        choices: the learned choices.
+        mixture: their probabilities.
+    """
+    tree = choices.contexts.tree
+    automaton = Automaton(PatternComponents(tree, ()), {}, {})
+    kinds = _Kinds(choices, mixture)
+    places = range(len(choices.attributes))
+    components = tuple(
+        Component(float(weight), tuple(kinds.attribute(number, place) for place in places), kinds.of(number, 0))
+        for number, weight in enumerate(mixture.weights)
+    )
+    return Splitting(automaton, choices.attributes, "grammar", kinds.variants(), components)
+
+
+class _Kinds:
+    """Classes of equal symbols: K components times S symbols of the contexts."""
+
+    def __init__(self, choices: Choices, mixture: Mixture) -> None:
+        self.choices = choices
+        self.contexts = choices.contexts
+        own = np.where(choices.original > 0.0, choices.original, 1.0)
+        self.ratio = snapped(np.where(choices.original > 0.0, mixture.probabilities / own, 1.0))
+        self.alternatives = [tuple(self.contexts.tree.alternatives(key)) for key, _ in self.contexts.symbols]
+        self.cells = {
+            (symbol, alternative.branch): choices.cells(symbol, alternative.branch or ())
+            for symbol, alternatives in enumerate(self.alternatives)
+            for alternative in alternatives
+        }
+        self.weights = [self._weights(number) for number in range(len(mixture.weights))]
+        self.kind = self._refined()
+        self.order: dict[int, tuple[int, int]] = {}
+        """For each class that is not a plain symbol, a component and symbol of it."""
+        self._reach()
+        self.number = {kind: i for i, kind in enumerate(self.order)}
+
+    def of(self, component: int, symbol: int) -> int:
+        """The variant of a symbol in a component."""
+        return self.number.get(self.kind[component][symbol], PLAIN)
+
+    def attribute(self, component: int, place: int) -> Floats:
+        """Weights of the parts of an attribute in a component."""
+        first = self.choices.first_of_attribute[place]
+        return self.ratio[component, first : first + len(self.choices.attributes[place].parts)]
+
+    def variants(self) -> tuple[Variant, ...]:
+        """One for each kind."""
+        return tuple(self._variant(component, symbol) for component, symbol in self.order.values())
+
+    def _weights(self, component: int) -> list[tuple[float, ...]]:
+        """For each symbol the weight of each alternative."""
+        ratio = self.ratio[component].tolist()
+        found: list[tuple[float, ...]] = []
+        for symbol, alternatives in enumerate(self.alternatives):
+            weights: list[float] = []
+            for alternative in alternatives:
+                weight = 1.0
+                for cell in self.cells[symbol, alternative.branch]:
+                    weight *= ratio[cell]
+                weights.append(weight)
+            found.append(tuple(weights))
+        return found
+
+    def _refined(self) -> list[list[int]]:
+        """[K][S] the coarsest kinds whose members have equal weights and successors of equal kinds; 0 is plain."""
+        symbols = self.contexts.symbols
+        kinds = [[0] * len(symbols) for _ in self.weights]
+        size = 0
+        while True:
+            found: dict[object, int] = {}
+            kinds = [
+                [self._signed(found, self._signature(component, symbol, kinds)) for symbol in range(len(symbols))]
+                for component in range(len(kinds))
+            ]
+            if len(found) == size:
+                return kinds
+            size = len(found)
+
+    @staticmethod
+    def _signed(found: dict[object, int], signature: object) -> int:
+        return 0 if signature is None else found.setdefault(signature, len(found) + 1)
+
+    def _signature(self, component: int, symbol: int, kinds: list[list[int]]) -> object:
+        """Weights of a symbol in a component; None if they are the original ones."""
+        weights = self.weights[component][symbol]
+        below: list[tuple[int, ...]] = []
+        for weight, alternative in zip(weights, self.alternatives[symbol], strict=True):
+            children = self.contexts.children[symbol, alternative.branch] if weight > 0.0 else ()
+            below.append(tuple(kinds[component][child] for child in children))
+        if all(weight == 1.0 for weight in weights) and not any(kind for children in below for kind in children):
+            return None
+        return self.contexts.symbols[symbol][0], weights, tuple(below)
+
+    def _reach(self) -> None:
+        waiting = [(component, 0) for component in range(len(self.weights))][::-1]
+        while waiting:
+            component, symbol = waiting.pop()
+            kind = self.kind[component][symbol]
+            if kind == 0 or kind in self.order:
+                continue
+            self.order[kind] = component, symbol
+            for weight, alternative in zip(self.weights[component][symbol], self.alternatives[symbol], strict=True):
+                if weight > 0.0:
+                    below = self.contexts.children[symbol, alternative.branch]
+                    waiting += [(component, child) for child in below[::-1]]
+
+    def _variant(self, component: int, symbol: int) -> ContextVariant:
+        key, context = self.contexts.symbols[symbol]
+        ways: Mapping[Branch | None, tuple[Way, ...]] = {
+            alternative.branch: (self._way(component, symbol, alternative, weight),) if weight > 0.0 else ()
+            for weight, alternative in zip(self.weights[component][symbol], self.alternatives[symbol], strict=True)
+        }
+        split = self.contexts.num_contexts[key] > 1
+        return ContextVariant(key, _NONE, ways, context=context if split else (), component=component)
+
+    def _way(self, component: int, symbol: int, alternative: Alternative, weight: float) -> Way:
+        below = self.contexts.children[symbol, alternative.branch]
+        found = {place: self.of(component, child) for place, child in enumerate(below)}
+        return Way(weight, {place: variant for place, variant in found.items() if variant != PLAIN})
+
+
+def _edges(variant: Variant) -> tuple:
+    context = variant.context if isinstance(variant, ContextVariant) else ()
+    return context if isinstance(context, tuple) else ()
+
+
+def _asked(variant: Variant) -> list[str]:
+    context = variant.context if isinstance(variant, ContextVariant) else ()
+    return sorted(str(below) for below in context if isinstance(below, Below)) if isinstance(context, frozenset) else []
+
+
+def _rule(symbol: str, branch: Branch | None) -> str:
+    return f"{symbol}:{'.'.join(map(str, branch))}" if branch else symbol

@@ -1,0 +1,272 @@
+"""Mixtures of stochastic grammars, fitted to derivations by expectation maximisation.
+
+A component has a probability for every branch of every choice, and a derivation is described by its counts of
+branches: so the log-probabilities of N derivations under K components are one matrix product. Probabilities are stored
+as ratios to those of the original grammar, so that choices that are not learned drop out.
+
+Clusters of models, as the initial components of a mixture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.spatial.distance import cdist
+from scipy.special import xlogy
+
+from grammarlab.arrays import Ints
+from grammarlab.errors import GrammarlabError
+
+Floats = NDArray[np.float64]
+
+MOST_STEPS = 250
+TOLERANCE = 1e-6
+_NEVER = -1e30
+"""Replacement for the logarithm of 0, since its product with a count of 0 would be NaN."""
+_MOST_DENSE = 50_000_000
+"""Largest size of dense tables of counts; larger ones are sparse."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """The branches whose probabilities are learned."""
+
+    original: Floats
+    """[A] probability of each in the original grammar; those of one choice sum to 1."""
+    choice: Ints
+    """[A] choice of each cell, ascending from 0."""
+
+    def normalised(self, counts: Floats) -> Floats:
+        """Maximum-likelihood probabilities [K, A] for counts [K, A]; the original ones for choices without counts."""
+        starts = np.flatnonzero(np.diff(self.choice, prepend=-1))
+        total = np.add.reduceat(counts, starts, axis=1)[:, self.choice] if len(starts) else counts
+        return np.where(total > 0.0, counts / np.where(total > 0.0, total, 1.0), self.original)
+
+
+@dataclass(frozen=True, slots=True)
+class Mixture:
+    """K components."""
+
+    weights: Floats
+    """[K] probability of each component, summing to 1 (alpha in Eq. 4.9)."""
+    probabilities: Floats
+    """[K, A] probability of each cell."""
+
+    def log_ratios(self, cells: Cells, counts: sparse.csr_array | Floats) -> Floats:
+        """[N, K] log of weight times density of derivations under each component, divided by their original density."""
+        with np.errstate(divide="ignore"):
+            ratio = np.log(self.probabilities) - np.log(np.where(cells.original > 0.0, cells.original, 1.0))
+            each = dense(counts @ np.maximum(ratio, _NEVER).T)
+            each[each < 0.5 * _NEVER] = -np.inf
+            return each + np.log(self.weights)
+
+    def log_ratio(self, cells: Cells, counts: sparse.csr_array) -> Floats:
+        """[N] log of the density of derivations divided by their original density (Eq. 4.9); -inf where it is 0."""
+        return np.logaddexp.reduce(self.log_ratios(cells, counts), axis=1)
+
+
+@dataclass(frozen=True, slots=True)
+class MixtureFit:
+    """A fitted mixture."""
+
+    mixture: Mixture
+    log_likelihoods: tuple[float, ...]
+    """Mean log of the density divided by the original density, in nats, before each step and after the last."""
+
+
+def maximised(cells: Cells, counts: sparse.csr_array | Floats, responsibilities: Floats) -> Mixture:
+    """Maximum-likelihood mixture for given responsibilities (Eq. 4.11).
+
+    Args:
+        cells: what is learned.
+        counts: [N, A] counts of cells in each derivation.
+        responsibilities: [N, K] times the weight of each derivation; components without derivations are dropped.
+    """
+    used = responsibilities.sum(axis=0)
+    share = responsibilities[:, used > 0.0]
+    return Mixture(used[used > 0.0] / used.sum(), cells.normalised(dense(counts.T @ share).T))
+
+
+def fit_mixture(
+    cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints, tolerance: float = TOLERANCE
+) -> MixtureFit:
+    """The mixture of grammars that EM finds for a sample.
+
+    Args:
+        cells: what is learned.
+        counts: [N, A] how often each derivation took each cell.
+        weights: [N] how much each derivation counts, >= 0 and not all 0.
+        component: [N] the component to begin with, 0 <= component < N.
+        tolerance: smallest gain in mean log-likelihood of a step, in nats, before the fit ends.
+
+    Raises:
+        GrammarlabError: If all weights are 0.
+    """
+    if not weights.sum() > 0.0:
+        raise GrammarlabError("expected derivations to learn from, found none that counts")
+    counts, weights, component = distinct_derivations(counts, weights, component)
+    share = np.zeros((len(weights), int(component.max()) + 1))
+    share[np.arange(len(weights)), component] = weights
+    mixture = maximised(cells, counts, share)
+    table = counts.toarray() if len(weights) * len(cells.original) <= _MOST_DENSE else counts
+    found: list[float] = []
+    for _ in range(MOST_STEPS):
+        each = mixture.log_ratios(cells, table)
+        most = each.max(axis=1)
+        share = np.exp(each - most[:, None])
+        total = share.sum(axis=1)
+        found.append(float(weights @ (np.log(total) + most) / weights.sum()))
+        if len(mixture.weights) == 1 or (len(found) > 1 and found[-1] - found[-2] < tolerance):
+            break
+        # Eq. 4.10
+        mixture = maximised(cells, table, share * (weights / total)[:, None])
+    return MixtureFit(mixture, tuple(found))
+
+
+def distinct_derivations(
+    counts: sparse.csr_array, weights: Floats, component: Ints
+) -> tuple[sparse.csr_array, Floats, Ints]:
+    """Derivations with a weight; those with equal counts and the same component are merged."""
+    used = weights > 0.0
+    counts, weights, component = counts[used], weights[used], component[used]
+    counts.sum_duplicates()
+    known: dict[tuple[int, bytes, bytes], int] = {}
+    number = np.zeros(len(weights), dtype=np.int64)
+    for row, (start, end) in enumerate(pairwise(counts.indptr)):
+        key = int(component[row]), counts.indices[start:end].tobytes(), counts.data[start:end].tobytes()
+        number[row] = known.setdefault(key, len(known))
+    _, first = np.unique(number, return_index=True)
+    return counts[first], np.bincount(number, weights=weights).astype(np.float64), component[first]
+
+
+def complete_log_likelihood(cells: Cells, counts: Floats) -> Floats:
+    """Log-likelihood of derivations under one component with maximum-likelihood probabilities.
+
+    Args:
+        cells: what is learned.
+        counts: [..., A] how often the derivations took each cell altogether.
+
+    Returns:
+        [...] sum of logarithms, without the original density.
+    """
+    starts = np.flatnonzero(np.diff(cells.choice, prepend=-1))
+    total = np.add.reduceat(counts, starts, axis=-1) if len(starts) else np.zeros((*counts.shape[:-1], 1))
+    return xlogy(counts, counts).sum(axis=-1) - xlogy(total, total).sum(axis=-1)
+
+
+def dense(product: sparse.csr_array | Floats) -> Floats:
+    """A product with a sparse table as an ordinary array."""
+    return product.toarray() if sparse.issparse(product) else np.asarray(product)  # type: ignore[union-attr]
+
+
+NEAR = 1e-3
+"""Neighbours differ by less than this share of the largest difference (section 4.6)."""
+_BLOCK = 1_000
+
+
+def cluster(rows: Floats, weights: Floats, near: float = NEAR) -> Ints:
+    """Clusters of models that a preference hardly distinguishes, by the greedy method of section 4.6.
+
+    Models are neighbours if their difference is below a share of the largest one. The model with most neighbours forms
+    a cluster with them, they are removed, and so on.
+
+    Args:
+        rows: [N, F] features, scaled by their relevance: the difference of two models is the squared distance, on which
+            the kernel of Eq. 4.6 depends.
+        weights: [N] weight of each model, also as a neighbour.
+        near: share of the largest difference.
+
+    Returns:
+        [N] cluster of each model; clusters are numbered in the order in which they are found.
+    """
+    found, number = np.unique(rows, axis=0, return_inverse=True)
+    number = number.reshape(-1)
+    near_by = _neighbours(found, near)
+    left = np.bincount(number, weights=weights, minlength=len(found))
+    open_rows = np.ones(len(found), dtype=bool)
+    label = np.zeros(len(found), dtype=np.int64)
+    around = near_by @ left
+    clusters = 0
+    while open_rows.any():
+        centre = int(np.argmax(np.where(open_rows, around, -1.0)))
+        row = near_by.indices[near_by.indptr[centre] : near_by.indptr[centre + 1]]
+        taken = row[open_rows[row]]
+        label[taken] = clusters
+        clusters += 1
+        open_rows[taken] = False
+        around -= near_by[:, taken] @ left[taken]
+    return label[number]
+
+
+def _neighbours(rows: Floats, near: float) -> sparse.csr_array:
+    """[N, N] whether two rows are neighbours; each row is its own neighbour."""
+    blocks = [rows[i : i + _BLOCK] for i in range(0, len(rows), _BLOCK)]
+    most = max(float(cdist(block, rows, "sqeuclidean").max()) for block in blocks)
+    bound = near * most
+    return sparse.csr_array(
+        sparse.vstack([sparse.csr_array(cdist(block, rows, "sqeuclidean") <= bound) for block in blocks])
+    )
+
+
+def merged(cells: Cells, counts: sparse.csr_array, weights: Floats, cluster: Ints, most: int) -> Iterator[Ints]:
+    """Coarser and coarser clusters: the two clusters whose common grammar explains their models best are merged.
+
+    This is the pair with the least loss of likelihood if each cluster has a grammar of its own: agglomeration by
+    classification likelihood (Banfield and Raftery, Model-based Gaussian and non-Gaussian clustering, 1993).
+
+    Args:
+        cells: learned cells.
+        counts: [N, A] count of each cell in each derivation.
+        weights: [N] weight of each derivation.
+        cluster: [N] initial clusters, from 0.
+        most: number of the heaviest clusters that stay separate at first; the others are merged into them before.
+
+    Yields:
+        [N] clusters, one less each time, down to one.
+    """
+    size = int(cluster.max()) + 1
+    share = sparse.csr_array((weights, (cluster, np.arange(len(cluster)))), shape=(size, len(cluster)))
+    total = dense(share @ counts)
+    mass = np.bincount(cluster, weights=weights, minlength=size).astype(np.float64)
+    label = np.arange(size)
+    order = np.argsort(-mass, kind="stable")
+    for small in order[most:]:
+        costs = _costs(cells, total, mass, int(small), order[:most])
+        target = int(order[:most][np.argmin(costs)])
+        _join(total, mass, label, target, int(small))
+    kept, number = np.unique(label, return_inverse=True)
+    total, mass, label, size = total[kept], mass[kept], number.reshape(-1), len(kept)
+    cost = np.full((size, size), np.inf)
+    for one in range(size - 1):
+        cost[one, one + 1 :] = _costs(cells, total, mass, one, np.arange(one + 1, size))
+    alive = set(range(size))
+    while True:
+        yield np.unique(label, return_inverse=True)[1].reshape(-1)[cluster]
+        if len(alive) == 1:
+            return
+        one, other = divmod(int(np.argmin(cost)), size)
+        _join(total, mass, label, one, other)
+        alive.remove(other)
+        cost[other], cost[:, other] = np.inf, np.inf
+        rest = np.array(sorted(alive - {one}), dtype=np.int64)
+        cost[np.minimum(one, rest), np.maximum(one, rest)] = _costs(cells, total, mass, one, rest)
+
+
+def _join(total: Floats, mass: Floats, label: Ints, one: int, other: int) -> None:
+    total[one] += total[other]
+    mass[one] += mass[other]
+    label[label == other] = one
+
+
+def _costs(cells: Cells, total: Floats, mass: Floats, one: int, others: Ints) -> Floats:
+    """Loss of likelihood by merging a cluster with each of some others."""
+    apart = complete_log_likelihood(cells, total[others]) + complete_log_likelihood(cells, total[one])
+    together = complete_log_likelihood(cells, total[others] + total[one])
+    both = mass[others] + mass[one]
+    shares = xlogy(both, both) - xlogy(mass[others], mass[others]) - xlogy(mass[one], mass[one])
+    return apart - together - shares

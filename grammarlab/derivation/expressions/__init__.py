@@ -1,1 +1,0 @@
-"""Expressions and sequences of operations, compiled to steps over columns."""

@@ -1,0 +1,196 @@
+"""Orientations of scopes, interned: a frame is a base rotation times one of the 24 rotations of a cube.
+
+A shape has one integer, ``24 * base + cube``. The faces of a box and every rotation by a right angle have the same
+base, so they are table look-ups and exact to the last bit.
+
+Rotations by three angles, and the angles of rotations.
+"""
+
+from __future__ import annotations
+
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import distinct
+
+Floats = NDArray[np.float64]
+
+
+def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:
+    """Rotations Rz Ry Rx, about x first, by angles in degrees: [3, 3] from numbers, [N, 3, 3] with columns [N]."""
+    x, y, z = np.broadcast_arrays(*np.radians(np.broadcast_arrays(x, y, z)))
+    (cx, cy, cz), (sx, sy, sz) = (np.cos(a) for a in (x, y, z)), (np.sin(a) for a in (x, y, z))
+    rows = [
+        [cy * cz, sx * sy * cz - cx * sz, cx * sy * cz + sx * sz],
+        [cy * sz, sx * sy * sz + cx * cz, cx * sy * sz - sx * cz],
+        [-sy, sx * cy, cx * cy],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles [N, 3] in degrees about x, y, z whose rotations Rz Ry Rx, about x first, give the matrices [N, 3, 3]."""
+    y = np.arcsin(np.clip(-rotations[:, 2, 0], -1.0, 1.0))
+    x = np.arctan2(rotations[:, 2, 1], rotations[:, 2, 2])
+    z = np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
+    return np.degrees(np.stack([x, y, z], axis=1))
+
+
+Ids = NDArray[np.int32]
+
+
+def _cube_rotations() -> Floats:
+    rotations = []
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[order, range(3)] = signs
+            if np.linalg.det(matrix) > 0:
+                rotations.append(matrix)
+    identity_first = sorted(rotations, key=lambda m: -np.trace(m))
+    return np.array(identity_first)
+
+
+CUBE: Floats = _cube_rotations()
+"""[24, 3, 3] the rotations that map a cube to itself; the first is the identity."""
+
+_PRODUCTS = np.einsum("aij,bjk->abik", CUBE, CUBE)
+COMPOSE: Ids = np.array(
+    [[np.flatnonzero((m == CUBE).all(axis=(1, 2)))[0] for m in row] for row in _PRODUCTS], dtype=np.int32
+)
+"""[24, 24] ``CUBE[COMPOSE[a, b]] == CUBE[a] @ CUBE[b]``."""
+
+
+_SOURCE: Ids = np.abs(CUBE).argmax(axis=1).astype(np.int32)
+"""[24, 3] axis of the base along each axis of a rotated frame; `_SIGN` has the directions."""
+_SIGN: Floats = np.take_along_axis(CUBE, _SOURCE[:, None, :].astype(np.int64), axis=1)[:, 0, :]
+
+
+_ROWS = np.arange(3)[None, :, None]
+
+
+def cube_index(matrix: Floats) -> int:
+    """The index in `CUBE` of a rotation by right angles [3, 3]."""
+    return int(np.flatnonzero((np.abs(matrix - CUBE) < 0.5).all(axis=(1, 2)))[0])
+
+
+_CODES = np.full(27 * 8, -1, dtype=np.int32)
+_CODES[(_SOURCE @ [9, 3, 1]) * 8 + (_SIGN < 0.0) @ [4, 2, 1]] = np.arange(24)
+
+_EXACT = 1e-12
+"""Tolerance of the entries -1, 0 and 1 of rotations by right angles."""
+
+
+def cube_indices(rotations: Floats) -> Ids:
+    """Indices [N] in `CUBE` of rotations [N, 3, 3], -1 for rotations that are not by right angles."""
+    rounded = np.rint(rotations)
+    code = (np.abs(rounded).argmax(axis=1) @ [9, 3, 1]) * 8 + (rounded.sum(axis=1) < 0.0) @ [4, 2, 1]
+    straight = np.abs(rotations - rounded).max(axis=(1, 2), initial=0.0) < _EXACT
+    return np.where(straight, _CODES[code], np.int32(-1))
+
+
+class FrameTable:
+    """Base rotations of one derivation; the first one is the identity."""
+
+    def __init__(self) -> None:
+        self._bases = np.eye(3)[None].repeat(16, axis=0)
+        self._used = 1
+        self._axes: dict[tuple[int, int], Floats] = {}
+
+    def add(self, rotations: Floats) -> Ids:
+        """Frames [N] of new base rotations [N, 3, 3]."""
+        first, end = self._used, self._used + len(rotations)
+        if end > len(self._bases):
+            grown = np.empty((max(2 * len(self._bases), end), 3, 3))
+            grown[:first] = self._bases[:first]
+            self._bases = grown
+        self._bases[first:end] = rotations
+        self._used = end
+        return np.arange(24 * first, 24 * end, 24, dtype=np.int32)
+
+    def turned(self, frames: Ids, cube: int) -> Ids:
+        """Frames [N] rotated, in their own axes, by one rotation of the cube."""
+        if cube == 0:
+            return frames
+        base = frames // 24
+        return base * 24 + COMPOSE[frames - base * 24, cube]
+
+    def turned_each(self, frames: Ids, cubes: Ids) -> Ids:
+        """Frames [N] rotated, in their own axes, by one rotation of the cube each [N]."""
+        base = frames // 24
+        return base * 24 + COMPOSE[frames - base * 24, cubes]
+
+    def rotated(self, frames: Ids, rotations: Floats) -> Ids:
+        """Frames [N] rotated, in their own axes, by rotations [3, 3] or [N, 3, 3].
+
+        Rotations by right angles stay exact. Another single rotation makes one new base for each different frame.
+        """
+        if rotations.ndim == 2:
+            turn = int(cube_indices(rotations[None])[0])
+            if turn >= 0:
+                return self.turned(frames, turn)
+            different = distinct(frames, 24 * self._used).astype(np.int32)
+            added = self.add(self.rotations(different) @ rotations)
+            return added[np.searchsorted(different, frames)]
+        cube = cube_indices(rotations)
+        skew = np.flatnonzero(cube < 0)
+        result = self.turned_each(frames, cube)
+        if len(skew):
+            result[skew] = self.add(self.rotations(frames[skew]) @ rotations[skew])
+        return result
+
+    def rotated_about(self, frames: Ids, axes: Ids, rotations: Floats) -> Ids:
+        """Frames [N] rotated, in the axes of other frames [N], by rotations [3, 3] or [N, 3, 3]."""
+        other = np.flatnonzero(frames != axes)
+        if len(other) == 0:
+            return self.rotated(frames, rotations)
+        if rotations.ndim == 2:
+            limit = 24 * self._used
+            pairs, which = np.unique(frames.astype(np.int64) * limit + axes, return_inverse=True)
+            frames, axes = (part.astype(np.int32) for part in np.divmod(pairs, limit))
+            return self.rotated_about(frames, axes, rotations[None].repeat(len(pairs), axis=0))[which]
+        own = rotations.copy()
+        relative = np.swapaxes(self.rotations(axes[other]), 1, 2) @ self.rotations(frames[other])
+        own[other] = np.swapaxes(relative, 1, 2) @ rotations[other] @ relative
+        return self.rotated(frames, own)
+
+    def rotations(self, frames: Ids) -> Floats:
+        """[N, 3, 3] rotations of frames; columns are the scope's axes in the world."""
+        base = frames // 24
+        cube = frames - base * 24
+        turned = self._bases[base[:, None, None], _ROWS, _SOURCE[cube][:, None, :]]
+        return turned * _SIGN[cube][:, None, :]
+
+    def axis(self, frames: Ids, axis: int) -> Floats:
+        """[N, 3] the direction of one scope axis in the world."""
+        if len(frames) == 1:
+            return self._single_axis(int(frames[0]), axis)
+        base = frames // 24
+        cube = frames - base * 24
+        return self._bases[base, :, _SOURCE[cube, axis]] * _SIGN[cube, axis][:, None]
+
+    def _single_axis(self, frame: int, axis: int) -> Floats:
+        """[1, 3] the same for one frame; cached, since consecutive shapes are cut along it."""
+        known = self._axes.get((frame, axis))
+        if known is None:
+            base, turn = divmod(frame, 24)
+            known = (self._bases[base, :, _SOURCE[turn, axis]] * _SIGN[turn, axis])[None, :]
+            self._axes[frame, axis] = known
+        return known
+
+    def to_world(self, frames: Ids, vectors: Floats) -> Floats:
+        """Vectors [N, 3] in scope axes, turned into world axes [N, 3]."""
+        return np.einsum("nij,nj->ni", self.rotations(frames), vectors)
+
+    def to_local(self, frames: Ids, vectors: Floats) -> Floats:
+        """Vectors [N, 3] in world axes, turned into scope axes [N, 3]."""
+        return np.einsum("nji,nj->ni", self.rotations(frames), vectors)
+
+    def used(self, frames: Ids) -> tuple[Floats, Ids]:
+        """Rotations [K, 3, 3] of the different frames of a column [N], and the index [N] of each among them."""
+        present = np.zeros(24 * self._used, dtype=bool)
+        present[frames] = True
+        place = (np.cumsum(present) - 1).astype(np.int32)
+        return self.rotations(np.flatnonzero(present).astype(np.int32)), place[frames]

@@ -1,0 +1,121 @@
+"""Functions of asset files: lists, parts of names, and sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fnmatch import fnmatchcase
+from functools import partial
+from itertools import islice
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from grammarlab.assets.images import image_size
+from grammarlab.assets.mesh_files import meanings
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.functions.text_functions import text_function
+from grammarlab.derivation.state.shapes import Value, kind_of
+from grammarlab.errors import AssetError, DerivationError, MissingAssetError
+from grammarlab.language.syntax.keywords import KEYWORDS
+
+_MOST_FILES = 20_000
+
+
+def matching_files(assets: Path | None, pattern: str) -> list[str]:
+    """Asset paths that match a pattern with ``*`` and ``?``, relative to the asset folder and sorted.
+
+    Only files inside the asset folder are listed, and at most 20,000 files are examined.
+    """
+    if assets is None or not assets.is_dir():
+        return []
+    root = assets.resolve()
+    names = [
+        path.relative_to(root).as_posix()
+        for path in islice(root.rglob("*"), _MOST_FILES)
+        if path.is_file() and path.resolve().is_relative_to(root)
+    ]
+    found = (sorted(name for name in names if fnmatchcase(name, meaning)) for meaning in meanings(pattern))
+    return next(filter(None, found), [])
+
+
+def root_of(call: FunctionCall) -> Path | None:
+    """The asset folder of a derivation, if it has one."""
+    return None if call.workspace.assets is None else call.workspace.assets.root
+
+
+def _search(call: FunctionCall) -> Value:
+    found = partial(matching_files, root_of(call))
+    return text_function(lambda pattern: "".join(f"{name};" for name in found(pattern))).evaluate(call)
+
+
+def _exists(call: FunctionCall) -> Value:
+    found = partial(matching_files, root_of(call))
+    return text_function(lambda name: name in found(name)).evaluate(call)
+
+
+def mesh_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
+    """Size of a mesh in its file; that of a unit box if the folder lacks it, since ``i`` uses a unit box instead."""
+    asset = None if path.startswith("builtin:") else call.workspace.asset(path, call.location)
+    return (1.0, 1.0, 1.0) if asset is None else tuple(asset.size.tolist())
+
+
+def image_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
+    """Width and height of an image in pixels; 1 and 1 if the folder lacks it.
+
+    Raises:
+        DerivationError: If it is not an image, or lies outside the asset folder.
+    """
+    root = root_of(call)
+    if root is None or path.startswith("builtin:"):
+        return 1.0, 1.0
+    try:
+        width, height = image_size(path, root)
+    except MissingAssetError:
+        return 1.0, 1.0
+    except AssetError as error:
+        raise DerivationError(str(error), call.location) from error
+    return float(width), float(height)
+
+
+def _asset_info(call: FunctionCall) -> Value:
+    """``assetInfo(path, sx)``: the size of a mesh in its file, or with ``tx`` the position of its low corner."""
+    measure = str(call.arguments[1])
+    axis = "xyz".index(measure[1])
+
+    def measured(path: str) -> float:
+        if measure[0] == "s":
+            return mesh_extent(path, call)[axis]
+        asset = None if path.startswith("builtin:") else call.workspace.asset(path, call.location)
+        return 0.0 if asset is None else float(asset.low[axis])
+
+    return _measured(call, measured)
+
+
+def _image_info(call: FunctionCall) -> Value:
+    """``imageInfo(path, sx)``: the width of an image in pixels, or with ``sy`` its height."""
+    axis = "xy".index(str(call.arguments[1])[1])
+    return _measured(call, lambda path: image_extent(path, call)[axis])
+
+
+def _measured(call: FunctionCall, measure: Callable[[str], float]) -> Value:
+    """A number for each file, computed once for each different path."""
+    path = call.arguments[0]
+    if isinstance(path, str):
+        return measure(path)
+    if kind_of(path) != "string":
+        raise DerivationError(f"{call.name} expected a string, found a {kind_of(path)}", call.location)
+    return call.workspace.strings.numbers(np.asarray(path), measure)
+
+
+BUILTINS: dict[str, Builtin] = {
+    "assetInfo": Builtin(_asset_info, (2, 2), keywords=KEYWORDS["asset_measure"]),
+    "fileBasename": text_function(lambda path: PurePosixPath(path).stem),
+    "fileDirectory": text_function(
+        lambda path: f"{parent}/" if (parent := str(PurePosixPath(path).parent)) != "." else ""
+    ),
+    "fileExists": Builtin(_exists, (1, 1)),
+    "fileExtension": text_function(lambda path: PurePosixPath(path).suffix.removeprefix(".")),
+    "fileName": text_function(lambda path: PurePosixPath(path).name),
+    "fileSearch": Builtin(_search, (1, 1)),
+    "imageInfo": Builtin(_image_info, (2, 2), keywords=KEYWORDS["image_measure"]),
+}

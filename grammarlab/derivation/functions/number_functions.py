@@ -1,0 +1,171 @@
+"""Arithmetic functions. Angles are in degrees, as in all of CGA.
+
+Single numbers use the same array loops as columns: NumPy's scalar functions may differ in the last bit.
+
+Random functions. Every draw has an address and is recorded with its log-density.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.functions.asset_functions import matching_files, root_of
+from grammarlab.derivation.functions.text_functions import items, text_function
+from grammarlab.derivation.state.shapes import NUM_LANES, SITE_LANE, Value, kind_of
+from grammarlab.errors import DerivationError
+from grammarlab.randomness import uniforms
+
+Floats = NDArray[np.float64]
+
+
+def draw(call: FunctionCall) -> Floats:
+    """One uniform number in [0, 1) for each shape."""
+    return uniforms(call.shapes.random_key(), NUM_LANES * call.address + SITE_LANE)
+
+
+def rand(call: FunctionCall) -> Value:
+    """``rand()`` in [0, 1), ``rand(b)`` in [0, b), ``rand(a, b)`` in [a, b)."""
+    bounds = [_finite(call, argument) for argument in call.arguments]
+    low = bounds[0] if len(bounds) == 2 else 0.0
+    high = bounds[-1] if bounds else 1.0
+    values = low + (high - low) * draw(call)
+    call.workspace.recorder.add_draw(call.shapes, call.site, values, _log_density(np.abs(high - low)))
+    return values
+
+
+def _log_density(extent: Floats | float) -> Floats | float:
+    """Log-density of a uniform draw over an interval of this length; 0 for a single value."""
+    if isinstance(extent, np.ndarray):
+        return -np.log(np.where(extent > 0.0, extent, 1.0))
+    return -float(np.log(np.array([extent]))[0]) if extent > 0.0 else 0.0
+
+
+def p(call: FunctionCall) -> Value:
+    """``p(x)``: true with probability x."""
+    probability = np.clip(_finite(call, call.arguments[0]), 0.0, 1.0)
+    outcome = draw(call) < probability
+    chance = np.where(outcome, probability, 1.0 - probability)
+    call.workspace.recorder.add_draw(call.shapes, call.site, outcome.astype(np.float64), np.log(chance))
+    return outcome
+
+
+def file_random(call: FunctionCall) -> Value:
+    """``fileRandom("folder/*.jpg")``: one of the matching asset files, all equally likely; empty if there is none."""
+    pattern = call.arguments[0]
+    if not isinstance(pattern, str):
+        raise DerivationError("fileRandom expects one string for all shapes", call.location)
+    files = matching_files(root_of(call), pattern)
+    if not files:
+        return ""
+    chosen = np.floor(draw(call) * len(files))
+    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(len(files)))
+    return call.workspace.strings.ids(files)[chosen.astype(np.int64)]
+
+
+def list_random(call: FunctionCall) -> Value:
+    """``listRandom("a;b;c;")``: one of the items, all equally likely; empty when there is none."""
+    lists = call.arguments[0]
+    if kind_of(lists) != "string":
+        raise DerivationError(f"listRandom expected a string, found a {kind_of(lists)}", call.location)
+    return one_of(call, lists)
+
+
+def one_of(call: FunctionCall, lists: Value) -> Value:
+    """One of the items of a list, all equally likely; empty when there is none."""
+    strings = call.workspace.strings
+    column = lists if isinstance(lists, np.ndarray) else np.full(call.shapes.num, strings.id(str(lists)))
+    codes, which = np.unique(column, return_inverse=True)
+    choices = [items(strings[code]) or [""] for code in codes.tolist()]
+    counts = np.array([len(choice) for choice in choices])
+    first = np.cumsum(counts) - counts
+    chosen = np.floor(draw(call) * counts[which])
+    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(counts[which]))
+    table = strings.ids(item for choice in choices for item in choice)
+    return table[first[which] + chosen.astype(np.int64)]
+
+
+def _finite(call: FunctionCall, value: Value) -> Floats | float:
+    if kind_of(value) == "string":
+        raise DerivationError(f"{call.name} expected a number, found a string", call.location)
+    if isinstance(value, float | bool) and math.isfinite(value):
+        return float(value)
+    column = np.atleast_1d(value)
+    if not np.isfinite(column).all():
+        raise DerivationError(
+            f"{call.name} expected a finite number, found {column[~np.isfinite(column)][0]}", call.location
+        )
+    return column.astype(np.float64, copy=False)
+
+
+RANDOM: dict[str, Builtin] = {
+    "fileRandom": Builtin(file_random, (1, 1), random=True),
+    "listRandom": Builtin(list_random, (1, 1), random=True),
+    "p": Builtin(p, (1, 1), random=True),
+    "rand": Builtin(rand, (0, 2), random=True),
+}
+
+
+def elementwise(apply: Callable[..., NDArray], least: int, most: int | None = None) -> Builtin:
+    """A function of numbers from a function of arrays."""
+
+    def evaluate(call: FunctionCall) -> Value:
+        columns = [_numbers(call, argument) for argument in call.arguments]
+        result = apply(*columns)
+        if any(isinstance(argument, np.ndarray) for argument in call.arguments):
+            return result
+        return bool(result[0]) if result.dtype.kind == "b" else float(result[0])
+
+    return Builtin(evaluate, (least, least if most is None else most))
+
+
+def _numbers(call: FunctionCall, argument: Value) -> Floats:
+    if kind_of(argument) == "string":
+        raise DerivationError(f"{call.name} expected a number, found a string", call.location)
+    if isinstance(argument, np.ndarray):
+        return argument.astype(np.float64, copy=False)
+    return np.array([float(argument)])
+
+
+def _chosen(numbers: Callable[..., NDArray], texts: Callable[..., str], count: int) -> Builtin:
+    """A function that returns one of its arguments: of numbers, or of strings by their order."""
+    of_numbers, of_texts = elementwise(numbers, count), text_function(texts, (count, count))
+
+    def evaluate(call: FunctionCall) -> Value:
+        are_texts = kind_of(call.arguments[0]) == "string"
+        return (of_texts if are_texts else of_numbers).evaluate(call)
+
+    return Builtin(evaluate, (count, count))
+
+
+def _clamp(x: Floats, low: Floats, high: Floats) -> Floats:
+    return np.minimum(np.maximum(x, low), high)
+
+
+BUILTINS: dict[str, Builtin] = {
+    "abs": elementwise(np.abs, 1),
+    "acos": elementwise(lambda x: np.degrees(np.arccos(x)), 1),
+    "asin": elementwise(lambda x: np.degrees(np.arcsin(x)), 1),
+    "atan": elementwise(lambda x: np.degrees(np.arctan(x)), 1),
+    "atan2": elementwise(lambda y, x: np.degrees(np.arctan2(y, x)), 2),
+    "ceil": elementwise(np.ceil, 1),
+    "clamp": _chosen(_clamp, lambda x, low, high: min(max(x, low), high), 3),
+    "cos": elementwise(lambda x: np.cos(np.radians(x)), 1),
+    "exp": elementwise(np.exp, 1),
+    "floor": elementwise(np.floor, 1),
+    "isinf": elementwise(np.isinf, 1),
+    "isnan": elementwise(np.isnan, 1),
+    "ln": elementwise(np.log, 1),
+    "log10": elementwise(np.log10, 1),
+    "max": _chosen(np.maximum, max, 2),
+    "min": _chosen(np.minimum, min, 2),
+    "pow": elementwise(np.power, 2),
+    "rint": elementwise(np.rint, 1),
+    "sin": elementwise(lambda x: np.sin(np.radians(x)), 1),
+    "sqrt": elementwise(np.sqrt, 1),
+    "tan": elementwise(lambda x: np.tan(np.radians(x)), 1),
+}

@@ -1,0 +1,132 @@
+"""Measures of the texture coordinates of a shape: ``geometry.du``, ``geometry.uMin`` and similar functions."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.state.shapes import Floats, Shapes, Value, kind_of
+from grammarlab.derivation.state.texture_maps import NUM_SETS, map_ids
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.errors import DerivationError, Location
+from grammarlab.geometry.meshes.measure import face_areas, face_normals
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.ragged import max_rows, sum_rows
+from grammarlab.geometry.meshes.vectors import dot
+
+SPACES = frozenset({"uvSpace", "unitSpace"})
+UV_AXES = ("u", "v")
+
+_LEVEL = 1e-9
+"""Smallest change of a coordinate along a face, as a share of its change in space, that counts as a change."""
+
+
+class Range(NamedTuple):
+    """One coordinate on N shapes, all zeros for shapes without coordinates."""
+
+    gradient: Floats
+    """[N, 3] its change per metre along the axes of the scope."""
+    start: Floats
+    """[N] its value at the origin of the scope."""
+    low: Floats
+    """[N] its smallest value."""
+    high: Floats
+    """[N] its largest value."""
+    metres: Floats
+    """[N] length of one unit on the surface in metres, a mean over the area of the faces along which it changes; 0
+    if it does not change."""
+
+    @property
+    def extent(self) -> Floats:
+        """[N] from the smallest value to the largest."""
+        return self.high - self.low
+
+
+def range_of(shapes: Shapes, uv_set: int, axis: int, workspace: Workspace) -> Range:
+    """Coordinate u (axis 0) or v (axis 1) of one uv set on shapes [N]."""
+    ids = map_ids(shapes, uv_set)
+    rows = np.flatnonzero(ids >= 0)
+    gradient, start = np.zeros((shapes.num, 3)), np.zeros(shapes.num)
+    if len(rows):
+        map_rows = workspace.texture_maps.take(ids[rows])[:, axis]
+        gradient[rows] = workspace.frames.to_local(shapes.frame[rows], map_rows[:, :3])
+        start[rows] = map_rows[:, 3] + dot(map_rows[:, :3], shapes.position[rows])
+    meshes = local_meshes(shapes, workspace)
+    owner = meshes.mesh_of_point()
+    values = dot(meshes.points, gradient[owner]) + start[owner]
+    filled = np.diff(meshes.mesh_points) > 0
+    low = np.where(filled, -max_rows(-values, meshes.mesh_points, -np.inf), 0.0)
+    high = np.where(filled, max_rows(values, meshes.mesh_points, -np.inf), 0.0)
+    return Range(gradient, start, low, high, _metres(meshes, gradient))
+
+
+def _metres(meshes: Meshes, gradient: Floats) -> Floats:
+    """[M] metres on the surface of meshes for one unit of a coordinate with these gradients [M, 3]."""
+    along, normals = gradient[meshes.mesh_of_face()], face_normals(meshes)
+    steepness = np.sqrt(np.maximum(dot(along, along) - dot(along, normals) ** 2, 0.0))
+    changes = steepness > _LEVEL * np.sqrt(dot(along, along))
+    area = np.where(changes, face_areas(meshes), 0.0)
+    climb = sum_rows(area * steepness, meshes.mesh_faces)
+    return np.where(climb > 0.0, sum_rows(area, meshes.mesh_faces) / np.where(climb > 0.0, climb, 1.0), 0.0)
+
+
+def uv_set_of(value: Value, name: str, location: Location) -> int:
+    """Uv set from an argument.
+
+    Raises:
+        DerivationError: If it is not a whole number from 0 to 9, or differs between shapes.
+    """
+    if kind_of(value) != "float":
+        raise DerivationError(f"{name} expects a uv set from 0 to {NUM_SETS - 1}, found a {kind_of(value)}", location)
+    different = np.unique(np.asarray(value, dtype=np.float64))
+    if len(different) > 1:
+        raise DerivationError(f"{name} expects one uv set for all shapes of a rule, found several", location)
+    number = float(different[0])
+    if number not in range(NUM_SETS):
+        raise DerivationError(
+            f"{name} expects a uv set from 0 to {NUM_SETS - 1}, found {number:g}",
+            location,
+            "set 0 is that of the colour map",
+        )
+    return int(number)
+
+
+def _uv_set(call: FunctionCall) -> int:
+    return uv_set_of(call.arguments[0], call.name, call.location) if call.arguments else 0
+
+
+def _extent(axis: int) -> Builtin:
+    """``geometry.du(set, uvSpace|unitSpace)``: the extent of u, in its own unit or in metres on the surface."""
+
+    def evaluate(call: FunctionCall) -> Value:
+        if call.arguments[1] not in SPACES:
+            raise DerivationError(f"{call.name} expects uvSpace or unitSpace", call.location)
+        found = range_of(call.shapes, _uv_set(call), axis, call.workspace)
+        return found.extent * found.metres if call.arguments[1] == "unitSpace" else found.extent
+
+    return Builtin(evaluate, (2, 2), keywords=SPACES)
+
+
+def _bound(axis: int, is_low: bool) -> Builtin:
+    """``geometry.uMin(set)``: the smallest u, by default in set 0."""
+
+    def evaluate(call: FunctionCall) -> Value:
+        found = range_of(call.shapes, _uv_set(call), axis, call.workspace)
+        return found.low if is_low else found.high
+
+    return Builtin(evaluate, (0, 1))
+
+
+def _has_coordinates(call: FunctionCall) -> Value:
+    return map_ids(call.shapes, _uv_set(call)) >= 0
+
+
+BUILTINS: dict[str, Builtin] = {
+    "geometry.hasUVs": Builtin(_has_coordinates, (0, 1)),
+    **{f"geometry.d{name}": _extent(axis) for axis, name in enumerate(UV_AXES)},
+    **{f"geometry.{name}Min": _bound(axis, is_low=True) for axis, name in enumerate(UV_AXES)},
+    **{f"geometry.{name}Max": _bound(axis, is_low=False) for axis, name in enumerate(UV_AXES)},
+}

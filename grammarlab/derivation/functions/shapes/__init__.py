@@ -1,1 +1,0 @@
-"""What a rule can ask of the shape it is applied to."""

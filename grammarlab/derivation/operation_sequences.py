@@ -1,0 +1,289 @@
+"""Sequences of operations compiled to steps over columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import count
+from typing import TypeAlias
+
+from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, argument, head, together, word
+from grammarlab.derivation.calls.branches import Branching, Leaf, route
+from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, Head, Operation
+from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
+from grammarlab.derivation.operations import BLOCKS, OPERATIONS
+from grammarlab.derivation.state.shapes import Shapes, child_keys, part_keys
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.errors import DerivationError, Location
+from grammarlab.language.numbering import RuleBranch
+from grammarlab.language.syntax import syntax_tree as syntax
+from grammarlab.language.syntax.builtins import blocks, operations
+from grammarlab.language.syntax.syntax_tree import (
+    Block,
+    Expression,
+    Group,
+    Invoke,
+    Item,
+    Name,
+    Node,
+    Part,
+    Scatter,
+    Scoped,
+)
+
+Step: TypeAlias = "Callable[[Shapes, Shapes, Workspace], Shapes]"
+"""A step: from the current shapes and the initial shapes of the sequence to the shapes for the next step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Operations:
+    """A compiled sequence."""
+
+    steps: tuple[Step, ...]
+    visible: bool
+    """Whether the shape at its end is visible: the sequence has no successor, no block and no NIL."""
+    rule: int = -1
+    """Index of its rule branch, -1 for a sequence inside a rule."""
+
+    def run(self, shapes: Shapes, workspace: Workspace) -> None:
+        """Apply the sequence to shapes [N]: record visible shapes, queue shapes with rules."""
+        current = shapes
+        for step in self.steps:
+            current = step(current, shapes, workspace)
+        if self.visible:
+            workspace.recorder.add_leaves(current)
+
+
+@dataclass(frozen=True, slots=True)
+class Successors:
+    """Symbols of a grammar and their rules."""
+
+    symbols: Mapping[str, int]
+    """Number of each symbol."""
+    rules: Mapping[tuple[str, int], int]
+    """Number of the rule for a symbol and a number of arguments."""
+    draws: Callable[[Node], bool]
+    """Whether a part of the syntax tree, or anything derived from it, may draw random numbers."""
+
+
+def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspace) -> None:
+    """Apply to each shape the sequence that a choice selects."""
+    if isinstance(body, Leaf):
+        body.payload.run(shapes, workspace)
+        return
+    for sequence, _, taken in route(body, shapes, workspace):
+        sequence.run(taken, workspace)
+
+
+class SequenceCompiler:
+    """Compiles the sequences of one branch of one rule."""
+
+    def __init__(self, expressions: ExpressionCompiler, successors: Successors, branch: RuleBranch) -> None:
+        self._expressions = expressions
+        self._successors = successors
+        # Both are visited in the order of their numbers in the branch.
+        self._children = iter(enumerate(branch.successors))
+        self._blocks = iter(range(len(branch.blocks)))
+
+    def sequence(self, sequence: syntax.Sequence, in_block: bool = False, rule: int = -1) -> Operations:
+        """Code for a sequence; ``in_block``: whether one node may run it several times."""
+        steps: list[Step] = []
+        for item in sequence.items:
+            if isinstance(item, Invoke) and item.name == "NIL":
+                break
+            steps.append(self._item(item, in_block))
+        return Operations(tuple(steps), not _consumes(sequence), rule)
+
+    def body(self, choice: syntax.Choice, in_block: bool) -> Branching[Operations]:
+        """Code for a choice whose leaves are sequences."""
+
+        def leaf(choice: syntax.Choice, path: tuple[int, ...]) -> Operations:
+            if not isinstance(choice, syntax.Sequence):
+                raise DerivationError("expected operations, found an expression", choice.location)
+            return self.sequence(choice, in_block)
+
+        return self._expressions.branching(choice, leaf)
+
+    def _item(self, item: Item, in_block: bool) -> Step:
+        match item:
+            case Invoke() if item.name in OPERATIONS:
+                return self._operation(OPERATIONS[item.name], item)
+            case Invoke() if item.name in BLOCKS:
+                return _refusal(f"{item.name} without a block", item.location)
+            case Invoke() if VOCABULARY.makes_shape(item, self._successors.rules):
+                return self._successor(item, in_block)
+            case Invoke():
+                return _refusal(f"the operation {item.name}", item.location)
+            case Scoped():
+                return _bracket(self.body(item.body, in_block))
+            case Block() if item.name in BLOCKS:
+                return self._block(BLOCKS[item.name], item)
+            case Scatter():
+                return self._scatter(BLOCKS["scatter"], item)
+        return _refusal(getattr(item, "name", type(item).__name__.lower()), item.location)
+
+    def _operation(self, operation: Operation, item: Invoke) -> Step:
+        arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
+        name, location, apply = item.name, item.location, operation.apply
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            return apply(BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location))
+
+        return step
+
+    def _block(self, operation: BlockOperation, item: Block) -> Step:
+        number = next(self._blocks)
+        arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
+        parts = list(_flattened(item.group, item.group.repeated))
+        heads = together([head(self._expressions, part, group, operation.selectors, number) for part, group in parts])
+        return self._parted(item, item.name, number, operation, arguments, heads, [part.body for part, _ in parts])
+
+    def _scatter(self, operation: BlockOperation, item: Scatter) -> Step:
+        """Code for ``scatter``, which has two blocks: the keys of the points, and the keys of their positions."""
+        number, where = next(self._blocks), next(self._blocks)
+        arguments = together(self._arguments("scatter", item.arguments, operation, item.location))
+        heads = Constant((Head(argument=NO_ARGUMENT, block=where),))
+        return self._parted(item, "scatter", number, operation, arguments, heads, [item.body])
+
+    def _parted(
+        self,
+        item: Block | Scatter,
+        name: str,
+        number: int,
+        operation: BlockOperation,
+        arguments: Late[tuple[Argument, ...]],
+        heads: Late[tuple[Head, ...]],
+        choices: Sequence[syntax.Choice],
+    ) -> Step:
+        """Code that divides shapes into parts, and applies to the parts of each head its choice."""
+        draws = tuple(self._successors.draws(choice) for choice in choices)
+        bodies = tuple(self.body(choice, in_block=True) for choice in choices)
+        location, divide = item.location, operation.divide
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            call = BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location)
+            made = divide(call, heads(shapes, workspace))
+            for part, body, random in zip(made, bodies, draws, strict=True):
+                if part.shapes.num:
+                    key = part_keys(part.shapes.key, number, part.number) if random else None
+                    inner = part.shapes if part.shapes.key is key else part.shapes._replace(key=key)
+                    run_branches(body, inner, workspace)
+            return shapes
+
+        return step
+
+    def _successor(self, item: Invoke, in_block: bool) -> Step:
+        child, successor = next(self._children)
+        symbol = self._successors.symbols[item.name]
+        arguments = tuple(self._expressions.expression(argument) for argument in item.arguments)
+        rule = self._successors.rules.get(successor.key)
+        if rule is None:
+            return _leaf(symbol, child, in_block)
+        draws = self._successors.draws(item)
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            values = tuple([argument(shapes, workspace) for argument in arguments])
+            key = child_keys(shapes.key, child) if draws else None
+            nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
+            workspace.pending[rule].append(shapes.as_children(nodes, key, values))
+            return shapes
+
+        return step
+
+    def _arguments(
+        self, name: str, arguments: tuple[Expression, ...], operation: Operation | BlockOperation, location: Location
+    ) -> tuple[Late[Argument], ...]:
+        least, most = operation.num_arguments
+        if not least <= len(arguments) <= most:
+            wanted = str(least) if least == most else f"{least} to {most}"
+            raise DerivationError(f"{name} expects {wanted} arguments, found {len(arguments)}", location)
+        if isinstance(operation, Operation) and operation.names_target:
+            return self._target(arguments[0]), argument(self._expressions, arguments[1], frozenset())
+        # CGA distinguishes keywords from values by their place: extrude(x) is a height, extrude(x, 3) a direction.
+        forms = [form for form in (*operations().get(name, ()), *blocks().get(name, ())) if form.takes(len(arguments))]
+        words = [frozenset[str]().union(*(f.parameters[i].keywords for f in forms)) for i in range(len(arguments))]
+        for node, possible in zip(arguments, words, strict=True):
+            if word(node) in possible - operation.keywords:
+                return (_failure(f"{name} with {word(node)} is not supported", node.location),)
+        return tuple(
+            argument(self._expressions, node, possible) for node, possible in zip(arguments, words, strict=True)
+        )
+
+    def _target(self, node: Expression) -> Late[Argument]:
+        """Name of the attribute that ``set`` changes: a name, or a text in ``sel``."""
+        if isinstance(node, Name):
+            return Constant(Argument(node.identifier, keyword=True))
+        return argument(self._expressions, node, frozenset())
+
+
+def _bracket(body: Branching[Operations]) -> Step:
+    def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+        for sequence, _, taken in route(body, shapes, workspace):
+            current = taken
+            for inner in sequence.steps:
+                current = inner(current, taken, workspace)
+        return shapes
+
+    return step
+
+
+def _leaf(symbol: int, child: int, in_block: bool) -> Step:
+    def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+        nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
+        workspace.recorder.add_leaves(shapes.as_children(nodes, None, ()))
+        return shapes
+
+    return step
+
+
+def _failure(message: str, location: Location) -> Callable[[Shapes, Workspace], Argument]:
+    """An argument that raises an error when it is evaluated: a rule file may contain errors in unused parts."""
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Argument:
+        raise DerivationError(message, location, "`grammarlab check` lists all unsupported features")
+
+    return evaluate
+
+
+def _refusal(name: str, location: Location) -> Step:
+    """A step that raises an error when a shape reaches it: a rule file may contain errors in unused parts."""
+
+    def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+        raise DerivationError(f"{name} is not supported", location, "`grammarlab check` lists all unsupported features")
+
+    return step
+
+
+def _consumes(sequence: syntax.Sequence) -> bool:
+    """Whether a sequence has a successor, a block or a NIL, so that the shape itself is not visible."""
+    return _makes_shapes(sequence) or any(isinstance(i, Invoke) and i.name == "NIL" for i in sequence.items)
+
+
+def _makes_shapes(sequence: syntax.Sequence) -> bool:
+    for item in sequence.items:
+        if isinstance(item, Block | Scatter):
+            return True
+        if isinstance(item, Invoke) and item.name not in OPERATIONS and item.name != "NIL":
+            return True
+        if isinstance(item, Scoped):
+            leaves = [leaf for leaf in syntax.alternatives(item.body) if isinstance(leaf, syntax.Sequence)]
+            if any(_makes_shapes(leaf) for leaf in leaves):
+                return True
+    return False
+
+
+def _flattened(group: Group, repeated: bool) -> Iterator[tuple[Part, int]]:
+    """Parts of a block in the order of the text, each with the number of its repeated group.
+
+    A repeated group inside a repeated group occurs once per repeat of the outer one, which fills the available length.
+    """
+    counter = count()
+
+    def walk(group: Group, number: int) -> Iterator[tuple[Part, int]]:
+        for part in group.parts:
+            if isinstance(part, Part):
+                yield part, number
+            else:
+                yield from walk(part, next(counter) if part.repeated and number < 0 else number)
+
+    yield from walk(group, next(counter) if repeated else -1)

@@ -1,0 +1,355 @@
+"""``comp``: a shape divided into its faces, edges or vertices.
+
+The faces of boxes and rectangles are table look-ups; every other geometry goes through
+`grammarlab.geometry.components`. A component selected by one part is not available to later parts.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
+from grammarlab.derivation.calls.texture_transfer import with_pivot
+from grammarlab.derivation.frames import cube_index
+from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
+from grammarlab.derivation.state.mesh_table import add_faces, normalized
+from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.geometry import components as parts_of
+from grammarlab.geometry.components import connected_faces, face_edges, face_vertices, joined, unaligned, upwards
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.primitives import BOX_ORIGINS, BOX_ROTATIONS, TOP
+from grammarlab.geometry.selectors import SELECTORS, classify, select
+
+Flags = NDArray[np.bool_]
+Rows = NDArray[np.int64]
+
+_BOX_CUBES = np.array([cube_index(rotation) for rotation in BOX_ROTATIONS], dtype=np.int32)
+_BOX_NORMALS = BOX_ROTATIONS[:, :, 2].copy()
+_BOX_AXES = np.abs(BOX_ROTATIONS).argmax(axis=1)
+"""[6, 3] axis of the box along each axis of a face."""
+_MAKERS = {
+    "f": parts_of.faces,
+    "e": parts_of.edges,
+    "v": parts_of.vertices,
+    "fe": face_edges,
+    "fv": face_vertices,
+}
+_CLIMBING = frozenset({"hip", "valley", "ridge"})
+"""Selectors of roof edges that are directed upwards, independent of the face they were found on."""
+
+
+class ComponentShapes(NamedTuple):
+    """K component shapes: their scopes and geometry."""
+
+    row: Rows
+    """[K] the shape each one comes from, ascending."""
+    position: Floats
+    size: Floats
+    frame: Ids
+    mesh: Ids
+    first: Rows
+    """[K] index of the chosen component that each one is, or begins with."""
+    pivot: Floats
+    """[K, 3] its first corner, which may differ from the corner of its bounding box; world metres."""
+
+
+Join = Literal["each", "all", "connected"]
+"""Groups of components by the operators ``:``, ``=`` and ``=:``: one per component, of all, per connected set."""
+
+
+class AbstractComponents(ABC):
+    """All components of N shapes, ordered by shape, before any is chosen."""
+
+    row: Rows
+    """[K] the shape that each component belongs to."""
+    index: Rows
+    """[K] its number within the shape."""
+
+    @abstractmethod
+    def picked(self, selector: str) -> Flags:
+        """[K] the components that a selector names."""
+
+    @abstractmethod
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+        """The shapes that chosen components make.
+
+        Args:
+            chosen: [C] components, ascending.
+            join: how they are grouped into shapes.
+            aligned: whether the shapes get their own axes, or keep those of the original shape.
+            selector: the selector; it directs roof edges upwards.
+        """
+
+
+class _BoxFaces(AbstractComponents):
+    """The six faces of boxes, or the one face of rectangles."""
+
+    def __init__(self, call: BoundCall, shapes: Shapes, kind: int) -> None:
+        self._call, self._shapes, self._kind = call, shapes, kind
+        self._faces = np.arange(6) if kind == BOX else np.array([TOP if kind == FOOTPRINT else 0])
+        self.row = np.repeat(np.arange(shapes.num), len(self._faces))
+        self.index = np.tile(np.arange(len(self._faces)), shapes.num)
+
+    def picked(self, selector: str) -> Flags:
+        normals = _BOX_NORMALS[self._faces]
+        if selector in ("all", "border", "inside"):
+            whole = selector == "all" or (selector == "border") == (self._kind != BOX)
+            return np.full(len(self.row), whole)
+        if selector in ("eave", "hip", "valley", "ridge"):
+            return np.zeros(len(self.row), dtype=bool)
+        if "." not in selector:
+            return np.tile(classify(normals, selector), self._shapes.num)
+        return oriented(selector, normals[self.index], self.row, self._shapes, self._call.workspace)
+
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+        if join != "each" or not aligned:
+            return _MeshComponents(self._call, self._shapes, "f").place(chosen, join, aligned)
+        shapes, frames = self._shapes, self._call.workspace.frames
+        row, face = self.row[chosen], self._faces[self.index[chosen]]
+        whole = shapes.size[row]
+        parent = shapes.frame[row]
+        mesh = np.full(len(row), np.int32(FACE))
+        each = np.arange(len(chosen))
+        if self._kind == FACE:
+            position = shapes.position[row]
+            return ComponentShapes(
+                row=row,
+                position=position,
+                size=whole * [1.0, 1.0, 0.0],
+                frame=parent,
+                mesh=mesh,
+                first=each,
+                pivot=position,
+            )
+        first = face[0] if len(face) else 0
+        if (face == first).all():
+            frame = frames.turned(parent, int(_BOX_CUBES[first]))
+            size = whole[:, _BOX_AXES[first]]
+        else:
+            frame = frames.turned_each(parent, _BOX_CUBES[face])
+            size = np.take_along_axis(whole, _BOX_AXES[face], axis=1)
+        size[:, 2] = 0.0
+        origin = BOX_ORIGINS[face] * whole
+        if self._kind == FOOTPRINT:
+            origin[:, 1] = 0.0
+        position = shapes.position[row] + frames.to_world(parent, origin)
+        return ComponentShapes(
+            row=row, position=position, size=size, frame=frame, mesh=mesh, first=each, pivot=position
+        )
+
+
+class _MeshComponents(AbstractComponents):
+    """Components of any kind, of any geometry."""
+
+    def __init__(self, call: BoundCall, shapes: Shapes, kind: str) -> None:
+        self._call, self._shapes, self._kind = call, shapes, kind
+        self._meshes: Meshes = local_meshes(shapes, call.workspace)
+        self._components = _MAKERS[kind](self._meshes)
+        self.row, self.index = self._components.mesh, self._components.index
+
+    def picked(self, selector: str) -> Flags:
+        frames, shapes = self._call.workspace.frames, self._shapes
+        prefix = selector.partition(".")[0]
+        to_world = frames.rotations(shapes.frame) if prefix == "world" else None
+        to_object = _to_object(self._call, shapes) if prefix in ("object", "street") else None
+        return select(self._components, selector, to_object, to_world)
+
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+        if join == "each":
+            taken = self._components.take(chosen)
+            return self._placed(upwards(taken) if selector in _CLIMBING else taken, np.arange(len(chosen)), aligned)
+        if join == "connected":
+            if self._kind != "f":
+                raise self._call.error("comp with =: joins faces only", "use : or = for edges and vertices")
+            faces, sizes = connected_faces(self._meshes, chosen)
+        else:
+            faces, sizes = chosen, np.unique(self.row[chosen], return_counts=True)[1]
+        first = np.searchsorted(chosen, faces[np.cumsum(sizes) - sizes])
+        if self._kind == "f":
+            return self._placed(parts_of.face_sets(self._meshes, faces, sizes), first, aligned)
+        return self._placed(joined(self._components.take(chosen), sizes), first, aligned)
+
+    def _placed(self, components: parts_of.ComponentMeshes, first: Rows, aligned: bool) -> ComponentShapes:
+        shapes, workspace = self._shapes, self._call.workspace
+        components = components if aligned else unaligned(components)
+        row = components.mesh
+        position = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.origin)
+        frame = workspace.frames.rotated(shapes.frame[row], components.rotation)
+        unit, _, _ = normalized(components.shapes)
+        mesh = add_faces(workspace.meshes, unit)
+        corner = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.pivot)
+        return ComponentShapes(
+            row=row, position=position, size=components.size, frame=frame, mesh=mesh, first=first, pivot=corner
+        )
+
+
+class _MixedComponents(AbstractComponents):
+    """Components of shapes of several kinds."""
+
+    def __init__(self, shapes: Shapes, groups: Sequence[tuple[Rows, AbstractComponents]]) -> None:
+        self._groups = groups
+        row = np.concatenate([rows[group.row] for rows, group in groups])
+        self._order = np.argsort(row, kind="stable")
+        self.row = row[self._order]
+        self.index = np.concatenate([group.index for _, group in groups])[self._order]
+
+    def picked(self, selector: str) -> Flags:
+        return np.concatenate([group.picked(selector) for _, group in self._groups])[self._order]
+
+    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+        turn = np.full(len(self.row), -1, np.int64)
+        turn[self._order[chosen]] = np.arange(len(chosen))
+        placed, start = [], 0
+        for rows, group in self._groups:
+            turns = turn[start : start + len(group.row)]
+            own = np.flatnonzero(turns >= 0)
+            start += len(group.row)
+            if len(own):
+                part = group.place(own, join, aligned, selector)
+                placed.append(part._replace(row=rows[part.row], first=turns[own][part.first]))
+        columns = [np.concatenate(column) for column in zip(*placed, strict=True)]
+        order = np.argsort(columns[0], kind="stable")
+        return ComponentShapes._make(column[order] for column in columns)
+
+
+def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+    """``comp(f|e|v|fe|fv, zUp|noAlign) { selector : ... | selector = ... | selector =: ... }``: a shape's components.
+
+    With ``:`` every component is a shape, with ``=`` all of one shape together are one, with ``=:`` each connected set
+    of faces is. With ``noAlign`` the components keep the axes of the shape. A condition in place of a selector, such
+    as ``top || geometry.area > 3``, is evaluated on each component not selected yet, in the axes of the shape.
+    """
+    kind = call.words[0] if call.words else ""
+    if kind not in _MAKERS:
+        raise call.error(f"comp expects f, e, v, fe or fv, found {kind or 'something else'}")
+    components = _components(call, kind)
+    return [_part(call, components, chosen, head) for head, chosen in _each_taken(call, components, heads)]
+
+
+class Taken(NamedTuple):
+    """Components selected by one part, and the K shapes they make."""
+
+    shapes: Shapes
+    number: Rows
+    """[K] index of each shape's first component."""
+    row: Rows
+    """[C] the shape that contains each component."""
+    place: Rows
+    """[C] its number in that shape."""
+    which: Rows
+    """[C] the new shape that contains it."""
+
+
+def taken_apart(call: BoundCall, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]:
+    """Components selected by each part of ``comp``, and the number of components of each shape [N].
+
+    Raises:
+        DerivationError: If the operator is ``=:``.
+    """
+    kind = call.words[0] if call.words else ""
+    if kind not in _MAKERS or any(head.connected for head in heads):
+        raise call.error("comp as a value expects f, e, v, fe or fv, and : or = between selectors and values")
+    components = _components(call, kind)
+    found = []
+    for head, chosen in _each_taken(call, components, heads):
+        part, row = _part(call, components, chosen, head), components.row[chosen]
+        which = np.unique(row, return_inverse=True)[1] if head.joined else np.arange(len(chosen))
+        found.append(Taken(part.shapes, part.number.astype(np.int64), row, components.index[chosen], which))
+    return found, np.bincount(components.row, minlength=call.shapes.num)
+
+
+def _components(call: BoundCall, kind: str) -> AbstractComponents:
+    shapes = call.shapes
+    if kind != "f":
+        return _MeshComponents(call, shapes, kind)
+    first = int(shapes.mesh[0])
+    if first in (BOX, FOOTPRINT, FACE) and (shapes.mesh == first).all():
+        return _BoxFaces(call, shapes, first)
+    groups: list[tuple[Rows, AbstractComponents]] = []
+    for simple in (BOX, FOOTPRINT, FACE):
+        rows = np.flatnonzero(shapes.mesh == simple)
+        if len(rows):
+            groups.append((rows, _BoxFaces(call, shapes.take(rows), simple)))
+    rows = np.flatnonzero(shapes.mesh > FACE)
+    if len(rows) == shapes.num:
+        return _MeshComponents(call, shapes, kind)
+    if len(rows):
+        groups.append((rows, _MeshComponents(call, shapes.take(rows), kind)))
+    return _MixedComponents(shapes, groups) if groups else _MeshComponents(call, shapes, kind)
+
+
+def _each_taken(call: BoundCall, components: AbstractComponents, heads: Sequence[Head]) -> Iterator[tuple[Head, Rows]]:
+    """Each part with its selected components, without those selected by earlier parts."""
+    available = np.ones(len(components.row), dtype=bool)
+    for head in heads:
+        chosen = _chosen(call, components, head, available)
+        available[chosen] = False
+        yield head, chosen
+
+
+def _chosen(call: BoundCall, components: AbstractComponents, head: Head, available: Flags) -> Rows:
+    """Available components selected by the head of a part: by a selector, a condition or a number."""
+    if head.condition is not None:
+        left = np.flatnonzero(available)
+        if len(left) == 0:
+            return left
+        placed = components.place(left, "each", aligned=False)
+        shapes, number = call.shapes.place(*placed[:5]), components.index[left]
+        flags = selected(call, head.condition, shapes, number, lambda word: components.picked(word)[left])
+        return left[flags]
+    value = head.argument.value
+    if head.argument.keyword:
+        return np.flatnonzero(available & components.picked(str(value)))
+    wanted = np.rint(call.column(head.argument))
+    return np.flatnonzero(available & (components.index == wanted[components.row]))
+
+
+def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: Head) -> BoundPart:
+    shapes = call.shapes
+    if len(chosen) == 0:
+        return BoundPart(shapes.take(chosen), chosen)
+    join: Join = "connected" if head.connected else "all" if head.joined else "each"
+    aligned = "noAlign" not in call.words
+    placed = components.place(chosen, join, aligned, head.text)
+    made = shapes.place(*placed[:5])
+    made = with_pivot(made, placed.pivot, made.frame, call.workspace) if aligned else made
+    return BoundPart(_indexed(call, made, placed.row, head), components.index[chosen[placed.first]])
+
+
+def _indexed(call: BoundCall, made: Shapes, row: Rows, head: Head) -> Shapes:
+    """Components with their index, total and selector, if the grammar reads them."""
+    asked = call.workspace.state_names & {"comp.index", "comp.total", "comp.sel"}
+    if not asked:
+        return made
+    counts = np.bincount(row, minlength=call.shapes.num)
+    first = np.cumsum(counts) - counts
+    known = {
+        "comp.index": (np.arange(len(row)) - first[row]).astype(np.float64),
+        "comp.total": counts[row].astype(np.float64),
+        "comp.sel": head.text,
+    }
+    return made._replace(state={**made.state, **{name: known[name] for name in asked}})
+
+
+def _to_object(call: BoundCall, shapes: Shapes) -> Floats:
+    """[N, 3, 3] from the axes of each shape to those of its model's initial shape."""
+    frames = call.workspace.frames
+    initial = frames.rotations(call.workspace.roots.frame[shapes.model])
+    return np.einsum("nji,njk->nik", initial, frames.rotations(shapes.frame))
+
+
+def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
+    """Every edge of every face of shapes as a shape in their axes, and its number within its shape."""
+    components = _MeshComponents(call, call.shapes, "fe")
+    placed = components.place(np.arange(len(components.row)), "each", aligned=False)
+    return call.shapes.place(*placed[:5]), components.index
+
+
+BLOCKS: dict[str, BlockOperation] = {
+    "comp": BlockOperation(comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset(SELECTORS))
+}

@@ -1,0 +1,150 @@
+"""``extrude``: prisms over faces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.derivation.calls.calls import BoundCall, Operation
+from grammarlab.derivation.frames import cube_index
+from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.state.mesh_table import replaced, turned_over
+from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Floats, Shapes
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.geometry.meshes import extrude as solids
+from grammarlab.geometry.meshes.measure import face_normals
+from grammarlab.geometry.meshes.mesh import Meshes
+
+_WORDS = frozenset(
+    {"world.up", "world.up.flatTop", "world.x", "world.y", "world.z", "face.normal", "vertex.normal", "x", "y", "z"}
+)
+_ALONG = {"x": 0, "y": 1, "z": 2, "world.x": 0, "world.y": 1, "world.z": 2, "world.up": 1, "world.up.flatTop": 1}
+_LYING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""The scope of an extruded face in the face's axes: its y is the face's z, its z the face's -y."""
+_LYING_CUBE = cube_index(_LYING)
+
+
+def extrude(call: BoundCall) -> Shapes:
+    """``extrude(height)`` or ``extrude(direction, height)``: every face moved, with walls between.
+
+    The scope's y axis then runs along the direction, and x stays as near as possible to its old direction. A negative
+    height extrudes in the opposite direction and makes ``scope.sy`` negative; all faces point outwards.
+    """
+    if len(call.values) != 1:
+        raise call.error("extrude expects one height, or a direction such as world.up and a height")
+    heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.num)
+    solid = _extruded(call, heights)
+    below = (heights < 0.0) & (solid.mesh != EMPTY)
+    return turned_over(solid, below, call.workspace.meshes, call.workspace.frames) if below.any() else solid
+
+
+def _extruded(call: BoundCall, heights: Floats) -> Shapes:
+    """The solids, in scopes of positive height."""
+    direction = call.words[0] if call.words else "face.normal"
+    shapes = call.shapes
+    if direction == "face.normal":
+        footprint, face = shapes.mesh == FOOTPRINT, shapes.mesh == FACE
+        if footprint.all():
+            return _raised(call, shapes, heights)
+        if face.all():
+            return _deepened(call, shapes, heights)
+        if (footprint | face).any():
+            return _one_by_one(call, heights, (footprint, face))
+    return _general(call, shapes, heights, direction)
+
+
+def _one_by_one(call: BoundCall, heights: Floats, kinds: tuple[np.ndarray, ...]) -> Shapes:
+    """The operation on each kind of geometry separately, merged again."""
+    rest = ~np.logical_or.reduce(kinds)
+    rows = [np.flatnonzero(kind) for kind in (*kinds, rest)]
+    parts = [_extruded(_narrowed(call, chosen), heights[chosen]) for chosen in rows if len(chosen)]
+    back = np.argsort(np.concatenate(rows))
+    fields = ("position", "size", "frame", "mesh")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts])[back] for name in fields}
+    return call.shapes._replace(**joined)
+
+
+def _narrowed(call: BoundCall, rows: np.ndarray) -> BoundCall:
+    arguments = tuple(a._replace(value=a.value[rows]) if isinstance(a.value, np.ndarray) else a for a in call.arguments)
+    return call._replace(shapes=call.shapes.take(rows), arguments=arguments)
+
+
+def _raised(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
+    """Rectangles on the ground become boxes."""
+    size = shapes.size.copy()
+    size[:, 1] = np.abs(heights)
+    down = np.minimum(heights, 0.0)
+    position = shapes.position
+    if down.any():
+        position = position + call.workspace.frames.axis(shapes.frame, 1) * down[:, None]
+    mesh = np.where(heights == 0.0, FOOTPRINT, BOX).astype(np.int32)
+    return shapes._replace(position=position, size=size, mesh=mesh)
+
+
+def _deepened(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
+    """Rectangles in a wall become boxes whose y axis points out of the wall."""
+    frames = call.workspace.frames
+    width, height = shapes.size[:, 0], shapes.size[:, 1]
+    position = shapes.position + frames.axis(shapes.frame, 1) * height[:, None]
+    down = np.minimum(heights, 0.0)
+    if down.any():
+        position = position + frames.axis(shapes.frame, 2) * down[:, None]
+    mesh = np.where(heights == 0.0, FOOTPRINT, BOX).astype(np.int32)
+    size = np.stack([width, np.abs(heights), height], axis=1)
+    return shapes._replace(position=position, size=size, frame=frames.turned(shapes.frame, _LYING_CUBE), mesh=mesh)
+
+
+def _general(call: BoundCall, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
+    """Any geometry: the solid is a mesh, and the scope is rotated so that y runs along the direction."""
+    meshes = local_meshes(shapes, call.workspace)
+    along = _directions(call, shapes, direction)
+    if direction == "vertex.normal":
+        solid = solids.extrude_along_vertex_normals(meshes, heights)
+    elif direction == "world.up.flatTop":
+        solid = solids.extrude_to_level(meshes, heights, along)
+    else:
+        solid = solids.extrude(meshes, heights, None if direction == "face.normal" else along)
+    return stood_up(call, solid, along)
+
+
+def stood_up(call: BoundCall, solid: Meshes, along: Floats) -> Shapes:
+    """Shapes with other geometry and a scope whose y axis runs along a direction.
+
+    Args:
+        call: the operation, on shapes [N].
+        solid: [N] the geometry in metres, in the axes of the old scopes and from their origins.
+        along: [N, 3] unit vectors in the axes of the old scopes.
+    """
+    shapes, frames, table = call.shapes, call.workspace.frames, call.workspace.meshes
+    rotation = _standing_on(along)
+    turned = solid.with_points(np.einsum("pji,pj->pi", rotation[solid.mesh_of_point()], solid.points))
+    return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, table, frames)
+
+
+def _directions(call: BoundCall, shapes: Shapes, direction: str) -> Floats:
+    """[N, 3] unit vectors in scope axes: the given direction, or the normal of the first face."""
+    if direction in _ALONG:
+        axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.num, 3))
+        return call.workspace.frames.to_local(shapes.frame, axis) if direction.startswith("world") else axis
+    return first_normals(shapes, call.workspace)
+
+
+def first_normals(shapes: Shapes, workspace: Workspace) -> Floats:
+    """[N, 3] unit normals of the first faces in scope axes; up if there is no face."""
+    meshes = local_meshes(shapes, workspace)
+    first = np.zeros((shapes.num, 3))
+    filled = np.diff(meshes.mesh_faces) > 0
+    first[filled] = face_normals(meshes)[meshes.mesh_faces[:-1][filled]]
+    first[~first.any(axis=1)] = [0.0, 1.0, 0.0]
+    return first
+
+
+def _standing_on(y: Floats) -> Floats:
+    """[N, 3, 3] rotations with a given y axis and an x axis as near as possible to the old one."""
+    x: Floats = np.array([1.0, 0.0, 0.0]) - y * y[:, :1]
+    length = np.linalg.norm(x, axis=1, keepdims=True)
+    x = np.where(length > 1e-6, x / np.maximum(length, 1e-6), np.cross(y, [0.0, 0.0, 1.0]))
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], axis=2).astype(np.float64)
+
+
+OPERATIONS: dict[str, Operation] = {"extrude": Operation(extrude, _WORDS, (1, 2))}

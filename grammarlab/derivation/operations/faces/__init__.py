@@ -1,1 +1,0 @@
-"""Operations over the faces, edges and vertices of a shape."""

@@ -1,0 +1,185 @@
+"""Operations on the outlines of faces: ``offset``, ``setback``, inner rectangles, building shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts, take_rows
+from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, Operation, selected
+from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
+from grammarlab.derivation.operations.comp import edges_of_faces
+from grammarlab.derivation.state.array_table import is_table
+from grammarlab.derivation.state.mesh_table import add_faces, normalized, replaced
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.geometry.components import extract_faces
+from grammarlab.geometry.meshes.edges import edges as edge_table
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.planar import regroup
+from grammarlab.geometry.outlines import inner_rectangle as rectangles
+from grammarlab.geometry.outlines import offset as outlines
+from grammarlab.geometry.outlines import setback as strips
+from grammarlab.geometry.outlines.setback import REMAINDER, Setback
+from grammarlab.geometry.selectors import ORIENTATIONS
+
+Rows = NDArray[np.int64]
+
+_FEWEST_WITH_HOLE = 8
+"""Corners of a triangle with a triangular hole, joined by a bridge that is passed in both directions."""
+_KEEP = frozenset({"all", "inside", "border"})
+_PARTS = frozenset({"shape", "remainder"})
+_OLDER = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
+"""Selectors of older rule files, with equivalent selectors."""
+_EDGES = frozenset({*ORIENTATIONS, *_OLDER, "all", "remainder"})
+
+
+def offset(call: BoundCall) -> Shapes:
+    """``offset(distance, all|inside|border)``: every face replaced by its offset polygons, the ring, or both."""
+    keep = cast("Literal['all', 'inside', 'border']", call.words[0] if call.words else "all")
+    distance = call.column(call.values[0])
+    meshes = outlines.offset(local_meshes(call.shapes, call.workspace), distance, keep)
+    return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
+
+
+def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+    """``setback(distance) { selector : ... | remainder : ... }``: strips along edges cut off.
+
+    An array has a distance for each edge of each face, in order; edges beyond its end stay.
+    Selectors use the outward normals of the edges; a number is the index of an edge modulo the number of edges; a
+    condition is evaluated on each edge.
+    """
+    meshes = local_meshes(call.shapes, call.workspace)
+    outward = strips.edge_normals(meshes)
+    mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
+    groups = np.full(len(meshes.corners), REMAINDER, dtype=np.int64)
+    for place, head in enumerate(heads):
+        if head.argument.value != "remainder":
+            chosen = _edges(call, head, meshes, outward, mesh)
+            groups[chosen & (groups == REMAINDER)] = place
+    result = strips.setback(meshes, _distances(call, meshes, mesh), groups)
+    places = [REMAINDER if head.argument.value == "remainder" else place for place, head in enumerate(heads)]
+    return _parts(call, result, heads, places)
+
+
+def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+    """``innerRectangle(scope|edge) { shape : ... | remainder : ... }``: the largest rectangle inside each face."""
+    alignment = cast("Literal['scope', 'edge']", call.words[0] if call.words else "scope")
+    result = rectangles.inner_rectangle(local_meshes(call.shapes, call.workspace), alignment)
+    places = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
+    return _parts(call, result, heads, places)
+
+
+def inner_rect(call: BoundCall) -> Shapes:
+    """``innerRect()``: every face replaced by the largest rectangle inside it."""
+    meshes = rectangles.inner_rect(local_meshes(call.shapes, call.workspace))
+    return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
+
+
+def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
+    """[C] whether the head of a part selects each edge."""
+
+    def picked(selector: str) -> NDArray[np.bool_]:
+        if selector == "all":
+            return np.ones(len(outward), dtype=bool)
+        flags = [
+            oriented(name, outward, mesh, call.shapes, call.workspace) for name in _OLDER.get(selector, (selector,))
+        ]
+        return np.logical_or.reduce(flags)
+
+    if head.condition is not None:
+        # Bridges between an outline and its hole cannot be selected.
+        corners = np.flatnonzero(edge_table(meshes).edge_of_corner >= 0)
+        parts, number = edges_of_faces(call)
+        flags = np.zeros(len(outward), dtype=bool)
+        flags[corners] = selected(call, head.condition, parts, number, lambda word: picked(word)[corners])
+        return flags
+    if head.argument.keyword:
+        return picked(str(head.argument.value))
+    counts = np.diff(meshes.face_offsets)[meshes.face_of_corner()]
+    place = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
+    index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]
+    return place == index % np.maximum(counts, 1)
+
+
+def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
+    """[C] setback in metres of the edge that leaves each corner."""
+    value = call.values[0].value
+    if not is_table(value):
+        return call.column(call.values[0])[mesh]
+    is_edge = edge_table(meshes).edge_of_corner >= 0
+    before = np.cumsum(is_edge) - is_edge
+    first = np.searchsorted(mesh, np.arange(len(meshes)))
+    place = before - np.append(before, 0)[first][mesh]
+    table, distances = np.asarray(value)[mesh], np.zeros(len(mesh))
+    for number in np.unique(table).tolist():
+        array = call.workspace.tables[number]
+        if array.kind != "float":
+            raise call.error(f"setback expected distances, found an array of the type {array.kind}")
+        given = is_edge & (table == number) & (place < len(array.cells))
+        distances[given] = np.array(array.cells, dtype=np.float64)[place[given]]
+    return distances
+
+
+def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:
+    """An outline with wings along some sides and a remainder."""
+
+    def divide(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+        depths = [call.column(argument) for argument in call.values]
+        result = cut(local_meshes(call.shapes, call.workspace), *depths)
+        places = [REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
+        return _parts(call, result, heads, places)
+
+    count = {"shapeL": 2, "shapeU": 3, "shapeO": 4}[name]
+    return BlockOperation(divide, frozenset(), (count, count), _PARTS)
+
+
+def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], places: Sequence[int]) -> list[BoundPart]:
+    """The pieces of each group as shapes: one per piece, or one of all pieces of a shape."""
+    owner = result.meshes.mesh_of_face()
+    parts = []
+    for head, place in zip(heads, places, strict=True):
+        faces = np.flatnonzero(result.group == place)
+        counts = np.ones(len(faces), dtype=np.int64)
+        row = owner[faces]
+        if head.joined and len(faces):
+            row, counts = np.unique(row, return_counts=True)
+        first = np.cumsum(counts) - counts
+        number = (faces - result.meshes.mesh_faces[:-1][owner[faces]])[first] if len(faces) else faces
+        parts.append(BoundPart(_pieces(call, result.meshes, faces, counts, row), number))
+    return parts
+
+
+def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) -> Shapes:
+    """Shapes made of faces, in the axes of the shapes they come from."""
+    shapes, frames = call.shapes, call.workspace.frames
+    unit, low, size = normalized(_apart(meshes, faces, counts))
+    frame = shapes.frame[row]
+    position = shapes.position[row] + frames.to_world(frame, low)
+    return shapes.place(row, position, size, frame, add_faces(call.workspace.meshes, unit))
+
+
+def _apart(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:
+    """Meshes with given numbers of these faces. Faces do not share points, but a face may pass the same point twice."""
+    corners, offsets = take_rows(meshes.face_offsets, faces)
+    sizes = np.diff(offsets)
+    if sizes.max(initial=0) < _FEWEST_WITH_HOLE:
+        return Meshes.from_polygons(meshes.points[meshes.corner_points()[corners]], sizes, counts)
+    single = extract_faces(meshes, faces, np.ones(len(faces), dtype=np.int64))
+    return regroup(single, offsets_from_counts(counts))
+
+
+OPERATIONS: dict[str, Operation] = {
+    "innerRect": Operation(inner_rect),
+    "offset": Operation(offset, _KEEP, (1, 2)),
+}
+
+BLOCKS: dict[str, BlockOperation] = {
+    "innerRectangle": BlockOperation(inner_rectangle, frozenset({"scope", "edge"}), (1, 1), _PARTS),
+    "setback": BlockOperation(setback, frozenset(), (1, 1), _EDGES),
+    "shapeL": _wings("shapeL", strips.shape_l),
+    "shapeO": _wings("shapeO", strips.shape_o),
+    "shapeU": _wings("shapeU", strips.shape_u),
+}

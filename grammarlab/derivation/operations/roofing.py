@@ -1,0 +1,105 @@
+"""Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``, ``taper``.
+
+The value is an angle in degrees, or after ``byHeight`` a height in metres. The scope then has the orientation of the
+first face, as after ``extrude``.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
+from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.operations.extrusion import first_normals, stood_up
+from grammarlab.derivation.state.mesh_table import turned_over
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.outlines import roofs
+
+_WORDS = frozenset({"byAngle", "byHeight"})
+
+
+def roof_hip(call: BoundCall) -> Shapes:
+    """``roofHip([byAngle|byHeight,] value, overhang, even)``."""
+    value, *rest = call.values
+    overhang = call.column(rest[0]) if rest else 0.0
+    even = _flag(call, rest[1]) if len(rest) > 1 else False
+    return _roofed(call, roofs.roof_hip(_faces(call), call.column(value), _by(call), overhang, even))
+
+
+def roof_gable(call: BoundCall) -> Shapes:
+    """``roofGable([byAngle|byHeight,] value, overhangX, overhangY, even, index)``."""
+    value, *rest = call.values
+    overhangs = [call.column(argument) for argument in rest[:2]] + [0.0] * (2 - len(rest[:2]))
+    even = _flag(call, rest[2]) if len(rest) > 2 else False
+    index = _index(call, rest[3]) if len(rest) > 3 else None
+    return _roofed(
+        call, roofs.roof_gable(_faces(call), call.column(value), _by(call), *overhangs, even=even, index=index)
+    )
+
+
+def roof_pyramid(call: BoundCall) -> Shapes:
+    """``roofPyramid([byAngle|byHeight,] value)``."""
+    return _roofed(call, roofs.roof_pyramid(_faces(call), call.column(call.values[0]), _by(call)))
+
+
+def roof_shed(call: BoundCall) -> Shapes:
+    """``roofShed([byAngle|byHeight,] value, index)``."""
+    value, *rest = call.values
+    index = _index(call, rest[0]) if rest else 0
+    return _roofed(call, roofs.roof_shed(_faces(call), call.column(value), _by(call), index))
+
+
+def roof_ridge(call: BoundCall) -> Shapes:
+    """``roofRidge([byAngle|byHeight,] value)``."""
+    return _roofed(call, roofs.roof_ridge(_faces(call), call.column(call.values[0]), _by(call)))
+
+
+def taper(call: BoundCall) -> Shapes:
+    """``taper(height)``: a pyramid over the first face, its tip over the face's centre of gravity.
+
+    A negative height makes ``scope.sy`` negative and the pyramid point the opposite way; all faces point outwards.
+    """
+    heights, shapes, workspace = call.column(call.values[0]), call.shapes, call.workspace
+    below = heights < 0.0
+    faces = _faces(call)
+    owner = faces.mesh_of_face()
+    # Over a face seen from behind, the pyramid points the opposite way.
+    solid = roofs.taper(faces.reversed(below[owner]), np.abs(heights))
+    standing = stood_up(call, solid, first_normals(shapes, workspace))
+    return turned_over(standing, below, workspace.meshes, workspace.frames) if below.any() else standing
+
+
+def _faces(call: BoundCall) -> Meshes:
+    return local_meshes(call.shapes, call.workspace)
+
+
+def _by(call: BoundCall) -> Literal["angle", "height"]:
+    return "height" if "byHeight" in call.words else "angle"
+
+
+def _flag(call: BoundCall, argument: Argument) -> bool:
+    if isinstance(argument.value, bool):
+        return argument.value
+    raise call.error(f"{call.name} expects true or false for even, the same for all shapes")
+
+
+def _index(call: BoundCall, argument: Argument) -> NDArray[np.int64]:
+    return np.rint(call.column(argument)).astype(np.int64)
+
+
+def _roofed(call: BoundCall, roof: Meshes) -> Shapes:
+    return stood_up(call, roof, first_normals(call.shapes, call.workspace))
+
+
+OPERATIONS: dict[str, Operation] = {
+    "roofGable": Operation(roof_gable, _WORDS, (1, 6)),
+    "roofHip": Operation(roof_hip, _WORDS, (1, 4)),
+    "roofPyramid": Operation(roof_pyramid, _WORDS, (1, 2)),
+    "roofRidge": Operation(roof_ridge, _WORDS, (1, 2)),
+    "roofShed": Operation(roof_shed, _WORDS, (1, 3)),
+    "taper": Operation(taper, num_arguments=(1, 1)),
+}

@@ -1,0 +1,333 @@
+"""``split``: a shape cut into slabs along one of its scope's axes, or between values of a texture coordinate.
+
+Sizes, numbers and indices of parts, for splits along axes and along texture coordinates.
+
+``split`` in texture space: a shape cut at values of u or v.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
+from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.functions.shape_textures import SPACES, UV_AXES, Range, range_of, uv_set_of
+from grammarlab.derivation.split_sizes import (
+    Element,
+    SplitPieces,
+    SplitRepeat,
+    SplitRow,
+    SplitSize,
+    count_pieces,
+    divide,
+    in_a_row,
+)
+from grammarlab.derivation.state.mesh_table import add_faces, normalized, upright
+from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.state.texture_maps import map_ids
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.geometry.meshes.clip import slabs
+from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
+
+_INDICES = frozenset({"split.index", "split.total"})
+
+
+def asked_indices(workspace: Workspace) -> frozenset[str]:
+    """Those of ``split.index`` and ``split.total`` that the grammar reads."""
+    return workspace.state_names & _INDICES
+
+
+def elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:
+    """Sizes of a split of lengths [N], grouped by repeated group."""
+    elements: list[Element] = []
+    group = -1
+    for head in heads:
+        argument = head.argument
+        number = call.number(argument)
+        size = SplitSize(number * length if argument.relative else number, argument.floating)
+        if head.group < 0:
+            elements.append(size)
+        elif head.group == group and isinstance(elements[-1], SplitRepeat):
+            elements[-1] = SplitRepeat((*elements[-1].sizes, size))
+        else:
+            elements.append(SplitRepeat((size,)))
+        group = head.group
+    return elements
+
+
+def numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
+    """Index of each piece along its shape, from 0; only if it is read or a part draws."""
+    counts = [len(piece.row) for piece in pieces]
+    if shapes.key is None and not is_wanted:
+        return [np.zeros(count, np.int64) for count in counts]
+    if all(piece.is_one_each for piece in pieces):
+        return [np.full(count, place) for place, count in enumerate(counts)]
+    row = np.concatenate([piece.row for piece in pieces])
+    order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
+    per_row = np.bincount(row, minlength=shapes.num)
+    number = np.empty(len(row), np.int64)
+    number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
+    return np.split(number, np.cumsum(counts)[:-1])
+
+
+def indexed(
+    made: Sequence[Shapes],
+    pieces: Sequence[SplitPieces],
+    numbers: Sequence[NDArray[np.int64]],
+    num_shapes: int,
+    asked: frozenset[str],
+) -> list[Shapes]:
+    """Parts with their index and total, if the grammar reads them."""
+    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
+    result = []
+    for part, piece, number in zip(made, pieces, numbers, strict=True):
+        known = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
+        result.append(part._replace(state={**part.state, **{name: known[name] for name in asked}}))
+    return result
+
+
+Rows = NDArray[np.int64]
+
+_STRAIGHT = 1e-12
+"""Largest component of a unit vector along other axes for which it counts as an axis."""
+
+_LIES_ALONG = {BOX: (0, 1, 2), FOOTPRINT: (0, 2), FACE: (0, 1)}
+"""Axes along which a box or rectangle extends."""
+
+
+def split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+    """``split(u|v, uvSpace|unitSpace, set) { size : ... | ... }*``: parts from the smallest value to the largest.
+
+    Sizes are differences of the coordinate, or with ``unitSpace`` metres on the surface. Boxes and rectangles that are
+    cut across an axis of their scopes keep their type; other geometry is clipped at planes, and the scope of a
+    part is fitted to its geometry.
+    """
+    words = call.words
+    if len(words) != 2 or words[1] not in SPACES or len(call.values) != 1:
+        raise call.error(
+            f"split({words[0]}, ...) expects uvSpace or unitSpace, then a uv set",
+            f"for example split({words[0]}, unitSpace, 0) {{ 2 : A | ~1 : B }}",
+        )
+    uv_set = uv_set_of(call.values[0].value, call.name, call.location)
+    if (map_ids(call.shapes, uv_set) < 0).any():
+        raise call.error(
+            f"split({words[0]}, ...) came to a shape without texture coordinates in set {uv_set}",
+            "setupProjection and projectUV create them",
+        )
+    found = range_of(call.shapes, uv_set, UV_AXES.index(words[0]), call.workspace)
+    unit_length = found.metres if words[1] == "unitSpace" else np.ones(call.shapes.num)
+    length = found.extent * unit_length
+    elements = elements_of(call, heads, length)
+    call.workspace.expanded(count_pieces(length, elements), call.shapes.num, call.location)
+    pieces = divide(length, elements)
+    asked = asked_indices(call.workspace)
+    numbers = numbered(pieces, call.shapes, is_wanted=bool(asked))
+    made = [_texture_part(call, found, unit_length, piece) for piece in pieces]
+    if asked:
+        made = indexed(made, pieces, numbers, call.shapes.num, asked)
+    return [BoundPart(part, number) for part, number in zip(made, numbers, strict=True)]
+
+
+def _texture_part(call: BoundCall, found: Range, unit_length: Floats, piece: SplitPieces) -> Shapes:
+    """The shapes [K] of one size of a split of shapes [N].
+
+    Args:
+        call: the split.
+        found: the coordinate on the shapes [N].
+        unit_length: [N] length of one unit of the coordinate in the unit of the sizes.
+        piece: what becomes of the size.
+    """
+    rows = piece.row
+    shapes = call.shapes.take(rows)
+    if len(rows) == 0:
+        return shapes
+    steepness = norm(found.gradient[rows])
+    direction = unit(found.gradient[rows])
+    ends = np.stack([piece.start, piece.start + piece.extent]) / unit_length[rows]
+    # From values of the coordinate to metres from the scope's origin along its gradient.
+    low, high = (found.low[rows] + ends - found.start[rows]) / steepness
+    axis, is_simple = _scope_axes(shapes.mesh, direction)
+    position, size, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
+    simple = np.flatnonzero(is_simple)
+    if len(simple):
+        forwards = direction[simple, axis[simple]] > 0.0
+        start = np.where(forwards, low[simple], -high[simple])
+        offset = np.zeros((len(simple), 3))
+        offset[np.arange(len(simple)), axis[simple]] = start
+        position[simple] += call.workspace.frames.to_world(shapes.frame[simple], offset)
+        size[simple, axis[simple]] = high[simple] - low[simple]
+    other = np.flatnonzero(~is_simple)
+    if len(other):
+        cut = _between(call, shapes.take(other), direction[other], low[other], high[other])
+        position[other], size[other], mesh[other] = cut
+    return shapes.rescoped(position, size, shapes.frame, mesh)
+
+
+def _scope_axes(mesh: Ids, direction: Floats) -> tuple[Rows, NDArray[np.bool_]]:
+    """Scope axis [K] nearest to a direction [K, 3], and whether shapes of these meshes extend exactly along it."""
+    axis = np.abs(direction).argmax(axis=1)
+    others = np.abs(direction)
+    others[np.arange(len(axis)), axis] = 0.0
+    extends = np.zeros((FACE + 2, 3), dtype=bool)
+    for kind, axes in _LIES_ALONG.items():
+        extends[kind, list(axes)] = True
+    return axis, (others.max(axis=1) < _STRAIGHT) & extends[np.minimum(mesh, FACE + 1), axis]
+
+
+def _between(
+    call: BoundCall, shapes: Shapes, direction: Floats, low: Floats, high: Floats
+) -> tuple[Floats, Floats, Ids]:
+    """Positions, sizes and meshes of shapes [K] clipped between planes across a direction [K, 3].
+
+    Args:
+        call: the split.
+        shapes: [K] the shapes to clip.
+        direction: [K, 3] unit vectors in scope axes.
+        low: [K] metres from the scopes' origins to the first plane.
+        high: [K] metres to the second one.
+    """
+    workspace = call.workspace
+    whole = local_meshes(shapes, workspace)
+    axes = _axes_with_first(direction)
+    turned = whole.with_points(_turned(whole.points, axes[whole.mesh_of_point()]))
+    cut = slabs(turned, np.arange(shapes.num), 0, low, high)
+    back = _turned(cut.points, axes.swapaxes(1, 2)[cut.mesh_of_point()])
+    meshes, corner, size = normalized(cut.with_points(back))
+    position = shapes.position + workspace.frames.to_world(shapes.frame, corner)
+    return position, size, add_faces(workspace.meshes, meshes)
+
+
+def _axes_with_first(direction: Floats) -> Floats:
+    """[K, 3, 3] three axes at right angles, as rows, of which the first has the direction [K, 3]."""
+    least = np.eye(3)[np.abs(direction).argmin(axis=1)]
+    second = unit(cross(direction, least))
+    return np.stack([direction, second, cross(direction, second)], axis=1)
+
+
+def _turned(points: Floats, axes: Floats) -> Floats:
+    """[P, 3] the places of points along axes [P, 3, 3]."""
+    return np.stack([dot(axes[:, row], points) for row in range(3)], axis=1)
+
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
+
+
+def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+    """``split(x|y|z, adjust|noAdjust) { size : ... | ... }*``: slabs of the given sizes, see `splitting`.
+
+    Boxes and rectangles stay boxes and rectangles; other geometry is clipped, cuts through closed meshes are closed,
+    and with ``adjust`` (the default) the scope of a part is fitted to its geometry.
+    """
+    words = call.words
+    if words and words[0] in UV_AXES:
+        return split_between_values(call, heads)
+    axis = _AXES.get(words[0] if words else "")
+    if axis is None:
+        raise call.error("split expects x, y, z, u or v first", "for example split(x) { 2 : A | ~1 : B }")
+    shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames) if axis == 1 else call.shapes
+    if shapes is not call.shapes:
+        call = call._replace(shapes=shapes)
+    length = shapes.size[:, axis]
+    elements = elements_of(call, heads, length)
+    along = call.workspace.frames.axis(shapes.frame, axis)
+    clipped = _needs_clipping(shapes.mesh, axis)
+    general = clipped if clipped.any() else None
+    asked = asked_indices(call.workspace)
+    row = in_a_row(length, elements)
+    if row is None:
+        call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
+        pieces = divide(length, elements)
+    elif general is None and not asked and row.is_full:
+        return _slabs(shapes, axis, row, along)
+    else:
+        pieces = row.pieces()
+    numbers = numbered(pieces, shapes, is_wanted=bool(asked))
+    made = [_part(call, axis, piece, along, general) for piece in pieces]
+    if asked:
+        made = indexed(made, pieces, numbers, shapes.num, asked)
+    return [BoundPart(part, number) for part, number in zip(made, numbers, strict=True)]
+
+
+def _slabs(shapes: Shapes, axis: int, row: SplitRow, along: Floats) -> list[BoundPart]:
+    """All parts at once of a split in which every shape has one piece of each size and none needs clipping."""
+    frame, mesh = shapes.frame, shapes.mesh
+    position = shapes.position + along * row.start[:, :, None]
+    size = shapes.size[None].repeat(len(position), axis=0)
+    size[:, :, axis] = row.extent
+    number = np.arange(len(position))[:, None].repeat(len(frame), axis=1)
+    return [BoundPart(shapes.rescoped(p, s, frame, mesh), n) for p, s, n in zip(position, size, number, strict=True)]
+
+
+def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general: NDArray[np.bool_] | None) -> Shapes:
+    """The shapes of one size of the split.
+
+    Args:
+        call: the split, of shapes [N].
+        axis: along which it cuts.
+        piece: the pieces of the size.
+        along: [N, 3] direction of that axis in the world.
+        general: [N] whether shapes need clipping; None if none does.
+    """
+    shapes, rows = call.shapes, piece.row
+    everyone = piece.is_one_each
+    frame = shapes.frame if everyone else shapes.frame.take(rows)
+    mesh = shapes.mesh if everyone else shapes.mesh.take(rows)
+    size = shapes.size.copy() if everyone else shapes.size.take(rows, axis=0)
+    size[:, axis] = piece.extent
+    if everyone:
+        position = shapes.position + along * piece.start[:, None]
+    else:
+        position = shapes.position.take(rows, axis=0) + along.take(rows, axis=0) * piece.start[:, None]
+    if general is not None:
+        chosen = np.flatnonzero(general[rows])
+        position, size, mesh = _clipped(call, axis, piece, chosen, position, size, mesh, frame)
+    if everyone:
+        return shapes.rescoped(position, size, frame, mesh)
+    return shapes.place(rows, position, size, frame, mesh)
+
+
+def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
+    """Whether shapes need clipping: all except boxes and rectangles cut across an axis."""
+    if axis == 0:
+        return mesh > FACE
+    return (mesh > FACE) | (mesh == (FOOTPRINT if axis == 1 else FACE))
+
+
+def _clipped(
+    call: BoundCall,
+    axis: int,
+    piece: SplitPieces,
+    general: NDArray[np.int64],
+    position: Floats,
+    size: Floats,
+    mesh: Ids,
+    frame: Ids,
+) -> tuple[Floats, Floats, Ids]:
+    """Positions, sizes and meshes, with the pieces ``general`` replaced by their clipped geometry."""
+    if len(general) == 0:
+        return position, size, mesh
+    sources, source = np.unique(piece.row[general], return_inverse=True)
+    start = piece.start[general]
+    whole = local_meshes(call.shapes.take(sources), call.workspace)
+    cut = slabs(whole, source, axis, start, start + piece.extent[general])
+    unit, low, extent = normalized(cut)
+    position, size, mesh = position.copy(), size.copy(), mesh.copy()
+    low[:, axis] -= start
+    if "noAdjust" in call.words:
+        box = size[general]
+        counts = np.diff(unit.mesh_points)
+        shift, scale = low / np.where(box > 0.0, box, 1.0), extent / np.where(box > 0.0, box, 1.0)
+        points = unit.points * np.repeat(scale, counts, axis=0) + np.repeat(shift, counts, axis=0)
+        mesh[general] = call.workspace.meshes.add(unit.with_points(points))
+    else:
+        mesh[general] = call.workspace.meshes.add(unit)
+        position[general] += call.workspace.frames.to_world(frame[general], low)
+        size[general] = extent
+    return position, size, mesh
+
+
+BLOCKS: dict[str, BlockOperation] = {"split": BlockOperation(split, _WORDS, (1, 3))}

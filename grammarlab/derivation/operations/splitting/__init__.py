@@ -1,1 +1,0 @@
-"""Shapes cut into slabs, along an axis of the scope or in texture space."""

@@ -1,0 +1,163 @@
+"""Meshes of one derivation, in the unit cube of their scopes, by id."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.derivation.frames import FrameTable
+from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.geometry.meshes.mesh import UNTAGGED, Meshes
+from grammarlab.geometry.meshes.primitives import box, quad
+
+_NOTHING = Meshes.single(np.zeros((0, 3)), [])
+_FACE_POINTS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+_FACE = Meshes.single(_FACE_POINTS, [[0, 1, 2, 3]])
+
+
+_UP = np.array([0.0, 1.0, 0.0])
+
+_ROUNDING = 1e-9
+"""Tolerance of the corners of a rectangle, as a share of the scope's size."""
+
+
+class MeshTable:
+    """Meshes in the order they were made; the first four are `EMPTY`, `BOX`, `FOOTPRINT` and `FACE`."""
+
+    def __init__(self) -> None:
+        self._batches = [Meshes.concatenate([_NOTHING, box(), quad(), _FACE])]
+        self._starts = [0]
+        self._used = 4
+        self._named: dict[str, int] = {}
+        self._mirrored: dict[tuple[int, int], int] = {}
+
+    def __len__(self) -> int:
+        return self._used
+
+    def add(self, meshes: Meshes) -> Ids:
+        """Ids [N] of new meshes whose points lie in the unit cube; a mesh without faces is `EMPTY`."""
+        ids = np.arange(self._used, self._used + len(meshes), dtype=np.int32)
+        self._batches.append(meshes)
+        self._starts.append(self._used)
+        self._used += len(meshes)
+        return np.where(np.diff(meshes.mesh_faces) > 0, ids, np.int32(EMPTY))
+
+    def named(self, name: str, mesh: Meshes) -> int:
+        """The id of one shared mesh in the unit cube, added when the name is new."""
+        known = self._named.get(name)
+        if known is None:
+            known = self._named[name] = int(self.add(mesh)[0])
+        return known
+
+    def mirrored(self, ids: NDArray[np.integer], axis: int) -> Ids:
+        """Ids [N] of meshes with points mirrored along an axis and the same faces, which then point inwards.
+
+        Scaled by a negative size they coincide with the given meshes: so scopes of negative height keep their
+        geometry. Mirroring twice gives the original mesh.
+        """
+        different, which = np.unique(ids, return_inverse=True)
+        for mesh in different.tolist():
+            if (axis, mesh) not in self._mirrored:
+                unit = self.take(np.array([mesh]))
+                points = unit.points.copy()
+                points[:, axis] = 1.0 - points[:, axis]
+                turned = int(self.add(unit.with_points(points))[0])
+                self._mirrored[axis, mesh], self._mirrored[axis, turned] = turned, mesh
+        return np.array([self._mirrored[axis, mesh] for mesh in different.tolist()], dtype=np.int32)[which]
+
+    def take(self, ids: NDArray[np.integer]) -> Meshes:
+        """The meshes [N] with these ids, in the unit cube."""
+        batch = np.searchsorted(self._starts, ids, side="right") - 1
+        touched = np.unique(batch)
+        if len(touched) == 1:
+            return self._from_batch(int(touched[0]), ids)
+        rows = [np.flatnonzero(batch == b) for b in touched]
+        parts = [self._from_batch(int(b), ids[r]) for b, r in zip(touched, rows, strict=True)]
+        return Meshes.concatenate(parts).take(np.argsort(np.concatenate(rows)))
+
+    def freeze(self) -> Meshes:
+        """All meshes, in the order of their ids."""
+        return Meshes.concatenate(self._batches)
+
+    def _from_batch(self, batch: int, ids: NDArray[np.integer]) -> Meshes:
+        return self._batches[batch].take(ids - self._starts[batch])
+
+
+def scaled(meshes: Meshes, size: Floats) -> Meshes:
+    """Meshes with the points of each multiplied by its size [N, 3]."""
+    return meshes.with_points(meshes.points * np.repeat(size, np.diff(meshes.mesh_points), axis=0))
+
+
+def upright(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes:
+    """The same geometry in scopes without negative heights."""
+    if not (shapes.size[:, 1] < 0.0).any():
+        return shapes
+    return turned_over(shapes, shapes.size[:, 1] < 0.0, table, frames)
+
+
+def turned_over(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, frames: FrameTable) -> Shapes:
+    """The same geometry in scopes that begin at their other end, with the height negated, where chosen [N]."""
+    height = np.where(chosen, shapes.size[:, 1], 0.0)
+    mesh = shapes.mesh.copy()
+    mesh[chosen] = table.mirrored(mesh[chosen], 1)
+    position = shapes.position + frames.axis(shapes.frame, 1) * height[:, None]
+    return shapes._replace(position=position, size=shapes.size - 2.0 * height[:, None] * _UP, mesh=mesh)
+
+
+def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, frames: FrameTable) -> Shapes:
+    """Shapes mirrored along the axes [N, 3] where their sizes are negative, in scopes of positive size.
+
+    Geometry that filled the scope from its origin towards one side fills it towards the other, and its faces point
+    the opposite way.
+    """
+    for axis in np.flatnonzero(chosen.any(axis=0)).tolist():
+        rows = np.flatnonzero(chosen[:, axis])
+        position, size, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
+        position[rows] += frames.axis(shapes.frame[rows], axis) * size[rows, axis, None]
+        size[rows, axis] *= -1.0
+        mesh[rows] = table.mirrored(mesh[rows], axis)
+        shapes = shapes.rescoped(position, size, shapes.frame, mesh)
+    return shapes
+
+
+def replaced(shapes: Shapes, meshes: Meshes, table: MeshTable, frames: FrameTable) -> Shapes:
+    """Shapes with other geometry, their scopes fitted to it.
+
+    Args:
+        shapes: [N] the shapes.
+        meshes: [N] their new geometry, in metres along their scopes' axes from their scopes' origins.
+        table: the table of meshes.
+        frames: the table of orientations.
+    """
+    unit, low, size = normalized(meshes)
+    position = shapes.position + frames.to_world(shapes.frame, low)
+    return shapes._replace(position=position, size=size, mesh=table.add(unit))
+
+
+def add_faces(table: MeshTable, meshes: Meshes) -> Ids:
+    """Ids [N] of meshes in the unit cube; single untagged rectangles that fill it are `FACE` or `FOOTPRINT`."""
+    points_per_mesh = np.diff(meshes.mesh_points)
+    single = (points_per_mesh == 4) & (np.diff(meshes.mesh_faces) == 1)
+    candidates = np.flatnonzero(single)
+    first = meshes.mesh_points[:-1][candidates]
+    corner = meshes.face_offsets[meshes.mesh_faces[:-1][candidates]]
+    places = meshes.corners[corner[:, None] + np.arange(4)]
+    points = meshes.points[first[:, None] + places]
+    plain = meshes.tags[meshes.mesh_faces[:-1][candidates]] == UNTAGGED
+    ids = np.full(len(meshes), -1, dtype=np.int32)
+    for kind, template in ((FACE, _FACE_POINTS), (FOOTPRINT, quad().points)):
+        ids[candidates[plain & (np.abs(points - template) < _ROUNDING).all(axis=(1, 2))]] = kind
+    others = np.flatnonzero(ids < 0)
+    if len(others):
+        ids[others] = table.add(meshes.take(others))
+    return ids
+
+
+def normalized(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
+    """Meshes moved and scaled into the unit cube, and their previous low corners and sizes [N, 3]."""
+    low, high = meshes.bounds()
+    size = high - low
+    counts = np.diff(meshes.mesh_points)
+    inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    points = (meshes.points - np.repeat(low, counts, axis=0)) * np.repeat(inverse, counts, axis=0)
+    return meshes.with_points(points), low, size

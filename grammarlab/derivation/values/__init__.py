@@ -1,1 +1,0 @@
-"""Values that shapes refer to by number: frames, materials, strings."""

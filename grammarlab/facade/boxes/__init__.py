@@ -1,1 +1,0 @@
-"""Labelled boxes to a facade: snapped, trimmed, filled and cut."""

@@ -1,0 +1,1 @@
+"""Variations of facades: grids, other sizes, more or fewer columns and rows."""

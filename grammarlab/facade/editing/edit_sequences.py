@@ -1,0 +1,154 @@
+"""Sequences of edits, and duplicates among variations.
+
+Order of variations: good ones that look different come first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.facade.editing.grids import kinds
+from grammarlab.facade.editing.variations import Variation, unedited, vary
+from grammarlab.facade.tree import LEAF, Facade, X
+
+Ints = NDArray[np.int64]
+
+
+def canonical(variation: Variation, kind: Ints) -> bytes:
+    """A canonical form: equal for variations of one facade that look the same, pictures aside.
+
+    Args:
+        variation: a variation of that facade.
+        kind: [N] from `kinds.kinds` of the original facade.
+    """
+    facade = variation.facade
+    what = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
+    part = np.round(variation.shown[:, 2:] - variation.shown[:, :2], 3)
+    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, what, part))
+
+
+def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
+    """The variations without those that look like an earlier one; `kind` as for `canonical`."""
+    first: dict[bytes, Variation] = {}
+    for variation in variations:
+        first.setdefault(canonical(variation, kind), variation)
+    return tuple(first.values())
+
+
+def sequences(
+    facade: Facade,
+    grid: str,
+    axis: int,
+    steps: int,
+    *,
+    also: Sequence[str] | None = None,
+    most: int = 1000,
+    start: Sequence[Variation] = (),
+) -> tuple[Variation, ...]:
+    """Different variations after a number of insertions, or of removals for a negative number.
+
+    Args:
+        facade: the facade to edit.
+        grid: name of the active grid.
+        axis: X for columns, Y for rows.
+        steps: number of columns or rows to add, or to remove if negative.
+        also: as for `vary`; a grid is left out while a previous step left it with another number of columns (rows).
+        most: largest number of intermediate variations to continue from.
+        start: variations of the facade to start from; by default the facade itself.
+    """
+    kind, found = kinds(facade), (*start,) or (unedited(facade),)
+    for _ in range(abs(steps)):
+        further = [
+            variation
+            for before in found[:most]
+            if any(each.name == grid for each in before.facade.grids)
+            for variation in vary(
+                before,
+                grid,
+                axis,
+                also=also if also is None else _in_step(before.facade, grid, axis, also),
+                insertions=steps > 0,
+                removals=steps < 0,
+            ).found
+        ]
+        found = distinct(further, kind)
+    return found
+
+
+def _in_step(facade: Facade, grid: str, axis: int, others: Sequence[str]) -> tuple[str, ...]:
+    """Those of some grids with as many columns (rows) as another one."""
+    count = {each.name: each.num_columns if axis == X else each.num_rows for each in facade.grids}
+    return tuple(name for name in others if count.get(name) == count[grid])
+
+
+Floats = NDArray[np.float64]
+
+
+_SAMPLES = 48
+"""Number of points along each side of a facade at which two of them are compared."""
+
+
+def ranked(
+    variations: Sequence[Variation],
+    kind: Ints,
+    energy: Callable[[Variation], float] | None = None,
+    different: int = 10,
+) -> tuple[Variation, ...]:
+    """Variations without duplicates in look, with good and different ones first.
+
+    The first one has the least energy. Then, among the better half, the next one is always the one farthest from all
+    previous ones (`appearance`), so that each group of similar ones is represented. After `different` of them the rest
+    follows by energy.
+
+    Args:
+        variations: variations of one facade.
+        kind: [N] from `kinds.kinds` of the original facade.
+        energy: energy of a variation; `strain` by default.
+        different: number of different ones at the start.
+    """
+    found = distinct(variations, kind)
+    energies = np.array([(energy or strain)(variation) for variation in found])
+    order = np.argsort(energies, kind="stable")
+    better = order[: max(different, (len(order) + 1) // 2)]
+    looks = np.array([appearance(found[each], kind) for each in better], dtype=np.int64)
+    first = better[_farthest_first(looks, different)]
+    rest = order[~np.isin(order, first)]
+    return tuple(found[each] for each in [*first.tolist(), *rest.tolist()])
+
+
+def strain(variation: Variation) -> float:
+    """Deviation of the sizes of leaves from their targets: root mean square of the logarithm of the ratio."""
+    leaves = variation.facade.leaves
+    return float(np.sqrt(np.square(np.log(variation.facade.size[leaves] / variation.wanted[leaves])).mean()))
+
+
+def appearance(variation: Variation, kind: Ints) -> Ints:
+    """[K] kind of the leaf at each of K points spread over the facade; its size is ignored.
+
+    The distance of two variations is the fraction of these points at which they differ.
+    """
+    facade: Facade = variation.facade
+    leaves = facade.leaves
+    low = facade.position[leaves] / facade.size[0]
+    high = low + facade.size[leaves] / facade.size[0]
+    # Point i lies at (i + 1/2) / _SAMPLES; a leaf shows at the points from begin to end - 1.
+    begin, end = (np.rint(each * _SAMPLES).astype(np.int64).tolist() for each in (low, high))
+    seen = np.full((_SAMPLES, _SAMPLES), -1, dtype=np.int64)
+    shown = kind[np.maximum(variation.source[leaves], 0)].tolist()
+    for (left, bottom), (right, top), what in zip(begin, end, shown, strict=True):
+        seen[bottom:top, left:right] = what
+    return seen.ravel()
+
+
+def _farthest_first(rows: Ints, count: int) -> Ints:
+    """Indices of rows: the first, then always the one with most differences from its nearest chosen one."""
+    chosen: list[int] = [0][: len(rows)]
+    distance = np.full(len(rows), np.inf)
+    while len(chosen) < min(count, len(rows)):
+        distance = np.minimum(distance, (rows != rows[chosen[-1]]).mean(axis=1))
+        distance[chosen] = -1.0
+        chosen.append(int(np.argmax(distance)))
+    return np.array(chosen, dtype=np.int64)

@@ -1,0 +1,387 @@
+"""Variations of a facade with one column or row added or removed in one of its grids (paper 000, section 4).
+
+Removal of a column: its elements, the parts of the wall without other contents, and the gap beside each.
+
+Locks of a facade in its variations: copies of locked nodes are locked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.editing.column_insertion import At, Insertion, inserted, stretched, unreachable
+from grammarlab.facade.editing.grid_proposals import unused
+from grammarlab.facade.editing.grids import following, grid_of, kinds
+from grammarlab.facade.editing.pieces import NEW, AxisView, FacadePart, JoinedParts, assembled, reaching, take
+from grammarlab.facade.grid import Grid
+from grammarlab.facade.sizes.size_wishes import Position, Wish
+from grammarlab.facade.tree import Facade, X, check
+
+
+def removed(wall: AxisView, gone: Set[int], *, last: bool) -> FacadePart | None:
+    """The wall without some elements of its grids; None if nothing remains.
+
+    A part of a row without other elements is removed whole, with the gap up to the next element: removal is the inverse
+    of insertion. If a part contains other elements, only the removable pieces around the elements are removed;
+    otherwise the wall closes over the place.
+
+    Args:
+        wall: the edited facade.
+        gone: the elements to remove.
+        last: whether they have the highest coordinates of their grids: then the gap before them is removed first.
+    """
+    return _reduced(wall, 0, gone, -1 if last else 1)
+
+
+def _reduced(wall: AxisView, node: int, gone: Set[int], step: int) -> FacadePart | None:
+    if node in gone:
+        return None
+    if not wall.has(node, gone):
+        return wall.whole(node)
+    children = wall.children[node]
+    if wall.axis[node] != wall.along:
+        return stretched(wall, node, children, [_reduced(wall, child, gone, step) for child in children], fresh=False)
+    dropped = [wall.has(child, gone) and not _keeps(wall, child, gone) for child in children]
+    gaps = [not wall.has_elements(child) for child in children]
+    for place in [place for place, drop in enumerate(dropped) if drop]:
+        for gap in _gap_beside(place, step, gaps, dropped):
+            dropped[gap] = True
+    kept = [child for child, drop in zip(children, dropped, strict=True) if not drop]
+    return stretched(wall, node, kept, [_reduced(wall, child, gone, step) for child in kept], fresh=False)
+
+
+def _keeps(wall: AxisView, node: int, gone: Set[int]) -> bool:
+    """Whether a node contains elements that stay."""
+    inside = wall.elements_before[wall.end[node]] - wall.elements_before[node]
+    for each in gone:
+        if node <= each < wall.end[node]:
+            inside -= wall.elements_before[wall.end[each]] - wall.elements_before[each]
+    return inside > 0
+
+
+def _gap_beside(place: int, step: int, gaps: Sequence[bool], dropped: Sequence[bool]) -> list[int]:
+    """The gap on one side of a removed part, up to the next element; on the other side, if there is no next element.
+
+    Without any other element, only one of both gaps is removed, so that a wall remains.
+    """
+    first, second = _gap(place, step, gaps, dropped), _gap(place, -step, gaps, dropped)
+    for gap, ends_at_element in (first, second):
+        if ends_at_element:
+            return gap
+    return first[0] if second[0] else []
+
+
+def _gap(place: int, step: int, gaps: Sequence[bool], dropped: Sequence[bool]) -> tuple[list[int], bool]:
+    """The parts without elements next to a place, and whether another part follows them."""
+    gap = []
+    place += step
+    while 0 <= place < len(gaps) and gaps[place] and not dropped[place]:
+        gap.append(place)
+        place += step
+    return gap, 0 <= place < len(gaps)
+
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_DEEPEST = 200
+"""Largest depth of a tree for edits; real facades have about ten levels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """One column (or row) of some grids, added or removed."""
+
+    grids: tuple[str, ...]
+    """Active grids; all have this line and place."""
+    axis: int
+    """X for columns, Y for rows."""
+    line: int
+    """Column from 0 at the left, or row from 0 at the top, to repeat or remove."""
+    place: int | None = None
+    """Number of columns (rows) before the new one; None to remove."""
+
+    def __str__(self) -> str:
+        name = "column" if self.axis == X else "row"
+        what = f"{' and '.join(self.grids)}: {name} {self.line + 1}"
+        if self.place is None:
+            return f"{what} removed"
+        return f"{what} repeated " + (f"after {name} {self.place}" if self.place else f"before {name} 1")
+
+
+@dataclass(frozen=True, eq=False)
+class Variation:
+    """A facade made from another one by edits."""
+
+    facade: Facade
+    """The edited facade, laid out from `wanted`; its sizes are initial values, not a solution."""
+    source: Ints
+    """[N] node of the original facade that each node is or copies; -1 for new inner nodes."""
+    wanted: Floats
+    """[N, 2] target sizes of leaves, metres: those of their sources, of the visible parts of cut leaves, and of changed
+    rows for bands over them."""
+    shown: Floats
+    """[N, 4] left, bottom, right, top of the visible part of a leaf's source."""
+    edits: tuple[Edit, ...] = ()
+    missing: tuple[str, ...] = ()
+    """Parts of the edits that were not possible, in words."""
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """The edits in words."""
+        return tuple(str(edit) for edit in self.edits)
+
+
+@dataclass(frozen=True, slots=True)
+class Variations:
+    """Results of edits, and edits without a result."""
+
+    found: tuple[Variation, ...]
+    discarded: tuple[str, ...]
+    """Each impossible edit, with the reason."""
+
+
+def unedited(facade: Facade) -> Variation:
+    """The facade itself as a variation without edits."""
+    whole = np.tile([0.0, 0.0, 1.0, 1.0], (len(facade), 1))
+    return Variation(facade, np.arange(len(facade)), facade.size.copy(), whole)
+
+
+def vary(
+    start: Facade | Variation,
+    grid: str,
+    axis: int,
+    *,
+    also: Sequence[str] | None = None,
+    insertions: bool = True,
+    removals: bool = True,
+) -> Variations:
+    """Every facade with one column (or row) added or removed in a grid.
+
+    Args:
+        start: a facade, or a variation to continue from.
+        grid: name of the active grid.
+        axis: X for columns, Y for rows.
+        also: grids that are edited in the same places; by default those that `following` finds. They must have as many
+            columns (rows) as the active one.
+        insertions: whether to repeat each different column at every position: before, between and after the others.
+        removals: whether to remove each column.
+    """
+    before = unedited(start) if isinstance(start, Facade) else start
+    names = (grid, *(following(before.facade, grid) if also is None else also))
+    found, discarded = [], []
+    wall = _wall(before.facade, axis)
+    for edit in edits(before.facade, names, axis):
+        if insertions if edit.place is not None else removals:
+            try:
+                found.append(_applied(before, wall, edit))
+            except FacadeError as error:
+                discarded.append(f"{edit}: {error}")
+    return Variations(tuple(found), tuple(discarded))
+
+
+def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
+    """Insertions of each different column (or row) of some grids at every position, then removals of each.
+
+    Raises:
+        FacadeError: If the grids have different numbers of columns (rows).
+    """
+    lines = [_lines(grid_of(facade, name), axis) for name in grids]
+    if len({len(each) for each in lines}) != 1:
+        raise FacadeError(
+            f"Grids {', '.join(grids)}: expected the same number of {'columns' if axis == X else 'rows'} in each."
+        )
+    kind = np.append(kinds(facade), -1)
+    contents = [tuple(kind[places[line]].tobytes() for places in lines) for line in range(len(lines[0]))]
+    for line, content in enumerate(contents):
+        if content not in contents[:line]:
+            yield from (Edit(tuple(grids), axis, line, place) for place in range(len(contents) + 1))
+    if len(contents) > 1:
+        yield from (Edit(tuple(grids), axis, line) for line in range(len(contents)))
+
+
+def applied(before: Variation, edit: Edit) -> Variation:
+    """A variation after one more edit.
+
+    Raises:
+        FacadeError: If the edit is not possible; with the reason.
+    """
+    return _applied(before, _wall(before.facade, edit.axis), edit)
+
+
+def _wall(facade: Facade, axis: int) -> AxisView:
+    depth = [0] * len(facade)
+    for node, above in enumerate(facade.parent.tolist()[1:], start=1):
+        depth[node] = depth[above] + 1
+    if max(depth) > _DEEPEST:
+        raise FacadeError(
+            f"The facade has {max(depth)} levels of nested parts; expected at most {_DEEPEST} to edit it."
+        )
+    return AxisView(facade, axis)
+
+
+def _applied(before: Variation, wall: AxisView, edit: Edit) -> Variation:
+    if edit.place is None:
+        top, added, missing = _without(wall, edit), {}, []
+    else:
+        top, added, missing = _with(wall, edit, edit.place)
+    tree = assembled(wall, top)
+    facade, source, wanted, shown = _taken(before, wall, tree)
+    grids = _grids(wall, edit, tree, added)
+    facade = check(replace(facade, grids=grids))
+    missing = [f"{edit}: {each}" for each in missing]
+    return Variation(facade, source, wanted, shown, (*before.edits, edit), (*before.missing, *missing))
+
+
+def _without(wall: AxisView, edit: Edit) -> FacadePart:
+    lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
+    gone = {node for each in lines for node in each[edit.line].tolist()} - {-1}
+    # Rows count from the top, coordinates from the bottom.
+    top = removed(wall, gone, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
+    if top is None:
+        raise FacadeError("The edit would remove the whole facade.")
+    return top
+
+
+def _with(wall: AxisView, edit: Edit, place: int) -> tuple[FacadePart, dict[str, Ints], list[str]]:
+    """The wall with a new line, the sources of that line in each grid, and the elements that could not be inserted."""
+    added, missing, insertions = {}, [], []
+    for name in edit.grids:
+        lines = _lines(grid_of(wall.facade, name), edit.axis)
+        sources = lines[edit.line].copy()
+        for cross, source in enumerate(sources.tolist()):
+            insertion = _insertion(lines[:, cross].tolist(), source, place, edit.axis)
+            if source >= 0 and (insertion is None or unreachable(wall, insertion)):
+                kind = "row" if edit.axis == X else "column"
+                why = "the place beside it is empty" if insertion is None else "its neighbours are not aligned"
+                missing.append(f"nothing in {kind} {cross + 1} of {name}, {why}")
+                sources[cross] = -1
+            elif insertion is not None:
+                insertions.append(insertion)
+        if (sources >= 0).any():
+            added[name] = sources
+    if not insertions:
+        raise FacadeError("; ".join(missing) or "There is nothing to repeat.")
+    # Grids that share elements request the same copies.
+    return inserted(wall, list(dict.fromkeys(insertions))), added, missing
+
+
+def _insertion(line: Sequence[int], source: int, place: int, axis: int) -> Insertion | None:
+    """Source and position in one row; None if the source or an anchor is a phantom."""
+    first = min(max(place - 1, 0), max(len(line) - 2, 0))
+    anchors = line[first : first + 2]
+    if source < 0 or min(anchors) < 0:
+        return None
+    at = At.BEFORE if place == 0 else At.AFTER if place == len(line) else At.BETWEEN
+    if axis != X:
+        # Rows count from the top, coordinates from the bottom.
+        anchors = anchors[::-1]
+        at = {At.BEFORE: At.AFTER, At.AFTER: At.BEFORE}.get(at, at)
+    return Insertion(source, anchors[0], anchors[-1], at)
+
+
+def _lines(grid: Grid, axis: int) -> Ints:
+    """[lines, places] nodes of each column, or of each row; -1 for phantoms."""
+    return grid.places().T if axis == X else grid.places()
+
+
+def _taken(before: Variation, wall: AxisView, tree: JoinedParts) -> tuple[Facade, Ints, Floats, Floats]:
+    """A tree as a facade without grids, with the columns `source`, `wanted` and `shown` of `Variation`."""
+    given, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
+    wanted = before.wanted[given].copy()
+    wanted[:, axis] *= tree.shown[:, 1] - tree.shown[:, 0]
+    wanted[:, axis] = reaching(wall, tree, wanted[:, axis])
+    wanted[:, 1 - axis] *= tree.scale
+    part = np.tile([0.0, 0.0, 1.0, 1.0], (len(given), 1))
+    part[:, [axis, axis + 2]] = tree.shown
+    shown = before.shown[given]
+    low, extent = shown[:, :2], shown[:, 2:] - shown[:, :2]
+    shown = np.hstack([low + part[:, :2] * extent, low + part[:, 2:] * extent])
+    source = np.where(tree.source == NEW, NEW, before.source[given])
+    return take(before.facade, tree.parent, tree.axis, tree.source, wanted, part), source, wanted, shown
+
+
+def _grids(wall: AxisView, edit: Edit, tree: JoinedParts, added: dict[str, Ints]) -> tuple[Grid, ...]:
+    """The grids of the new tree: active ones with their new line, copies of subgrids, all others unchanged."""
+    copies = np.flatnonzero(tree.fresh)
+    copy_of = np.full(len(wall.facade), -1, dtype=np.int64)
+    grids: list[Grid] = []
+    for grid in wall.facade.grids:
+        node, lines, cross = tree.kept[grid.node], *_split(grid, edit.axis)
+        if grid.name in added and edit.place is not None:
+            new = np.flatnonzero(added[grid.name] >= 0)
+            copy_of[tree.source[copies]] = copies
+            node = np.append(node, copy_of[added[grid.name][new]])
+            lines = np.append(lines + (lines >= edit.place), np.full(len(new), edit.place))
+            cross = np.append(cross, new)
+        grids += _compressed(grid.name, node, lines, cross, edit.axis)
+    sources = np.concatenate([*added.values(), np.zeros(0, dtype=np.int64)])
+    for source in sources[sources >= 0].tolist():
+        begin = copy_of[source]
+        for grid in wall.facade.grids:
+            inside = grid.node[0] > source and grid.node[-1] < wall.end[source]
+            if inside:
+                name = unused(grid.name, [other.name for other in grids])
+                grids.append(replace(grid, name=name, node=grid.node + (begin - source)))
+    return tuple(grids)
+
+
+def _split(grid: Grid, axis: int) -> tuple[Ints, Ints]:
+    return (grid.column, grid.row) if axis == X else (grid.row, grid.column)
+
+
+def _compressed(name: str, node: Ints, lines: Ints, cross: Ints, axis: int) -> list[Grid]:
+    """The grid of the remaining nodes, without empty rows and columns; none if no node remains."""
+    left = np.flatnonzero(node >= 0)
+    if not left.size:
+        return []
+    left = left[np.argsort(node[left])]
+    lines, cross = (np.unique(each[left], return_inverse=True)[1] for each in (lines, cross))
+    row, column = (cross, lines) if axis == X else (lines, cross)
+    return [Grid(name, node[left], row, column)]
+
+
+_WHOLE = [0.0, 0.0, 1.0, 1.0]
+
+
+def inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
+    """Locks of remaining nodes, and of their copies.
+
+    Cut nodes have no locks. Positions have changed, so locks of positions are dropped.
+
+    Args:
+        locks: locks of the original facade.
+        variation: a variation of that facade.
+    """
+    whole = np.isclose(variation.shown, _WHOLE).all(axis=1)
+    found: list[Wish] = []
+    for lock in locks:
+        if isinstance(lock, Position):
+            continue
+        nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
+        found += [replace(lock, node=node) for node in nodes]
+    return tuple(found)
+
+
+def lost(facade: Facade, locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
+    """Locks of parts of which neither a copy is left, nor a part of the same label with an equal lock.
+
+    Args:
+        facade: the original facade.
+        locks: its locks; positions are not lost, since they do not apply to variations.
+        variation: a variation of that facade.
+    """
+    left = {_alike(variation.facade, lock) for lock in inherited(locks, variation)}
+    return tuple(
+        lock for lock in locks if lock.node and not isinstance(lock, Position) and _alike(facade, lock) not in left
+    )
+
+
+def _alike(facade: Facade, lock: Wish) -> tuple[int, Wish]:
+    """The label of a locked part, and its lock without the number of the node."""
+    return int(facade.label[lock.node]), replace(lock, node=0)

@@ -1,1 +1,0 @@
-"""Buildings and walls as pictures."""

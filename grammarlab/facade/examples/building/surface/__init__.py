@@ -1,1 +1,0 @@
-"""One closed surface from the pieces of a building."""

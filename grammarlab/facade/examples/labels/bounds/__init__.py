@@ -1,1 +1,0 @@
-"""Lower bounds of the energy: strips, chains and prices for their agreement."""

@@ -1,0 +1,1 @@
+"""Facades, and families of them, as CGA."""

@@ -1,0 +1,188 @@
+"""Differences between the elements of a facade and those of its own member of its family.
+
+Differences of derived leaves and those of a facade.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial import KDTree
+
+from grammarlab.derivation import derive
+from grammarlab.facade.grammar.bands import SAME_PLACE
+from grammarlab.facade.grammar.leaf_looks import OutlinedLeaf, store_shapes
+from grammarlab.facade.grammar.rule_text import AROUND
+from grammarlab.facade.grammar.walks import KindPattern, KindSequence
+from grammarlab.facade.looks import look_of
+from grammarlab.facade.tree import Facade, Floats, Ints
+from grammarlab.language.grammar import Grammar
+
+
+def leaf_error(
+    facade: Facade, grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
+) -> float:
+    """Largest difference of the sides of leaves, metres, in the first model of a grammar.
+
+    Args:
+        facade: the expected leaves.
+        grammar: a grammar of boxes whose front is in the x-y plane.
+        labels: labels of the symbols of derived leaves.
+        outlined: leaves whose meshes the grammar refers to.
+
+    Returns:
+        Infinity if leaves are missing, surplus, or of other labels.
+    """
+    found, called = derived_leaves(grammar, labels, outlined)
+    if len(found) != len(facade.leaves):
+        return np.inf
+    expected = leaf_boxes(facade)
+    nearest = np.asarray(KDTree(found).query(expected)[1])
+    if len(np.unique(nearest)) != len(nearest):
+        return np.inf
+    if any(called[near] != facade.name_of(leaf) for near, leaf in zip(nearest, facade.leaves.tolist(), strict=True)):
+        return np.inf
+    return float(np.abs(corners(found)[nearest] - corners(expected)).max())
+
+
+def derived_leaves(
+    grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
+) -> tuple[Floats, list[str]]:
+    """[D, 4] left, bottom, width and height of the leaves of the first model, and their labels; none of `AROUND`."""
+    if outlined:
+        with TemporaryDirectory() as folder:
+            store_shapes(outlined, Path(folder))
+            forest = derive(grammar, 1, seed=0, assets=Path(folder))
+    else:
+        forest = derive(grammar, 1, seed=0)
+    leaves = forest.leaves
+    # The name of a symbol without a rule ends with a full stop.
+    symbols = [forest.symbols[symbol].rstrip(".") for symbol in forest.nodes.symbol[leaves.node].tolist()]
+    own = np.array([symbol != AROUND for symbol in symbols], dtype=bool)
+    box = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
+    return box[own], [labels.get(symbol, "") for symbol in symbols if symbol != AROUND]
+
+
+def leaf_boxes(facade: Facade) -> Floats:
+    """[L, 4] left, bottom, width and height of the leaves of a facade."""
+    return np.concatenate([facade.position - facade.position[0], facade.size], axis=1)[facade.leaves]
+
+
+def corners(boxes: Floats) -> Floats:
+    """[K, 4] left, bottom, right and top of boxes."""
+    return np.concatenate([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], axis=1)
+
+
+def member_error(
+    facade: Facade,
+    pattern: KindPattern,
+    grammar: Grammar,
+    labels: Mapping[str, str],
+    outlined: Collection[OutlinedLeaf] = (),
+) -> float:
+    """Largest difference of the sides of leaves that are not walls, metres; columns and rows may cut them.
+
+    A derived leaf is a piece of a leaf of its label in the same column and row. Of several, those with the nearest
+    places are paired.
+
+    Args:
+        facade: the expected leaves.
+        pattern: the pattern of the facade.
+        grammar: the grammar of its own columns and rows, of which the first model is measured.
+        labels: labels of the symbols of derived leaves.
+        outlined: leaves whose meshes the grammar refers to.
+
+    Returns:
+        Infinity if elements are missing or surplus; 0 if there are none.
+    """
+    boxes, called = derived_leaves(grammar, labels, outlined)
+    pieces = np.array([not look_of(label).gives for label in called], dtype=bool)
+    found = corners(boxes[pieces])
+    names = [facade.name_of(leaf) for leaf in facade.leaves.tolist()]
+    things = np.array([not look_of(name).gives for name in names], dtype=bool)
+    expected = corners(leaf_boxes(facade)[things])
+    number = {label: place for place, label in enumerate(dict.fromkeys((*names, *called)))}
+    found_label, label = (
+        np.array([number[name] for name, one in zip(all_names, some, strict=True) if one], dtype=np.int64)
+        for all_names, some in ((called, pieces), (names, things))
+    )
+    edges = [np.array(lines.edges) for lines in (pattern.columns, pattern.rows)]
+    thing, band = _cut(expected, edges, SAME_PLACE * facade.size[0])
+    own_edges = [_own_edges(lines) for lines in (pattern.columns, pattern.rows)]
+    own_band = _bands(found, own_edges)
+    piece, cut = _pairs(
+        (own_band, found_label, _middle(found) - _starts(own_edges, own_band)),
+        (band, label[thing], _middle(_clipped(expected[thing], edges, band)) - _starts(edges, band)),
+    )
+    if len(piece) < max(len(found), len(thing)) or len(np.unique(thing)) < len(expected):
+        return np.inf
+    reach = np.full((len(expected), 4), np.inf)
+    np.minimum.at(reach, thing[cut], found[piece] * _OUTWARDS)
+    return float(np.abs(reach * _OUTWARDS - expected).max(initial=0.0))
+
+
+_OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
+"""Signs of left, bottom, right and top; with them, the outermost of several is the least."""
+
+
+def _own_edges(lines: KindSequence) -> Floats:
+    """[B + 1] metres at which the columns or rows of the facade's own member begin and end."""
+    return np.cumsum([0.0, *(lines.size[kind] for kind in lines.kind)])
+
+
+def _cut(box: Floats, edges: list[Floats], least: Floats) -> tuple[Ints, Ints]:
+    """Pieces of boxes [T, 4] in columns and rows: of each piece [P] its box, and [P, 2] its column and row."""
+    inside = [
+        np.minimum(box[:, None, 2 + axis], edges[axis][1:]) - np.maximum(box[:, None, axis], edges[axis][:-1])
+        > least[axis]
+        for axis in range(2)
+    ]
+    found = np.argwhere(inside[0][:, :, None] & inside[1][:, None, :])
+    return found[:, 0], found[:, 1:]
+
+
+def _bands(box: Floats, edges: list[Floats]) -> Ints:
+    """[P, 2] the column and row in which the middles of boxes [P, 4] are."""
+    middle = _middle(box)
+    found = [np.searchsorted(edges[axis], middle[:, axis]).clip(1, len(edges[axis]) - 1) - 1 for axis in range(2)]
+    return np.stack(found, axis=1)
+
+
+def _clipped(box: Floats, edges: list[Floats], band: Ints) -> Floats:
+    low, high = _starts(edges, band), _starts(edges, band + 1)
+    return np.hstack([np.maximum(box[:, :2], low), np.minimum(box[:, 2:], high)])
+
+
+def _starts(edges: list[Floats], band: Ints) -> Floats:
+    """[P, 2] left and bottom of columns and rows."""
+    return np.stack([edges[axis][band[:, axis]] for axis in range(2)], axis=1)
+
+
+def _middle(box: Floats) -> Floats:
+    return (box[:, :2] + box[:, 2:]) / 2.0
+
+
+_Pieces = tuple[Ints, Ints, Floats]
+"""[P, 2] column and row, [P] label and [P, 2] place in them."""
+
+
+def _pairs(one: _Pieces, other: _Pieces) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs of pieces of one label in one column and row, as indices into both."""
+    keys = np.concatenate([np.column_stack(pieces[:2]) for pieces in (one, other)])
+    group = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
+    groups = []
+    for numbers in (group[: len(one[0])], group[len(one[0]) :]):
+        order = np.argsort(numbers, kind="stable")
+        groups.append(np.split(order, np.searchsorted(numbers[order], np.arange(1, group.max(initial=0) + 1))))
+    first, second = [np.zeros(0, dtype=np.intp)], [np.zeros(0, dtype=np.intp)]
+    for here, there in zip(*groups, strict=True):
+        cost = np.abs(one[2][here][:, None] - other[2][there][None]).sum(axis=2)
+        rows, columns = linear_sum_assignment(cost)
+        first.append(here[rows])
+        second.append(there[columns])
+    return np.concatenate(first), np.concatenate(second)

@@ -1,0 +1,414 @@
+"""The family of a facade as a stochastic CGA grammar: columns and rows of its kinds in other numbers, on one grid.
+
+Leaves of a family as rules: boxes or meshes, with the picture that they show in the facade.
+
+The facade itself as a member of its family: its own columns and rows, whether or not they are among the choices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from collections.abc import Sequence as Listed
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from math import isfinite
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.grammar.contents import Cell, PictureWindow
+from grammarlab.facade.grammar.derived_errors import member_error
+from grammarlab.facade.grammar.leaf_looks import OutlinedLeaf, outlined_leaf, picture_file, window_projection
+from grammarlab.facade.grammar.rule_text import RuleNames, leaf_body, number, rule_name, split_body
+from grammarlab.facade.grammar.storeys import Storeys, storeys_of
+from grammarlab.facade.grammar.walks import (
+    LONGEST,
+    KindPattern,
+    KindSequence,
+    Walks,
+    WalkState,
+    WalkStep,
+    narrowest,
+    pattern_of,
+    walks,
+)
+from grammarlab.facade.looks import THICKNESS, is_door, look_of
+from grammarlab.facade.tree import LEAF, Facade
+from grammarlab.language.formatting import format_grammar
+from grammarlab.language.grammar import Grammar
+
+Outline = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FacadeLeaves:
+    """What makes the things of a facade. Each leaf lays its own window of the picture on its box."""
+
+    facade: Facade
+    meshes: dict[Outline, OutlinedLeaf | None] = field(default_factory=dict)
+    """Of each outline that was written; None for one that is written as its box."""
+
+    def body(self, cell: Cell) -> str:
+        """The operations that make a thing, which has no parts."""
+        setup = self._projection(cell.shows) if cell.shows else ""
+        if cell.outline not in self.meshes:
+            self.meshes[cell.outline] = outlined_leaf(np.array(cell.outline)) if cell.outline else None
+        mesh, pictured = self.meshes[cell.outline], bool(setup)
+        body = mesh.body(cell.label, pictured=pictured) if mesh else leaf_body(cell.label, pictured=pictured)
+        return f"{setup} {body}".lstrip()
+
+    @property
+    def outlined(self) -> tuple[OutlinedLeaf, ...]:
+        """Those whose meshes the rules refer to."""
+        return tuple(mesh for mesh in self.meshes.values() if mesh)
+
+    def _projection(self, shows: PictureWindow) -> str:
+        low, high = np.array(shows.low), np.array(shows.high)
+        return window_projection(picture_file(self.facade, shows.picture), low, high - low)
+
+
+def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks]:
+    """The choices of a family restricted to those of the original facade."""
+    times = tuple(run.turns for run in storeys.runs)
+    height = sum(pattern.rows.size[kind] for kind in pattern.rows.kind)
+    return Storeys(storeys.runs, (times,), (height,)), _own_walk(pattern.columns, walks)
+
+
+def _own_walk(columns: KindSequence, walks: Walks) -> Walks:
+    states, gaps, gap, doors = [], [], -1, 0
+    for kind in columns.kind:
+        if not columns.stands[kind]:
+            gap = kind
+            continue
+        doors += columns.doors[kind]
+        states.append(WalkState(kind, doors, len(states) + 1))
+        gaps.append(gap)
+        gap = -1
+    steps = {
+        state: (WalkStep(1.0, between, to),) for (state, to), between in zip(pairwise(states), gaps[1:], strict=True)
+    }
+    size = sum(columns.size[kind] for kind in columns.kind)
+    end = states[-1]
+    return Walks(
+        before=walks.before,
+        after=walks.after,
+        start=states[0],
+        steps=steps | {end: ()},
+        end={end: 1.0},
+        sizes={end.columns: (size, size)},
+        total=1.0,
+    )
+
+
+STRETCH = 0.05
+"""Largest relative difference of equal elements in the facade; in its family they have one size."""
+_DIGITS = 6
+
+Range = tuple[float, float]
+"""Least and largest, metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenFamily:
+    """A grammar of a family."""
+
+    text: str
+    """CGA text."""
+    rules: int
+    columns: dict[int, Range]
+    """For each number of columns, the least and largest width of facades."""
+    rows: dict[str, Range]
+    """By attribute, the least and largest number of turns of a run of rows."""
+    facades: float
+    """Number of different facades."""
+    error: float | None = None
+    """Largest difference of the sides of elements, metres, in the derivation of the facade's own columns and rows, even
+    if these are not among the choices; None for a pattern, and if elements are too thin for the rules."""
+    outlined: tuple[OutlinedLeaf, ...] = ()
+    """Leaves whose meshes the grammar refers to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Around:
+    """A building around the facades of a family: rules that follow the width and height of each facade."""
+
+    start: str
+    """CGA before the facade: a move from the corner of the lot to the lower left corner of the facade."""
+    rule: str
+    """Rule that makes the building; its scope is at the lower right corner of the facade."""
+    lines: tuple[str, ...]
+    """This rule and others; their sizes may contain the attributes `WIDTH` and `HEIGHT`."""
+    names: RuleNames
+    """Names of all these rules."""
+
+
+WIDTH, HEIGHT = "facadeWidth", "facadeHeight"
+"""Attributes with the size of a facade, metres, for the rules around it."""
+
+
+def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
+    """The family of a facade, as rules whose every derivation is a facade of the same grid.
+
+    First the storeys are drawn, then one column after the other; so all columns have the same rows, and all rows the
+    same columns. Elements have their sizes in the facade, and so have the walls between them (their mean if they vary):
+    the width and height of a facade follow from the draws. Each element has the outline, and shows the part of the
+    picture, of the first of its kind.
+
+    Args:
+        facade: the facade.
+        widths: least and largest width, metres.
+        heights: least and largest height, metres.
+        stretch: largest relative difference of equal elements in the facade, 0 to 1.
+
+    Raises:
+        FacadeError: If no such facade is within these ranges; the message has the possible sizes.
+    """
+    pattern = pattern_of(facade, stretch)
+    storeys, found = _ways(pattern, widths, heights)
+    leaves = FacadeLeaves(facade)
+    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaves.body).write()
+    error = _own_error(facade, pattern, storeys, found)
+    return replace(written, error=error, outlined=leaves.outlined)
+
+
+def write_pattern(
+    pattern: KindPattern, widths: Range, heights: Range, leaf: Callable[[Cell], str], around: Around | None = None
+) -> WrittenFamily:
+    """The family of a pattern of columns and rows.
+
+    Args:
+        pattern: the pattern.
+        widths: least and largest width, metres.
+        heights: least and largest height, metres.
+        leaf: function that makes the CGA of an element.
+        around: rules of a building around each facade.
+
+    Raises:
+        FacadeError: If no such facade is within these ranges; the message has the possible sizes.
+    """
+    storeys, found = _ways(pattern, widths, heights)
+    names = RuleNames() if around is None else around.names
+    return _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf, around=around, names=names).write()
+
+
+def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
+    """Storeys and walks of these sizes."""
+    storeys = storeys_of(pattern.rows, *heights)
+    found = walks(pattern.columns, *widths)
+    if found is None:
+        some = narrowest(pattern.columns, widths[1])
+        told = "it has no window and no door"
+        if some:
+            told = (
+                f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with at most {LONGEST} columns"
+            )
+        raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
+    return storeys, found
+
+
+def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
+    leaves = FacadeLeaves(facade)
+    own_storeys, own_walks = own_member(pattern, storeys, found)
+    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body)
+    error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
+    return error if isfinite(error) else None
+
+
+@dataclass
+class _FamilyWriter:
+    """The text of a family, rule by rule."""
+
+    pattern: KindPattern
+    storeys: Storeys
+    walks: Walks
+    leaf: Callable[[Cell], str]
+    around: Around | None = None
+    names: RuleNames = field(default_factory=RuleNames)
+    lines: list[str] = field(default_factory=list)
+    cells: dict[Cell, str] = field(default_factory=dict)
+    labels: dict[str, str] = field(default_factory=dict)
+    """What the symbols of leaves stand for."""
+
+    def write(self) -> WrittenFamily:
+        attributes = [self._attribute(run.start, run.end) for run in self.storeys.runs]
+        for name, run in zip(attributes, self.storeys.runs, strict=True):
+            self.lines.append(f"attr {name} = {run.turns}")
+        if self.around:
+            self.lines += [f"attr {WIDTH} = 0", f"attr {HEIGHT} = 0"]
+        start = self.around.start if self.around else ""
+        self.lines.append("@StartRule")
+        self.lines.append(f"Lot --> {start} s(1, 1, {THICKNESS}) primitiveCube() comp(f) {{ front : Storeys }}")
+        for name in ("Storeys", "Columns"):
+            self.names.new(name)
+        states = {state: self.names.new(self._state_name(state)) for state in self.walks.steps}
+        columns = self._column_names()
+        first = self._placed(columns, self.walks.before, self.walks.start.kind)
+        self._add_storeys(attributes)
+        self.lines.append(f"Columns --> {first} {states[self.walks.start]}")
+        for state, name in states.items():
+            self._add_state(state, name, states, columns)
+        for name, kind in {name: kind for kind, name in columns.items()}.items():
+            self.lines.append(f"{name} --> {self._column_body(kind, attributes)}")
+        self.lines += self.around.lines if self.around else ()
+        text = format_grammar(Grammar.parse("\n".join([self._title(), 'version "2023.0"', *self.lines])))
+        times = list(zip(*self.storeys.times, strict=True))
+        rows = {name: (min(found), max(found)) for name, found in zip(attributes, times, strict=True)}
+        num = len(self.storeys.times) * self.walks.total
+        return WrittenFamily(
+            text=text, rules=len(Grammar.parse(text).rules), columns=self.walks.sizes, rows=rows, facades=num
+        )
+
+    def _title(self) -> str:
+        sizes = [size for found in self.walks.sizes.values() for size in found]
+        columns, heights = self.walks.sizes, self.storeys.heights
+        wide, high = (f"{min(found):.4g} to {max(found):.4g} m" for found in (sizes, heights))
+        things = "buildings, main walls" if self.around else "facades"
+        return f"// A family of {things} with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
+
+    def _add_storeys(self, attributes: Listed[str]) -> None:
+        ways = []
+        for times, height in zip(self.storeys.times, self.storeys.heights, strict=True):
+            settings = "".join(f"set({name}, {often}) " for name, often in zip(attributes, times, strict=True))
+            if self.around:
+                settings += f"set({HEIGHT}, {number(height, _DIGITS)}) "
+            ways.append(f"{settings}s('1, {number(height, _DIGITS)}, 0) Columns")
+        self.lines.append(_choice("Storeys", [1.0 / len(ways)] * len(ways), ways))
+
+    def _add_state(self, state: WalkState, name: str, states: dict[WalkState, str], columns: dict[int, str]) -> None:
+        ways = [
+            f"{self._placed(columns, step.gap, step.to.kind)} {states[step.to]}" for step in self.walks.steps[state]
+        ]
+        probabilities = [step.probability for step in self.walks.steps[state]]
+        if state in self.walks.end:
+            after = self.walks.after
+            if self.around:
+                ways.append(f"{self._placed(columns, after, -1)} {self.around.rule}")
+            else:
+                ways.append(self._box(columns[after], self.pattern.columns.size[after]) if after >= 0 else "NIL")
+            probabilities.append(self.walks.end[state])
+        self.lines.append(_choice(name, probabilities, ways))
+
+    def _placed(self, columns: dict[int, str], gap: int, kind: int) -> str:
+        """A pier and a column, side by side, and a move to the end of both."""
+        text = ""
+        for each in (gap, kind):
+            if each >= 0:
+                size = self.pattern.columns.size[each]
+                length = number(size, _DIGITS)
+                text += f"[ {self._box(columns[each], size)} ] t({length}, 0, 0) "
+                if self.around:
+                    text += f"set({WIDTH}, {WIDTH} + {length}) "
+        return text.rstrip()
+
+    def _box(self, name: str, size: float) -> str:
+        return f"s({number(size, _DIGITS)}, '1, 0) {name}"
+
+    def _column_names(self) -> dict[int, str]:
+        """The rules of the kinds of columns that occur."""
+        kinds = dict.fromkeys(self.pattern.columns.kind)
+        found: dict[tuple[Cell, ...], str] = {}
+        for kind in kinds:
+            cells = tuple(row[kind] for row in self.pattern.cells)
+            if cells not in found:
+                stands = self.pattern.columns.stands[kind]
+                found[cells] = self.names.new(self._name(cells, "Column") if stands else "Pier")
+        return {kind: found[tuple(row[kind] for row in self.pattern.cells)] for kind in kinds}
+
+    def _state_name(self, state: WalkState) -> str:
+        """A name from the number of columns so far, and of doors among them."""
+        if not state.doors:
+            return f"After{state.columns}"
+        where = "At" if self.pattern.columns.doors[state.kind] else "Past"
+        return f"After{state.columns}{where}{f'{state.doors}Doors' if state.doors > 1 else 'Door'}"
+
+    def _attribute(self, start: int, end: int) -> str:
+        kinds = self.pattern.rows.kind[start:end]
+        name = self._name([cell for kind in kinds for cell in self.pattern.cells[kind]], "Rows")
+        return self.names.new(name[:1].lower() + name[1:])
+
+    def _name(self, cells: Listed[Cell], what: str) -> str:
+        """A name for cells: by the most important element in them."""
+        things = {thing for cell in cells for thing in cell.things()}
+        standing = sorted(thing for thing in things if not look_of(thing).gives)
+        telling = [thing for thing in standing if look_of(thing).glazed] or standing
+        chosen = ([thing for thing in standing if is_door(thing)] or telling or ["wall"])[0]
+        return f"{rule_name(chosen)}{what}"
+
+    def _column_body(self, kind: int, attributes: Listed[str]) -> str:
+        """The rows of a kind of column from the bottom up."""
+        parts: list[tuple[list[str], str]] = []
+        runs = {run.start: (run, name) for run, name in zip(self.storeys.runs, attributes, strict=True)}
+        place, bands = 0, self.pattern.rows.kind
+        while place < len(bands):
+            if place in runs:
+                run, attribute = runs[place]
+                turn = [(self._row_size(row), self._cell(row, kind)) for row in bands[place : place + run.period]]
+                height = sum(self.pattern.rows.size[row] for row in bands[place : place + run.period])
+                rule = turn[0][1]
+                if any(name != rule for _, name in turn) or not self._stretches(rule):
+                    group = " | ".join(f"{size} : {name}" for size, name in turn)
+                    rule = f"split(y) {{ {{ {group} }}* }}"
+                self._append(parts, f"{attribute} * {number(height, _DIGITS)}", rule)
+                place = run.end
+            else:
+                self._append(parts, self._row_size(bands[place]), self._cell(bands[place], kind))
+                place += 1
+        if len(parts) == 1:
+            return parts[0][1]
+        only = sum(self._gives(rule) for _, rule in parts) == 1
+        named = [("~1" if only and self._gives(rule) else " + ".join(sizes), rule) for sizes, rule in parts]
+        return split_body("y", named, repeats=False)
+
+    def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
+        """Appends a part of a column; adjacent walls are merged."""
+        if parts and parts[-1][1] == rule and self._stretches(rule):
+            parts[-1][0].append(size)
+        else:
+            parts.append(([size], rule))
+
+    def _gives(self, rule: str) -> bool:
+        return any(
+            name == rule and cell.axis == LEAF and look_of(cell.label).gives for cell, name in self.cells.items()
+        )
+
+    def _stretches(self, rule: str) -> bool:
+        """Whether several such rows are one: walls without a picture, which would be stretched with them."""
+        return self._gives(rule) and not any(cell.shows for cell, name in self.cells.items() if name == rule)
+
+    def _row_size(self, row: int) -> str:
+        return number(self.pattern.rows.size[row], _DIGITS)
+
+    def _cell(self, row: int, column: int) -> str:
+        return self._rule_of(self.pattern.cells[row][column])
+
+    def _rule_of(self, cell: Cell) -> str:
+        """The rule of a cell, written at its first use."""
+        if cell not in self.cells:
+            self.cells[cell] = name = self.names.new(
+                rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
+            )
+            if cell.axis == LEAF:
+                body, terminal = self.leaf(cell), name
+                if cell.outline:
+                    # What follows a part of its own is a leaf without a name.
+                    terminal = self.names.new(f"{name}Shape")
+                    body += f" {terminal}."
+                self.labels[terminal] = cell.label
+                self.lines.append(f"{name} --> {body}")
+            else:
+                floats = [part.gives(cell.axis) for _, part in cell.parts]
+                sizes = [
+                    (("~" if floating or not any(floats) else "") + number(size, _DIGITS), self._rule_of(part))
+                    for floating, (size, part) in zip(floats, cell.parts, strict=True)
+                ]
+                self.lines.append(f"{name} --> {split_body('xy'[cell.axis], sizes)}")
+        return self.cells[cell]
+
+
+def _choice(name: str, probabilities: Listed[float], ways: Listed[str]) -> str:
+    """A rule with alternatives of the given probabilities."""
+    if len(ways) == 1:
+        return f"{name} --> {ways[0]}"
+    *first, last = zip(probabilities, ways, strict=True)
+    lines = [f"{number(100.0 * probability, _DIGITS)}% : {way}" for probability, way in first]
+    return f"{name} -->\n" + "\n".join([*lines, f"else : {last[1]}"])

@@ -1,0 +1,82 @@
+"""Pieces of CGA text for all grammars of facades."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from grammarlab.facade.grammar.bands import repeated_runs
+from grammarlab.facade.looks import THICKNESS, look_of
+
+AROUND = "Around"
+"""Symbol of the wall around an outline in the box of a leaf."""
+RESERVED = {"Lot", "Facade", "NIL", AROUND}
+
+
+def number(value: float, digits: int) -> str:
+    """A number with at most this many decimals.
+
+    >>> number(1.20000001, 3), number(-0.0, 3), number(2.0, 9)
+    ('1.2', '0', '2')
+    """
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{value:.0f}"
+    return "0" if text in ("-0", "") else text
+
+
+def rule_name(label: str) -> str:
+    """A rule name from a label.
+
+    >>> rule_name("shop window"), rule_name(""), rule_name("1st floor"), rule_name("Tür")
+    ('ShopWindow', 'Part', 'Part1stFloor', 'TR')
+    """
+    words = re.findall(r"[A-Za-z0-9]+", label)
+    name = "".join(word[:1].upper() + word[1:] for word in words)
+    return name if name[:1].isalpha() else f"Part{name}"
+
+
+class RuleNames:
+    """Unique names of rules."""
+
+    def __init__(self) -> None:
+        self._used = set(RESERVED)
+
+    def new(self, wanted: str) -> str:
+        """The preferred name, or the first free one with a number appended."""
+        name, count = wanted, 1
+        while name in self._used:
+            count += 1
+            name = f"{wanted}_{count}" if wanted[-1].isdigit() else f"{wanted}{count}"
+        self._used.add(name)
+        return name
+
+
+def leaf_body(label: str, *, pictured: bool = False, made: str = "primitiveCube()", scope: str = "") -> str:
+    """CGA that makes a box from a rectangle, with the thickness and colour of its label, or with its picture.
+
+    Args:
+        label: the label.
+        pictured: whether it shows a picture.
+        made: the operation that makes its geometry.
+        scope: the operation that sets its size; all of the rectangle by default.
+    """
+    look = look_of(label)
+    depth = THICKNESS + look.front
+    surface = f'color("{look.color}")'
+    if look.glazed:
+        surface += f" set(material.metallic, {look.metallic}) set(material.roughness, {look.roughness})"
+    scope = scope or f"s('1, '1, {number(depth, 3)})"
+    shown = f"{scope} t(0, 0, {number(-THICKNESS, 3)}) {made}"
+    return f"{shown} projectUV(0)" if pictured else f"{surface} {shown}"
+
+
+def split_body(axis: str, parts: Sequence[tuple[str, str]], *, repeats: bool = True) -> str:
+    """A split into parts (size, rule) with repeats for runs.
+
+    >>> split_body("x", [("~1", "Pier"), ("2", "Bay"), ("~1", "Pier"), ("2", "Bay"), ("~1", "Pier")])
+    'split(x) { { ~1 : Pier | 2 : Bay }* | ~1 : Pier }'
+    """
+    words = [f"{size} : {name}" for size, name in parts]
+    for found in reversed(repeated_runs(words) if repeats else []):
+        group = " | ".join(words[found.start : found.start + found.period])
+        words[found.start : found.end] = [f"{{ {group} }}*"]
+    return f"split({axis}) {{ {' | '.join(words)} }}"

@@ -1,0 +1,337 @@
+"""Sequences of columns and their probabilities: walks through the kinds of a facade's columns.
+
+A walk begins with the facade's first column and ends with its last; it only has transitions that occur in the facade,
+and its doors are as many and in the same order. All lengths are equally likely; among walks of one length, the
+probability grows with the frequencies of the transitions in the facade.
+
+Kinds of columns and rows of a facade that look alike.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from grammarlab.facade.grammar.bands import SAME_PLACE, Band, bands, repeated_runs
+from grammarlab.facade.grammar.contents import Cell, alike, cell_of, nodes_between
+from grammarlab.facade.looks import is_door
+from grammarlab.facade.tree import Facade, X, Y
+
+WALL_STRETCH = 1.0 / 3.0
+"""Largest relative difference of walls between equal elements."""
+
+
+@dataclass(frozen=True, slots=True)
+class KindSequence:
+    """The bands of a facade along one axis."""
+
+    kind: tuple[int, ...]
+    """[B] kind of each band, numbered by first occurrence."""
+    size: tuple[float, ...]
+    """[K] size of each kind, metres: that of its first band of elements, or the mean of bands of wall."""
+    stands: tuple[bool, ...]
+    """[K] whether it contains elements."""
+    doors: tuple[bool, ...]
+    """[K] whether it contains doors."""
+    ends: tuple[int, ...] = ()
+    """Kinds at an end, which never follow themselves."""
+    edges: tuple[float, ...] = ()
+    """[B + 1] bounds of the bands of a facade, metres; empty for a pattern without a facade."""
+
+
+@dataclass(frozen=True, slots=True)
+class KindPattern:
+    """A facade as columns and rows of kinds."""
+
+    columns: KindSequence
+    rows: KindSequence
+    """Rows from the bottom up."""
+    cells: tuple[tuple[Cell, ...], ...]
+    """[row kinds][column kinds] content at each crossing."""
+
+
+def pattern_of(facade: Facade, stretch: float) -> KindPattern:
+    """The pattern of a facade.
+
+    Args:
+        facade: the facade.
+        stretch: largest relative difference of equal elements.
+    """
+    across, up = bands(facade, X), bands(facade, Y)
+    joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    while len(joined) < len(across):
+        across = joined
+        joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    cells = _cells(facade, across, up)
+    columns = _column_kinds(across, cells, stretch)
+    rows = _kinds(up, stretch, lambda a, b: all(map(alike, cells[a], cells[b], [stretch] * len(across))))
+    first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
+    first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
+    return KindPattern(
+        _sequence(columns, across, [[row[place] for row in cells] for place in first_column]),
+        _sequence(rows, up, [cells[place] for place in first_row]),
+        tuple(tuple(cells[row][column] for column in first_column) for row in first_row),
+    )
+
+
+def _cells(facade: Facade, across: list[Band], up: list[Band]) -> list[list[Cell]]:
+    """[rows][columns] content at each crossing of bands."""
+    least = (SAME_PLACE * facade.size[0]).tolist()
+    cells = []
+    for row in up:
+        nodes = nodes_between(facade, Y, row.start, row.end, least[Y])
+        corners = [((column.start, row.start), (column.end, row.end)) for column in across]
+        cells.append([cell_of(facade, nodes, low, high, least) for low, high in corners])
+    return cells
+
+
+def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -> list[int]:
+    return _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
+
+
+def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
+    """The bands, with each repeated group of several columns, such as a bay of windows, merged into one."""
+    for run in repeated_runs(kinds):
+        if sum(band.stands for band in found[run.start : run.start + run.period]) > 1:
+            turns = range(run.start, run.end, run.period)
+            bays = [Band(found[k].start, found[k + run.period - 1].end, stands=True) for k in turns]
+            return [*found[: run.start], *bays, *found[run.end :]]
+    return found
+
+
+def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
+    """[B] the kind of each band. Walls may differ more in size, but each wall at an end has its own kind."""
+    kinds: list[int] = []
+    first: list[int] = []
+    """The first band of each kind."""
+    ends = {0, len(found) - 1}
+    for place, band in enumerate(found):
+        for earlier in first:
+            other = found[earlier]
+            if band.stands != other.stands or (not band.stands and (place in ends or earlier in ends)):
+                continue
+            differ = stretch if band.stands else WALL_STRETCH
+            if abs(band.size - other.size) <= differ * max(band.size, other.size) and same(earlier, place):
+                kinds.append(kinds[earlier])
+                break
+        else:
+            kinds.append(len(first))
+            first.append(place)
+    return kinds
+
+
+def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> KindSequence:
+    """The bands as kinds, with the cells of the first of each."""
+    size, stands = [], []
+    for kind in range(max(kinds) + 1):
+        those = [band for band, of in zip(found, kinds, strict=True) if of == kind]
+        stands.append(those[0].stands)
+        size.append(those[0].size if those[0].stands else sum(band.size for band in those) / len(those))
+    doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
+    edges = (found[0].start, *(band.end for band in found))
+    return KindSequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors), edges=edges)
+
+
+LONGEST = 60
+"""Largest number of columns of a walk."""
+
+
+class WalkState(NamedTuple):
+    """A state of a walk."""
+
+    kind: int
+    """Kind of the last column."""
+    doors: int
+    """Number of door columns so far."""
+    columns: int
+    """Number of columns so far."""
+
+
+class WalkStep(NamedTuple):
+    """A possible next column."""
+
+    probability: float
+    gap: int
+    """Kind of the pier before it; -1 for none."""
+    to: WalkState
+
+
+@dataclass(frozen=True, slots=True)
+class Walks:
+    """All walks within a range of widths."""
+
+    before: int
+    """Kind of the pier before the first column; -1 for none."""
+    after: int
+    """Kind of the pier after the last one; -1 for none."""
+    start: WalkState
+    steps: dict[WalkState, tuple[WalkStep, ...]]
+    """By state, possible next steps; states in the order of walks."""
+    end: dict[WalkState, float]
+    """Probability that a walk ends in a state."""
+    sizes: dict[int, tuple[float, float]]
+    """For each number of columns, the least and the largest width, metres."""
+    total: float
+    """Number of different walks."""
+
+
+class _Move(NamedTuple):
+    """A transition between kinds of columns."""
+
+    gap: int
+    kind: int
+    length: float
+    """Width of pier and column, metres."""
+
+
+class _Reach(NamedTuple):
+    """The walks from the first column to a state."""
+
+    least: float
+    """Width of the narrowest one, metres."""
+    most: float
+    weight: float
+    """Sum over walks of the products of their transitions' frequencies in the facade."""
+    walks: float
+
+
+def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
+    """The walks whose width is certainly within a range; None if there are none.
+
+    A column follows itself if it does so in the facade, or if there is no choice otherwise.
+
+    Args:
+        columns: columns of the facade.
+        low: least width, metres.
+        high: largest width, metres.
+    """
+    found = _walks(columns, _moves(columns), low, high)
+    if found is None or found.total == 1.0:
+        found = _walks(columns, _with_repeats(columns), low, high)
+    return found
+
+
+def narrowest(columns: KindSequence, up_to: float) -> list[float]:
+    """Width of the narrowest walk for each number of columns, metres, up to a little above a length; for messages."""
+    found = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))
+    return [] if found is None else [least for least, _ in found.sizes.values()]
+
+
+def _moves(columns: KindSequence) -> dict[int, Counter[_Move]]:
+    """Frequency of each transition between kinds in the facade, with the pier between them."""
+    found: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.stands[kind]}
+    last, gap = -1, -1
+    for kind in columns.kind:
+        if not columns.stands[kind]:
+            gap = kind
+            continue
+        if last >= 0:
+            found[last][_move(columns, gap, kind)] += 1
+        last, gap = kind, -1
+    return found
+
+
+def _move(columns: KindSequence, gap: int, kind: int) -> _Move:
+    return _Move(gap, kind, columns.size[kind] + (columns.size[gap] if gap >= 0 else 0.0))
+
+
+def _with_repeats(columns: KindSequence) -> dict[int, Counter[_Move]]:
+    """The same, with a transition from every column without a door to itself, except for those at an end."""
+    found = _moves(columns)
+    usual = Counter(move.gap for moves in found.values() for move in moves).most_common(1)
+    end = columns.kind[0] if not columns.stands[columns.kind[0]] else -1
+    gap = usual[0][0] if usual else end
+    for kind, moves in found.items():
+        if not columns.doors[kind] and kind not in columns.ends:
+            moves[_move(columns, next((move.gap for move in moves), gap), kind)] += 1
+    return found
+
+
+def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, high: float) -> Walks | None:
+    standing = [kind for kind in columns.kind if columns.stands[kind]]
+    if not standing:
+        return None
+    before, after = (kind if not columns.stands[kind] else -1 for kind in (columns.kind[0], columns.kind[-1]))
+    fixed = standing[0], *(kind for kind in (before, after) if kind >= 0)
+    start = WalkState(standing[0], int(columns.doors[standing[0]]), 1)
+    following = _following(moves, [kind for kind in standing if columns.doors[kind]], columns.doors)
+    slack = 1e-9 * max(high, 1.0)
+    first, limit = sum(columns.size[kind] for kind in fixed), high + slack
+    reached = _reached(start, following, first, limit)
+    goal = standing[-1], sum(columns.doors[kind] for kind in standing)
+    fits = {
+        state: reach
+        for state, reach in reached.items()
+        if (state.kind, state.doors) == goal and low - slack <= reach.least and reach.most <= limit
+    }
+    if not fits:
+        return None
+
+    def going_on(state: WalkState) -> list[tuple[_Move, int, WalkState]]:
+        return [each for each in following(state) if reached[state].least + each[0].length <= limit]
+
+    future: dict[WalkState, float] = {}
+    for state in reversed(reached):  # later states never lead to earlier ones
+        ends = 1.0 / fits[state].weight if state in fits else 0.0
+        future[state] = ends + sum(often * future.get(to, 0.0) for _, often, to in going_on(state))
+    steps = {
+        state: tuple(
+            WalkStep(often * future[to] / future[state], move.gap, to)
+            for move, often, to in going_on(state)
+            if future.get(to, 0.0) > 0.0
+        )
+        for state in reached
+        if future[state] > 0.0
+    }
+    end = {state: 1.0 / (reach.weight * future[state]) for state, reach in fits.items()}
+    sizes = {state.columns: (reach.least, reach.most) for state, reach in fits.items()}
+    return Walks(
+        before=before,
+        after=after,
+        start=start,
+        steps=steps,
+        end=end,
+        sizes=sizes,
+        total=sum(reach.walks for reach in fits.values()),
+    )
+
+
+_Following = Callable[[WalkState], Iterator[tuple[_Move, int, WalkState]]]
+
+
+def _following(moves: dict[int, Counter[_Move]], doors: list[int], is_door: tuple[bool, ...]) -> _Following:
+    """The transitions from a state, their frequencies in the facade and the next states: doors are in order."""
+
+    def following(state: WalkState) -> Iterator[tuple[_Move, int, WalkState]]:
+        for move, often in moves[state.kind].items():
+            if not is_door[move.kind]:
+                yield move, often, WalkState(move.kind, state.doors, state.columns + 1)
+            elif doors[state.doors : state.doors + 1] == [move.kind]:
+                yield move, often, WalkState(move.kind, state.doors + 1, state.columns + 1)
+
+    return following
+
+
+def _reached(start: WalkState, following: _Following, first: float, high: float) -> dict[WalkState, _Reach]:
+    """The states of walks of at most this width, those with fewer columns first."""
+    reached = layer = {start: _Reach(first, first, 1.0, 1.0)}
+    for _ in range(LONGEST):
+        after: dict[WalkState, _Reach] = {}
+        for state, reach in layer.items():
+            for move, often, to in following(state):
+                least, most = reach.least + move.length, reach.most + move.length
+                if least > high:
+                    continue
+                known = after.get(to, _Reach(least, most, 0.0, 0.0))
+                after[to] = _Reach(
+                    min(known.least, least),
+                    max(known.most, most),
+                    known.weight + often * reach.weight,
+                    known.walks + reach.walks,
+                )
+        if not after:
+            break
+        reached, layer = reached | after, after
+    return reached

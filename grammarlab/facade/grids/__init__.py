@@ -1,1 +1,0 @@
-"""Grids of a facade: proposals, editing, and relations between grids."""

@@ -1,1 +1,0 @@
-"""Alignment of words: exact search for the cheapest matrix."""

@@ -1,1 +1,0 @@
-"""Designs of layers: values, patterns, and their text."""

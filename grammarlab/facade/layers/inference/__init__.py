@@ -1,1 +1,0 @@
-"""Patterns and layers inferred from a facade."""

@@ -1,1 +1,0 @@
-"""Views of solved layouts: facades, scenes, grammars."""

@@ -1,1 +1,0 @@
-"""Sizes of symbols under an alignment."""

@@ -1,1 +1,0 @@
-"""Facades for another width or height."""

@@ -1,1 +1,0 @@
-"""Facades as pictures, scenes and SVG."""

@@ -1,1 +1,0 @@
-"""Evidence of the points of an element for the sizes of a template."""

@@ -1,1 +1,0 @@
-"""Templates fitted to single elements: all pairs in one call."""

@@ -1,1 +1,0 @@
-"""Kinds of elements, and the sizes that kinds share."""

@@ -1,1 +1,0 @@
-"""The text format of templates: docs/facade-scans.md describes it."""

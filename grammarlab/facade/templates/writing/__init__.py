@@ -1,1 +1,0 @@
-"""Output of a match: a facade, a grammar, a picture."""

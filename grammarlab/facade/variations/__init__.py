@@ -1,1 +1,0 @@
-"""Variations with more or fewer columns and rows: all insertions and removals, ranked."""

@@ -1,1 +1,0 @@
-"""Facades as CGA: grammars of a single facade, and of its family."""

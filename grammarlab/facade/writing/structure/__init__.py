@@ -1,1 +1,0 @@
-"""Repetition in a facade: kinds of columns and rows, the order of columns, storeys."""

@@ -1,1 +1,0 @@
-"""Counts of patterns in all models of a forest."""

@@ -1,0 +1,392 @@
+"""Safe expression language over the features of a model; docs/scenarios.md describes it.
+
+``{pattern}`` is the count of a pattern in the derivation tree, ``$name`` the mean of the draws of a random
+expression. Everything else is arithmetic, comparisons, and/or/not, a few functions, and names of definitions.
+True is 1 and false is 0; any number except 0 is true. ``a % b`` is the remainder of a division, with the sign of b, as
+in Python. A result that is not finite (a division by zero, the logarithm of -1, an overflow) is 0.
+
+An expression is a list of steps over columns, each step an operation on earlier ones, so that each step is evaluated
+once and without recursion, for any nesting of the text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cache, reduce
+from typing import Any, TypeAlias
+
+import numpy as np
+from lark import Lark, Token, Transformer_NonRecursive, UnexpectedCharacters, UnexpectedInput, v_args
+from lark.exceptions import VisitError
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns import pattern_text
+from grammarlab.features.patterns.pattern import Draw, Feature, Threshold
+
+Floats = NDArray[np.float64]
+
+MAX_CHARACTERS = 20_000
+"""Largest number of characters of an expression."""
+
+MAX_STEPS = 4_000
+"""Largest number of steps of one expression, including those of its definitions."""
+
+MAX_FEATURES = 500
+"""Largest number of different patterns, thresholds and draws that one expression reads."""
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantTerm:
+    """A number."""
+
+    value: float
+    """Finite."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A feature of the model."""
+
+    feature: Feature
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """An operation on the results of earlier steps."""
+
+    operation: str
+    operands: tuple[int, ...]
+    """Numbers of earlier steps."""
+
+
+Step: TypeAlias = ConstantTerm | Measure | Apply
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """A number for every model, as a function of its features."""
+
+    text: str = field(compare=False)
+    """Original text."""
+    steps: tuple[Step, ...] = field(repr=False)
+    """Steps; the last one is the result."""
+    features: tuple[Feature, ...]
+    """Features that the expression reads, each once: the columns that `evaluate` expects."""
+
+    @classmethod
+    def parse(cls, text: str, definitions: Mapping[str, Expression] | None = None) -> Expression:
+        """Parse an expression.
+
+        Args:
+            text: the expression.
+            definitions: expressions by name.
+
+        Raises:
+            UsageError: If the text is not an expression; it names the expected text and its place.
+
+        >>> Expression.parse("2 * small", {"small": Expression.parse("{Block:0} < 3")}).features
+        (Pattern(symbol='Block', parameters=None, branch=(0,), below=()),)
+        """
+        if len(text) > MAX_CHARACTERS:
+            raise UsageError(
+                f"the expression has {len(text):,} characters: expected at most {MAX_CHARACTERS:,}; "
+                "give names to its parts"
+            )
+        try:
+            tree = _parser().parse(text)
+        except UnexpectedInput as error:
+            raise UsageError(_explain(error, text)) from None
+        program = _Program()
+        try:
+            root = _StepBuilder(text, program, definitions or {}).transform(tree)
+        except VisitError as error:
+            raise error.orig_exc from None
+        steps = _needed(program.steps, root)
+        features = tuple(dict.fromkeys(step.feature for step in steps if isinstance(step, Measure)))
+        if len(features) > MAX_FEATURES:
+            raise UsageError(
+                f"the expression reads {len(features)} different features: expected at most {MAX_FEATURES}"
+            )
+        return cls(text, steps, features)
+
+    def evaluate(self, values: Floats) -> Floats:
+        """The number for every model.
+
+        Args:
+            values: [models, F] the values of `features`, in their order.
+
+        Returns:
+            [models], finite.
+        """
+        if values.ndim != 2 or values.shape[1] != len(self.features):
+            raise UsageError(f"expected {len(self.features)} columns, one per feature, found shape {values.shape}")
+        columns = {feature: values[:, i].astype(np.float64) for i, feature in enumerate(self.features)}
+        results: list[Floats] = []
+        for step in self.steps:
+            if isinstance(step, ConstantTerm):
+                results.append(np.full(len(values), step.value))
+            elif isinstance(step, Measure):
+                results.append(columns[step.feature])
+            else:
+                results.append(_apply(step.operation, [results[i] for i in step.operands]))
+        return results[-1]
+
+
+# The steps -----------------------------------------------------------------------------------------------------------
+
+
+def _chosen(operands: list[Floats]) -> Floats:
+    """The value behind the first condition that holds, else the last operand."""
+    *pairs, otherwise = operands
+    return np.select([when != 0 for when in pairs[::2]], pairs[1::2], otherwise)
+
+
+_OPERATIONS: Mapping[str, Callable[[list[Floats]], NDArray[Any]]] = {
+    "+": lambda x: x[0] + x[1],
+    "-": lambda x: x[0] - x[1],
+    "*": lambda x: x[0] * x[1],
+    "/": lambda x: x[0] / x[1],
+    "%": lambda x: x[0] % x[1],
+    "<": lambda x: x[0] < x[1],
+    "<=": lambda x: x[0] <= x[1],
+    ">": lambda x: x[0] > x[1],
+    ">=": lambda x: x[0] >= x[1],
+    "==": lambda x: x[0] == x[1],
+    "!=": lambda x: x[0] != x[1],
+    "and": lambda x: (x[0] != 0) & (x[1] != 0),
+    "or": lambda x: (x[0] != 0) | (x[1] != 0),
+    "not": lambda x: x[0] == 0,
+    "min": lambda x: reduce(np.minimum, x),
+    "max": lambda x: reduce(np.maximum, x),
+    "abs": lambda x: np.abs(x[0]),
+    "log": lambda x: np.log(x[0]),
+    "exp": lambda x: np.exp(x[0]),
+    "sqrt": lambda x: np.sqrt(x[0]),
+    "choose": _chosen,
+}
+
+FUNCTIONS: Mapping[str, str] = {
+    "min": "min(a, b, ...)",
+    "max": "max(a, b, ...)",
+    "abs": "abs(x)",
+    "log": "log(x)",
+    "exp": "exp(x)",
+    "sqrt": "sqrt(x)",
+    "choose": "choose(when, value, ..., otherwise)",
+}
+"""Functions of the language, with their call syntax."""
+
+RESERVED = frozenset({*FUNCTIONS, "and", "or", "not"})
+"""Names that a definition cannot have."""
+
+
+def _apply(operation: str, operands: list[Floats]) -> Floats:
+    with np.errstate(all="ignore"):
+        result = np.asarray(_OPERATIONS[operation](operands), dtype=np.float64)
+    return np.where(np.isfinite(result), result, 0.0)
+
+
+class _Program:
+    """Steps without duplicates."""
+
+    def __init__(self) -> None:
+        self.steps: list[Step] = []
+        self._numbers: dict[Step, int] = {}
+
+    def add(self, step: Step) -> int:
+        if step not in self._numbers:
+            if len(self.steps) >= MAX_STEPS:
+                raise UsageError(
+                    f"the expression takes more than {MAX_STEPS:,} steps, those of its definitions included"
+                )
+            self._numbers[step] = len(self.steps)
+            self.steps.append(step)
+        return self._numbers[step]
+
+    def apply(self, operation: str, *operands: int) -> int:
+        """An operation; evaluated immediately if all operands are constants."""
+        steps = [self.steps[i] for i in operands]
+        constants = [np.array([step.value]) for step in steps if isinstance(step, ConstantTerm)]
+        if len(constants) == len(steps):
+            return self.add(ConstantTerm(float(_apply(operation, constants)[0])))
+        return self.add(Apply(operation, operands))
+
+    def include(self, expression: Expression) -> int:
+        """The result of another expression."""
+        number: list[int] = []
+        for step in expression.steps:
+            moved = Apply(step.operation, tuple(number[i] for i in step.operands)) if isinstance(step, Apply) else step
+            number.append(self.add(moved))
+        return number[-1]
+
+    def compare(self, left: int, sign: str, right: int) -> int:
+        """A comparison; that of a draw with a constant becomes a threshold, so that it has finitely many states."""
+        match self.steps[left], self.steps[right]:
+            case ConstantTerm(), Measure(Draw(_, None)) if sign in _MIRRORED:
+                return self.compare(right, _MIRRORED[sign], left)
+            case Measure(Draw(site, None)), ConstantTerm(bound) if sign in _MIRRORED:
+                bound = bound if sign in {"<", ">="} else float(np.nextafter(bound, np.inf))
+                below = self.apply(">", self.add(Measure(Threshold(site, bound))), self.add(ConstantTerm(0.0)))
+                return below if sign in {"<", "<="} else self.apply("not", below)
+        return self.apply(sign, left, right)
+
+
+_MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
+
+
+def _needed(steps: list[Step], root: int) -> tuple[Step, ...]:
+    """The steps that the result depends on, in order, the result last."""
+    used = {root}
+    for i in range(root, -1, -1):
+        step = steps[i]
+        if i in used and isinstance(step, Apply):
+            used.update(step.operands)
+    place = {old: new for new, old in enumerate(sorted(used))}
+    return tuple(_moved(steps[i], place) for i in sorted(used))
+
+
+def _moved(step: Step, place: Mapping[int, int]) -> Step:
+    return Apply(step.operation, tuple(place[i] for i in step.operands)) if isinstance(step, Apply) else step
+
+
+# From text to steps --------------------------------------------------------------------------------------------------
+
+
+@cache
+def _parser() -> Lark:
+    return Lark.open("expression.lark", rel_to=__file__, parser="lalr")
+
+
+@v_args(inline=True)
+class _StepBuilder(Transformer_NonRecursive):
+    """Transforms every node of the syntax tree to the number of a step."""
+
+    def __init__(self, text: str, program: _Program, definitions: Mapping[str, Expression]) -> None:
+        super().__init__()
+        self._text = text
+        self._program = program
+        self._definitions = definitions
+
+    def number(self, token: Token) -> int:
+        value = float(token)
+        if not np.isfinite(value):
+            raise self._wrong(token, f"{token:.40} is too large for a number")
+        return self._program.add(ConstantTerm(value))
+
+    def pattern(self, token: Token) -> int:
+        try:
+            found = pattern_text.parse(token[1:-1])
+        except UsageError as error:
+            raise UsageError(f"in the pattern {token}: {error}") from None
+        return self._program.add(Measure(found))
+
+    def draw(self, token: Token) -> int:
+        site, _, branch = token[1:].partition(":")
+        return self._program.add(Measure(Draw(site, int(branch) if branch else None)))
+
+    def name(self, token: Token) -> int:
+        if token in FUNCTIONS:
+            raise self._wrong(token, f"{token} is a function: expected {FUNCTIONS[token]}")
+        if token not in self._definitions:
+            known = [*self._definitions, *FUNCTIONS]
+            raise self._wrong(token, f"unknown name {str(token)!r}{_nearest(token, known)}")
+        return self._program.include(self._definitions[token])
+
+    def call(self, token: Token, *operands: int) -> int:
+        if token not in FUNCTIONS:
+            raise self._wrong(token, f"{str(token)!r} is not a function; expected one of {', '.join(FUNCTIONS)}")
+        if not _takes(str(token), len(operands)):
+            raise self._wrong(token, f"expected {FUNCTIONS[token]}, found {len(operands)} values")
+        return self._program.apply(str(token), *operands)
+
+    def binary(self, left: int, sign: Token, right: int) -> int:
+        return self._program.apply(str(sign), left, right)
+
+    def sign(self, sign: Token, operand: int) -> int:
+        return operand if sign == "+" else self._program.apply("-", self._program.add(ConstantTerm(0.0)), operand)
+
+    def comparison(self, first: int, *rest: Token | int) -> int:
+        chain = [first, *rest]
+        links = [self._program.compare(a, str(sign), b) for a, sign, b in _links(chain)]
+        return reduce(lambda a, b: self._program.apply("and", a, b), links)
+
+    def and_(self, left: int, right: int) -> int:
+        return self._program.apply("and", left, right)
+
+    def or_(self, left: int, right: int) -> int:
+        return self._program.apply("or", left, right)
+
+    def not_(self, operand: int) -> int:
+        return self._program.apply("not", operand)
+
+    def _wrong(self, token: Token, message: str) -> UsageError:
+        return UsageError(f"{message}\n{_underlined(self._text, token.start_pos or 0, len(token))}")
+
+
+def _takes(function: str, number: int) -> bool:
+    """Whether a function accepts a number of values."""
+    if function in {"min", "max"}:
+        return number >= 2
+    return number >= 3 and number % 2 == 1 if function == "choose" else number == 1
+
+
+def _links(chain: list[Any]) -> Iterator[tuple[int, Token, int]]:
+    """``a < b < c`` as ``a < b`` and ``b < c``."""
+    yield from zip(chain[:-2:2], chain[1::2], chain[2::2], strict=True)
+
+
+# What is wrong with a text -------------------------------------------------------------------------------------------
+
+_MISTAKES = {
+    "=": "to compare, write ==",
+    "&": "write and",
+    "|": "write or",
+    "!": "write not; for unequal, !=",
+    "^": "there are no powers; write x * x, or exp(y * log(x))",
+    "{": "a pattern ends with } and has no other brace",
+    "}": "a pattern begins with {",
+    "$": "after $ comes the name of an attribute",
+    "[": "conditions of a pattern are inside its braces",
+    '"': "texts have no place here; attributes are $name, definitions plain names",
+    "'": "texts have no place here; attributes are $name, definitions plain names",
+}
+
+
+def _explain(error: UnexpectedInput, text: str) -> str:
+    """Message with the expected text, the found text, its place and a hint."""
+    accepted = getattr(error, "accepts", None) or getattr(error, "expected", None) or getattr(error, "allowed", None)
+    wants_value = "NUMBER" in (accepted or ())
+    expected = "a value: a number, a {pattern}, a $draw, a name or a parenthesis"
+    if not wants_value:
+        expected = "an operator such as +, < or and, a closing parenthesis, or the end"
+    token = getattr(error, "token", None)
+    at_end = (token is not None and token.type == "$END") or not isinstance(error.pos_in_stream, int)
+    start = len(text) if at_end else int(error.pos_in_stream or 0)
+    found = "the end" if at_end else repr(str(token)) if token is not None else repr(text[start : start + 1])
+    length = len(token) if token is not None and not at_end else 1
+    hint = _MISTAKES.get(text[start : start + 1], "") if isinstance(error, UnexpectedCharacters) else ""
+    if not text.strip():
+        return "expected an expression, found nothing"
+    return f"expected {expected}; found {found}\n{_underlined(text, start, length)}" + (
+        f"\n  hint: {hint}" if hint else ""
+    )
+
+
+def _underlined(text: str, start: int, length: int) -> str:
+    """The line of a place in the text, with carets below the place."""
+    before = text[:start]
+    line_start = before.rfind("\n") + 1
+    line = text[line_start:].split("\n", 1)[0]
+    column = start - line_start
+    # A window of the line, so that long lines stay readable.
+    low = max(0, column - 60)
+    shown = "".join(c if c.isprintable() else " " for c in line[low : low + 110])
+    return f"  {shown}\n  {' ' * (column - low)}{'^' * max(1, min(length, len(shown) - (column - low)))}"
+
+
+def _nearest(name: str, known: list[str]) -> str:
+    near = get_close_matches(name, known, n=3, cutoff=0.6)
+    return f"; did you mean {' or '.join(near)}?" if near else f"; known names: {', '.join(known)}"

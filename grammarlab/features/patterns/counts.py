@@ -1,0 +1,186 @@
+"""Values of features in the models of a forest, all models at once.
+
+A pattern is evaluated bottom-up: the nodes that match a part of it, and their numbers of embeddings, are two short
+columns, and a condition below a node is a sum over children or descendants. Parts that several patterns share are
+evaluated once.
+
+>>> from grammarlab.derivation import derive
+>>> from grammarlab.features.patterns.pattern_text import parse
+>>> from grammarlab.language.grammar import Grammar
+>>> grammar = Grammar.parse("Lot --> A A A  A --> 50%: Red else: B  B --> Red Blue")
+>>> forest = derive(grammar, 4, seed=1)
+>>> count(forest, [parse("A"), parse("A:0"), parse("Lot > A@2:1"), parse("A >> Red"), parse("Lot[A:0 + A:1]")])
+array([[3., 1., 0., 3., 0.],
+       [3., 1., 1., 3., 1.],
+       [3., 1., 1., 3., 1.],
+       [3., 2., 0., 3., 1.]])
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Ints
+from grammarlab.derivation.forest import Forest
+from grammarlab.features.patterns.pattern import (
+    Below,
+    Draw,
+    Feature,
+    HalfSpace,
+    Pattern,
+    Present,
+    Sum,
+    Threshold,
+    Total,
+)
+from grammarlab.features.patterns.tree_index import Trees
+
+Floats = NDArray[np.float64]
+
+MOST_WAYS = float(2**31)
+"""Largest number of embeddings at one node; larger counts are clipped, so that sums stay exact and finite."""
+
+
+def count(forest: Forest | Trees, features: Sequence[Feature]) -> Floats:
+    """The values [models, F] of features.
+
+    Args:
+        forest: the models; `Trees` caches intermediate results for further calls.
+        features: the features. Names that the forest does not have are counted 0 times.
+
+    Raises:
+        UsageError: If the columns of the forest are not trees.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B B"), 3, seed=1)
+    >>> gl.count(forest, [gl.pattern("A"), gl.pattern("B")]).tolist()
+    [[1.0, 0.0], [0.0, 2.0], [0.0, 2.0]]
+    """
+    counter = _Counter(forest if isinstance(forest, Trees) else Trees(forest))
+    values = np.zeros((counter.trees.num_models, len(features)))
+    for column, feature in enumerate(features):
+        values[:, column] = counter.per_model(feature)
+    return values
+
+
+class _Counter:
+    def __init__(self, trees: Trees) -> None:
+        self.trees = trees
+        self._known: dict[Pattern, tuple[Ints, Floats]] = {}
+
+    def per_model(self, feature: Feature) -> Floats:
+        """[models] values of one feature."""
+        match feature:
+            case Pattern():
+                rows, ways = self._matches(feature)
+                return self._total(self.trees.model[rows], ways)
+            case Threshold(site=site, bound=bound):
+                rows = self.trees.draw_rows(site)
+                below = self.trees.forest.draws.value[rows] < bound
+                return self._total(self.trees.draw_model[rows[below]])
+            case Draw(site=site, branch=int(branch)):
+                rows = self.trees.draw_rows(site)
+                taken = self.trees.forest.draws.value[rows] == branch
+                return self._total(self.trees.draw_model[rows[taken]])
+            case Draw(site=site):
+                total, number = self._draws(site)
+                return total / np.maximum(number, 1.0)
+            case HalfSpace():
+                return self._half_space(feature)
+            case Sum():
+                return self._sum(feature)
+            case Total(terms=terms):
+                return self._weighted(terms)
+            case Present(feature=Draw(site=site, branch=None)):
+                return np.minimum(self._draws(site)[1], 1.0)
+            case Present(feature=inner):
+                return np.minimum(self.per_model(inner), 1.0)
+
+    def _draws(self, site: str) -> tuple[Floats, Floats]:
+        """[models] sum and number of the draws of a name."""
+        rows = self.trees.draw_rows(site)
+        models = self.trees.draw_model[rows]
+        return self._total(models, self.trees.forest.draws.value[rows]), self._total(models)
+
+    def _half_space(self, space: HalfSpace) -> Floats:
+        columns = np.stack([self.per_model(Draw(site)) for site in space.sites], axis=1)
+        if space.logarithmic:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                columns = np.log(columns)
+        with np.errstate(invalid="ignore"):
+            inside = columns @ np.array(space.weights) < space.bound
+        return (inside & np.isfinite(columns).all(axis=1)).astype(np.float64)
+
+    def _sum(self, feature: Sum) -> Floats:
+        total = np.zeros(self.trees.num_models)
+        for term in feature.terms:
+            column = self.per_model(Draw(term.site))
+            if feature.logarithmic:
+                column = np.log(np.where(column > 0.0, column, 1.0))
+            if term.readers:
+                column = np.where(self._weighted((pattern, 1.0) for pattern in term.readers) > 0.0, column, 0.0)
+            if term.times:
+                column = column * self._weighted(term.times)
+            total += term.weight * column
+        return total
+
+    def _weighted(self, counted: Iterable[tuple[Feature, float]]) -> Floats:
+        """[models] weighted sum of counts."""
+        none = np.zeros(self.trees.num_models)
+        return sum((weight * self.per_model(feature) for feature, weight in counted), none)
+
+    def _total(self, models: NDArray[np.integer], weights: Floats | None = None) -> Floats:
+        return np.bincount(models, weights=weights, minlength=self.trees.num_models).astype(np.float64)
+
+    def _matches(self, pattern: Pattern) -> tuple[Ints, Floats]:
+        """The nodes that a pattern can be laid on, ascending, and in how many ways each, >= 1."""
+        if pattern not in self._known:
+            rows = self._fitting(pattern)
+            ways = np.ones(len(rows))
+            for below in pattern.below:
+                starts, values = self._runs(below)
+                collect = self.trees.sum_below if below.deep else self.trees.sum_by_parent
+                found = collect(starts, values, rows)
+                kept = found > 0.0
+                rows, ways = rows[kept], np.minimum(ways[kept] * np.minimum(found[kept], MOST_WAYS), MOST_WAYS)
+            self._known[pattern] = rows, ways
+        return self._known[pattern]
+
+    def _fitting(self, pattern: Pattern) -> Ints:
+        """The nodes whose label fits that of a pattern, ascending."""
+        forest = self.trees.forest
+        groups = [
+            self.trees.rows_of_rule(number)
+            for number, rule in enumerate(forest.rules)
+            if (pattern.symbol is None or rule.symbol == pattern.symbol)
+            and (pattern.parameters is None or rule.parameters == pattern.parameters)
+            and (pattern.branch is None or rule.branch[: len(pattern.branch)] == pattern.branch)
+        ]
+        if pattern.branch is None and pattern.parameters is None:
+            groups += [
+                self.trees.leaf_rows_of_symbol(number)
+                for number, symbol in enumerate(forest.symbols)
+                if pattern.symbol is None or symbol == pattern.symbol
+            ]
+        filled = [rows for rows in groups if len(rows)]
+        return filled[0] if len(filled) == 1 else np.sort(np.concatenate([np.zeros(0, np.int64), *filled]))
+
+    def _runs(self, below: Below) -> tuple[Ints, Floats]:
+        """The nodes that a run of siblings can start at, and in how many ways each."""
+        rows, ways = self._matches(below.run[0])
+        if below.place is not None:
+            placed = self.trees.forest.nodes.child[rows] == below.place
+            rows, ways = rows[placed], ways[placed]
+        here = rows
+        for sibling in below.run[1:]:
+            here = self.trees.next_sibling[here]
+            other, values = self._matches(sibling)
+            place = np.searchsorted(other, here)
+            found = (place < len(other)) & (here >= 0)
+            found[found] = other[place[found]] == here[found]
+            rows, here = rows[found], here[found]
+            ways = np.minimum(ways[found] * values[place[found]], MOST_WAYS)
+        return rows, ways

@@ -1,0 +1,165 @@
+"""Checks that the symbols, branches and random expressions of features exist in a grammar.
+
+`count` for people: features may be texts, and names that a grammar lacks are errors instead of zeros.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from difflib import get_close_matches
+
+from grammarlab.derivation.forest import Forest, RuleName, Site
+from grammarlab.errors import UsageError, check_type
+from grammarlab.features.patterns import counts
+from grammarlab.features.patterns.counts import Floats
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
+from grammarlab.features.patterns.pattern_text import parse
+from grammarlab.features.patterns.tree_index import Trees
+
+MAX_REMARKS = 10
+"""Largest number of remarks in one error."""
+
+
+def check(
+    features: Iterable[Feature], symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]
+) -> None:
+    """Check that features can occur in the derivation trees of a grammar.
+
+    Args:
+        features: the features.
+        symbols: all symbols of the grammar, those without rules included.
+        rules: all rules.
+        sites: its random expressions.
+
+    Raises:
+        UsageError: If the grammar lacks a symbol, branch or random expression; it names each of them and the nearest
+            existing one.
+    """
+    remarks: dict[str, None] = {}
+    for feature in features:
+        remarks |= dict.fromkeys(remark for remark in _remarks(feature, symbols, rules, sites) if remark)
+    if remarks:
+        raise UsageError("\n".join(list(remarks)[:MAX_REMARKS]))
+
+
+def _remarks(
+    feature: Feature, symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]
+) -> Iterator[str]:
+    """Messages about a feature; empty texts if it is valid."""
+    match feature:
+        case Present(inner):
+            yield from _remarks(inner, symbols, rules, sites)
+        case Pattern():
+            yield from (_pattern_remark(node, symbols, rules) for node in _nodes(feature))
+        case HalfSpace():
+            yield from (_site_remark(site, None, sites) for site in feature.sites)
+        case Sum():
+            for term in feature.terms:
+                yield _site_remark(term.site, None, sites)
+                for pattern in (*term.readers, *(pattern for pattern, _ in term.times)):
+                    yield from _remarks(pattern, symbols, rules, sites)
+        case Total(terms):
+            for inner, _ in terms:
+                yield from _remarks(inner, symbols, rules, sites)
+        case Threshold():
+            yield _site_remark(feature.site, None, sites)
+        case Draw():
+            yield _site_remark(feature.site, feature.branch, sites)
+
+
+def _nodes(pattern: Pattern) -> Iterator[Pattern]:
+    stack = [pattern]
+    while stack:
+        node = stack.pop()
+        yield node
+        stack.extend(part for below in reversed(node.below) for part in reversed(below.run))
+
+
+def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleName]) -> str:
+    """Message about one node of a pattern, without its conditions; empty if it is valid."""
+    if node.symbol is not None and node.symbol not in symbols:
+        return f"the grammar has no symbol {node.symbol!r}{_nearest(node.symbol, symbols)}"
+    own = [rule for rule in rules if node.symbol in {None, rule.symbol}]
+    who = f"the symbol {node.symbol!r}" if node.symbol is not None else "the grammar"
+    if node.branch is not None and not own:
+        return f"{who} has no rule, so it is always a leaf; leave the branch out"
+    if node.parameters is not None:
+        counts = sorted({rule.parameters for rule in own})
+        own = [rule for rule in own if rule.parameters == node.parameters]
+        if not own:
+            known = ", ".join(f"/{count}" for count in counts) or "no rule at all"
+            return f"{who} has no rule with {node.parameters} parameters; it has {known}"
+        who += f" with {node.parameters} parameters"
+    return _branch_remark(who, node.branch, own) if node.branch else ""
+
+
+def _branch_remark(who: str, branch: tuple[int, ...], rules: Sequence[RuleName]) -> str:
+    """Message about a branch of rules."""
+    for level, number in enumerate(branch):
+        here = [rule.branch for rule in rules if rule.branch[:level] == branch[:level]]
+        known = sorted({found[level] for found in here if len(found) > level})
+        if number in known:
+            continue
+        before = ".".join(str(i) for i in branch[:level])
+        if not known:
+            ending = f"branch :{before} of {who} has no branches of its own" if before else f"{who} has no branches"
+            return f"{ending}; leave {'.' + str(number) if before else ':' + str(number)} out"
+        prefix = f":{before}." if before else ":"
+        last = f" to {prefix}{known[-1]}" if len(known) > 1 else ""
+        return f"{who} has no branch {prefix}{number}; it has {len(known)}, {prefix}{known[0]}{last}"
+    return ""
+
+
+def _site_remark(name: str, branch: int | None, sites: Sequence[Site]) -> str:
+    own = [site for site in sites if site.name == name]
+    if not own:
+        return f"the grammar has no random expression {name!r}{_nearest(name, [site.name for site in sites])}"
+    if branch is not None and all(branch >= site.choices for site in own):
+        choices = max(site.choices for site in own)
+        return f"${name} has no branch :{branch}; " + (
+            f"it is a choice of {choices}, :0 to :{choices - 1}" if choices else "it is not a choice"
+        )
+    return ""
+
+
+def _nearest(name: str, known: Sequence[str]) -> str:
+    near = get_close_matches(name, dict.fromkeys(known), n=3, cutoff=0.6)
+    return f"; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
+
+
+def count(forest: Forest | Trees, features: Sequence[Feature | str]) -> Floats:
+    """The values [models, F] of features.
+
+    Args:
+        forest: the models; `Trees` caches intermediate results for further calls.
+        features: the features; a text is that of a pattern. A symbol that the grammar has but no model contains is
+            counted 0 times.
+
+    Raises:
+        UsageError: If a feature is of another type, or the grammar lacks its symbol, branch or random expression; it
+            names the nearest. Also if the columns of the forest are not trees.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B B"), 3, seed=1)
+    >>> gl.count(forest, ["A", gl.pattern("Lot > B")]).tolist()
+    [[1.0, 0.0], [0.0, 2.0], [0.0, 2.0]]
+    """
+    parsed = _parsed(features)
+    if not isinstance(forest, Trees):
+        check_type("forest", forest, Forest, "gl.derive(grammar, 100, seed=1)")
+        forest = Trees(forest)
+    check(parsed, forest.forest.symbols, forest.forest.rules, forest.forest.sites)
+    return counts.count(forest, parsed)
+
+
+def _parsed(features: object) -> list[Feature]:
+    if isinstance(features, str | Feature) or not isinstance(features, Sequence):
+        found = repr(features)[:60] if isinstance(features, str) else type(features).__name__
+        raise UsageError(f'features: expected a list such as ["Porch", gl.pattern("Porch > Post")], found {found}.')
+    for number, feature in enumerate(features):
+        if not isinstance(feature, str | Feature):
+            raise UsageError(
+                f'features[{number}]: expected a pattern such as gl.pattern("Porch"), or its text, '
+                f"found {type(feature).__name__}."
+            )
+    return [parse(feature) if isinstance(feature, str) else feature for feature in features]

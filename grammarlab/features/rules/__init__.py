@@ -1,1 +1,0 @@
-"""Expressions over features in scenario and rule files: scores and acceptance."""

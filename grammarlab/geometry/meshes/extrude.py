@@ -1,0 +1,151 @@
+"""Prisms over the faces of meshes: CGA's ``extrude``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts, take_rows
+from grammarlab.geometry.meshes.edges import edges
+from grammarlab.geometry.meshes.measure import area_vectors, face_normals
+from grammarlab.geometry.meshes.mesh import Floats, Meshes, Soup
+from grammarlab.geometry.meshes.ragged import any_rows, next_in_row, sum_rows
+from grammarlab.geometry.meshes.vectors import dot, has_length, unit
+
+Flags = NDArray[np.bool_]
+
+SAME_DIRECTION = 1e-9
+"""Largest difference of unit normals of faces that are extruded together."""
+
+
+def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -> Meshes:
+    """Every face moved along a direction, with walls between its old and new place.
+
+    The faces of a result are, mesh by mesh: the walls in the order of the edges of the faces, the moved faces, the
+    original faces. So a rectangle becomes the box of `primitives.box`. A wall's first edge is its edge on the face,
+    and all faces point outwards for both signs of the height.
+
+    Args:
+        meshes: M meshes. If all faces of a mesh move in the same way, an edge between two of them gets no wall.
+        heights: [M] metres, signed. A mesh of height 0 does not change.
+        directions: [M, 3] unit vectors; each face's own normal by default.
+    """
+    normals = face_normals(meshes)
+    if directions is None:
+        together = _moves_as_one(meshes, normals)
+        along = normals
+    else:
+        together = np.ones(len(meshes), bool)
+        along = directions[meshes.mesh_of_face()]
+    loose = meshes if together.all() else _with_own_points(meshes, ~together)
+    shift = np.zeros_like(loose.points)
+    face = loose.face_of_corner()
+    shift[loose.corner_points()] = (along * heights[loose.mesh_of_face()][:, None])[face]
+    return _prisms(loose, shift, heights != 0.0)
+
+
+def extrude_along_vertex_normals(meshes: Meshes, heights: Floats) -> Meshes:
+    """Every vertex moved along the mean normal of its faces, with walls along boundary edges.
+
+    Args:
+        meshes: M meshes.
+        heights: [M] metres, signed. A mesh of height 0 does not change.
+    """
+    mean = np.zeros_like(meshes.points)
+    np.add.at(mean, meshes.corner_points(), face_normals(meshes)[meshes.face_of_corner()])
+    return _prisms(meshes, unit(mean) * heights[meshes.mesh_of_point()][:, None], heights != 0.0)
+
+
+def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
+    """Every vertex moved along a direction to one level per mesh: CGA's ``world.up.flatTop``.
+
+    A height >= 0 counts from the lowest vertex and the level is at least that of the highest one; a negative height
+    counts from the highest vertex and the level is at most that of the lowest one.
+
+    Args:
+        meshes: M meshes.
+        heights: [M] metres, signed.
+        up: [M, 3] unit vectors.
+    """
+    of_point = meshes.mesh_of_point()
+    level = dot(meshes.points, up[of_point])
+    low, high = np.full(len(meshes), np.inf), np.full(len(meshes), -np.inf)
+    np.minimum.at(low, of_point, level)
+    np.maximum.at(high, of_point, level)
+    target = np.where(heights >= 0.0, np.maximum(low + heights, high), np.minimum(high + heights, low))
+    rise = target[of_point] - level
+    moves = np.zeros(len(meshes), bool)
+    moves[of_point[rise != 0.0]] = True
+    return _prisms(meshes, up[of_point] * rise[:, None], moves)
+
+
+def _moves_as_one(meshes: Meshes, normals: Floats) -> Flags:
+    """[M] whether all faces of a mesh have one normal."""
+    filled = np.diff(meshes.mesh_faces) > 0
+    first = np.zeros((len(meshes), 3))
+    first[filled] = normals[meshes.mesh_faces[:-1][filled]]
+    of_face = meshes.mesh_of_face()
+    differs = np.abs(normals - first[of_face]).max(axis=1, initial=0.0) > SAME_DIRECTION
+    return np.bincount(of_face[differs], minlength=len(meshes)) == 0
+
+
+def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
+    """Meshes in which the faces of the chosen ones share no points, and no face repeats a point."""
+    corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
+    points_per_mesh = np.where(chosen, corners_per_mesh, np.diff(meshes.mesh_points))
+    mesh_points = offsets_from_counts(points_per_mesh)
+    chosen_corner = np.repeat(chosen, corners_per_mesh)
+    corner_index = np.arange(len(meshes.corners)) - np.repeat(
+        meshes.face_offsets[meshes.mesh_faces[:-1]], corners_per_mesh
+    )
+    corners = np.where(chosen_corner, corner_index, meshes.corners)
+    points = np.empty((mesh_points[-1], 3))
+    kept = np.repeat(~chosen, np.diff(meshes.mesh_points))
+    old, _ = take_rows(mesh_points, np.flatnonzero(~chosen))
+    points[old] = meshes.points[kept]
+    own = corner_index + np.repeat(mesh_points[:-1], corners_per_mesh)
+    points[own[chosen_corner]] = meshes.points[meshes.corner_points()[chosen_corner]]
+    return Meshes(points, corners, meshes.face_offsets, meshes.mesh_faces, mesh_points, meshes.tags)
+
+
+def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
+    """Walls, moved faces and reversed original faces of the meshes that move; the others unchanged."""
+    table = edges(meshes)
+    face, following = meshes.face_of_corner(), next_in_row(meshes.face_offsets)
+    of_face, here = meshes.mesh_of_face(), meshes.corner_points()
+    # A point that stays is the same above and below, so that walls there end in an edge.
+    is_lifted = has_length(shift)[:, 0]
+    above = np.where(is_lifted, len(meshes.points) + np.arange(len(shift)), np.arange(len(shift)))[here]
+    outwards = dot(shift.take(here, axis=0), area_vectors(meshes).take(face, axis=0))
+    inwards = sum_rows(outwards, meshes.face_offsets) < 0.0
+
+    edge = table.edge_of_corner
+    moving = moves[of_face]
+    at_boundary = (edge >= 0) & table.is_boundary[np.maximum(edge, 0)] if len(table) else edge >= 0
+    corner = np.flatnonzero(moving[face] & at_boundary)
+    walls = np.column_stack((here, here[following], above[following], above))[corner]
+    # A reversed wall still begins with its edge on the face.
+    turned = inwards[face[corner]]
+    walls[turned] = walls[turned][:, [1, 0, 3, 2]]
+    walls_of = of_face[face[corner]]
+
+    backwards = meshes.face_offsets[:-1][face] + meshes.face_offsets[1:][face] - 1 - np.arange(len(here))
+    forwards = np.arange(len(here))
+    top = above[np.where(inwards[face], backwards, forwards)]
+    bottom = here[np.where(inwards[face], forwards, backwards)]
+    solid = moving & any_rows(is_lifted[here], meshes.face_offsets)
+    whole = Soup.of_faces(meshes, np.arange(meshes.num_faces))
+    untagged = np.zeros(meshes.num_faces, np.int8)
+    parts = [
+        Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, corner, np.zeros(len(walls), np.int8)),
+        replace(whole, rows=top, place=whole.place + len(here), tags=untagged).where(solid),
+        replace(whole, rows=bottom, place=whole.place + 2 * len(here), tags=untagged).where(solid),
+        whole.where(~moving),
+    ]
+    faces = Soup.together(parts)
+    if not is_lifted[moves[meshes.mesh_of_point()]].all():
+        faces = faces.without_repeats()
+    points = np.concatenate((meshes.points, meshes.points + shift))
+    return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))

@@ -1,0 +1,429 @@
+"""CGA's ``innerRectangle`` and ``innerRect``: the largest rectangle inside each face.
+
+The largest axis-parallel rectangle inside a polygon, exact up to rounding.
+
+The polygon is cut into trapezoids by vertical lines through its corners. A rectangle inside it passes through a chain
+of neighbouring trapezoids, in which its left side, right side and height are bounded by linear inequalities. For each
+chain the largest rectangle is a quadratic programme in these three numbers: its solution has at least two of the
+bounds active, so all pairs and triples of bounds are tried at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+from typing import Literal
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from grammarlab.arrays import offsets_from_counts
+from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_flat, rectangle_sizes, regroup
+from grammarlab.geometry.outlines.patches import Patch, alike, fill, in_order, rings, stamp_patch
+from grammarlab.geometry.outlines.setback import REMAINDER, Setback
+from grammarlab.geometry.outlines.straight_skeleton import Loop
+
+_TOLERANCE = 1e-10
+"""Tolerance of the bounds, relative to the size of the polygon."""
+
+_TIE = 1e-9
+"""Relative difference below which areas are equal."""
+
+_NUM_BOUNDS = 13
+_PAIRS = np.array(list(combinations(range(_NUM_BOUNDS), 2)))
+_TRIPLES = np.array(list(combinations(range(_NUM_BOUNDS), 3)))
+
+_LARGEST_BATCH = 64
+"""Number of chains solved at a time; it bounds the memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Trapezoid:
+    """Between two vertical lines: the floor and ceiling at its left and right side."""
+
+    floor: tuple[float, float]
+    ceiling: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """Trapezoids that a rectangle passes through: ranges of its beginning and end, and the bounds in between."""
+
+    first: _Trapezoid
+    last: _Trapezoid
+    first_span: tuple[float, float]
+    last_span: tuple[float, float]
+    floor: float
+    ceiling: float
+
+    @property
+    def most(self) -> float:
+        """Upper bound on the area of rectangles in this chain."""
+        tallest = max(self.first.ceiling) - min(self.first.floor)
+        return (self.last_span[1] - self.first_span[0]) * min(self.ceiling - self.floor, tallest)
+
+
+def largest_rectangle(rings: Sequence[Floats]) -> Floats | None:
+    """Lower left and upper right corner [2, 2] of the largest axis-parallel rectangle in a polygon.
+
+    Of equally large rectangles, the one whose centre is nearest to the polygon's centroid is used.
+
+    Args:
+        rings: [n, 2] the outline, then holes; in metres.
+
+    Returns:
+        The rectangle; None for a polygon without area.
+    """
+    points = np.concatenate(rings)
+    low = points.min(axis=0)
+    size = float(np.ptp(points, axis=0).max())
+    if size <= 0.0 or not np.isfinite(size):
+        return None
+    unit = [(ring - low) / size for ring in rings]
+    chains = sorted(_chains(unit), key=lambda chain: -chain.most)
+    best: list[tuple[float, Floats]] = []
+    largest = _TOLERANCE
+    for start in range(0, len(chains), _LARGEST_BATCH):
+        batch = [chain for chain in chains[start : start + _LARGEST_BATCH] if chain.most >= largest * (1.0 - _TIE)]
+        if not batch:
+            break
+        for rectangle in _largest_in(batch):
+            area = float(np.prod(rectangle[1] - rectangle[0]))
+            largest = max(largest, area)
+            best.append((area, rectangle))
+    candidates = [rectangle for area, rectangle in best if area >= largest * (1.0 - _TIE)]
+    if not candidates:
+        return None
+    centre = _centroid(unit)
+    nearest = min(candidates, key=lambda rectangle: round(float(np.hypot(*(rectangle.mean(axis=0) - centre))), 9))
+    return nearest * size + low
+
+
+def _centroid(rings: Sequence[Floats]) -> Floats:
+    total, moment = 0.0, np.zeros(2)
+    for ring in rings:
+        following = np.roll(ring, -1, axis=0)
+        cross = ring[:, 0] * following[:, 1] - following[:, 0] * ring[:, 1]
+        total += float(cross.sum())
+        moment += ((ring + following) * cross[:, None]).sum(axis=0)
+    return moment / (3.0 * total) if total else rings[0].mean(axis=0)
+
+
+def _slabs(rings: Sequence[Floats]) -> tuple[list[float], list[list[_Trapezoid]]]:
+    """The positions of vertical lines through all corners, and the trapezoids between consecutive ones, upwards."""
+    start = np.concatenate(rings)
+    end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    lines = np.unique(start[:, 0])
+    lines = lines[np.diff(lines, prepend=-1.0) > _TOLERANCE]
+    slabs = []
+    for left, right in pairwise(lines.tolist()):
+        middle = 0.5 * (left + right)
+        across = np.flatnonzero((start[:, 0] < middle) != (end[:, 0] < middle))
+        slope = (end[across, 1] - start[across, 1]) / (end[across, 0] - start[across, 0])
+        at_left = start[across, 1] + slope * (left - start[across, 0])
+        at_right = start[across, 1] + slope * (right - start[across, 0])
+        order = np.argsort(at_left + at_right, kind="stable").tolist()
+        sides = [(float(at_left[i]), float(at_right[i])) for i in order]
+        slabs.append([_Trapezoid(sides[i], sides[i + 1]) for i in range(0, len(sides) - 1, 2)])
+    return lines.tolist(), slabs
+
+
+def _chains(rings: Sequence[Floats]) -> list[_Chain]:
+    """The chains that may hold the largest rectangle."""
+    lines, slabs = _slabs(rings)
+    chains: list[_Chain] = []
+    least = 0.0
+    for i, slab in enumerate(slabs):
+        span = lines[i], lines[i + 1]
+        for first in slab:
+            chains.append(_Chain(first, first, span, span, min(first.floor), max(first.ceiling)))
+            # Trapezoids reached so far, with the bounds up to the line on their right.
+            reached = [(first, -np.inf, np.inf)]
+            for j in range(i + 1, len(slabs)):
+                reached = [
+                    (after, low, high)
+                    for before, floor, ceiling in reached
+                    for after in slabs[j]
+                    if (high := min(ceiling, before.ceiling[1], after.ceiling[0]))
+                    - (low := max(floor, before.floor[1], after.floor[0]))
+                    > max(_TOLERANCE, least * (1.0 - _TIE) / (lines[-1] - lines[i]))
+                ]
+                for after, low, high in reached:
+                    chains.append(_Chain(first, after, span, (lines[j], lines[j + 1]), low, high))
+                    # The rectangle between the first and the last line within the chain.
+                    least = max(least, (lines[j] - lines[i + 1]) * (high - low))
+    return chains
+
+
+def _largest_in(chains: Sequence[_Chain]) -> list[Floats]:
+    """The largest rectangle of each chain, if it has one."""
+    floors, ceilings = (np.stack(sides) for sides in zip(*(_sides(chain) for chain in chains), strict=True))
+    # Bounds on (left, right, height): bounds @ unknowns <= limits.
+    gaps = ceilings[:, :, None, :] - floors[:, None, :, :]
+    height_rows = np.concatenate([-gaps[..., :2], np.ones((*gaps.shape[:3], 1))], axis=3).reshape(len(chains), 9, 3)
+    spans = np.array([(*chain.first_span, *chain.last_span) for chain in chains])
+    span_rows = np.array([(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0)], float)
+    bounds = np.concatenate([height_rows, np.broadcast_to(span_rows, (len(chains), 4, 3))], axis=1)
+    limits = np.concatenate([gaps[..., 2].reshape(len(chains), 9), spans * [-1, 1, -1, 1]], axis=1)
+    found = np.concatenate([_corners(bounds, limits), _along_edges(bounds, limits)], axis=1)
+    slack = limits[:, None, :] - np.einsum("kcj,kbj->kcb", found, bounds)
+    feasible = np.isfinite(found).all(axis=2) & (slack >= -_TOLERANCE).all(axis=2)
+    area = np.where(feasible, (found[..., 1] - found[..., 0]) * found[..., 2], -np.inf)
+    rectangles = []
+    for k, c in enumerate(area.argmax(axis=1)):
+        left, right, height = found[k, c]
+        if area[k, c] > 0.0 and height > 0.0:
+            floor = float((floors[k, :, :2] @ (left, right) + floors[k, :, 2]).max())
+            rectangles.append(np.array([(left, floor), (right, floor + height)]))
+    return rectangles
+
+
+def _sides(chain: _Chain) -> tuple[Floats, Floats]:
+    """Lower and upper bounds of a rectangle of a chain: [3, 3] factors of left and right, and constants."""
+    result = []
+    for constant, name in ((chain.floor, "floor"), (chain.ceiling, "ceiling")):
+        rows = [(0.0, 0.0, constant)]
+        for place, trapezoid, span in ((0, chain.first, chain.first_span), (1, chain.last, chain.last_span)):
+            begin, end = getattr(trapezoid, name)
+            slope = (end - begin) / (span[1] - span[0])
+            row = [0.0, 0.0, begin - slope * span[0]]
+            row[place] = slope
+            rows.append((row[0], row[1], row[2]))
+        result.append(np.array(rows))
+    return result[0], result[1]
+
+
+def _corners(bounds: Floats, limits: Floats) -> Floats:
+    """[K, T, 3] points where three bounds are active; not finite if they do not meet in a point."""
+    a, b, c = (bounds[:, _TRIPLES[:, i]] for i in range(3))
+    p, q, r = (limits[:, _TRIPLES[:, i], None] for i in range(3))
+    bc, ca, ab = np.cross(b, c), np.cross(c, a), np.cross(a, b)
+    determinant = np.einsum("ktj,ktj->kt", a, bc)[..., None]
+    point = p * bc + q * ca + r * ab
+    return np.divide(point, determinant, out=np.full_like(point, np.nan), where=np.abs(determinant) > _TOLERANCE)
+
+
+def _along_edges(bounds: Floats, limits: Floats) -> Floats:
+    """[K, P, 3] points of largest area where two bounds are active; not finite if there is no maximum."""
+    a, b = (bounds[:, _PAIRS[:, i]] for i in range(2))
+    p, q = (limits[:, _PAIRS[:, i], None] for i in range(2))
+    along = np.cross(a, b)
+    square = np.einsum("kpj,kpj->kp", along, along)[..., None]
+    start = p * np.cross(b, along) + q * np.cross(along, a)
+    start = np.divide(start, square, out=np.full_like(start, np.nan), where=square > _TOLERANCE)
+    width, widening = start[..., 1] - start[..., 0], along[..., 1] - along[..., 0]
+    curvature = 2.0 * widening * along[..., 2]
+    step = -(width * along[..., 2] + widening * start[..., 2])
+    step = np.divide(step, curvature, out=np.full_like(step, np.nan), where=curvature < -_TOLERANCE)
+    return start + step[..., None] * along
+
+
+Alignment = Literal["scope", "edge"]
+
+RECTANGLE = 0
+"""The group of inner rectangles."""
+
+_LONG_ENOUGH = 0.25
+"""Smallest length of an edge that gives rectangles a direction, as a share of the longest edge of its ring."""
+
+_Seen = tuple[float, float, float, float]
+"""A row-major matrix: the projections of the unit vectors along x and y of a face's frame."""
+
+
+def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
+    """The largest rectangle inside each face, and what remains of the face.
+
+    Rectangles are projected along the axis nearest to the face's normal, so on a slanted face they are
+    parallelograms. Of equally large rectangles, the one nearest to the centroid of the face is used. A rectangle
+    begins with the edge most parallel to the first edge of the face; a remainder, which may have several pieces,
+    begins at its first corner in the order of the face. A face that is already an aligned rectangle has no
+    remainder; a face without area, or with crossing edges, is its own remainder.
+
+    Args:
+        meshes: M meshes, in the axes of their scopes.
+        alignment: whether sides are parallel to the axes, or one is parallel to an edge above a quarter of the longest
+            edge of its ring.
+
+    Returns:
+        Rectangles as group `RECTANGLE`, the rest as `REMAINDER`, face by face.
+    """
+    polygons = lay_flat(meshes)
+    seen = _projections(polygons)
+    whole = _whole_rectangles(polygons, seen, alignment)
+    batches: list[Meshes] = []
+    rows: list[Indices] = []
+    groups: list[Indices] = []
+    fast = np.flatnonzero(whole)
+    if len(fast):
+        corners = (polygons.offsets[fast][:, None] + np.arange(4)).ravel()
+        batches.append(Meshes.from_polygons(polygons.points[corners], np.full(len(fast), 4)))
+        rows.append(fast)
+        groups.append(np.full((len(fast), 1), RECTANGLE))
+    slow = np.flatnonzero(~whole)
+    keys: list[_Seen] = [(a, b, c, d) for a, b, c, d in seen[slow].reshape(-1, 4).tolist()]
+    for members, xy, matrix in alike(polygons, slow, keys):
+        patch, pieces = _inner_patch(xy, np.array(matrix).reshape(2, 2), alignment)
+        batches.append(stamp_patch(polygons, members, patch))
+        rows.append(members)
+        groups.append(np.tile(np.array(pieces), (len(members), 1)))
+    if not batches:
+        return Setback(meshes, np.zeros(0, np.int64))
+    order = np.argsort(np.concatenate(rows), kind="stable")
+    flat = [row for group in groups for row in group]
+    labels = np.concatenate([flat[i] for i in order.tolist()])
+    return Setback(regroup(in_order(batches, rows), meshes.mesh_faces), labels)
+
+
+def inner_rect(meshes: Meshes) -> Meshes:
+    """CGA's older ``innerRect``: each face replaced by the largest rectangle along the axes; see `inner_rectangle`.
+
+    Faces without such a rectangle are left out.
+    """
+    result = inner_rectangle(meshes, "scope")
+    chosen = np.flatnonzero(result.group == RECTANGLE)
+    pieces = result.meshes
+    owner = pieces.mesh_of_face()[chosen]
+    corners = pieces.face_offsets[chosen][:, None] + np.arange(4)
+    points = pieces.points[pieces.corner_points()[corners]].reshape(-1, 3)
+    per_mesh = np.bincount(owner, minlength=len(meshes))
+    return Meshes.from_polygons(points, np.full(len(chosen), 4), per_mesh)
+
+
+def _projections(polygons: Polygons) -> Floats:
+    """[F, 2, 2] rows: x and y of each face's frame seen along the axis that its normal is nearest to."""
+    normal = polygons.axes[:, 2]
+    # Ties as in the selectors of `comp`: up before front before right.
+    magnitude = np.abs(normal) + np.array([0.0, 2e-6, 1e-6])
+    axis = magnitude.argmax(axis=1)
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    row = np.arange(len(polygons))
+    side = np.where(normal[row, axis] < 0.0, -1.0, 1.0)
+    flat = polygons.axes[:, :2]
+    return np.stack([flat[row, :, first] * side[:, None], flat[row, :, second]], axis=2)
+
+
+def _whole_rectangles(polygons: Polygons, seen: Floats, alignment: Alignment) -> NDArray[np.bool_]:
+    """[F] whether faces are their own inner rectangles: aligned rectangles that are not slanted."""
+    rectangular, _ = rectangle_sizes(polygons)
+    upright = np.abs(np.abs(seen[:, 0, 0] * seen[:, 1, 1] - seen[:, 0, 1] * seen[:, 1, 0]) - 1.0) <= RELATIVE_TOLERANCE
+    aligned = np.abs(seen[:, 0]).min(axis=1) <= RELATIVE_TOLERANCE
+    return rectangular & upright & (aligned if alignment == "scope" else True)
+
+
+def _inner_patch(xy: Floats, seen: Floats, alignment: Alignment) -> tuple[Patch, list[int]]:
+    """The rectangle and the remainder of a polygon, and the group of each piece."""
+    loops = rings(xy)
+    corners = tuple(corner for ring in loops for corner in ring)
+    flat = np.stack([xy[:, 0] * seen[0, i] + xy[:, 1] * seen[1, i] for i in range(2)], axis=1)
+    rectangle = _best(flat, loops, alignment) if _is_simple(flat, loops) else None
+    if rectangle is None:
+        whole = tuple(range(len(xy)))
+        return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
+    known = flat[list(corners)]
+    reach = 4.0 * RELATIVE_TOLERANCE * float(np.ptp(known, axis=0).max())
+    pieces = [_snapped(rectangle, known, reach)]
+    pieces += _remainder(flat, loops, rectangle, np.concatenate([known, pieces[0]]), reach)
+    number: dict[tuple[float, float], int] = {}
+    for place in map(tuple, np.concatenate([known, *pieces]).tolist()):
+        number.setdefault(place, len(number))
+    faces: list[Loop] = [tuple(number[place] for place in map(tuple, piece.tolist())) for piece in pieces]
+    nodes = np.array(list(number))
+    turned = float(seen[0, 0] * seen[1, 1] - seen[0, 1] * seen[1, 0])
+    back = np.array([[seen[1, 1], -seen[0, 1]], [-seen[1, 0], seen[0, 0]]]) / turned
+    nodes = np.stack([nodes[:, 0] * back[0, i] + nodes[:, 1] * back[1, i] for i in range(2)], axis=1)
+    patch = Patch(nodes, np.zeros(len(nodes)), corners, tuple(faces), (0,) * len(faces))
+    return patch, [RECTANGLE, *([REMAINDER] * (len(faces) - 1))]
+
+
+def _area(flat: Floats, loops: list[list[int]]) -> shapely.Polygon:
+    return shapely.Polygon(flat[loops[0]], [flat[ring] for ring in loops[1:]])
+
+
+def _is_simple(flat: Floats, loops: list[list[int]]) -> bool:
+    known = bool(loops) and bool(np.isfinite(flat).all()) and min(map(len, loops)) > 2
+    return known and _area(flat, loops).is_valid
+
+
+def _best(flat: Floats, loops: list[list[int]], alignment: Alignment) -> Floats | None:
+    """[4, 2] the largest rectangle over all directions allowed, beginning along the first edge of the polygon."""
+    best, largest = None, 0.0
+    for x, y in _directions(flat, loops) if alignment == "edge" else [(1.0, 0.0)]:
+        turn = np.array([[x, -y], [y, x]])
+        found = largest_rectangle([_turned(flat[ring], turn) for ring in loops])
+        if found is None:
+            continue
+        (left, low), (right, high) = found.tolist()
+        if (right - left) * (high - low) > largest * (1.0 + RELATIVE_TOLERANCE):
+            largest = (right - left) * (high - low)
+            best = _turned(np.array([(left, low), (right, low), (right, high), (left, high)]), turn.T)
+    if best is None:
+        return None
+    along = np.roll(best, -1, axis=0) - best
+    first = flat[1] - flat[0]
+    cosine = (along @ first) / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-300)
+    return np.roll(best, -int(np.argmax(np.round(cosine / max(float(np.hypot(*first)), 1e-300), 9))), axis=0)
+
+
+def _turned(points: Floats, turn: Floats) -> Floats:
+    return np.stack([points[:, 0] * turn[0, i] + points[:, 1] * turn[1, i] for i in range(2)], axis=1)
+
+
+def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float]]:
+    """Unit vectors along the longer edges, each direction once, quarter turns being the same."""
+    found: dict[tuple[float, float], tuple[float, float]] = {}
+    for ring in loops:
+        along = np.roll(flat[ring], -1, axis=0) - flat[ring]
+        length = np.hypot(along[:, 0], along[:, 1])
+        for (x, y), size in zip(along.tolist(), length.tolist(), strict=True):
+            if size > _LONG_ENOUGH * length.max():
+                quarters = [(x, y), (-y, x), (-x, -y), (y, -x)]
+                way = next((a / size, b / size) for a, b in quarters if a > 0.0 and b >= 0.0)
+                found.setdefault((round(way[0], 9), round(way[1], 9)), way)
+    return list(found.values())
+
+
+def _remainder(flat: Floats, loops: list[list[int]], rectangle: Floats, known: Floats, reach: float) -> list[Floats]:
+    """[n, 2] remainder of a polygon without a rectangle, in the order of its corners.
+
+    Args:
+        flat: [C, 2] the corners of the polygon.
+        loops: its rings.
+        rectangle: [4, 2] the rectangle.
+        known: [K, 2] corners of both; corners of the remainder within ``reach`` are moved to them.
+        reach: in metres; a remainder must be wider.
+    """
+    left = shapely.difference(_area(flat, loops), shapely.Polygon(rectangle), grid_size=0.25 * reach)
+    pieces: list[tuple[int, Floats]] = []
+    for part in shapely.get_parts(left).tolist():
+        if not isinstance(part, shapely.Polygon) or part.area <= reach * part.length:
+            continue
+        outlines = [
+            _snapped(shapely.get_coordinates(ring)[:-1], known, reach) for ring in (part.exterior, *part.interiors)
+        ]
+        turned = [
+            ring if shapely.LinearRing(ring).is_ccw == (i == 0) else ring[::-1] for i, ring in enumerate(outlines)
+        ]
+        places = np.concatenate(turned)
+        bounds = offsets_from_counts(np.array([len(ring) for ring in turned], np.int64)).tolist()
+        (walk,) = fill(places, [tuple(range(a, b)) for a, b in pairwise(bounds)])
+        ranks = [_rank(places[node], known) for node in walk]
+        first = int(np.argmin(ranks))
+        pieces.append((ranks[first], places[[*walk[first:], *walk[:first]]]))
+    return [piece for _, piece in sorted(pieces, key=lambda pair: pair[0])]
+
+
+def _snapped(points: Floats, places: Floats, reach: float) -> Floats:
+    """The points; those within reach of a known point are moved to it."""
+    distance = np.abs(points[:, None] - places[None]).max(axis=2)
+    nearest = distance.argmin(axis=1)
+    near = distance[np.arange(len(points)), nearest] <= reach
+    return np.where(near[:, None], places[nearest], points)
+
+
+def _rank(place: Floats, known: Floats) -> int:
+    """Index of the known point at this place; their number if there is none."""
+    at = np.flatnonzero((known == place).all(axis=1))
+    return int(at[0]) if len(at) else len(known)

@@ -1,1 +1,0 @@
-"""Faces, edges and vertices of meshes as separate shapes."""

@@ -1,1 +1,0 @@
-"""CGA's roofs: plans from straight skeletons, and formulas for simple cases."""

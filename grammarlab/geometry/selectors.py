@@ -1,0 +1,113 @@
+"""Selectors of ``comp``: ``front``, ``world.up``, ``aslant``, ``border``, ``ridge`` and others."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.geometry.components import EAVE, HIP, RIDGE, VALLEY, ComponentMeshes
+from grammarlab.geometry.meshes.mesh import Floats
+from grammarlab.geometry.meshes.vectors import apply
+
+Flags = NDArray[np.bool_]
+
+TIE = 1e-6
+"""Tolerance for equal components of a unit normal: up and down come before front and back, these before the rest."""
+
+STEEP, GENTLE = np.sin(np.radians(11.25)), np.sin(np.radians(78.75))
+"""Height of a unit normal at the thresholds of ``vertical`` and ``horizontal``."""
+
+_QUADRANTS = {"top": (1, 1), "bottom": (1, -1), "front": (2, 1), "back": (2, -1), "right": (0, 1), "left": (0, -1)}
+_WORLD = {"up": "top", "down": "bottom", "south": "front", "north": "back", "east": "right", "west": "left"}
+_ROOF = {"eave": EAVE, "hip": HIP, "valley": VALLEY, "ridge": RIDGE}
+
+ORIENTATIONS: tuple[str, ...] = (
+    *_QUADRANTS,
+    "side",
+    *(f"object.{name}" for name in (*_QUADRANTS, "side")),
+    *(f"world.{name}" for name in (*_WORLD, "side")),
+    *(f"street.{name}" for name in ("front", "back", "left", "right", "side")),
+)
+"""Selectors that classify a normal; ``geometry.isOriented`` and ``geometry.area`` accept the same ones."""
+
+SELECTORS: tuple[str, ...] = (
+    *ORIENTATIONS,
+    "vertical",
+    "horizontal",
+    "aslant",
+    "nutant",
+    "border",
+    "inside",
+    *_ROOF,
+    "all",
+)
+"""All selectors of `select`."""
+
+
+def select(
+    components: ComponentMeshes, selector: str, to_object: Floats | None = None, to_world: Floats | None = None
+) -> Flags:
+    """[K] whether a selector picks each component.
+
+    Args:
+        components: from `faces`, `edges` or `vertices`.
+        selector: one of `SELECTORS`.
+        to_object: [M, 3, 3] rotations from the axes of each mesh to those of its initial shape; the same axes when left
+            out. The ``street`` selectors read these too, as CGA does for lots without street widths.
+        to_world: [M, 3, 3] rotations from the axes of each mesh to the world's; the same axes when left out.
+
+    Raises:
+        KeyError: If the selector does not exist.
+    """
+    if selector == "all":
+        return np.ones(len(components), bool)
+    if selector in ("border", "inside"):
+        return components.is_border if selector == "border" else ~components.is_border
+    if selector in _ROOF:
+        return components.roof_edge == _ROOF[selector]
+    axes = {"world": to_world, "object": to_object, "street": to_object}.get(selector.partition(".")[0])
+    directions = components.direction if axes is None else apply(axes[components.mesh], components.direction)
+    return classify(directions, selector)
+
+
+def classify(directions: Floats, selector: str) -> Flags:
+    """[K] whether a selector picks each normal; zero vectors are never picked.
+
+    A quadrant has the directions nearest to its axis: x is right, y top, z front; for the world east, up and south.
+
+    Args:
+        directions: [K, 3] unit vectors or zero, in the axes that the selector's prefix names.
+        selector: one of `ORIENTATIONS`, or ``vertical``, ``horizontal``, ``aslant``, ``nutant``.
+
+    Raises:
+        KeyError: If the selector does not exist.
+    """
+    prefix, _, name = selector.rpartition(".")
+    solid = directions.any(axis=1)
+    height = directions[:, 1]
+    if name == "side":
+        # Without a prefix CGA selects all except horizontal faces; with one, the four lateral quadrants.
+        return solid & (_nearest_axis(directions) != 1 if prefix else np.abs(height) <= GENTLE)
+    if not prefix and name in ("vertical", "horizontal", "aslant", "nutant"):
+        return solid & _by_slope(height, name)
+    quadrant = _WORLD[name] if prefix == "world" else name
+    axis, sign = _QUADRANTS[quadrant]
+    return solid & (_nearest_axis(directions) == axis) & (directions[:, axis] * sign > 0.0)
+
+
+def _nearest_axis(directions: Floats) -> NDArray[np.int64]:
+    """[K] the axis that each direction is nearest to."""
+    x, y, z = np.abs(directions).T
+    lateral = np.where(z >= x - TIE, 2, 0)
+    return np.where(y >= np.maximum(x, z) - TIE, 1, lateral)
+
+
+def _by_slope(height: Floats, name: str) -> Flags:
+    """[K] whether unit normals of these heights belong to vertical, horizontal, aslant or nutant faces."""
+    if name == "horizontal":
+        return np.abs(height) > GENTLE
+    if name == "vertical":
+        return (height > -STEEP) & (height <= STEEP)
+    if name == "aslant":
+        return (height > STEEP) & (height <= GENTLE)
+    return (height > -GENTLE) & (height <= -STEEP)

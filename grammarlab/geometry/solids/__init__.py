@@ -1,1 +1,0 @@
-"""Solids from faces, and primitive solids."""

@@ -1,1 +1,0 @@
-"""Parser: from text to a syntax tree and findings."""

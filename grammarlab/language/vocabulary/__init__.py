@@ -1,1 +1,0 @@
-"""Operations, functions, shape attributes, keywords and types of CGA."""

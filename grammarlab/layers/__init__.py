@@ -1,0 +1,1 @@
+"""Layered facades: patterns over symbols, their layouts and their inference."""

@@ -1,0 +1,205 @@
+"""Equations of an alignment between sizes, and sets of equal unknown sizes (paper 003, section 5.3).
+
+The unknowns are sizes: one for each symbol, shared by all of its letters, one for each column, and one for each part of
+a split letter. An element that is a single letter or part is as wide as its column: one unknown for both.
+
+Size equations of alignments, and a lower bound of the size error of several of them together.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from grammarlab.facade.tree import Floats, Ints
+from grammarlab.layers.alignment.align import Alignment, Element
+from grammarlab.layers.design import Word
+
+Unknown = tuple[Any, ...]
+"""("symbol", name), ("column", alignment, column) or ("part", alignment, word, letter, part)."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Linear equations between U unknown sizes."""
+
+    index: dict[Unknown, int]
+    """Index of the size of each unknown, 0 to U - 1."""
+    matrix: Floats
+    """[R, U] coefficients."""
+    value: Floats
+    """[R] right-hand sides, metres."""
+    target: Floats
+    """[P] preferred sizes of symbols, metres."""
+    target_index: Ints
+    """[P] index of the size of each of these symbols."""
+
+    @property
+    def num_sizes(self) -> int:
+        """Number U of sizes."""
+        return self.matrix.shape[1]
+
+
+def equations(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool) -> Equations:
+    """Equations of alignments, each with its canvas; see `size_letters`."""
+    made = _Equations(gaps=gaps)
+    for number, (alignment, canvas) in enumerate(alignments):
+        made.add(number, alignment, canvas)
+    return made.done()
+
+
+def is_gapped(alignment: Alignment, row: int, element: Element, *, gaps: bool) -> bool:
+    """Whether the letters of an element keep their size, centred in their column (supplement 002, section 3.4)."""
+    letters = [alignment.words[row][at] for at, _ in element]
+    if not gaps or any(letter.transparent or letter.size is None for letter in letters):
+        return False
+    return any(not letter.opaque for letter in letters)
+
+
+@dataclass
+class _Equations:
+    gaps: bool
+    parent: dict[Unknown, Unknown] = field(default_factory=dict)
+    targets: dict[Unknown, float] = field(default_factory=dict)
+    rows: list[tuple[Counter[Unknown], float]] = field(default_factory=list)
+
+    def find(self, unknown: Unknown) -> Unknown:
+        self.parent.setdefault(unknown, unknown)
+        root = unknown
+        while self.parent[root] != root:
+            root = self.parent[root]
+        while self.parent[unknown] != root:
+            self.parent[unknown], unknown = root, self.parent[unknown]
+        return root
+
+    def add(self, number: int, alignment: Alignment, canvas: float) -> None:
+        for row in {word: row for row, word in enumerate(alignment.words)}.values():
+            self._row(number, alignment, row)
+        whole = Counter[Unknown](("column", number, column) for column in range(alignment.num_columns))
+        self.rows.append((whole, canvas))
+
+    def _row(self, number: int, alignment: Alignment, row: int) -> None:
+        word, elements = alignment.words[row], alignment.cells[row]
+        for letter in word:
+            self.find(("symbol", letter.symbol))
+            if letter.size is not None:
+                self.targets["symbol", letter.symbol] = letter.size
+        split = {at for element in elements for at, part in element if part}
+        for column, element in enumerate(elements):
+            unknowns: list[Unknown] = [
+                ("part", number, row, at, part) if at in split else ("symbol", word[at].symbol) for at, part in element
+            ]
+            if not element or is_gapped(alignment, row, element, gaps=self.gaps):
+                continue
+            if len(unknowns) == 1:
+                self.parent[self.find(unknowns[0])] = self.find(("column", number, column))
+            else:
+                total = Counter[Unknown](unknowns)
+                total["column", number, column] -= 1
+                self.rows.append((total, 0.0))
+        for at in split:
+            total = Counter[Unknown](
+                ("part", number, row, at, part) for element in elements for other, part in element if other == at
+            )
+            total["symbol", word[at].symbol] -= 1
+            self.rows.append((total, 0.0))
+
+    def done(self) -> Equations:
+        for total, _ in self.rows:
+            for unknown in total:
+                self.find(unknown)
+        place: dict[Unknown, int] = {}
+        index = {unknown: place.setdefault(self.find(unknown), len(place)) for unknown in list(self.parent)}
+        matrix = np.zeros((len(self.rows), len(place) + 1))
+        for row, (total, value) in zip(matrix, self.rows, strict=True):
+            for unknown, factor in total.items():
+                row[index[unknown]] += factor
+            row[-1] = value
+        matrix = np.unique(matrix, axis=0)
+        matrix = matrix[matrix.any(axis=1)]
+        return Equations(
+            index,
+            matrix[:, :-1],
+            matrix[:, -1],
+            np.array(list(self.targets.values()), dtype=np.float64),
+            np.array([index[unknown] for unknown in self.targets], dtype=np.int64),
+        )
+
+
+_RANK = 1e-9
+"""Singular values below this fraction of the largest are 0."""
+
+
+@dataclass(frozen=True, eq=False)
+class SizeEquations:
+    """Equations between the sizes of symbols, after elimination of widths of columns and unsized symbols."""
+
+    symbols: tuple[str, ...]
+    """The S symbols with a preferred size."""
+    size: Floats
+    """[S] preferred sizes, metres."""
+    matrix: Floats
+    """[R, S] coefficients."""
+    value: Floats
+    """[R] right-hand sides, metres."""
+
+
+def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations:
+    """The size equations of one alignment."""
+    system = equations([(alignment, canvas)], gaps=gaps)
+    symbols = tuple(
+        name for name in dict.fromkeys(letter.symbol for word in alignment.words for letter in word if letter.size)
+    )
+    index = [system.index["symbol", symbol] for symbol in symbols]
+    sizes = {letter.symbol: letter.size for word in alignment.words for letter in word if letter.size is not None}
+    free = np.ones(system.num_sizes, dtype=np.bool_)
+    free[index] = False
+    left, size, _ = np.linalg.svd(system.matrix[:, free], full_matrices=True)
+    rank = int((size > _RANK * size.max(initial=1.0)).sum())
+    kept = left[:, rank:].T
+    matrix = np.zeros((len(kept), len(symbols)))
+    # Symbols that share an unknown share its column.
+    for unknown in set(index):
+        matrix[:, index.index(unknown)] = kept @ system.matrix[:, unknown]
+    same = [(index.index(unknown), at) for at, unknown in enumerate(index) if index.index(unknown) != at]
+    equal = np.zeros((len(same), len(symbols)))
+    for row, (one, other) in zip(equal, same, strict=True):
+        row[one], row[other] = 1.0, -1.0
+    size = np.array([sizes[symbol] for symbol in symbols])
+    value = np.concatenate([kept @ system.value, np.zeros(len(same))])
+    return SizeEquations(symbols, size, np.concatenate([matrix, equal]), value)
+
+
+def demands_alone(word: Word, canvas: float) -> SizeEquations | None:
+    """The size equation of a word that fills the canvas alone; None if a letter takes the remaining length."""
+    counts = Counter(letter.symbol for letter in word)
+    if any(letter.size is None or not letter.hides for letter in word):
+        return None
+    sizes = {letter.symbol: letter.size for letter in word}
+    size, often = np.array([sizes[name] for name in counts], dtype=np.float64), np.array(list(counts.values()))
+    return SizeEquations(tuple(counts), size, often[None].astype(np.float64), np.array([canvas]))
+
+
+def least_error(together: Sequence[SizeEquations]) -> float:
+    """Lower bound of the sum of squared deviations from preferred sizes under all equations, square metres."""
+    if not together:
+        return 0.0
+    sizes: dict[str, float] = {}
+    for each in together:
+        sizes |= zip(each.symbols, each.size, strict=True)
+    place = {symbol: at for at, symbol in enumerate(sizes)}
+    matrix = np.zeros((sum(len(each.value) for each in together), len(sizes)))
+    row = 0
+    for each in together:
+        matrix[row : row + len(each.value), [place[symbol] for symbol in each.symbols]] = each.matrix
+        row += len(each.value)
+    miss = np.concatenate([each.value for each in together]) - matrix @ np.array(list(sizes.values()))
+    if not matrix.size:
+        return 0.0
+    change = np.linalg.lstsq(matrix, miss, rcond=_RANK)[0]
+    # Slightly less, since rounding errors must not make the bound too large.
+    return float(np.square(change).sum()) * (1.0 - 1e-9)

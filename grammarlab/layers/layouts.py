@@ -1,0 +1,90 @@
+"""Layouts of a design: from patterns to words, alignments and sizes, the best first."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from grammarlab.errors import FacadeError
+from grammarlab.layers.candidates import FittingWords, NothingFitsError
+from grammarlab.layers.conflicts import contradiction, in_words
+from grammarlab.layers.design import Design
+from grammarlab.layers.solving import Layout, solve
+
+MOST_COUNT = 100
+_EFFORTS = (20_000, 100_000)
+"""Steps of a test whether a part of a design has a layout: more if the first find no contradiction."""
+_SECONDS = 3.0
+"""Time limit for finding a contradiction, seconds; after that, the message may name more than is needed."""
+_MOST_NAMED = 12
+"""Largest number of statements in a message."""
+
+
+def _never() -> bool:
+    return False
+
+
+def layouts(
+    design: Design, width: float, height: float, count: int = 1, *, stop: Callable[[], bool] = _never
+) -> list[Layout]:
+    """The best different layouts of a design on a canvas.
+
+    Args:
+        design: the design.
+        width: metres.
+        height: metres.
+        count: largest number of layouts, up to `MOST_COUNT`.
+        stop: see `solve`.
+
+    Raises:
+        FacadeError: If there is none; the message names statements that contradict each other.
+    """
+    try:
+        found = _solved(design, width, height, count, stop)
+    except NothingFitsError as error:
+        raise FacadeError(f"{str(error).rstrip('.')}.{_contradiction_text(design, width, height)}") from error
+    if not found and not stop():
+        text = f"these layers do not fit each other on {width:g} x {height:g} m"
+        raise FacadeError(f"{text}.{_contradiction_text(design, width, height)}")
+    return found
+
+
+def _solved(
+    design: Design, width: float, height: float, count: int, stop: Callable[[], bool] = _never, effort: int = 500_000
+) -> list[Layout]:
+    fits = FittingWords(design, width, height)
+    return solve(
+        fits, (width, height), design.weights, count,
+        tolerances=fits.tolerances(enough=count), gaps=design.overhang,
+        others=fits.least_of_others, effort=effort, stop=stop,
+    )  # fmt: skip
+
+
+def may_fit(design: Design, stop: Callable[[], bool] = _never, effort: int = _EFFORTS[0]) -> bool:
+    """Whether a design has a layout on its canvas; true if the test runs out of steps."""
+    if stop():
+        return True
+    try:
+        return bool(_solved(design, design.width, design.height, 1, stop, effort=effort)) or stop()
+    except NothingFitsError:
+        return False
+    except FacadeError:  # too many words, or too many steps
+        return True
+
+
+def _contradiction_text(design: Design, width: float, height: float) -> str:
+    """The statements that contradict each other, if found in time."""
+    design = replace(design, width=width, height=height)
+    end = time.monotonic() + _SECONDS
+
+    def late() -> bool:
+        return time.monotonic() > end
+
+    trials = (contradiction(design, partial(may_fit, stop=late, effort=effort)) for effort in _EFFORTS)
+    found = next((found for found in trials if found), ())
+    if not found or len(found) > _MOST_NAMED:
+        return ""
+    rest = "though some may be irrelevant" if late() else "but they can if any one is dropped"
+    return f" These statements cannot all hold, {rest}: {in_words(design, found)}."

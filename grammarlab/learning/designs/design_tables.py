@@ -1,0 +1,172 @@
+"""Designs as rows of numbers: the only place where rows are made."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Generic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.features.columns.column_names import comparison, equality, spread_of
+from grammarlab.features.columns.feature_table import FeatureTable
+from grammarlab.features.patterns.pattern import Feature, HalfSpace, Total
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs, Floats, Ints
+from grammarlab.learning.designs.pool import MadePool
+from grammarlab.learning.settings import FeatureOptions
+
+_WHOLE = 1e-6
+"""Tolerance of whole numbers after division and multiplication by their scale."""
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Definition of the columns of a table, in addition to the pool."""
+
+    path_length: int
+    """Number of edges of the longest paths."""
+    extra: tuple[Feature, ...] = ()
+    """Features found by a search; each has its own column and group."""
+    elsewhere: tuple[Address, ...] = ()
+    """Scored designs outside the pool, ascending; columns must distinguish them, too."""
+
+
+@dataclass(frozen=True)
+class DesignTable:
+    """Features of m designs of a pool, then of e designs from elsewhere; and of n others."""
+
+    columns: Columns
+    rows: Floats
+    """[m + e, F] values divided by their scales."""
+    others: Floats
+    """[n, F] scaled values of designs outside the questions."""
+    features: tuple[Feature, ...]
+    """[F]"""
+    names: tuple[str, ...]
+    """[F] readable names, all different."""
+    groups: Ints
+    """[F] index into `group_names`: alternatives of one choice share a group."""
+    group_names: tuple[str, ...]
+    scales: Floats
+    """[F] > 0."""
+
+    @cached_property
+    def continuous(self) -> NDArray[np.bool_]:
+        """[F] whether columns are continuous instead of counts."""
+        values = self.rows * self.scales
+        return np.any(np.abs(values - np.round(values)) > _WHOLE, axis=0)
+
+
+class DesignTables(Generic[Designs]):
+    """Tables of a pool, with a cache."""
+
+    def __init__(
+        self,
+        space: AbstractDesignSpace[Designs],
+        made: MadePool[Designs],
+        features: FeatureOptions,
+        others: tuple[Designs, ...] = (),
+    ) -> None:
+        """Tables of features.
+
+        Args:
+            space: the design space.
+            made: the pool.
+            features: the features.
+            others: further designs with rows in tables; they do not affect the columns.
+        """
+        self.space, self.made, self._features, self._others = space, made, features, others
+        self.table = lru_cache(maxsize=2)(self._table)
+        """Table of `Columns`."""
+        self._base = lru_cache(maxsize=4)(self._count)
+        self._searched = lru_cache(maxsize=64)(self._measure)
+        self._elsewhere = lru_cache(maxsize=4)(lambda addresses: (space.make(addresses),) if addresses else ())
+
+    @cached_property
+    def addresses(self) -> tuple[Address, ...]:
+        """Batches of the designs of the pool, in order."""
+        return tuple(self.made.pool)
+
+    @cached_property
+    def index(self) -> dict[Address, int]:
+        """Addresses of the designs of the pool, with their indices."""
+        return {address: place for place, address in enumerate(self.addresses)}
+
+    def designs(self, rows: Ints, elsewhere: tuple[Address, ...]) -> tuple[Designs, ...]:
+        """The designs of rows of a table.
+
+        Args:
+            rows: [k] ascending; those beyond the pool are of ``elsewhere``.
+            elsewhere: `Columns.elsewhere` of the table.
+        """
+        num_pool = len(self.made.pool)
+        inside = self.made.select(self.space, rows[rows < num_pool])
+        outside = rows[rows >= num_pool] - num_pool
+        made = self._elsewhere(elsewhere) if len(outside) else ()
+        return (*inside, *(self.space.take(designs, outside) for designs in made))
+
+    def rows_of(self, columns: Columns, addresses: tuple[Address, ...]) -> Floats:
+        """[k, F] rows of designs by ascending address, in the columns of a table."""
+        vocabulary, _, _ = self._base(columns.path_length, columns.elsewhere)
+        designs = self._elsewhere(addresses)
+        return self._extended(vocabulary.apply(designs).rows(), designs, columns.extra)
+
+    def margins(self, feature: Feature) -> Floats | None:
+        """[m] signed distance of the designs of the pool to a bound; None for a feature that is not a bound."""
+        return self.space.margins(self.made.batches, feature)
+
+    def _table(self, columns: Columns) -> DesignTable:
+        _, base, others = self._base(columns.path_length, columns.elsewhere)
+        pool = [self._searched(feature)[0] for feature in columns.extra]
+        elsewhere = self._elsewhere(columns.elsewhere)
+        rows, num_pool = base.rows(), len(self.made.pool)
+        first, names = len(base.group_names), _names(columns.extra, base, rows * base.scales)
+        outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
+        return DesignTable(
+            columns=columns,
+            rows=np.concatenate([np.column_stack([rows[:num_pool], *pool]), outside]),
+            others=self._extended(others, self._others, columns.extra),
+            features=(*base.features, *columns.extra),
+            names=(*base.names, *names),
+            groups=np.append(base.groups, np.arange(first, first + len(names))),
+            group_names=(*base.group_names, *names),
+            scales=np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
+        )
+
+    def _count(
+        self, path_length: int, elsewhere: tuple[Address, ...]
+    ) -> tuple[DesignColumns[Designs], FeatureTable, Floats]:
+        """The columns of the vocabulary: of the pool and elsewhere, and the rows of the others."""
+        designs = (*self.made.batches, *self._elsewhere(elsewhere))
+        vocabulary = self.space.vocabulary(designs, replace(self._features, path_length=path_length))
+        return vocabulary, vocabulary.apply(designs), vocabulary.apply(self._others).rows()
+
+    def _measure(self, feature: Feature) -> tuple[Floats, float]:
+        """[m] scaled values of a feature found by a search, and the scale: its standard deviation, at least 1."""
+        values = self.space.values(self.made.batches, (feature,))[:, 0]
+        scale = max(1.0, float(values.std()))
+        return values / scale, scale
+
+    def _extended(self, rows: Floats, designs: Sequence[Designs], extra: tuple[Feature, ...]) -> Floats:
+        """Rows with the columns of features found by a search."""
+        scales = [self._searched(feature)[1] for feature in extra]
+        return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows
+
+
+def _names(found: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
+    """Readable names of features found by a search; their text if another column has the same name."""
+    known = dict(zip(base.features, base.names, strict=True))
+    texts = [
+        comparison(feature, spread_of(feature, base.features, values))
+        if isinstance(feature, HalfSpace)
+        else equality(feature) or feature.text([known.get(term, str(term)) for term, _ in feature.terms])
+        if isinstance(feature, Total)
+        else str(feature)
+        for feature in found
+    ]
+    seen = Counter((*base.names, *texts))
+    return tuple(str(feature) if seen[text] > 1 else text for feature, text in zip(found, texts, strict=True))

@@ -1,0 +1,172 @@
+"""Designs to ask about next, given a state.
+
+Questions about models near a bound on continuous draws, so that few labels narrow it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Threshold
+from grammarlab.learning.answers import Answers
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import Designs, Floats, Ints
+from grammarlab.learning.designs.design_tables import DesignTable, DesignTables
+from grammarlab.learning.round import State, Study, places
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference
+from grammarlab.preference.compared_pairs import propose_pairs
+from grammarlab.preference.queries import Situation, Way, propose
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def between(margins: Floats, asked: Ints, num: int) -> Ints:
+    """Models that narrow a bound: evenly spaced, by rank, between the nearest scored models on both sides.
+
+    With num models per round, the interval between the two sides shrinks by a factor of num + 1 per round.
+
+    Args:
+        margins: [m] signed distance of each model of the pool to the bound
+            (`grammarlab.features.search.thresholds.margins`).
+        asked: [n] pool indices of the scored models.
+        num: largest number of models; fewer if there are no more between the two.
+
+    Returns:
+        Different pool indices, none of them in ``asked``.
+
+    >>> between(np.arange(-8.0, 9.0), np.array([0, 4, 16]), 3).tolist()
+    [7, 10, 13]
+    """
+    known = margins[asked]
+    low = known[known < 0.0].max(initial=-np.inf)
+    high = known[known >= 0.0].min(initial=np.inf)
+    inside = np.flatnonzero((margins > low) & (margins < high) & np.isfinite(margins))
+    inside = np.setdiff1d(inside, asked)
+    inside = inside[np.argsort(margins[inside], kind="stable")]
+    num = min(num, len(inside))
+    return inside[((np.arange(num) + 1) * len(inside)) // (num + 1)]
+
+
+def ask(
+    study: Study[Designs], state: State, num: int, seed: int, *, factor: str = "", way: Way | None = None
+) -> tuple[Address, ...]:
+    """Designs to ask about.
+
+    Args:
+        study: the pool and the settings.
+        state: the state; answers from which nothing has been learned yet count as asked.
+        num: number of designs, >= 0; fewer if there are no more.
+        seed: seed of random choices, 0 <= seed < 2**64.
+        factor: factor of the answers and the preference; empty for the product of all liked factors.
+        way: query strategy; by default that of the settings.
+
+    Returns:
+        Different designs of the pool without an answer; with ``already ranked``, designs with one.
+    """
+    way = way or study.settings.query
+    tables = study.tables(state.wide)
+    known = state.answers.get(factor) if factor else _product(state)
+    known = (known or Answers(factor, (), np.zeros(0))).scored
+    columns = state.columns
+    table, num_pool = tables.table(columns), len(tables.made.pool)
+    rows = table.rows[:num_pool]
+    if way == "already ranked":
+        outside = tuple(sorted({address for address in known.designs if address not in tables.index}))
+        rows = np.concatenate([rows, tables.rows_of(columns, outside)]) if outside else rows
+        columns = replace(columns, elsewhere=outside)
+    place = places(tables, columns, known)
+    inside = (place >= 0) & (place < len(rows))
+    situation = Situation(
+        rows,
+        np.arange(len(rows)) < tables.made.pool.sizes[0],
+        place[inside],
+        known.scores[inside],
+        state.preferences.get(factor) if factor else state.product,
+        tables.made.weights,
+    )
+    chosen = propose(way, situation, num, seed)
+    if way == "default":
+        chosen = _narrowing(tables, state, situation, chosen)
+    names = (*tables.addresses, *columns.elsewhere)
+    return tuple(names[index] for index in chosen.tolist())
+
+
+def ask_pairs(
+    study: Study[Designs], state: State, num: int, seed: int, *, factor: str
+) -> tuple[tuple[Address, Address], ...]:
+    """Pairs of designs to compare for a factor, from `propose_pairs`.
+
+    Args:
+        study: the pool and the settings.
+        state: the state.
+        num: number of pairs, >= 0; fewer if there are no more.
+        seed: seed of random choices, 0 <= seed < 2**64.
+        factor: factor of the answers and the preference.
+
+    Returns:
+        Pairs that were not compared yet; no design is in two of them, and some may have answers.
+    """
+    tables, columns = study.tables(state.wide), state.columns
+    known = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
+    rows = tables.table(columns).rows
+    pool, outside = tables.made.pool, len(rows) - len(tables.made.pool)
+    mentioned = places(tables, columns, replace(known, designs=known.mentioned))
+    pairs = [(own, other) for own, other in zip(known.designs, known.others, strict=False) if other is not None]
+    compared = [places(tables, columns, replace(known, designs=pair)) for pair in pairs]
+    situation = Situation(
+        rows,
+        np.arange(len(rows)) < pool.sizes[0],
+        mentioned[mentioned >= 0],
+        np.zeros(0),
+        state.preferences.get(factor),
+        np.append(tables.made.weights, np.zeros(outside)),
+    )
+    chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
+    names = (*tables.addresses, *columns.elsewhere)
+    return tuple((names[one], names[other]) for one, other in chosen.tolist())
+
+
+def _narrowing(tables: DesignTables[Designs], state: State, situation: Situation, chosen: Ints) -> Ints:
+    """The designs chosen, up to half of them replaced by others that narrow relevant bounds on continuous draws."""
+    found = [(feature, tables.margins(feature)) for feature in state.columns.extra]
+    bounds = [(feature, distance) for feature, distance in found if distance is not None]
+    relevant = _relevant(tables.table(state.columns), situation.preference) if bounds else set[Feature]()
+    margins: list[Floats] = [distance for feature, distance in bounds if _bounded(feature) & relevant]
+    if not margins:
+        return chosen
+    near = [between(distance, situation.asked, len(chosen) // 2 // len(margins)) for distance in margins]
+    near = np.unique(np.concatenate(near))
+    return np.concatenate([chosen[~np.isin(chosen, near)][: len(chosen) - len(near)], near])
+
+
+def _relevant(table: DesignTable, preference: AbstractPreference | None) -> set[Feature]:
+    """Features of the groups that are relevant to a preference.
+
+    A search for bounds finds some that explain the scores by chance, and questions about these are lost.
+    """
+    if preference is None:
+        return set()
+    numbers = [str(number) for number in range(len(table.group_names))]
+    groups = {int(entry.name.rpartition(": ")[2]) for entry in preference.explain(numbers) if entry.level != "none"}
+    return {feature for feature, group in zip(table.features, table.groups.tolist(), strict=True) if group in groups}
+
+
+def _bounded(feature: Feature) -> set[Feature]:
+    """A bound, and the draws that it bounds: a preference may divide designs by either of them."""
+    sites = (
+        (feature.site,) if isinstance(feature, Threshold) else feature.sites if isinstance(feature, HalfSpace) else ()
+    )
+    return {feature, *(Draw(site) for site in sites)}
+
+
+def _product(state: State) -> Answers:
+    """The designs with answers for all liked factors, and the products of these answers."""
+    liked = [state.answers[name].scored for name in state.liked if name in state.answers]
+    scores = [dict(zip(found.designs, found.scores.tolist(), strict=True)) for found in liked]
+    shared = [design for design in (scores[0] if scores else {}) if all(design in given for given in scores)]
+    values = np.array([[given[design] for design in shared] for given in scores]).reshape(len(scores), len(shared))
+    return Answers("", tuple(shared), MAX_SCORE * np.prod(values / MAX_SCORE, axis=0))

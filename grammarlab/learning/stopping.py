@@ -1,0 +1,165 @@
+"""Stopping: the expected gain of more scores.
+
+The remaining divergence is estimated twice. Functions drawn from the posterior are possible preferences: the mean of
+their divergences from the predicted density measures what is open under the explanations that were found. The change
+of the predictions when a part of the scores is held out measures how open the explanations themselves are: a mean
+without some of the scores has an additional error, which these scores remove. The divergence D(n) after n scores is
+assumed to be proportional to 1 / n, as for d free parameters that are estimated from n scores (d / 8n nats), so with k
+scores
+
+    JS(density from k scores, density from n scores) = D(k) - D(n) = D(n) (n / k - 1).
+
+Neither estimate sees what the other one measures, so the larger one is taken. An overconfident learner underestimates
+both: means over persons are right within a factor of two, estimates of a single person about every other time.
+
+Random functions from the posterior of a preference: values of all models at once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.learning.designs.design_space import Designs, Floats
+from grammarlab.learning.round import State, Study
+from grammarlab.learning.targets.divergence import jensen_shannon
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats
+from grammarlab.preference.blended import BlendedPreference
+from grammarlab.preference.cells.partition import PartitionPreference
+from grammarlab.preference.factors import ProductPreference
+from grammarlab.preference.likelihood import value_of
+from grammarlab.preference.processes.disagreement import joint
+
+
+def draws(preference: AbstractPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats | None:
+    """[num, m] scores of rows, 0 to 100, each row one function; None for preferences without a posterior.
+
+    A blend draws from its cells and from its process by their shares, a product from each of its factors.
+
+    Args:
+        preference: the preference.
+        rows: [m, F].
+        num: number of functions, >= 1.
+        randomness: generator.
+    """
+    if isinstance(preference, ProductPreference):
+        parts = [draws(factor, rows, num, randomness) for factor in preference.factors.values()]
+        known = [part for part in parts if part is not None]
+        return MAX_SCORE * np.prod(np.array(known) / MAX_SCORE, axis=0) if len(known) == len(parts) else None
+    if isinstance(preference, PartitionPreference):
+        return _of_cells(preference, rows, num, randomness)
+    if isinstance(preference, BlendedPreference):
+        by_process = round(preference.share * num)
+        found = np.concatenate(
+            [
+                _of_process(preference, rows, by_process, randomness),
+                _of_cells(preference.partition, rows, num - by_process, randomness),
+            ]
+        )
+        # Factors are independent: one may draw from cells and another from a process.
+        return randomness.permutation(found)
+    return None
+
+
+def _of_cells(preference: PartitionPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats:
+    found = np.zeros((num, len(rows)))
+    for place, (number, posteriors) in enumerate(preference.divisions(rows, num, randomness)):
+        below = posteriors.cumsum(axis=1)
+        value = np.argmax(below >= randomness.random((len(below), 1)) * below[:, -1:], axis=1)
+        found[place] = preference.cells.grid[value[number]]
+    return found
+
+
+def _of_process(preference: BlendedPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats:
+    """Draws of mean scores, converted to values."""
+    if not num:
+        return np.zeros((0, len(rows)))
+    mean, covariance = joint(preference.process, rows, np.zeros(rows.shape[1]))
+    length, direction = np.linalg.eigh(covariance)
+    away = randomness.normal(size=(num, len(rows))) @ (direction * np.sqrt(np.maximum(length, 0.0))).T
+    return value_of(mean + away, preference.noise, preference.blunders)
+
+
+MORE = 16
+"""Number of scores whose gain is reported."""
+_DESIGNS = 500
+"""Number of designs of the pool, evenly spaced, on which densities are compared."""
+_DRAWS = 24
+_CONSTANT = 1e-6
+"""Largest difference of predictions that distinguish nothing, as a share of the highest score."""
+
+
+def expected_gain(study: Study[Designs], state: State, more: int = MORE) -> float | None:
+    """Expected decrease, by more scores, of the divergence of the learned density from the target density, in nats.
+
+    Args:
+        study: the pool and its tables.
+        state: the state.
+        more: number of scores.
+
+    Returns:
+        Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None if nothing is liked yet, different scores have
+        no explanation yet, or the learning method has no posterior.
+    """
+    left = expected_divergence(study, state)
+    known = state.num_answers
+    return None if left is None else left * more / (known + more)
+
+
+def expected_divergence(study: Study[Designs], state: State) -> float | None:
+    """Expected divergence of the learned density from the target density in nats; None as in `expected_gain`."""
+    product = state.product
+    if product is None:
+        return None
+    rows, weights = some_designs(study, state)
+    left = divergence_left(product, rows, weights, state.num_answers, study.settings.seed)
+    is_constant = np.ptp(product.predict(rows).mean) <= _CONSTANT * MAX_SCORE
+    if is_constant and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
+        return None
+    return left
+
+
+def divergence_left(product: ProductPreference, rows: Floats, weights: Floats, known: int, seed: int) -> float | None:
+    """Expected divergence of a learned density from the target density in nats; None without a posterior.
+
+    Args:
+        product: the preference.
+        rows: [m, F] designs.
+        weights: [m] >= 0, their density without a preference; not all 0.
+        known: number of scores.
+        seed: seed of the draws.
+    """
+    found = draws(product, rows, _DRAWS, np.random.default_rng(seed))
+    if found is None:
+        return None
+    # A function that likes nothing leaves the density of the grammar.
+    densities = [
+        weights * values if (weights * values).any() else weights for values in (*found, product.predict(rows).mean)
+    ]
+    *possible, predicted = densities
+    open_ = float(np.mean([jensen_shannon(density, predicted) for density in possible]))
+    return max(open_, _moved(product, rows, weights, predicted, known))
+
+
+def some_designs(study: Study[Designs], state: State) -> tuple[Floats, Floats]:
+    """Rows [m, F] and density weights [m] of some designs of the pool, evenly spaced."""
+    weights = study.tables(state.wide).made.weights
+    made = np.flatnonzero(weights > 0.0)
+    num = min(_DESIGNS, len(made))
+    some = made[np.arange(num) * len(made) // num]
+    return study.table(state).rows[some], weights[some]
+
+
+def _moved(product: ProductPreference, rows: Floats, weights: Floats, predicted: Floats, known: int) -> float:
+    """The divergence that is left, by how far parts of the scores alone move the predicted density; 0 without parts."""
+    parts = [factor.sketches for factor in product.factors.values() if isinstance(factor, BlendedPreference)]
+    if len(parts) < len(product.factors):
+        return 0.0
+    left = [0.0]
+    for sketches in zip(*parts, strict=False):
+        some = sum(sketch.num_labels for sketch in sketches)
+        values = np.prod(
+            [np.clip(sketch.predict(rows).mean, 0.0, MAX_SCORE) / MAX_SCORE for sketch in sketches], axis=0
+        )
+        density = weights * values if (weights * values).any() else weights
+        left.append(jensen_shannon(density, predicted) * some / max(known - some, 1))
+    return sum(left) / max(len(left) - 1, 1)

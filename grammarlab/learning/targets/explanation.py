@@ -1,0 +1,227 @@
+"""A learned preference in words: a few kinds of designs that are liked, and a few that are not.
+
+The predictions of a pool become a small regression tree, whose leaves are kinds of designs that differ in a few parts
+or choices. If parts add up, a tree would repeat itself in all its branches; then each part is described with its
+points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.features.columns.column_names import comparison, spread_of
+from grammarlab.features.patterns.pattern import HalfSpace
+from grammarlab.learning.designs.design_tables import DesignTable
+from grammarlab.learning.targets.divergence import agreement
+from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+MOST = 3
+"""Largest number of kinds on each side."""
+MOST_PARTS = 6
+"""Largest number of parts on each side."""
+_MOST_LEAVES = 8
+_ENOUGH = 0.1
+"""Share of the divergence between the grammar and the learned density that a tree may leave unexplained."""
+_LIKED, _DISLIKED = 0.25, 0.1
+"""Shares of the highest score of a kind: kinds from the first on are liked, kinds below the second are not."""
+_ADDS_UP = 0.95
+"""Smallest share of the variance of scores that a sum of parts explains, for a description as a sum."""
+_LEAST_POINTS = 3.0
+"""Smallest number of points of a described part."""
+_FEW = 3
+"""Largest number of conditions of a described kind that is not liked."""
+_RARE = 400
+"""Smallest share of designs of a kind: one in 400."""
+_LEAST_LIKED = 1.0
+"""Smallest highest score of a kind in points; below it nothing is liked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Liked and disliked kinds of designs."""
+
+    likes: tuple[str, ...]
+    """Such as ``Crown = Mast, Ground = Podium (82)``: a kind of designs with its mean score, or ``Crown = Mast (+20)``:
+    a part with the points it adds. Best first."""
+    dislikes: tuple[str, ...]
+    """Disliked kinds, most frequent first."""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """A sentence for each side that is not empty."""
+        sides = (("Likes", self.likes), ("Does not like", self.dislikes))
+        return tuple(f"{side}: {'; '.join(kinds)}." for side, kinds in sides if kinds)
+
+
+@dataclass(frozen=True, slots=True)
+class _Range:
+    """Range of a kind of designs in one column."""
+
+    column: int
+    low: float
+    """Lower bound, included; minus infinity for none."""
+    high: float
+    """Upper bound, excluded; infinity for none."""
+
+
+def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
+    """Description of predictions.
+
+    Args:
+        table: of the designs.
+        scores: [m] predicted for the first m designs of the table, 0 to 100.
+        weights: [m] >= 0, importance weight of each design.
+    """
+    rows = table.rows[: len(scores)] * table.scales
+    if not (weights * scores).any() or np.ptp(scores) == 0.0:
+        return Words((), ())
+    names = _ColumnWords(table, rows)
+    tree = _small_tree(rows, scores, weights, names)
+    return _parts(tree, rows, scores, weights, names) or _kinds(tree, rows, scores, weights, names)
+
+
+def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> tuple[Split, ...]:
+    """Smallest tree that explains most of the predictions, by choices and draws only if these are enough."""
+    bound = _ENOUGH * agreement(scores, np.ones(len(scores)), weights).js
+    nearest: tuple[float, tuple[Split, ...]] = (np.inf, ())
+    for columns in (names.order[names.simple[names.order]], names.order):
+        tree = grow(rows, scores, weights, columns, _MOST_LEAVES, len(rows) // _RARE)
+        for size in range(1, len(tree) + 1):
+            leaf = leaves_of(tree[:size], rows)
+            left = agreement(scores, means_of(leaf, size + 1, scores, weights)[leaf], weights).js
+            nearest = min(nearest, (left, tree[:size]))
+            if left <= bound:
+                return tree[:size]
+    return nearest[1]
+
+
+def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words | None:
+    """The parts that a tree tests, with the points each adds; None if a sum does not explain the scores."""
+    asked = list(dict.fromkeys((split.column, split.bound) for split in tree))
+    if len(asked) < 2 or len({column for column, _ in asked}) < len(asked):
+        return None
+    has = np.column_stack([np.ones(len(rows)), *(rows[:, column] >= bound for column, bound in asked)])
+    roots = np.sqrt(weights)[:, None]
+    added = np.linalg.lstsq(has * roots, scores * roots[:, 0], rcond=None)[0]
+    mean = weights @ scores / weights.sum()
+    left = weights @ (scores - has @ added) ** 2 / max(float(weights @ (scores - mean) ** 2), 1e-12)
+    # A conjunction is not a sum: its parts add up to a negative score if all of them are missing.
+    if left > 1.0 - _ADDS_UP or np.abs(added).max() > MAX_SCORE:
+        return None
+    told = sorted(zip(asked, added[1:].tolist(), strict=True), key=lambda item: -abs(item[1]))
+    sides: tuple[list[str], list[str]] = ([], [])
+    for (column, bound), points in told:
+        if abs(points) >= _LEAST_POINTS:
+            sides[points < 0.0].append(f"{names.condition(_Range(column, bound, np.inf))} ({points:+.0f})")
+    return Words(tuple(sides[0][:MOST_PARTS]), tuple(sides[1][:MOST_PARTS]))
+
+
+def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words:
+    """The most frequent liked leaves, and the most frequent others."""
+    leaf = leaves_of(tree, rows)
+    means = means_of(leaf, len(tree) + 1, scores, weights)
+    mass = np.bincount(leaf, weights, len(tree) + 1).astype(np.float64)
+    if means.max() < _LEAST_LIKED:
+        return Words((), ())
+    ranges = _ranges(tree)
+
+    def told(some: NDArray[np.bool_], by: Floats, most: int) -> list[int]:
+        found = [place for place in np.argsort(-by, kind="stable").tolist() if some[place] and mass[place] > 0.0]
+        return [place for place in found if 0 < len(ranges[place]) <= most][:MOST]
+
+    def text(places: Sequence[int]) -> tuple[str, ...]:
+        return tuple(f"{names.kind(ranges[place])} ({means[place]:.0f})" for place in places)
+
+    likes = told(means >= _LIKED * means.max(), mass * means, _MOST_LEAVES)
+    dislikes = told(means < _DISLIKED * means.max(), mass, _FEW)
+    return Words(text(sorted(likes, key=lambda place: -means[place])), text(dislikes))
+
+
+def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:
+    """Ranges of the designs of each leaf, by column."""
+    leaves: list[dict[int, _Range]] = [{}]
+    for split in tree:
+        own = leaves[split.leaf]
+        known = own.get(split.column, _Range(split.column, -np.inf, np.inf))
+        leaves.append({**own, split.column: _Range(split.column, max(known.low, split.bound), known.high)})
+        leaves[split.leaf] = {**own, split.column: _Range(split.column, known.low, min(known.high, split.bound))}
+    return leaves
+
+
+class _ColumnWords:
+    """Words for conditions on columns."""
+
+    def __init__(self, table: DesignTable, rows: Floats) -> None:
+        self.table, self.rows = table, rows
+        self.whole = ~table.continuous
+        self.lowest, self.highest = rows.min(axis=0), rows.max(axis=0)
+
+    @property
+    def order(self) -> Ints:
+        """Columns, short names first: of equivalent columns the first one is described."""
+        names = self.table.names
+        return np.array(sorted(range(len(names)), key=lambda column: (len(names[column]), column)), dtype=np.int64)
+
+    @property
+    def simple(self) -> NDArray[np.bool_]:
+        """[F] whether columns are choices of one symbol, or draws."""
+        choices = [" → " in name and " › " not in name for name in self.table.names]
+        return np.array(choices, dtype=bool) | ~self.whole
+
+    def kind(self, ranges: dict[int, _Range]) -> str:
+        """All conditions on a kind of designs, without implied ones."""
+        groups = self.table.groups
+        chosen = {
+            int(groups[column]) for column, found in ranges.items() if self._is_choice(column) and found.low > 0.0
+        }
+        kept = [
+            found
+            for column, found in ranges.items()
+            if not (self._is_choice(column) and found.low <= 0.0 and int(groups[column]) in chosen)
+        ]
+        # Present properties are more informative than missing ones.
+        return ", ".join(self.condition(found) for found in sorted(kept, key=lambda found: found.low <= 0.0))
+
+    def condition(self, found: _Range) -> str:
+        """One condition."""
+        column, name, feature = found.column, self.table.names[found.column], self.table.features[found.column]
+        if isinstance(feature, HalfSpace):
+            return comparison(feature, spread_of(feature, self.table.features, self.rows), holds=found.low > 0.0)
+        return " ".join(self._choice(name, found) if self._is_choice(column) else self._amount(name, found))
+
+    def _is_choice(self, column: int) -> bool:
+        """Text of a condition that designs have a property or not."""
+        return bool(self.whole[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
+
+    @staticmethod
+    def _choice(name: str, found: _Range) -> Iterator[str]:
+        before, arrow, after = name.rpartition(" → ")
+        has, thing = found.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
+        yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"no {thing}"
+
+    def _amount(self, name: str, found: _Range) -> Iterator[str]:
+        yield f"{name}:" if " " in name else name
+        low, high = found.low, found.high
+        if not self.whole[found.column]:
+            yield (
+                f"{low:.3g} to {high:.3g}"
+                if np.isfinite(low + high)
+                else (f"from {low:.3g}" if np.isfinite(low) else f"below {high:.3g}")
+            )
+            return
+        # For whole numbers between bounds the ends themselves are given.
+        first, last = np.ceil(low), np.ceil(high) - 1.0
+        if not np.isfinite(last):
+            yield f"{first:.0f} or more"
+        elif not np.isfinite(first):
+            yield "none" if last == 0.0 else f"at most {last:.0f}"
+        else:
+            yield f"{first:.0f}" if first == last else f"{first:.0f} to {last:.0f}"

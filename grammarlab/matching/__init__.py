@@ -1,0 +1,1 @@
+"""Templates matched to the elements of scanned facades."""

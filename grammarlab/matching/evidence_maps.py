@@ -1,0 +1,125 @@
+"""Evidence maps: a grid of the evidence of an element for each width and height.
+
+Density of scanned points around the visible part of an outline.
+
+The visible outline V of an element is its template cut by a half-plane. Points are uniform on V with normal noise s in
+both coordinates, and a fraction e of them is uniform in the box:
+p(x) = (1 - e) / |V| integral_V N(x; u, s^2) du + e / |box|, in closed form for each segment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from grammarlab.matching.elements import Floats
+
+Array: TypeAlias = jax.Array
+
+OUTLIERS = 0.05
+"""e: fraction of outliers."""
+_LEAST = 1e-6
+
+
+def visible(segments: Array, angle: Array, cut: Array) -> tuple[Array, Array]:
+    """Start and end [S] of the visible part of each segment, in metres from its start.
+
+    Args:
+        segments: [S, 2, 2] start and end of each segment.
+        angle: direction of the normal of the occluding half-plane, radians.
+        cut: distance of the half-plane from the origin along that normal; points beyond it are hidden.
+    """
+    normal = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+    step = segments[:, 1] - segments[:, 0]
+    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
+    slope = (step @ normal) / length
+    room = cut - segments[:, 0] @ normal
+    edge = room / jnp.where(jnp.abs(slope) < _LEAST, _LEAST, slope)
+    start = jnp.where(slope < -_LEAST, jnp.clip(edge, 0.0, length), 0.0)
+    end = jnp.where(slope > _LEAST, jnp.clip(edge, 0.0, length), length)
+    seen = (jnp.abs(slope) > _LEAST) | (room >= 0.0)
+    return start, jnp.where(seen, jnp.maximum(end, start), start)
+
+
+def log_likelihood(
+    segments: Array, angle: Array, cut: Array, noise: Array, points: Array, weight: Array, area: Array
+) -> Array:
+    """Log-density of the points of one element.
+
+    Args:
+        segments: [S, 2, 2] outline; segments of length 0 are ignored.
+        angle: as in `visible`.
+        cut: as in `visible`.
+        noise: s, metres.
+        points: [P, 2] points.
+        weight: [P] weight of each point; 0 for padding.
+        area: area of the box, square metres.
+    """
+    start, end = visible(segments, angle, cut)
+    step = segments[:, 1] - segments[:, 0]
+    direction = step / jnp.sqrt((step**2).sum(-1, keepdims=True) + 1e-12)
+    away = points[:, None, :] - segments[None, :, 0]
+    along = (away * direction).sum(-1)
+    across = away[..., 0] * direction[:, 1] - away[..., 1] * direction[:, 0]
+    scale = 0.70710678 / noise
+    inside = jax.lax.erf((along - start) * scale) - jax.lax.erf((along - end) * scale)
+    near = jnp.exp(-((across * scale) ** 2)) * inside
+    total = (end - start).sum()
+    density = near.sum(-1) * (0.5 * 0.3989423 / noise) / jnp.maximum(total, _LEAST)
+    value = (weight * jnp.log((1.0 - OUTLIERS) * density + OUTLIERS / area)).sum()
+    return jnp.where(total > 1e-3, value, -1e9)
+
+
+FINEST = 0.01
+"""Least distance of values, metres."""
+_MOST_VALUES = 200
+"""Largest number of values along each axis."""
+_SPREAD = 0.5
+"""Width of the kernel that smooths samples, as a multiple of the noise of an element's lines."""
+_FLOOR = 1e-4
+"""Uniform part of the evidence, for sizes without samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class Maps:
+    """Evidence of N elements for widths and heights; 1 for points without information."""
+
+    widths: Floats
+    """[A] widths, metres, evenly spaced."""
+    heights: Floats
+    """[B] heights, metres, evenly spaced."""
+    evidence: Floats
+    """[N, A, B] relative to the mean over all sizes."""
+
+
+def axis_values(low: float, high: float) -> Floats:
+    """Values from low to high, one centimetre apart, or more if there would be too many."""
+    count = min(_MOST_VALUES, max(2, round((high - low) / FINEST) + 1))
+    return np.linspace(low, high, count)
+
+
+def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) -> Maps:
+    """Evidence maps from posterior samples with a uniform prior.
+
+    Args:
+        parameters: [N, Q, 2] widths and heights.
+        smoothing: [N] standard deviation of the error of a side, metres.
+        low: [2] least width and height.
+        high: [2] largest width and height.
+    """
+    widths, heights = axis_values(low[0], high[0]), axis_values(low[1], high[1])
+    shape = len(widths), len(heights)
+    step = np.array([widths[1] - widths[0], heights[1] - heights[0]])
+    place = np.clip(np.rint((parameters - low) / step).astype(np.int64), 0, np.array(shape) - 1)
+    evidence = np.empty((len(parameters), *shape))
+    for element, each in enumerate(place):
+        counts = np.bincount(each[:, 0] * shape[1] + each[:, 1], minlength=shape[0] * shape[1]).reshape(shape)
+        width = np.maximum(_SPREAD * smoothing[element] / step, 0.7)
+        smooth = gaussian_filter(counts.astype(np.float64), width, mode="nearest")
+        evidence[element] = smooth * ((1.0 - _FLOOR) * smooth.size / smooth.sum()) + _FLOOR
+    return Maps(widths, heights, evidence)

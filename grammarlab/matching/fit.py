@@ -1,0 +1,284 @@
+"""Robust fits of all templates to all elements in one call, each with a covariance and an occluding half-plane.
+
+Distances from points to a template, and the energy E_fit of a fit (paper 001, Equation 5.1).
+
+Outlines of templates for given parameters: every template is one array, so that one call draws all of them.
+
+A wire of a template is a straight line or an arc. Its start (x, y), end (x, y) and the height of the arc over its
+chord, to the right of the direction from start to end, are linear in the parameters: 5 rows of 1 + D coefficients, with
+the constant first. An arc is drawn as a chain of chords.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.matching.elements import Clouds, Floats, Ints
+from grammarlab.matching.evidence_maps import log_likelihood, visible
+from grammarlab.matching.template import Stack
+
+Array: TypeAlias = jax.Array
+
+
+def outline(pieces: Array, parameters: Array) -> Array:
+    """[S, 2, 2] start and end of each piece, relative to the template's origin.
+
+    Args:
+        pieces: [S, 7, 1 + D] as in `Template.pieces`: 5 rows as above, then the fractions of the arc at which the piece
+            begins and ends, in the first column.
+        parameters: [D] parameters.
+    """
+    values = pieces[:, :5, 0] + pieces[:, :5, 1:] @ parameters
+    start, end, height = values[:, 0:2], values[:, 2:4], values[:, 4]
+    chord = end - start
+    length = jnp.sqrt((chord**2).sum(-1) + 1e-12)
+    half = 2.0 * jnp.arctan2(2.0 * height, length)
+    # Straight lines are arcs of a tiny angle, since the formula below is undefined for angle 0.
+    half = jnp.where(jnp.abs(half) < 1e-3, 1e-3, half)
+    across = jnp.stack([chord[:, 1], -chord[:, 0]], axis=1)
+    straight = jnp.abs(height) < 1e-9
+    # Chords lie inside of their arc; those of a slightly larger circle have the same mean distance.
+    larger = 1.5 - 0.5 * jnp.cos(half * (pieces[:, 6, 0] - pieces[:, 5, 0]))
+
+    def at(part: Array) -> Array:
+        angle = half * (2.0 * part - 1.0)
+        along = 0.5 + 0.5 * larger * jnp.sin(angle) / jnp.sin(half)
+        out = 0.5 * (larger * jnp.cos(angle) - jnp.cos(half)) / jnp.sin(half)
+        along = jnp.where(straight, part, along)
+        out = jnp.where(straight, 0.0, out)
+        return start + along[:, None] * chord + out[:, None] * across
+
+    return jnp.stack([at(pieces[:, 5, 0]), at(pieces[:, 6, 0])], axis=1)
+
+
+def nearest_piece(segments: Array, points: Array) -> Array:
+    """[P] index of the segment [S, 2, 2] nearest to each point [P, 2]; segments of length 0 are ignored."""
+    start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
+    square = (step**2).sum(-1)
+    away = points[:, None] - start
+    part = jnp.clip((away * step).sum(-1) / jnp.maximum(square, 1e-9), 0.0, 1.0)
+    distance = ((away - part[..., None] * step) ** 2).sum(-1)
+    return jnp.argmin(jnp.where(square > 1e-9, distance, jnp.inf), axis=1)
+
+
+def residuals(state: Array, pieces: Array, points: Array) -> Array:
+    """[P] signed distances, metres, from points to a template.
+
+    Args:
+        state: [2 + D] lower left corner, then parameters.
+        pieces: [S, 7, 1 + D] pieces of the template.
+        points: [P, 2] points.
+    """
+    segments = outline(pieces, state[2:]) + state[:2]
+    chosen = jax.lax.stop_gradient(nearest_piece(segments, points))
+    start, end = segments[chosen, 0], segments[chosen, 1]
+    step = end - start
+    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
+    away = points - start
+    along = (away * step).sum(-1) / length
+    across = (away[:, 0] * step[:, 1] - away[:, 1] * step[:, 0]) / length
+    beyond = along - jnp.clip(along, 0.0, length)
+    sign = jnp.where(across >= 0.0, 1.0, -1.0)
+    # Beyond the end of its piece, the distance of a point is that to the end.
+    return jnp.where(jnp.abs(beyond) < 1e-9, across, sign * jnp.sqrt(across**2 + beyond**2 + 1e-12))
+
+
+def energy(state: Array, pieces: Array, points: Array, weight: Array, scale: Array) -> Array:
+    """E_fit: mean robust squared distance, square metres; outliers count at most `scale` squared (Geman-McClure)."""
+    square = residuals(state, pieces, points) ** 2
+    return (weight * square / (1.0 + square / scale**2)).sum() / weight.sum()
+
+
+STEPS = 12
+"""Number of Gauss-Newton steps."""
+_DIRECTIONS = 12
+_HIDING = 4.0
+"""Least gain of an occluding half-plane, nats, since its free position explains some points by chance."""
+_LEAST_NOISE = 0.002
+_TOGETHER = 8
+"""Number of elements of a batch."""
+_MANY = 16
+"""Number of templates from which those with few pieces are fitted separately."""
+_ENDS = (12, 32)
+"""Bounds of the classes of numbers of pieces."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fits:
+    """Fits of T templates to N elements."""
+
+    corner: Floats
+    """[N, T, 2] lower left corner, metres from the centre of the box."""
+    parameters: Floats
+    """[N, T, D] parameters, metres; 1 for templates with fewer parameters."""
+    covariance: Floats
+    """[N, T, D, D] square metres."""
+    noise: Floats
+    """[N, T] noise of the inliers, metres."""
+    cost: Floats
+    """[N, T] negative logarithm of the density of the points, nats."""
+    inside: Floats
+    """[N, T] fraction of inliers."""
+    plane: Floats
+    """[N, T, 2] angle of the occluding half-plane, and its distance from the centre of the box; inf for none."""
+    hidden: Floats
+    """[N, T] hidden fraction of the outline."""
+    distance: Floats
+    """[N, T] mean distance of the points, metres: the data term of Equation 5.3."""
+
+    def of(self, which: NDArray[Any]) -> Fits:
+        """The fits of some elements."""
+        return Fits(**{each.name: getattr(self, each.name)[which] for each in fields(self)})
+
+
+def fit_all(clouds: Clouds, stack: Stack) -> Fits:
+    """Fits of all templates to all elements; templates with few pieces are fitted separately, for speed."""
+    number = len(clouds)
+    # Whole batches of one size, so that one is compiled whatever the number of elements.
+    batches = np.split(
+        np.arange(-(-number // _TOGETHER) * _TOGETHER) % max(number, 1), range(_TOGETHER, number, _TOGETHER)
+    )
+    groups = _by_size(stack.num_pieces)
+    made = []
+    for most, which in groups:
+        columns = (stack.pieces[:, :most], stack.usual, stack.low, stack.high, stack.limits, stack.used)
+        templates = tuple(jnp.asarray(each[which], jnp.float32) for each in columns)
+        fits = [_fit(_elements(clouds, batch), templates) for batch in batches]
+        made.append([np.concatenate(each, dtype=np.float64) for each in zip(*fits, strict=True)])
+    order = np.argsort(np.concatenate([which for _, which in groups]))
+    whole = (np.concatenate(each, axis=1) for each in zip(*made, strict=True))
+    return Fits(**{each.name: column[:number, order] for each, column in zip(fields(Fits), whole, strict=True)})
+
+
+def _elements(clouds: Clouds, which: Ints) -> tuple[Array, ...]:
+    columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
+    return tuple(jnp.asarray(each[which], jnp.float32) for each in columns)
+
+
+def _by_size(count: Ints) -> list[tuple[int, Ints]]:
+    """Numbers of pieces and their templates; a few templates do not justify separate compilations."""
+    ends = (
+        [int(count.max())] if len(count) < _MANY else [*(end for end in _ENDS if end < count.max()), int(count.max())]
+    )
+    group = np.searchsorted(ends, count)
+    return [(end, np.flatnonzero(group == place)) for place, end in enumerate(ends) if (group == place).any()]
+
+
+@jax.jit
+def _fit(clouds: tuple[Array, ...], templates: tuple[Array, ...]) -> tuple[Array, ...]:
+    one = jax.vmap(_fit_one, in_axes=(*(None,) * len(clouds), *(0,) * len(templates)))
+    return jax.lax.map(lambda each: one(*each, *templates), clouds)
+
+
+def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:
+    """[2 + D] a template of the size of the visible points, with the usual proportions of its other parameters."""
+    size = jnp.clip(reach[1] - reach[0], low[:2], high[:2])
+    further = jnp.clip(usual[2:] * size.min() / usual[:2].min(), low[2:], high[2:])
+    return jnp.concatenate([reach[0], size, further])
+
+
+def _fit_one(
+    points: Array,
+    weight: Array,
+    area: Array,
+    reach: Array,
+    pieces: Array,
+    usual: Array,
+    low: Array,
+    high: Array,
+    limits: Array,
+    used: Array,
+) -> tuple[Array, ...]:
+    begin = _begin(reach, usual, low, high)
+    extent = (reach[1] - reach[0]).max()
+    free = jnp.concatenate([jnp.ones(2), used])
+    # Weak regularisation towards the initial state fixes parameters that no point determines.
+    pull = 1.0 / (0.3 * extent) ** 2
+
+    def linear(state: Array) -> tuple[Array, Array]:
+        """Residuals [P] and their derivatives [P, 2 + D]."""
+
+        def twice(state: Array) -> tuple[Array, Array]:
+            value = residuals(state, pieces, points)
+            return value, value
+
+        slope, value = jax.jacfwd(twice, has_aux=True)(state)
+        return value, slope
+
+    def robust(value: Array, scale: Array) -> Array:
+        return weight / (1.0 + (value / scale) ** 2) ** 2
+
+    def step(state: Array, place: Array) -> tuple[Array, None]:
+        scale = extent * jnp.maximum(0.2 * 0.7**place, 0.02)
+        value, slopes = linear(state)
+        weighted = slopes * robust(value, scale)[:, None]
+        matrix, slope = weighted.T @ slopes, weighted.T @ value
+        broken = jnp.minimum(limits[:, 0] + limits[:, 1:] @ state[2:], 0.0)
+        normal = jnp.concatenate([jnp.zeros((len(limits), 2)), limits[:, 1:]], axis=1)
+        stiff = 100.0 * (broken < 0.0)
+        matrix += (normal * stiff[:, None]).T @ normal
+        slope += normal.T @ (stiff * broken)
+        anchor = pull * scale**2 * 0.05
+        matrix += jnp.diag(anchor + 1e-3 + 1e6 * (1.0 - free))
+        change = _inverse(matrix) @ (slope + anchor * (state - begin))
+        moved = state - jnp.clip(change, -0.3 * extent, 0.3 * extent) * free
+        return moved.at[2:].set(jnp.clip(moved[2:], low, high)), None
+
+    state, _ = jax.lax.scan(step, begin, jnp.arange(STEPS))
+    value, slopes = linear(state)
+    near = robust(value, 0.05 * extent)
+    noise = jnp.sqrt((near * value**2).sum() / jnp.maximum(near.sum(), 1.0))
+    noise = jnp.clip(1.1 * noise, _LEAST_NOISE, 0.2 * extent)
+    close = weight * (jnp.abs(value) < 4.0 * noise)
+    inside = close.sum() / weight.sum()
+    segments = outline(pieces, state[2:]) + state[:2]
+    angle, cut, gain = _hiding(segments, points, close, noise)
+    cost = -log_likelihood(segments, angle, cut, noise, points, weight, area)
+    start, end = visible(segments, angle, cut)
+    length = jnp.sqrt(((segments[:, 1] - segments[:, 0]) ** 2).sum(-1) + 1e-12)
+    hidden = jnp.where(gain, 1.0 - (end - start).sum() / length.sum(), 0.0)
+    full = (slopes * close[:, None]).T @ slopes / noise**2 + jnp.diag(1.0 / (0.5 * extent) ** 2 + 1e6 * (1.0 - free))
+    covariance = _inverse(full)[2:, 2:]
+    outside = (limits[:, 0] + limits[:, 1:] @ state[2:] < -0.02).any()
+    cost = jnp.where(outside, 1e6, cost)
+    distance = (weight * jnp.minimum(jnp.abs(value), 0.2 * extent)).sum() / weight.sum()
+    return state[:2], state[2:], covariance, noise, cost, inside, jnp.stack([angle, cut]), hidden, distance
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a small positive definite matrix, by Gauss-Jordan elimination, which compiles faster than LAPACK."""
+
+    def eliminate(place: Array, matrix: Array) -> Array:
+        pivot = matrix[place, place]
+        row = (matrix[place] / pivot).at[place].set(1.0 / pivot)
+        column = matrix[:, place].at[place].set(0.0)
+        return (matrix - jnp.outer(column, row)).at[:, place].set(-column / pivot).at[place].set(row)
+
+    return jax.lax.fori_loop(0, len(matrix), eliminate, matrix)
+
+
+def _hiding(segments: Array, points: Array, close: Array, noise: Array) -> tuple[Array, Array, Array]:
+    """Angle and distance of the half-plane that hides the most outline without points, and whether it is accepted.
+
+    A half-plane in a direction is just beyond the outermost point: nearer ones hide points, farther ones less outline.
+    """
+    angles = 2.0 * jnp.pi * jnp.arange(_DIRECTIONS) / _DIRECTIONS
+    normals = jnp.stack([jnp.cos(angles), jnp.sin(angles)], axis=1)
+    cuts = jnp.where(close[:, None] > 0.0, points @ normals.T, -jnp.inf).max(axis=0) + 0.5 * noise
+    start, end = jax.vmap(visible, in_axes=(None, 0, 0))(segments, angles, cuts)
+    length = jnp.sqrt(((segments[:, 1] - segments[:, 0]) ** 2).sum(-1) + 1e-12).sum()
+    gains = -close.sum() * jnp.log(jnp.maximum((end - start).sum(axis=1), 1e-3) / length)
+    best = jnp.argmax(gains)
+    worth = gains[best] > _HIDING
+    return angles[best], jnp.where(worth, cuts[best], jnp.inf), worth
+
+
+def background_cost(clouds: Clouds) -> Floats:
+    """[N] negative logarithm of the density of the points without a template, nats."""
+    return clouds.weight.sum(axis=1) * np.log(clouds.area)

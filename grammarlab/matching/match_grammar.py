@@ -1,0 +1,187 @@
+"""A grammar of a match: kinds as rules, shared parameters as shared attributes, uncertainties as random ranges.
+
+The completed facade of a match: every element complete and in place, with wall around it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from shapely.geometry.polygon import orient
+
+from grammarlab.facade.grammar.rule_text import RuleNames, leaf_body, number, rule_name
+from grammarlab.facade.looks import THICKNESS
+from grammarlab.facade.reading.annotation import annotate
+from grammarlab.facade.reading.assembling import LARGEST, Assembled, assemble
+from grammarlab.language.formatting import format_grammar
+from grammarlab.language.grammar import Grammar
+from grammarlab.matching.elements import Floats
+from grammarlab.matching.match import Match, drawn_parameters
+from grammarlab.matching.template import HEIGHT, WIDTH, Template, points_along
+
+_BORDER = 0.5
+"""Width of the wall around the outermost elements, metres."""
+_SNAP = 0.0005
+"""Largest distance of sides that are moved to one line, as a fraction of the shorter side of the facade."""
+
+
+def completed(match: Match) -> Assembled | None:
+    """The facade of all elements with a template; None if there is none, or it would be too large.
+
+    An element is a box with its template's width and height, with its outline inside; parts beyond it are left out.
+    """
+    boxes, names, outlines = [], [], []
+    for element in range(len(match.kind)):
+        found = drawn_parameters(match, element)
+        if found is None:
+            continue
+        template, parameters = found
+        corner, size = match.corner[element], parameters[[WIDTH, HEIGHT]]
+        boxes.append([*corner, *(corner + size)])
+        names.append(f"{match.name_of(int(match.kind[element]))} {_thing(template)}")
+        outlines.append(
+            outer(template, parameters) + corner if not _rectangular(template, parameters) else np.zeros((0, 2))
+        )
+    if not boxes:
+        return None
+    every = np.array(boxes)
+    bounds = np.stack([every[:, :2].min(axis=0) - _BORDER, every[:, 2:].max(axis=0) + _BORDER])
+    if (bounds[1] - bounds[0]).max() > LARGEST:
+        return None
+    boxes_and_wall = np.vstack([bounds.reshape(1, 4), every])
+    none = np.zeros((0, 2))
+    annotation = annotate(boxes_and_wall, ["wall", *names], "metres", outlines=[none, *outlines], bounds=bounds)
+    return assemble(annotation, tolerance=_SNAP, split=True)
+
+
+def outer(template: Template, parameters: Floats) -> Floats:
+    """[P, 2] corners, anticlockwise, of the area that the wires of a template enclose, within its width and height."""
+    segments = points_along(template, parameters)
+    around = shapely.union_all([shapely.LineString(each) for each in segments]).convex_hull
+    inside = around.intersection(shapely.box(0.0, 0.0, parameters[WIDTH], parameters[HEIGHT]))
+    if not isinstance(inside, shapely.Polygon) or inside.area <= 0.0:
+        return np.zeros((0, 2))
+    return np.asarray(orient(inside).exterior.coords)[:-1]
+
+
+def _rectangular(template: Template, parameters: Floats) -> bool:
+    corners = outer(template, parameters)
+    if not len(corners):
+        return True
+    return shapely.Polygon(corners).area >= 0.999 * parameters[WIDTH] * parameters[HEIGHT]
+
+
+def _thing(template: Template) -> str:
+    """The label of a template, which determines its look in pictures."""
+    for name in ("door", "gate", "column", "pilaster"):
+        if name in template.base:
+            return name
+    return "window"
+
+
+_SPREAD = 2.0
+"""Half width of a random range, in standard deviations."""
+_GAP = 0.02
+"""Least distance between elements, metres."""
+
+"""Width of the wall around all elements, metres."""
+
+
+def write_terminals(match: Match) -> str | None:
+    """CGA text that draws the facade of a match from its kinds; None if it has none.
+
+    Rows of the facade are bands; in each, elements are in order, with their gaps. Samples vary every parameter within
+    the uncertainty of the scan, equally for all kinds that share it.
+    """
+    rows = _rows(match)
+    if not rows:
+        return None
+    names, attributes, lines = RuleNames(), {}, ['version "2023.0"']
+    rules = [names.new(rule_name(match.name_of(kind))) for kind in range(len(match.values))]
+    for kind in range(len(match.values)):
+        for place, parameter in enumerate(match.template_of(kind).parameters):
+            key = (int(match.kind_template[kind]), parameter, float(match.values[kind][place]))
+            if key not in attributes:
+                attributes[key] = f"{parameter}_{1 + sum(parameter == other[1] for other in attributes)}"
+                middle, reach = key[2], _SPREAD * float(match.spread[kind][place])
+                low, high = max(middle - reach, 0.1 * middle), middle + reach
+                lines.append(f"attr {attributes[key]} = rand({number(low, 4)}, {number(high, 4)})")
+    width = max(match.corner[row, 0].max() + _size(match, row)[:, 0].max() for row in rows)
+    left = min(match.corner[row, 0].min() for row in rows)
+    bands = _bands(match, rows)
+    height = bands[-1][1] + _BORDER - (bands[0][0] - _BORDER)
+    span = width - left + 2 * _BORDER
+    lines += [
+        "@StartRule",
+        f"Lot --> s({number(span, 3)}, {number(height, 3)}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}",
+    ]
+    stories, below = [], bands[0][0] - _BORDER
+    for place, (row, (bottom, top)) in enumerate(zip(rows, bands, strict=True)):
+        name = names.new(f"Row{place + 1}")
+        stories += [f"~{number(max(bottom - below, _GAP), 3)} : Wall", f"{number(top - bottom, 3)} : {name}"]
+        below = top
+        parts, before = [], left - _BORDER
+        for element in row.tolist():
+            kind = int(match.kind[element])
+            start = float(match.corner[element, 0])
+            parts.append(f"~{number(max(start - before, _GAP), 3)} : Wall")
+            parts.append(f"{attributes[_key(match, kind, WIDTH)]} : {rules[kind]}")
+            before = start + float(match.parameters[element][WIDTH])
+        parts.append(f"~{number(max(width + _BORDER - before, _GAP), 3)} : Wall")
+        lines.append(f"{name} --> split(x) {{ {' | '.join(parts)} }}")
+    stories.append(f"~{number(_BORDER, 3)} : Wall")
+    lines.append(f"Facade --> split(y) {{ {' | '.join(stories)} }}")
+    for kind, rule in enumerate(rules):
+        own = attributes[_key(match, kind, HEIGHT)]
+        lines.append(f"{rule} --> split(y) {{ ~1 : Wall | {own} : {rule}Terminal | ~1 : Wall }}")
+        lines.append(f"{rule}Terminal --> {leaf_body('window')}")
+    lines.append(f"Wall --> {leaf_body('wall')}")
+    return format_grammar(Grammar.parse("\n".join(lines)))
+
+
+def _key(match: Match, kind: int, place: int) -> tuple[int, str, float]:
+    return int(match.kind_template[kind]), match.template_of(kind).parameters[place], float(match.values[kind][place])
+
+
+def _size(match: Match, row: np.ndarray) -> np.ndarray:
+    return np.array([match.parameters[element][[WIDTH, HEIGHT]] for element in row.tolist()])
+
+
+def _bands(match: Match, rows: list[np.ndarray]) -> list[tuple[float, float]]:
+    """Bottom and top of each row, from the lowest, with room for its variation; rows do not overlap."""
+    bands: list[tuple[float, float]] = []
+    for row in rows:
+        low = match.corner[row, 1]
+        room = max(float(_SPREAD * match.spread[int(match.kind[each])][HEIGHT]) for each in row.tolist())
+        bottom, top = float(low.min()) - room, float((low + _size(match, row)[:, 1]).max()) + room
+        if bands and bottom < bands[-1][1] + _GAP:
+            bottom, top = bands[-1][1] + _GAP, top + bands[-1][1] + _GAP - bottom
+        bands.append((bottom, top))
+    return bands
+
+
+def _rows(match: Match) -> list[np.ndarray]:
+    """Elements of each row from the left to the right, the lowest row first; overlapping elements are left out."""
+    known = [each for each in range(len(match.kind)) if match.kind[each] >= 0]
+    if not known:
+        return []
+    size = _size(match, np.array(known))
+    middle = {each: float(match.corner[each, 1] + height / 2) for each, height in zip(known, size[:, 1], strict=True)}
+    rows: list[list[int]] = []
+    for element in sorted(known, key=lambda each: (middle[each], match.corner[each, 0])):
+        level = middle[element] - middle[rows[-1][0]] if rows else np.inf
+        if level > 0.5 * float(np.median(size[:, 1])):
+            rows.append([])
+        rows[-1].append(element)
+    apart: list[np.ndarray] = []
+    for row in rows:
+        rest = sorted(row, key=lambda each: float(match.corner[each, 0]))
+        while rest:
+            taken, end = [], -np.inf
+            for element in rest:
+                if match.corner[element, 0] >= end:
+                    taken.append(element)
+                    end = float(match.corner[element, 0] + match.parameters[element][WIDTH])
+            apart.append(np.array(taken))
+            rest = [each for each in rest if each not in taken]
+    return apart

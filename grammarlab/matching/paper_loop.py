@@ -1,0 +1,269 @@
+"""The loop of the paper: deform, find a common space, label, find similarities; until labels are stable.
+
+Deformation of all templates to all elements, with coupled parameters (paper 001, Equations 5.1 and 5.4).
+
+The data term of labels: distance of the points of every element from every deformed template placed on it.
+
+A common low-dimensional space of elements from their deformations by all templates (paper 001, section 5.4.2).
+
+Dong, Frossard, Vandergheynst and Nefedov, "Clustering on multi-layer graphs via subspace analysis on Grassmann
+manifolds": L_mod = sum_j L_j - alpha sum_j U_j U_j^T, whose lowest eigenvectors are near to all U_j.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+
+from grammarlab.extras import require
+from grammarlab.matching.elements import Clouds, Elements, Floats, Ints, clouds_of, too_poor
+from grammarlab.matching.fit import Fits, energy, fit_all, residuals
+from grammarlab.matching.match import Clock, Match
+from grammarlab.matching.match_assembly import THRESHOLD, couplings, replicas
+from grammarlab.matching.paper_labelling import Field, label
+from grammarlab.matching.plain import description, fitting, from_labels, unfit
+from grammarlab.matching.template import Stack, Template, stack
+
+Array: TypeAlias = jax.Array
+
+W_SIM = 10.0
+_STEPS = 60
+_RATE = 0.02
+"""Initial step size of Adam, as a multiple of the scale."""
+
+
+def similarity_energy(parameters: Array, coupled: Array) -> Array:
+    """E_sim: sum over pairs of c^T (d_i - d_k)^2 (Equation 5.4).
+
+    Args:
+        parameters: [N, T, D] parameters.
+        coupled: [T, D, N, N] c: 1 if a parameter of two elements is coupled, symmetric, 0 on the diagonal.
+    """
+    moved = jnp.moveaxis(parameters, 0, -1)
+    away = moved[..., :, None] - moved[..., None, :]
+    return 0.5 * (coupled * away**2).sum()
+
+
+def deform(clouds: Clouds, stack: Stack, state: Floats, coupled: Floats, scale: float) -> Floats:
+    """States [N, T, 2 + D] that minimise Equation 5.1, from initial ones.
+
+    The pairs of each element are averaged, so that the coupling does not grow with the number of elements.
+
+    Args:
+        clouds: the N elements.
+        stack: the T templates.
+        state: [N, T, 2 + D] initial corner and parameters.
+        coupled: [T, D, N, N] as in `similarity_energy`.
+        scale: distance from which points are outliers, metres.
+    """
+    share = coupled / np.maximum(coupled.sum(axis=(1, 3), keepdims=True).max(axis=2, keepdims=True), 1.0)
+    numbers = (clouds.points, clouds.weight, stack.pieces, stack.low, stack.high, stack.used, state, share)
+    return np.asarray(_deform(*(jnp.asarray(each, jnp.float32) for each in numbers), scale), dtype=np.float64)
+
+
+@jax.jit
+def _deform(
+    points: Array,
+    weight: Array,
+    pieces: Array,
+    low: Array,
+    high: Array,
+    used: Array,
+    state: Array,
+    coupled: Array,
+    scale: Array,
+) -> Array:
+    over_templates = jax.vmap(energy, in_axes=(0, 0, None, None, None))
+    over_elements = jax.vmap(over_templates, in_axes=(0, None, 0, 0, None))
+
+    def total(state: Array) -> Array:
+        fit = over_elements(state, pieces, points, weight, scale).sum()
+        return fit + W_SIM * similarity_energy(state[:, :, 2:], coupled)
+
+    rate = optax.cosine_decay_schedule(_RATE * scale, _STEPS)
+    optimizer = optax.adam(rate)
+    free = jnp.concatenate([jnp.ones((*used.shape[:-1], 2)), used], axis=-1)
+
+    def step(carry: tuple, _: None) -> tuple[tuple, None]:
+        state, memory = carry
+        change, memory = optimizer.update(jax.grad(total)(state), memory)
+        moved = state + jnp.asarray(change) * free
+        return (moved.at[..., 2:].set(jnp.clip(moved[..., 2:], low, high)), memory), None
+
+    (state, _), _ = jax.lax.scan(step, (state, optimizer.init(state)), None, _STEPS)
+    return state
+
+
+_ANCHORS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.5, 0.5]])
+"""Anchors, corners and centre: one of them stays at its position in the element's own fit."""
+
+
+def place_labels(
+    clouds: Clouds, stack: Stack, state: Floats, owner: Ints, values: Floats, scale: float
+) -> tuple[Floats, Floats]:
+    """Mean distances [N, L] of the points of elements from labels, and the corners [L, N, 2] of the best positions.
+
+    Args:
+        clouds: the N elements.
+        stack: the T templates.
+        state: [N, T, 2 + D] fits of single elements.
+        owner: [L] template of each label.
+        values: [L, D] parameters of each label.
+        scale: largest distance of a point, metres.
+    """
+    own = state[:, owner]  # [N, L, 2 + D]
+    room = own[:, :, None, 2:4] - values[None, :, None, :2]
+    corners = own[:, :, None, :2] + room * _ANCHORS
+    found = _distances(
+        *(jnp.asarray(each, jnp.float32) for each in (clouds.points, clouds.weight, corners)),
+        jnp.asarray(stack.pieces[owner], jnp.float32),
+        jnp.asarray(values, jnp.float32),
+        jnp.asarray(scale, jnp.float32),
+    )
+    distance = np.asarray(found, dtype=np.float64)
+    best = distance.argmin(axis=2)
+    picked = np.take_along_axis(corners, best[:, :, None, None], axis=2)[:, :, 0]
+    return distance.min(axis=2), np.moveaxis(picked, 1, 0)
+
+
+@jax.jit
+def _distances(points: Array, weight: Array, corners: Array, pieces: Array, values: Array, scale: Array) -> Array:
+    def one(corner: Array, pieces: Array, values: Array, points: Array, weight: Array) -> Array:
+        away = jnp.abs(residuals(jnp.concatenate([corner, values]), pieces, points))
+        return (weight * jnp.minimum(away, scale)).sum() / weight.sum()
+
+    anchors = jax.vmap(one, in_axes=(0, None, None, None, None))
+    labels = jax.vmap(anchors, in_axes=(0, 0, 0, None, None))
+    return jax.lax.map(lambda each: labels(each[2], pieces, values, each[0], each[1]), (points, weight, corners))
+
+
+ALPHA = 0.5
+MOST_DIMENSIONS = 10
+
+
+def laplacian(weights: Floats) -> Floats:
+    """[N, N] normalised Laplacian of a graph of symmetric weights [N, N] >= 0."""
+    degree = 1.0 / np.sqrt(np.maximum(weights.sum(axis=1), 1e-12))
+    return np.eye(len(weights)) - degree[:, None] * weights * degree
+
+
+def lowest(matrix: Floats, dimensions: int) -> Floats:
+    """[N, dimensions] eigenvectors of the smallest eigenvalues of a symmetric matrix."""
+    return np.linalg.eigh(matrix)[1][:, :dimensions]
+
+
+def merged(weights: Floats, dimensions: int) -> Floats:
+    """[N, dimensions] common basis of the graphs [J, N, N]."""
+    laplacians = [laplacian(each) for each in weights]
+    modified = np.sum(laplacians, axis=0)
+    for each in laplacians:
+        basis = lowest(each, dimensions)
+        modified -= ALPHA * basis @ basis.T
+    return lowest(modified, dimensions)
+
+
+def weights_of(parameters: Floats, scale: float) -> Floats:
+    """[T, N, N] weights exp(-|d_i - d_k|^2) of deformations [N, T, D], in units of a length (Equation 5.2)."""
+    away = (parameters[:, None] - parameters[None]) / scale
+    return np.moveaxis(np.exp(-(away**2).sum(axis=-1)), -1, 0)
+
+
+def dimensions_of(weights: Floats) -> int:
+    """Number of eigenvectors to keep: up to the largest gap between the mean eigenvalues of all graphs [T, N, N]."""
+    values = np.mean([np.linalg.eigvalsh(laplacian(each)) for each in weights], axis=0)
+    # The value after the last one is that of another, distant element: so a few elements may all be separate.
+    return 1 + int(np.argmax(np.diff(np.append(values, 1.0)[: MOST_DIMENSIONS + 2])))
+
+
+def similarity(basis: Floats) -> Floats:
+    """[N, N] similarity of elements from 0 to 1, by their Euclidean distance in a space [N, K]; 0 on the diagonal."""
+    rows = basis / np.maximum(np.linalg.norm(basis, axis=1, keepdims=True), 1e-12)
+    distance = np.linalg.norm(rows[:, None] - rows[None], axis=-1)
+    near = np.exp(-((distance / 0.5) ** 2))
+    np.fill_diagonal(near, 0.0)
+    return near
+
+
+MOST_ITERATIONS = 12
+BEST = 3
+"""Number of best templates whose deformations become labels, for each element."""
+W_S = 0.1
+_LABEL_COST = 0.2
+"""Cost of a template, as a fraction of the mean data cost."""
+_SPACE = 4.0
+"""Unit of Equation 5.2, which the paper does not give, as a multiple of the similarity threshold."""
+
+
+def match_as_paper(elements: Elements, templates: Sequence[Template]) -> Match:
+    """Kinds of elements by the paper's loop, with its weights."""
+    require("ortools")
+    clock = Clock()
+    reasons = too_poor(elements)
+    which = np.array([each for each in range(len(elements)) if each not in reasons], dtype=np.int64)
+    stacked = stack(templates)
+    clouds = clouds_of(elements, which)
+    fits = fit_all(clouds, stacked)
+    fine = fitting(clouds, templates, fits)
+    reasons |= unfit(clouds, templates, ~fine)
+    which = which[fine]
+    clouds = clouds_of(elements, which)
+    fits = fits.of(fine)
+    clock.lap("fitting")
+    threshold = THRESHOLD * float(np.linalg.norm(elements.high - elements.low, axis=1).max())
+    state = np.concatenate([fits.corner, fits.parameters], axis=2)
+    owner, values, corner = np.zeros(len(which), dtype=np.int64), state[:, 0, 2:], state[:, 0, :2]
+    before: tuple[Ints, Ints] | None = None
+    iterations = 0
+    while len(which) and iterations < MOST_ITERATIONS:
+        iterations += 1
+        field, label_values, label_corner = _field(clouds, templates, stacked, fits, state, threshold)
+        clock.lap("subspace")
+        labels, _ = label(field)
+        clock.lap("labelling")
+        owner, values = field.owner[labels], label_values[labels]
+        corner = label_corner[labels, np.arange(len(which))]
+        found = replicas(owner, values, threshold)
+        if before is not None and (before[0] == owner).all() and (before[1] == found).all():
+            break
+        before = owner, found
+        coupled = couplings(owner, values, stacked.used, threshold)
+        clock.lap("similarity")
+        state = deform(clouds, stacked, state, coupled, 10.0 * threshold)
+        clock.lap("deformation")
+    kind = replicas(owner, values, threshold)
+    return from_labels(
+        elements, templates, which, kind, owner, values, corner, fits, reasons, iterations=iterations, clock=clock
+    )
+
+
+def _field(
+    clouds: Clouds, templates: Sequence[Template], stacked: Stack, fits: Fits, state: Floats, threshold: float
+) -> tuple[Field, Floats, Floats]:
+    """The field of Equation 5.3, the parameters [L, D] of its labels and their corners [L, N, 2] on each element."""
+    against = fits.noise.min(axis=1, keepdims=True) * _against(clouds, templates, fits)
+    best = np.argsort(against, axis=1)[:, :BEST]
+    element = np.repeat(np.arange(len(best)), best.shape[1])
+    owner = best.reshape(-1).astype(np.int64)
+    values = state[element, owner, 2:]
+    data, corner = place_labels(clouds, stacked, state, owner, values, 10.0 * threshold)
+    data += np.minimum(against, 10.0 * threshold)[:, owner]
+    away = np.linalg.norm(values[:, None] - values[None], axis=2)
+    other = max(float(away.max(initial=0.0)) / 2.0, 1e-3)
+    same = owner[:, None] == owner[None]
+    # A metric: the distance of labels of different templates is half of the largest distance within one.
+    distance = np.where(same, np.minimum(away, 2.0 * other), other)
+    weights = weights_of(state[:, np.unique(owner), 2:], _SPACE * threshold)
+    near = similarity(merged(weights, min(dimensions_of(weights), len(best))))
+    cost = np.full(len(stacked.usual), _LABEL_COST * float(data.min(axis=1).mean()))
+    return Field(data, W_S * near, distance, owner, cost), values, corner
+
+
+def _against(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Floats:
+    """[N, T] nats per point that each template describes an element worse by than the best one."""
+    costs = description(clouds, templates, fits)[:, :-1]
+    return (costs - costs.min(axis=1, keepdims=True)) / clouds.weight.sum(axis=1, keepdims=True)

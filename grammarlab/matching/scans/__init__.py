@@ -1,0 +1,1 @@
+"""Elements of facades from scans and meshes."""

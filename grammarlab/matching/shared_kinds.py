@@ -1,0 +1,259 @@
+"""Kinds that refer to shared widths and heights, found by description length.
+
+Minimised over K kinds that refer to A widths and B heights is
+-sum_i log[.98 sum_k pi_ik M_i(W_a(k), H_b(k)) + .02] + K/2 log n + 1.5 log n (A + B)
+by adding the best kind, EM, and then moving, merging and deleting kinds and values while that shortens the description.
+
+Rows and columns of a facade as a prior: elements of one row are often of one kind.
+
+pi_ik is proportional to pi_k prod_g (n_gk + kappa_g pi_k) / ((n_g + kappa_g) pi_k), where n_gk is the number of the
+other elements of group g that are of kind k; kappa is large for groups without information.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from grammarlab.matching.elements import Floats, Ints
+from grammarlab.matching.evidence_maps import Maps
+
+_SWEEPS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """All rows, or all columns, of a facade."""
+
+    index: Ints
+    """[N] group of each element, -1 for none."""
+    kappa: float
+    """Weight of the shares of the whole facade relative to those of the group, as a number of elements."""
+
+
+def shares(fit: Floats, share: Floats, groups: tuple[Groups, ...], unknown: float) -> Floats:
+    """[N, K] prior of each kind for each element, from the posterior of the other elements of its groups.
+
+    Args:
+        fit: [N, K] evidence of each element for each kind.
+        share: [K] shares of the kinds.
+        groups: rows and columns; if empty, the prior of all elements is `share`.
+        unknown: fraction of elements without a kind.
+    """
+    prior = np.broadcast_to(share, fit.shape)
+    if not groups or not fit.shape[1]:
+        return prior
+    indicators = [_indicator(each.index) for each in groups]
+    for _ in range(_SWEEPS):
+        joint = (1.0 - unknown) * prior * fit
+        posterior = joint / (joint.sum(axis=1, keepdims=True) + unknown)
+        logs = np.log(np.maximum(share, 1e-12))[None, :].repeat(len(fit), axis=0)
+        for each, member in zip(groups, indicators, strict=True):
+            of_kind = member.T @ (member @ posterior) - (member.sum(axis=0)[:, None] > 0) * posterior
+            total = of_kind.sum(axis=1, keepdims=True)
+            logs += np.log(of_kind / np.maximum(share, 1e-12) + each.kappa) - np.log(total + each.kappa)
+        odds = np.exp(logs - logs.max(axis=1, keepdims=True))
+        prior = odds / odds.sum(axis=1, keepdims=True)
+    return prior
+
+
+def _indicator(index: Ints) -> Floats:
+    """[G, N] 1 for the members of each group."""
+    return (index[None, :] == np.unique(index[index >= 0])[:, None]).astype(np.float64)
+
+
+UNKNOWN = 0.02
+"""Fraction of elements without a kind."""
+VALUE_COST = 1.5
+"""Cost of a width or height, as a multiple of log n."""
+_STEPS = 12
+"""Largest number of EM steps."""
+_ENOUGH = 1e-3
+_GUESSES = (0.05, 0.15, 0.35)
+"""Initial shares of a new kind."""
+_ROUNDS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Kinds:
+    """K kinds, each with a width and a height; kinds share a size if they have the same index."""
+
+    width: Ints
+    """[K] index of the width on the axis of the maps."""
+    height: Ints
+    """[K] index of the height on the axis of the maps."""
+    share: Floats
+    """[K] pi: share of each kind in the elements."""
+
+    def __len__(self) -> int:
+        return len(self.width)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Kinds, and the posterior of N elements."""
+
+    kinds: Kinds
+    posterior: Floats
+    """[N, K + 1] probability of each kind, with that of no kind last."""
+    length: float
+    """Description length, nats."""
+
+
+def find_kinds(maps: Maps, groups: tuple[Groups, ...] = (), start: Kinds | None = None) -> Solution:
+    """The kinds of shortest description that are reachable by adding, merging, moving and deleting.
+
+    Args:
+        maps: evidence maps of the elements.
+        groups: rows and columns whose elements tend to agree.
+        start: initial kinds; none by default.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    best = _solve(maps, groups, start or Kinds(none, none, np.zeros(0)))
+    for _ in range(_ROUNDS):
+        before = best.length
+        for proposed in _additions(maps, best):
+            best = min(best, _solve(maps, groups, proposed), key=_length)
+        best = _improved(maps, groups, best)
+        if best.length > before - _ENOUGH:
+            break
+    return best
+
+
+def _length(solution: Solution) -> float:
+    return solution.length
+
+
+def _solve(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds, steps: int = _STEPS) -> Solution:
+    """EM from given kinds: shares, and shared values, which move along their axes."""
+    number = len(maps.evidence)
+    solution = _evaluate(maps, groups, kinds)
+    for _ in range(steps if len(kinds) else 0):
+        weight = solution.posterior[:, :-1]
+        total = weight.sum(axis=0)
+        share = np.maximum(total, 1e-3) / max(float(np.maximum(total, 1e-3).sum()), 1e-9)
+        moved = _settled(maps, Kinds(kinds.width, kinds.height, share), weight)
+        better = _evaluate(maps, groups, moved)
+        if better.length > solution.length - _ENOUGH:
+            break
+        kinds, solution = moved, better
+    kept = solution.posterior[:, :-1].sum(axis=0) >= 0.5
+    if len(kinds) and not kept.all() and number:
+        return _solve(maps, groups, _only(kinds, kept), steps)
+    return solution
+
+
+def _only(kinds: Kinds, kept: np.ndarray) -> Kinds:
+    share = kinds.share[kept]
+    return Kinds(kinds.width[kept], kinds.height[kept], share / max(float(share.sum()), 1e-9))
+
+
+def _evaluate(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds) -> Solution:
+    """Posterior of given kinds, and their description length."""
+    number = len(maps.evidence)
+    fit = maps.evidence[:, kinds.width, kinds.height]
+    share = shares(fit, kinds.share, groups, UNKNOWN)
+    joint = np.concatenate([(1.0 - UNKNOWN) * share * fit, np.full((number, 1), UNKNOWN)], axis=1)
+    total = joint.sum(axis=1)
+    values = len(set(kinds.width.tolist())) + len(set(kinds.height.tolist()))
+    cost = (0.5 * len(kinds) + VALUE_COST * values) * np.log(max(number, 2))
+    return Solution(kinds, joint / total[:, None], float(cost - np.log(total).sum()))
+
+
+def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
+    """Kinds with values moved to the best fit of their elements."""
+    width, height = kinds.width.copy(), kinds.height.copy()
+    logs = np.log(maps.evidence)
+    for value in np.unique(width):
+        which = np.flatnonzero(width == value)
+        score = sum(weight[:, k] @ logs[:, :, height[k]] for k in which)
+        width[which] = int(np.argmax(score))
+    for value in np.unique(height):
+        which = np.flatnonzero(height == value)
+        score = sum(weight[:, k] @ logs[:, width[k], :] for k in which)
+        height[which] = int(np.argmax(score))
+    return Kinds(width, height, kinds.share)
+
+
+def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
+    """Kinds with an additional best one: with new sizes, a known width or height, or both."""
+    kinds = solution.kinds
+    fit = maps.evidence[:, kinds.width, kinds.height] @ kinds.share if len(kinds) else np.zeros(len(maps.evidence))
+    best: dict[str, tuple[float, Kinds]] = {}
+    rows = np.unique(kinds.width)
+    columns = np.unique(kinds.height)
+    for guess in _GUESSES if len(kinds) else (1.0,):
+        mixed = (1.0 - UNKNOWN) * ((1.0 - guess) * fit[:, None, None] + guess * maps.evidence) + UNKNOWN
+        gain = np.log(mixed).sum(axis=0)
+        for name, across, up in (
+            ("new", slice(None), slice(None)),
+            ("width", rows, slice(None)),
+            ("height", slice(None), columns),
+            ("both", rows, columns),
+        ):
+            part = gain[across][:, up]
+            if not part.size:
+                continue
+            place = np.unravel_index(int(part.argmax()), part.shape)
+            w = int(np.arange(gain.shape[0])[across][place[0]])
+            h = int(np.arange(gain.shape[1])[up][place[1]])
+            share = np.append(kinds.share * (1.0 - guess), guess)
+            proposed = Kinds(np.append(kinds.width, w), np.append(kinds.height, h), share)
+            if name not in best or part.max() > best[name][0]:
+                best[name] = float(part.max()), proposed
+    return iter([proposed for _, proposed in best.values()])
+
+
+def _improved(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Solution:
+    """The solution after deleting and merging kinds and reusing values, while that shortens the description."""
+    for _ in range(_ROUNDS):
+        tried = [_solve(maps, groups, each, 4) for each in _changes(solution.kinds)]
+        best = min(tried, key=_length, default=solution)
+        if best.length > solution.length - _ENOUGH:
+            return solution
+        solution = _solve(maps, groups, best.kinds)
+    return solution
+
+
+def _changes(kinds: Kinds) -> Iterator[Kinds]:
+    """All kinds at a distance of one step: one kind deleted, two values merged, or one kind with another value."""
+    number = len(kinds)
+    for k in range(number if number > 1 else 0):
+        yield _only(kinds, np.arange(number) != k)
+    for axis in ("width", "height"):
+        own = getattr(kinds, axis)
+        values = np.unique(own)
+        for first, second in pairwise(values.tolist()):
+            for target in (first, second):
+                yield _with(kinds, axis, np.where((own == first) | (own == second), target, own))
+        for k in range(number):
+            for value in values:
+                if value != own[k] and (own == own[k]).sum() > 1:
+                    changed = own.copy()
+                    changed[k] = value
+                    yield _with(kinds, axis, changed)
+
+
+def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
+    """Kinds with other widths or heights; equal ones are merged."""
+    width, height = (values, kinds.height) if axis == "width" else (kinds.width, values)
+    pairs, inverse = np.unique(np.stack([width, height], axis=1), axis=0, return_inverse=True)
+    share = np.bincount(inverse.reshape(-1), weights=kinds.share, minlength=len(pairs)).astype(np.float64)
+    return Kinds(pairs[:, 0], pairs[:, 1], share)
+
+
+def nearby(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Iterator[Solution]:
+    """Different solutions one step away: one kind fewer, two values merged, another value, or one kind more."""
+    seen = {_key(solution.kinds)}
+    for proposed in (*_changes(solution.kinds), *_additions(maps, solution)):
+        found = _solve(maps, groups, proposed, 4)
+        if _key(found.kinds) not in seen:
+            seen.add(_key(found.kinds))
+            yield found
+
+
+def _key(kinds: Kinds) -> tuple[tuple[int, int], ...]:
+    return tuple(sorted(zip(kinds.width.tolist(), kinds.height.tolist(), strict=True)))

@@ -1,0 +1,91 @@
+"""Opening of a session: the rule file, the session file, and a check that they match."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from grammarlab.errors import UsageError
+from grammarlab.extras import require
+from grammarlab.pages.record.store import SUFFIX, About, Store
+from grammarlab.runs.sample.domains import domain_of
+from grammarlab.runs.sample.shipped import find_rules
+
+NUM_MODELS = 5_000
+"""Default size of the pool of a new session."""
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """Inputs of a session."""
+
+    path: Path
+    about: About
+    store: Store | None
+    """None for a new session, whose file is made after the grammar has been checked."""
+    assets: Path
+    """Folder of the assets named in the rules."""
+
+
+def open_session(
+    grammar: str,
+    path: Path,
+    *,
+    seed: int = 0,
+    size: int = NUM_MODELS,
+    assets: Path | None = None,
+    stored_grammar: bool = False,
+) -> Opening:
+    """Open a session file, or prepare a new one.
+
+    Args:
+        grammar: a rule file or the name of a shipped grammar.
+        path: the session file; created if missing.
+        seed: seed of the models of a new session.
+        size: size of the pool of a new session.
+        assets: folder of meshes and images, if it is not the one beside the rule file.
+        stored_grammar: use the grammar stored in the session, even if the rule file has changed.
+
+    Raises:
+        UsageError: If the session was created with another grammar, or an argument is out of range.
+        LanguageError: If the rule file cannot be read.
+        AssetError: If the file is not a session.
+    """
+    _check(path, seed, size)
+    source = find_rules(grammar, assets)
+    title = re.sub(r"[^\w ().-]", "_", source.name)[:200]
+    found = About(title, source.text().removeprefix("\ufeff"), seed, size, source.suffix)
+    if not path.exists():
+        if stored_grammar:
+            raise UsageError(f"{path}: no such session, so it has no stored grammar; leave --stored-grammar out.")
+        return Opening(path, found, None, source.assets)
+    store = Store.open(path, found)
+    try:
+        domain_of(store.about.suffix)
+    except UsageError as error:
+        store.close()
+        raise UsageError(f"{path}: the session is about models of another kind. {error}") from error
+    if (store.about.hash, store.about.suffix) != (found.hash, found.suffix) and not stored_grammar:
+        known = store.about.hash
+        store.close()
+        raise UsageError(
+            f"{path}: this session is about another grammar than {source.path}: expected the text with SHA-256 "
+            f"{known[:16]}…, found {found.hash[:16]}…. Its scores belong to the models of the grammar that it was "
+            "begun with. To go on with that one, give --stored-grammar (in Python, stored_grammar=True), which reads "
+            "the text that the session keeps; to score models of the new one, begin a session with another file name. "
+            "The old scores stay in the file and can be exported from its page."
+        )
+    return Opening(path, store.about, store, source.assets)
+
+
+def _check(path: Path, seed: int, size: int) -> None:
+    require("jax")
+    if path.suffix.lower() != SUFFIX:
+        raise UsageError(f"{path}: expected the name of a session file that ends in {SUFFIX}.")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; make it first.")
+    if not 0 <= seed < 1 << 64:
+        raise UsageError(f"seed is {seed}; expected 0 <= seed < 2**64.")
+    if not 1 <= size <= 100_000:
+        raise UsageError(f"size is {size}; expected 1 to 100,000 models.")

@@ -1,0 +1,129 @@
+"""State of a matching session: elements, match and corrections."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab.errors import FacadeError, UsageError
+from grammarlab.matching.corrections import Corrections, as_dict, check_corrections, load_corrections, save_corrections
+from grammarlab.matching.elements import Elements
+from grammarlab.matching.match import Match, doubt, drawn_parameters, sentences
+from grammarlab.matching.match_picture import color_of
+from grammarlab.matching.template import Template, points_along
+from grammarlab.runs.facade.match_files import match_elements
+
+PROTOCOL = 1
+MOST_SHOWN = 1_000
+"""Largest number of elements on the page."""
+_POINTS = 120
+"""Largest number of points drawn per element."""
+_GREY = "#888888"
+
+
+class ScanDesk:
+    """State shared by several windows; used on one thread."""
+
+    def __init__(
+        self, title: str, elements: Elements, templates: tuple[Template, ...], target: Path, seed: int = 0
+    ) -> None:
+        """Opens elements; corrections in the target are loaded.
+
+        Raises:
+            FacadeError: If there are too many elements, or corrections of other elements.
+            UsageError: If the target is not JSON.
+        """
+        if len(elements) > MOST_SHOWN:
+            raise FacadeError(
+                f"{title}: {len(elements):,} elements; expected at most {MOST_SHOWN:,} on the page. "
+                "grammarlab facade match supports more."
+            )
+        if target.suffix.lower() != ".json":
+            raise UsageError(f"--output: expected the suffix .json, found {target.name!r}.")
+        self.title, self.elements, self.templates, self.target, self._seed = title, elements, templates, target, seed
+        self.corrections = load_corrections(target) if target.exists() else ()
+        check_corrections(self.corrections, len(elements), templates)
+        self._past: list[Corrections] = []
+        self.match: Match | None = None
+        self.revision = 0
+        self.is_stale = True
+        """Whether the match is from earlier corrections."""
+
+    def say(self, corrections: Corrections) -> None:
+        """Replaces the corrections, and saves them.
+
+        Raises:
+            FacadeError: If corrections have unknown elements, or contradict each other.
+        """
+        check_corrections(corrections, len(self.elements), self.templates)
+        save_corrections(corrections, self.target)
+        self._past.append(self.corrections)
+        self.corrections = corrections
+        self.is_stale = True
+        self.revision += 1
+
+    def undo(self) -> None:
+        """Undoes the last step.
+
+        Raises:
+            UsageError: If there is none.
+        """
+        if not self._past:
+            raise UsageError("There is nothing to undo.")
+        save_corrections(self._past[-1], self.target)
+        self.corrections = self._past.pop()
+        self.is_stale = True
+        self.revision += 1
+
+    def rematch(self) -> None:
+        """Matches again with all corrections."""
+        self.is_stale = False
+        self.match = match_elements(self.elements, self.templates, "default", self._seed, self.corrections)
+        self.revision += 1
+
+    def state(self) -> dict[str, Any]:
+        """The whole state of the page."""
+        low, high = self.elements.low.min(axis=0), self.elements.high.max(axis=0)
+        return {
+            "protocol": PROTOCOL,
+            "revision": self.revision,
+            "title": self.title,
+            "file": str(self.target),
+            "busy": self.is_stale,
+            "undo": bool(self._past),
+            "bounds": [*low.tolist(), *high.tolist()],
+            "templates": sorted({template.base for template in self.templates}),
+            "elements": [self._element(each) for each in range(len(self.elements))],
+            "corrections": [as_dict(each) for each in self.corrections],
+            "words": sentences(self.match) if self.match else [],
+        }
+
+    def _element(self, element: int) -> dict[str, Any]:
+        points = self.elements.of(element)[:, :2]
+        shown = points[np.linspace(0, len(points) - 1, min(len(points), _POINTS)).astype(np.int64)]
+        values: dict[str, Any] = {
+            "box": [*self.elements.low[element].tolist(), *self.elements.high[element].tolist()],
+            "points": shown.round(3).tolist(),
+            "kind": "",
+            "color": _GREY,
+            "lines": [],
+            "sizes": {},
+            "uncertain": "",
+        }
+        match = self.match
+        found = drawn_parameters(match, element) if match else None
+        if match is None:
+            return values
+        values |= {"kind": match.name_of(int(match.kind[element])), "uncertain": doubt(match, element)}
+        if found is None:
+            return values
+        template, parameters = found
+        red, green, blue = color_of(int(match.kind[element]))
+        lines = points_along(template, parameters) + match.corner[element]
+        return values | {
+            "color": f"#{red:02x}{green:02x}{blue:02x}",
+            "lines": lines.reshape(-1, 4).round(3).tolist(),
+            "sizes": dict(zip(template.parameters, parameters.round(3).tolist(), strict=True)),
+        }

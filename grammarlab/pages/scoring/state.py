@@ -1,0 +1,114 @@
+"""State of a session for the page."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.pages.desktop import Message
+from grammarlab.pages.record.model_grids import PAIRS
+from grammarlab.pages.record.session_labels import Scores, compared
+from grammarlab.pages.scoring.desk import SessionDesk
+from grammarlab.pages.scoring.populate import WAYS
+from grammarlab.pages.scoring.rounds import Rounds
+from grammarlab.pages.workers.tasks import Predictions, Singles
+from grammarlab.preference.labels import Kind
+
+PROTOCOL = 1
+_VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))
+"""Messages, each with its order of models."""
+
+
+def state_of(rounds: Rounds) -> Message:
+    """State of the page, without pictures."""
+    desk, updating = rounds.desk, rounds.learning.updating
+    record, knowledge = desk.record, desk.knowledge
+    predicted = knowledge.of(desk.number)
+    layout, said = record.layout, [subject for scores in record.factors.values() for subject in scores]
+    return {
+        "protocol": PROTOCOL,
+        "title": desk.store.about.title,
+        "session": rounds.path.name,
+        "revision": record.revision,
+        "factors": [
+            {"id": record.numbers[name], "name": name, "labels": len(scores)} for name, scores in record.factors.items()
+        ],
+        "active": record.active,
+        "view": record.view,
+        "layout": {"grids": layout.grids, "rows": layout.rows, "columns": layout.columns},
+        "way": record.way,
+        "grids": [{"title": grid.title, "models": list(grid.models)} for grid in record.grids],
+        "models": _models(desk, predicted),
+        "pairs": _pairs(desk) if record.way == PAIRS else None,
+        "scored": len({subject for subject in said if " " not in subject}),
+        "compared": sum(" " in subject for subject in said),
+        "can_undo": bool(record.done),
+        "can_redo": bool(record.undone),
+        "chart": [{"labels": labels, "js": js} for labels, js in record.chart],
+        "relevance": _relevance(predicted),
+        "words": [] if knowledge.learned is None else list(knowledge.learned.words),
+        "gain": None if knowledge.learned is None else knowledge.learned.gain,
+        "turn": knowledge.learned.turn if knowledge.learned and knowledge.learned.turn in record.factors else "",
+        "updating": None if updating is None else updating.as_json(),
+        "fresh": knowledge.judgements == record.judgements,
+        "ways": [{"name": name, "says": says} for name, says in WAYS.items() if name != PAIRS],
+        "message": desk.message,
+        "warnings": list(desk.warnings.values()),
+    }
+
+
+def _models(desk: SessionDesk, predicted: Predictions | None) -> dict[str, Message]:
+    """Knowledge about each shown model."""
+    record = desk.record
+    names = [model for grid in record.grids for model in grid.models]
+    index = desk.knowledge.indices(names, desk.pool)
+    scores, product = record.factors[record.active], desk.knowledge.of(0)
+    columns = zip(
+        names,
+        _numbers(None if predicted is None else predicted.mean, index),
+        _numbers(None if predicted is None else predicted.std, index),
+        _numbers(None if product is None else product.mean, index),
+        strict=True,
+    )
+    return {
+        name: {
+            "score": None if scores.get(name) is None else scores[name].score,
+            "kind": None if scores.get(name) is None else scores[name].kind,
+            "mean": mean,
+            "std": std,
+            "label": desk.pool.label_of(name),
+            "product": of_product,
+        }
+        for name, mean, std, of_product in columns
+    }
+
+
+def _pairs(desk: SessionDesk) -> list[Message]:
+    """The shown pairs, with their labels for the active factor."""
+    scores = desk.record.factors[desk.record.active]
+    return [
+        {"models": list(models), "said": _verdict(models, scores)}
+        for models in zip(*(grid.models for grid in desk.record.grids), strict=True)
+    ]
+
+
+def _verdict(models: tuple[str, str], scores: Scores) -> str | None:
+    """Which of two models is preferred, ``first`` or ``second``, or ``alike``."""
+    for kind, order, word in _VERDICTS:
+        subject, said = compared(models[::order], kind)
+        if scores.get(subject) == said:
+            return word
+    return None
+
+
+def _numbers(values: Singles | None, index: NDArray[np.int64]) -> list[float | None]:
+    """The values of some models, to two digits; none for those that have no place."""
+    if values is None:
+        return [None] * len(index)
+    return [round(float(values[i]), 2) if i >= 0 else None for i in index]
+
+
+def _relevance(predicted: Predictions | None) -> list[Message]:
+    if predicted is None:
+        return []
+    return [{"name": name, "level": level, "share": share} for name, level, share in predicted.relevance]

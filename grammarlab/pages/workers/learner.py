@@ -1,0 +1,224 @@
+"""Learning from the scores of a session, and choice of models, in a worker process."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.learning.answers import Answers, answers_for
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.fitting import fit
+from grammarlab.learning.interview import next_factor
+from grammarlab.learning.questions import ask, ask_pairs
+from grammarlab.learning.round import State, Study, answered, init, step
+from grammarlab.learning.stopping import MORE, expected_gain
+from grammarlab.learning.targets.divergence import jensen_shannon
+from grammarlab.learning.targets.explanation import words_of
+from grammarlab.pages.record.model_grids import PAIRS
+from grammarlab.pages.workers.label_exchange import labels_of
+from grammarlab.pages.workers.tasks import (
+    Choose,
+    Factors,
+    Features,
+    LearnedUpdate,
+    ModelChoice,
+    Predictions,
+    Prepare,
+    Update,
+)
+from grammarlab.pages.workers.worker_pool import Handler, Report
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference
+from grammarlab.preference.factors import ProductPreference
+from grammarlab.preference.queries import Way
+from grammarlab.runs.sample.domains import opened
+
+Floats = NDArray[np.float64]
+
+WARM_UP = 32
+"""Number of models of the warm-up fit: those of two 4x4 grids."""
+MOST_RELEVANCES = 8
+"""Number of most relevant entries."""
+
+
+def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int, wide: bool) -> Handler:
+    """Worker for `Prepare`, `Update` and `Choose` tasks of a session.
+
+    Args:
+        suffix: of the file that describes the models.
+        text: of the same.
+        name: of the same.
+        assets: folder of meshes and images.
+        seed: of the session.
+        size: of its pool, before that is widened.
+        wide: whether it has been widened for rare models.
+    """
+    return _LastUpdate(Study(opened(suffix, text, name, Path(assets)), Pool(seed, size, wide))).do
+
+
+class _LastUpdate:
+    """Result of the last update."""
+
+    def __init__(self, study: Study[Any]) -> None:
+        self._study = study
+        self._state = init(study)
+        self._numbers: Mapping[str, int] = {}
+        """Of the factors at the last update; they stay when a factor is renamed."""
+        # Different from the versions of an earlier process.
+        self._version = secrets.randbits(48)
+        self._before: tuple[Floats, Floats] | None = None
+        """Of the models of the last update: how much each stands for, and how much it was liked."""
+
+    def do(self, request: Prepare | Update | Choose, report: Report) -> Any:
+        if isinstance(request, Prepare):
+            return self._prepare(report)
+        if isinstance(request, Update):
+            return self._update(request, report)
+        return self._choose(request, request.choice)
+
+    def _prepare(self, report: Report) -> Features | None:
+        self._study.tables(report=report)
+        report(f"counting features of {len(self._study.pool):,} models", 0, 1)
+        self._learned(self._state, self._numbers)
+        if not self._state.preferences:
+            self._warm_up()
+        return self._features(0)
+
+    def _warm_up(self) -> None:
+        """Fit a process to artificial scores, so that JAX compiles before the first update."""
+        table = self._study.table(self._state)
+        rows = table.rows[:WARM_UP]
+        fit(rows, MAX_SCORE * (np.arange(len(rows)) % 2), groups=table.groups, method="grouped")
+
+    def _update(self, request: Update, report: Report) -> LearnedUpdate:
+        # A pool that has been widened stays wide; it is widened only where new models are to be shown.
+        begin = replace(init(self._study), wide=self._state.wide or request.wide)
+        state = step(
+            self._study, begin, _answers(request.factors, self._study.space), report, widens=request.choice is not None
+        )
+        report("choosing models", 1, 1)
+        # The state is consistent from here on.
+        self._learned(state, request.numbers)
+        rows, product = self._study.table(state).rows, state.product
+        found = {name: self._predicted(preference, rows) for name, preference in state.preferences.items()}
+        liked = None if product is None else self._predicted(product, rows)
+        chosen = None if request.choice is None else self._choose(request, request.choice)
+        elsewhere = tuple(map(str, state.columns.elsewhere))
+        moved, left_out = self._moved(liked), _left_out(request.factors, state)
+        words, gain = self._words(liked), expected_gain(self._study, state)
+        features = self._features(request.known)
+        return LearnedUpdate(
+            features=features,
+            wide=state.wide,
+            elsewhere=elsewhere,
+            factors=found,
+            product=liked,
+            left_out=left_out,
+            js=moved,
+            chosen=chosen,
+            words=words,
+            gain=gain,
+            turn=self._turn(tuple(request.factors)),
+        )
+
+    def _turn(self, names: tuple[str, ...]) -> str:
+        return names[next_factor(self._study, self._state, names, MORE)] if len(names) > 1 else ""
+
+    def _words(self, product: Predictions | None) -> tuple[str, ...]:
+        """Liked and disliked kinds in words."""
+        if product is None:
+            return ()
+        weights = self._study.tables(self._state.wide).made.weights
+        scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
+        return words_of(self._study.table(self._state), scores, weights).lines
+
+    def _learned(self, state: State, numbers: Mapping[str, int]) -> None:
+        self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)
+        self._state, self._numbers = state, numbers
+
+    def _features(self, known: int) -> Features | None:
+        if self._version == known:
+            return None
+        table = self._study.table(self._state)
+        return Features(self._version, table.rows.astype(np.float32), table.names)
+
+    def _predicted(self, preference: AbstractPreference, rows: Floats) -> Predictions:
+        found = preference.predict(rows)
+        weights = _column_weights(preference)
+        names = self._study.table(self._state).group_names
+        matters = [entry for entry in preference.explain(names)[:MOST_RELEVANCES] if entry.level != "none"]
+        return Predictions(
+            found.mean.astype(np.float32),
+            found.std.astype(np.float32),
+            None if weights is None else weights.astype(np.float32),
+            tuple((entry.name, entry.level, round(entry.share, 4)) for entry in matters),
+        )
+
+    def _moved(self, product: Predictions | None) -> float:
+        """Divergence of the density from that of the previous update; at first, from that of the grammar.
+
+        It is computed on the pool of that time.
+        """
+        weights = self._study.tables(self._state.wide).made.weights
+        liking = np.ones(len(weights)) if product is None else np.maximum(product.mean[: len(weights)], 0.0)
+        known, before = self._before or (weights, np.ones(len(weights)))
+        self._before = weights, liking
+        return jensen_shannon(_density(known, before), _density(known, liking[: len(known)]))
+
+    def _choose(self, request: Update | Choose, choice: ModelChoice) -> tuple[str, ...]:
+        state = _renamed(self._state, self._numbers, request.numbers)
+        state = answered(replace(state, answers={}), _answers(request.factors, self._study.space))
+        if choice.way == PAIRS:
+            pairs = ask_pairs(self._study, state, choice.num // 2, choice.seed, factor=choice.factor)
+            return tuple(str(address) for pair in pairs for address in pair)
+        # One of the ways: the session checks it before it is sent here.
+        way = cast("Way", choice.way)
+        return tuple(map(str, ask(self._study, state, choice.num, choice.seed, factor=choice.factor, way=way)))
+
+
+def _answers(factors: Factors, space: AbstractDesignSpace[Any]) -> tuple[Answers, ...]:
+    # In the form of label files, so that learning from these is the same.
+    labels = labels_of(factors, space.hashes[0])
+    return tuple(answers_for(factor, labels, space.hashes) for factor in labels.factors)
+
+
+def _renamed(state: State, before: Mapping[str, int], now: Mapping[str, int]) -> State:
+    """The state with the current names of its factors; their numbers do not change."""
+    names = {number: name for name, number in now.items()}
+    new = {name: names.get(number, name) for name, number in before.items()}
+    preferences = {new[name]: preference for name, preference in state.preferences.items()}
+    return replace(state, preferences=preferences, liked=tuple(new[name] for name in state.liked))
+
+
+def _density(weights: Floats, liking: Floats) -> Floats:
+    """[m] how often models are made: that of the grammar where nothing is liked."""
+    density = weights * liking
+    return density if density.any() else weights
+
+
+def _left_out(factors: Factors, state: State) -> tuple[str, ...]:
+    """Reasons why factors are not part of the product."""
+    reasons = []
+    for name, scores in factors.items():
+        if name not in state.liked and len(factors) > 1:
+            why = "all its scores are 0" if scores else "it has no scores yet"
+            why = "its comparisons are all ties" if any(said.kind == "tie" for said in scores.values()) else why
+            reasons.append(f"Factor {name} is left out of the product: {why}.")
+    if not state.liked:
+        reasons.append("Nothing is liked yet: score at least one model above 0.")
+    return tuple(reasons)
+
+
+def _column_weights(preference: AbstractPreference) -> Floats | None:
+    """[F] of the kernel, of a product those of its factors together."""
+    if isinstance(preference, ProductPreference):
+        parts = [_column_weights(factor) for factor in preference.factors.values()]
+        known = [part for part in parts if part is not None]
+        return np.sum(known, axis=0) if known else None
+    return preference.column_weights()

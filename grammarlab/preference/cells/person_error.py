@@ -1,0 +1,138 @@
+"""The error of a person, found by evidence from several starts.
+
+Trees found under much noise stay small, trees found under little noise explain the noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.preference.base import Floats, Ints
+from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
+from grammarlab.preference.cells.split_ranking import MANY
+from grammarlab.preference.cells.splits import Splits
+from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, replanted
+from grammarlab.preference.likelihood import Intervals
+
+NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
+"""Candidate standard deviations of the noise."""
+BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
+"""Candidate probabilities of blunders."""
+PRICE_OF_BLUNDERS = 40.0
+"""Log-prior of a probability pi of blunders: minus this times pi."""
+_BEGINNINGS = (15.0, 5.0, 0.5)
+_NOISY = 7.5
+"""Noise of many labels in points, found from other beginnings, from which the smallest beginning is left out: its
+trees explain all noise, are large, and are then unlikely. With few labels, only it finds some tastes, such as parity.
+"""
+_ROUNDS = 3
+_NUM_SKETCHES = 4
+"""Number of trees per round."""
+_GUIDE = (15.0, 0.05)
+"""Noise and blunders of the first guide."""
+COOL = 0.5
+"""Low temperature of draws of splits."""
+_TEMPERATURE = 3.0
+"""Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
+
+
+class Start(NamedTuple):
+    """The best of several starts."""
+
+    cells: ScoreCells
+    """The labels and the error model."""
+    guides: tuple[ScoreCells, ...]
+    """The same labels, with more noise."""
+    tree: Tree
+    """The most likely tree."""
+
+    def refined(self, splits: Splits, rows: Floats) -> Start:
+        """The same with other splits of the same rows [n, F], among them those of the tree."""
+        cells, *guides = (replace(cells, splits=splits) for cells in (self.cells, *self.guides))
+        return Start(cells, tuple(guides), replanted(cells, self.tree, rows, self.tree.labels))
+
+
+def find_error(splits: Splits, scores: Floats, said: Intervals | None, randomness: np.random.Generator) -> Start:
+    """The most likely error model with its most likely tree.
+
+    Args:
+        splits: splits of the labelled rows.
+        scores: [n] 0-100.
+        said: [n] intervals of the labels, if they are not scores.
+        randomness: draws splits.
+    """
+    grid, every = grid_of(scores), np.arange(len(scores))
+    first = ScoreCells(splits=splits, scores=scores, grid=grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
+    guides = guides_of(first)
+    best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
+    seen, many = set[tuple[float, float]](), len(scores) > MANY
+    for noise in _BEGINNINGS:
+        if many and noise == _BEGINNINGS[-1] and best.noise >= _NOISY:
+            break
+        cells, seen = replace(first, noise=noise), seen if many else set[tuple[float, float]]()
+        for _ in range(enough(_ROUNDS, scores)):
+            trees = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
+            tree = max(trees, key=lambda tree: tree.log_posterior)
+            posterior = tree.log_posterior - PRICE_OF_BLUNDERS * cells.blunders
+            if posterior > highest:
+                best, highest, most_likely = cells, posterior, tree
+            found = [
+                (float(share), tuple(tree.cells())) for share, tree in zip(posterior_shares(trees), trees, strict=True)
+            ]
+            erring = _most_likely(cells, found)
+            if erring in seen:
+                break
+            seen.add(erring)
+            cells = replace(cells, noise=erring[0], blunders=erring[1], levels=levels_of(cells, found))
+    return Start(best, guides, most_likely)
+
+
+def _most_likely(cells: ScoreCells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
+    """Noise and blunders with the highest posterior for the two most likely divisions."""
+    top = sorted(found, key=lambda item: -item[0])[:2]
+    every = np.arange(len(cells.scores))
+    members = []
+    for share, parts in top:
+        inside = np.zeros((len(parts), len(every)), dtype=np.float32)
+        for place, cell in enumerate(parts):
+            inside[place, cell] = 1.0
+        members.append((share, inside))
+
+    def posterior(erring: tuple[float, float]) -> float:
+        other = replace(cells, noise=erring[0], blunders=erring[1])
+        evidence = sum(share * float(other.log_evidence(inside, every).sum()) for share, inside in members)
+        return evidence / sum(share for share, _ in members) - PRICE_OF_BLUNDERS * erring[1]
+
+    return max(((noise, blunders) for noise in NOISES for blunders in BLUNDERS), key=posterior)
+
+
+def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
+    """The same labels with more noise, which prefers parts that differ in their mean.
+
+    With the spread of the scores as noise, all parts are worth dividing that are not yet of one value: the first of
+    several splits, after which liked and disliked designs are still mixed, has little evidence with less noise.
+    """
+    spread = float(cells.scores.std())
+    noises = (_GUIDE[0], spread) if spread > _GUIDE[0] else _GUIDE[:1]
+    return tuple(replace(cells, noise=noise, blunders=_GUIDE[1]) for noise in noises)
+
+
+def enough(num: int, scores: Floats) -> int:
+    """Number of trees or rounds for a number of scores."""
+    return num if len(scores) <= MANY else num - num // 3
+
+
+def sketching(guides: Sequence[ScoreCells]) -> list[Growth]:
+    """Options of a few trees, one of them of the best splits."""
+    return [Growth(1e-2)] + [Growth(COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
+
+
+def posterior_shares(trees: Sequence[Tree]) -> Floats:
+    """[trees] the weight of each tree; all sum to 1."""
+    posterior = np.array([tree.log_posterior for tree in trees])
+    shares = np.exp((posterior - posterior.max()) / _TEMPERATURE)
+    return shares / shares.sum()

@@ -1,1 +1,0 @@
-"""Labels, as plain data and as files."""

@@ -1,0 +1,348 @@
+"""Labels of several kinds as observations of rows, for processes, and as intervals of values, for cells.
+
+Expectation propagation: labels of values with a joint normal prior (Minka 2001).
+
+Each label is replaced by a normal site, so that mean and variance of its value are right given all other sites. For a
+single label the result is exact; for comparisons it is that of Chu and Ghahramani (2005) with better means.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import cholesky, solve_triangular
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
+from grammarlab.preference.labels import COMPARISONS, Kind
+from grammarlab.preference.likelihood import Intervals, intervals_of, matched
+from grammarlab.preference.observations import Beside, Observations, checked_labels, observe
+from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
+
+MOST_SWEEPS = 50
+_STEP = 0.7
+"""Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
+_NEAR = 1e-4
+"""Change of a mean, as a share of its deviation, below which sweeps end."""
+_LEAST_PRECISION = 1e-8
+
+
+class Sites(NamedTuple):
+    """Normal observations equivalent to the labels."""
+
+    precisions: Floats
+    """[k] > 0, one over the variance of each."""
+    shifts: Floats
+    """[k] means times precisions."""
+    mean: Floats
+    """[k] posterior means of the values."""
+    covariance: Floats
+    """[k, k] posterior covariance."""
+
+    @property
+    def variances(self) -> Floats:
+        """[k] variances of the normal observations."""
+        return 1.0 / self.precisions
+
+    @property
+    def means(self) -> Floats:
+        """[k] means of the normal observations."""
+        return self.shifts / self.precisions
+
+    def without(self) -> tuple[Floats, Floats]:
+        """Mean [k] and variance [k] of each value, given all other labels."""
+        own = np.maximum(np.diagonal(self.covariance), 1e-9)
+        left = np.maximum(1.0 / own - self.precisions, _LEAST_PRECISION)
+        return (self.mean / own - self.shifts) / left, 1.0 / left
+
+
+def propagate(mean: Floats, covariance: Floats, said: Intervals, noise: float, blunders: float) -> Sites:
+    """Sites for labels of values.
+
+    Args:
+        mean: [k] prior means of the values.
+        covariance: [k, k] prior covariance of the values.
+        said: [k] interval of each label.
+        noise: standard deviation of the noise of a value, > 0.
+        blunders: probability of a blunder.
+    """
+    sites = _sites(mean, covariance, np.full(len(said), _LEAST_PRECISION), np.zeros(len(said)))
+    for _ in range(MOST_SWEEPS):
+        others, left = sites.without()
+        _, means, variances = matched(said, others, left, noise, blunders)
+        new = np.maximum(1.0 / variances - 1.0 / left, _LEAST_PRECISION)
+        shifts = means * (1.0 / left + new) - others / left
+        rested = np.all(np.abs(means - sites.mean) <= _NEAR * np.sqrt(left))
+        sites = _sites(
+            mean,
+            covariance,
+            sites.precisions + _STEP * (new - sites.precisions),
+            sites.shifts + _STEP * (shifts - sites.shifts),
+        )
+        if rested:
+            break
+    return sites
+
+
+def _sites(mean: Floats, covariance: Floats, precisions: Floats, shifts: Floats) -> Sites:
+    """Sites, with mean and covariance of the values given them."""
+    roots = np.sqrt(precisions)
+    inner = roots[:, None] * covariance * roots
+    inner.flat[:: len(mean) + 1] += 1.0
+    factor = cholesky(inner, lower=True, overwrite_a=True, check_finite=False)
+    explained = solve_triangular(factor, roots[:, None] * covariance, lower=True, check_finite=False)
+    spread = covariance - explained.T @ explained
+    return Sites(precisions, shifts, mean + spread @ (shifts - precisions * mean), spread)
+
+
+STAR = 12.5
+"""Half of the step between two stars, in points."""
+TIE = 5.0
+"""Difference in points below which a person who uses ties calls two models equal."""
+NOISE = 3.0
+"""Smallest standard deviation in points of comparisons."""
+BLUNDERS = 0.05
+_MIDDLES = np.arange(5.0, 96.0, 2.5)
+_OF_MIDDLE = 20.0
+"""Standard deviation of the middle of people, around 50."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judgements:
+    """Labels of several kinds: first the scores, then the others."""
+
+    rows: Floats
+    """[N, F] the different rows of the labels."""
+    scores: Floats
+    """[p + k] scores."""
+    kinds: tuple[Kind, ...]
+    """[p + k] kinds: p of ``score`` and then k others."""
+    first: Ints
+    """[p + k] index of the row of each."""
+    second: Ints
+    """[p + k] index of the row that a comparison is with; -1 for other kinds."""
+
+    @property
+    def num_scores(self) -> int:
+        """Number of scores."""
+        return self.kinds.count("score")
+
+    @property
+    def plain(self) -> slice:
+        """The scores."""
+        return slice(0, self.num_scores)
+
+    @property
+    def rest(self) -> slice:
+        """All other labels."""
+        return slice(self.num_scores, None)
+
+    @property
+    def mixing(self) -> Floats:
+        """[k, N] linear map from values of rows to labels other than scores: differences for comparisons."""
+        first, second = self.first[self.rest], self.second[self.rest]
+        mixing = np.zeros((len(first), len(self.rows)))
+        mixing[np.arange(len(first)), first] = 1.0
+        compared = np.flatnonzero(second >= 0)
+        mixing[compared, second[compared]] = -1.0
+        return mixing
+
+    def take(self, some: Ints) -> Judgements:
+        """Selected labels, ascending."""
+        kinds = tuple(self.kinds[index] for index in some.tolist())
+        return Judgements(self.rows, self.scores[some], kinds, self.first[some], self.second[some])
+
+    def intervals(self, middle: float) -> Intervals:
+        """[k] intervals of labels other than scores, of values or of differences of two.
+
+        Args:
+            middle: values above it get a thumb up.
+        """
+        kinds, scores = np.array(self.kinds[self.rest], dtype=object), self.scores[self.rest]
+        low, high = np.full(len(kinds), -np.inf), np.full(len(kinds), np.inf)
+        stars = intervals_of(scores, STAR)
+        of_stars, up, rather = kinds == "stars", scores > MAX_SCORE / 2.0, kinds == "rather"
+        low, high = np.where(of_stars, stars.low, low), np.where(of_stars, stars.high, high)
+        thumb = kinds == "thumb"
+        low, high = np.where(thumb & up, middle, low), np.where(thumb & ~up, middle, high)
+        tied = kinds == "tie"
+        alike = TIE if tied.any() else 0.0
+        low = np.where(rather, alike, np.where(tied, -alike, low))
+        high = np.where(tied, alike, high)
+        by_chance = np.where(rather | tied, MAX_SCORE / (3.0 if tied.any() else 2.0), MAX_SCORE / 2.0)
+        looks = np.where(rather | tied, 2.0, 1.0)
+        return Intervals(low, high, np.where(of_stars, stars.length, by_chance), looks, np.zeros(len(kinds)))
+
+    def scored(self) -> Observations | None:
+        """The scores; None if there are none."""
+        some = self.first[self.plain]
+        return observe(self.rows[some], self.scores[self.plain]) if len(some) else None
+
+
+def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: Rows) -> Judgements:
+    """Labels of several kinds, checked.
+
+    Args:
+        rows: [n, F] of the models.
+        scores: [n] 0-100.
+        kinds: [n] kinds of the labels.
+        others: [n, F] rows of the other models of comparisons; arbitrary for other kinds.
+
+    Raises:
+        UsageError: If the numbers do not agree, or a value is not finite or out of range.
+    """
+    table, values = checked_labels(rows, scores)
+    beside = dense_rows(others, "others")
+    if beside.shape != table.shape or len(kinds) != len(table):
+        raise UsageError(
+            f"kinds, others: expected one kind and one row of {table.shape[1]} columns for each of {len(table)} "
+            f"labels, found {len(kinds)} kinds and a table of {list(beside.shape)}."
+        )
+    compared = np.array([kind in COMPARISONS for kind in kinds])
+    different, place = np.unique(np.concatenate([table, beside[compared]]), axis=0, return_inverse=True)
+    second = np.full(len(table), -1)
+    second[compared] = place.reshape(-1)[len(table) :]
+    first = place.reshape(-1)[: len(table)]
+    # Scores first; the rest in an order independent of the order of the labels, since sums depend on it.
+    number = np.unique(np.array(kinds), return_inverse=True)[1].reshape(-1)
+    said_otherwise = np.array([kind != "score" for kind in kinds])
+    order = np.lexsort((values, number, second, first, said_otherwise))
+    return Judgements(
+        different, values[order], tuple(kinds[index] for index in order.tolist()), first[order], second[order]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Understood:
+    """Observations from labels of several kinds, under one kernel."""
+
+    observations: Observations
+    """For processes: scores, and sites instead of all other labels."""
+    seen: Observations
+    """For a search for kernels: scores, and estimated observations instead of all other labels. They do not contain the
+    prior of the kernel, so that another kernel does not need it."""
+    of: Ints
+    """[n, 2] indices of the rows of each observation."""
+    bounds: Intervals
+    """[p + k] interval of each label, of a value or of a difference."""
+    rows: Floats
+    """[c, F] for cells: each row of a label; comparisons have two."""
+    scores: Floats
+    """[c] approximate value of each."""
+    said: Intervals
+    """[c] interval of each label for one value; for comparisons, given all other labels of the other value."""
+    label: Ints
+    """[c] index of the label of each."""
+
+
+def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle: float) -> Understood:
+    """Observations from labels under a kernel."""
+    mean, covariance = _beforehand(judgements, hyperparameters)
+    mixing, said = judgements.mixing, judgements.intervals(middle)
+    noise = max(float(np.sqrt(hyperparameters.noise)), NOISE)
+    spread = covariance @ mixing.T
+    sites = propagate(mixing @ mean, mixing @ spread, said, noise, BLUNDERS)
+    # Posterior of the rows, given all sites.
+    inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
+    mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
+    observations, of = _observations(judgements, sites.means, sites.variances)
+    others, left = sites.without()
+    looks = said.deviation(noise) ** 2
+    # An observation is the value plus its noise, between the bounds.
+    _, means, variances = matched(said, others, left + looks, 0.0, 0.0)
+    seen, _ = _observations(judgements, means, np.maximum(variances, looks))
+    bounds = intervals_of(judgements.scores[judgements.plain]) + said
+    rows, scores, alone, label = _for_cells(judgements, said, sites, mean, covariance)
+    return Understood(
+        observations=observations, seen=seen, of=of, bounds=bounds, rows=rows, scores=scores, said=alone, label=label
+    )
+
+
+def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float:
+    """Value at which a person's thumbs turn, from the scores of the models; 50 without scores."""
+    thumbs = np.array([kind == "thumb" for kind in judgements.kinds])
+    if not thumbs.any() or not judgements.num_scores:
+        return MAX_SCORE / 2.0
+    mean, covariance = _beforehand(judgements, hyperparameters)
+    place = judgements.first[thumbs]
+    some = judgements.take(np.flatnonzero(thumbs))
+    noise = max(float(np.sqrt(hyperparameters.noise)), NOISE)
+    values, variances = mean[place], np.maximum(np.diagonal(covariance)[place], 1e-9)
+    plausible = [
+        float(matched(some.intervals(middle), values, variances, noise, BLUNDERS)[0].sum())
+        - 0.5 * ((middle - MAX_SCORE / 2.0) / _OF_MIDDLE) ** 2
+        for middle in _MIDDLES.tolist()
+    ]
+    return float(_MIDDLES[int(np.argmax(plausible))])
+
+
+def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tuple[Floats, Floats]:
+    """Mean [N] and covariance [N, N] of the values of all rows, given the scores."""
+    rows, scored = judgements.rows, judgements.scored()
+    scaled = rows * np.sqrt(hyperparameters.weights)
+    covariance = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, scaled))
+    if scored is None:
+        return np.zeros(len(rows)), covariance
+    posterior = condition(hyperparameters, scored)
+    across = posterior.covariance_with_observed(rows)
+    explained = np.linalg.solve(posterior.factor, across.T)
+    return across @ posterior.solution, covariance - explained.T @ explained
+
+
+def _observations(judgements: Judgements, means: Floats, variances: Floats) -> tuple[Observations, Ints]:
+    """Scores, and normal observations [k] instead of all other labels; and [n, 2] the rows of each."""
+    rows, scored, rest = judgements.rows, judgements.scored(), judgements.rest
+    # In the order of `observe`: that of their first occurrence.
+    plain = judgements.first[judgements.plain]
+    place = plain[np.sort(np.unique(plain, return_index=True)[1])]
+    scores, counts, spread = (
+        (np.zeros(0), np.zeros(0), 0.0) if scored is None else (scored.means, scored.counts, scored.spread)
+    )
+    first, second = judgements.first[rest], judgements.second[rest]
+    of = np.column_stack([np.append(place, first), np.append(place, np.where(second < 0, first, second))])
+    nothing = np.zeros(len(place))
+    beside = Beside(rows[of[:, 1]], np.append(nothing, (second >= 0).astype(np.float64)), np.append(nothing, variances))
+    counts, means = np.append(counts, np.ones(len(first))), np.append(scores, means)
+    return Observations(rows[of[:, 0]], means, counts, spread, beside), of
+
+
+def _for_cells(
+    judgements: Judgements, said: Intervals, sites: Sites, mean: Floats, covariance: Floats
+) -> tuple[Floats, Floats, Intervals, Ints]:
+    plain = judgements.plain
+    rest = np.arange(judgements.num_scores, len(judgements.scores))
+    compared = judgements.second[rest] >= 0
+    alone, pairs = np.flatnonzero(~compared), np.flatnonzero(compared)
+    a, b = judgements.first[rest[pairs]], judgements.second[rest[pairs]]
+    bounds = said.take(pairs)
+    to_first = _shifted(bounds, *_without(mean, covariance, a, b, sites, pairs, of_first=False), sign=1.0)
+    to_second = _shifted(bounds, *_without(mean, covariance, a, b, sites, pairs, of_first=True), sign=-1.0)
+    place = np.concatenate([judgements.first[plain], judgements.first[rest[alone]], a, b])
+    known = np.concatenate([judgements.scores[plain], judgements.scores[rest[alone]]])
+    scores = np.concatenate([known, np.clip(mean[a], 0.0, MAX_SCORE), np.clip(mean[b], 0.0, MAX_SCORE)])
+    all_said = intervals_of(judgements.scores[plain]) + said.take(alone) + to_first + to_second
+    label = np.concatenate([np.arange(judgements.num_scores), rest[alone], rest[pairs], rest[pairs]])
+    return judgements.rows[place], scores, all_said, label
+
+
+def _without(
+    mean: Floats, covariance: Floats, a: Ints, b: Ints, sites: Sites, pairs: Ints, *, of_first: bool
+) -> tuple[Floats, Floats]:
+    """Mean and variance of one side of each comparison, given all other labels."""
+    side = a if of_first else b
+    across = covariance[side, a] - covariance[side, b]
+    between = covariance[a, a] - 2.0 * covariance[a, b] + covariance[b, b]
+    precision, shift = sites.precisions[pairs], sites.shifts[pairs]
+    left = np.maximum(1.0 - precision * between, 1e-6)
+    means = mean[side] + across * (precision * (mean[a] - mean[b]) - shift) / left
+    return means, np.maximum(covariance[side, side] + across**2 * precision / left, 0.0)
+
+
+def _shifted(bounds: Intervals, means: Floats, variances: Floats, *, sign: float) -> Intervals:
+    """Bounds of one side from bounds of a difference and the distribution of the other side."""
+    low, high = (bounds.low, bounds.high) if sign > 0.0 else (-bounds.high, -bounds.low)
+    return Intervals(low + means, high + means, bounds.length, bounds.looks, variances)

@@ -1,0 +1,412 @@
+"""Query strategies: the five of section 4.4 of the paper, and the mix that learns fastest.
+
+Every strategy is a pure function of a situation, a number of models and a seed. All except `already_ranked` choose
+among the models of the pool without a score.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.errors import UsageError
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints
+from grammarlab.preference.blended import FEWEST, BlendedPreference
+from grammarlab.preference.liked import (
+    EXACT,
+    FEW_LIKED,
+    LEAST_NOISE,
+    liked,
+    liked_are_rare,
+    most_alike,
+    most_missed,
+    noise_of,
+    surely_liked,
+)
+from grammarlab.preference.processes.disagreement import (
+    cautious_weights,
+    doubtful_weights,
+    given,
+    joint,
+    most_doubtful,
+    most_telling,
+    unexplained,
+)
+from grammarlab.preference.processes.grouped import GroupedPreference
+from grammarlab.preference.processes.posterior import squared_distances
+
+Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
+
+LIKED_SHARE = 0.5
+"""Share of a default batch that checks models that seem liked."""
+NOISE = 1e-2
+"""Variance of a score in `default`, as a share of the squared highest score."""
+LEAST_OF_PROCESS = 0.25, 0.5
+"""Share of a default batch that a process chooses, for persons with and without errors, since cells may be
+overconfident."""
+LEAST_LIKED = 20.0
+"""Smallest assumed highest value, in points."""
+LIKED_PART = 0.25
+"""Share of the highest value from which a model seems liked to cells."""
+SCARCE = 1 / 64
+"""Share of models of the grammar that seem liked, below which half of the questions are about models that do."""
+SMALL_PART = 0.1
+"""Share of the highest value below which an expected value is too small as a divisor."""
+NOVELTY = 0.1
+"""Variance of new effects unknown to cells, as a share of the squared highest value."""
+_CANDIDATES = (800, 200)
+"""Largest number of candidates of `default`, from the grammar and from elsewhere."""
+
+_PER_CHANCE = 8
+"""Number of questions by cells of which one, rounded to the nearest number, is about a model at random."""
+_PER_MISSED = 8
+"""Number of questions of which one, rounded to the nearest number, is about a model similar to an unexplained one."""
+_TOGETHER = 256
+"""Number of known models per block of distances."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """State of knowledge when models are chosen.
+
+    >>> import numpy as np
+    >>> import grammarlab as gl
+    >>> nothing = np.empty(0)
+    >>> start = gl.Situation(np.eye(4), np.ones(4, bool), nothing.astype(int), nothing, preference=None)
+    >>> len(gl.propose("default", start, 2, seed=1))
+    2
+    """
+
+    pool: Floats
+    """[m, F] rows of all models of the pool."""
+    from_grammar: NDArray[np.bool_]
+    """[m] whether a model is a sample of the grammar itself; the others come from a flattened one."""
+    asked: Ints
+    """[n] pool indices of the models that have a score, in order."""
+    scores: Floats
+    """[n] their scores, 0 to 100."""
+    preference: AbstractPreference | None
+    """Current preference; None before the first label."""
+    weights: Floats | None = None
+    """[m] >= 0, the grammar's density divided by that of the pool, for each model; None to use only samples of the
+    grammar."""
+
+    @property
+    def liked(self) -> NDArray[np.bool_]:
+        """[n] whether scored models seem liked."""
+        return liked(self.scores, noise_of(self.preference))
+
+    def stands_for(self, models: Ints) -> Floats:
+        """Weights of models of the pool: equal for samples of the grammar, for others by their novelty.
+
+        Novelty is their density weight, times the probability that no similar model was drawn from the grammar.
+        """
+        share = float(self.from_grammar.mean())
+        weights = np.zeros(len(self.pool)) if self.weights is None else self.weights
+        return np.where(self.from_grammar, 1.0, weights * np.maximum(1.0 - share * weights, 0.0))[models]
+
+
+def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
+    """Models to show next.
+
+    Args:
+        way: ``uniform`` (as far apart and from known models as possible), ``grammar`` (as the grammar makes them),
+            ``density`` (one half liked, one half not), ``uncertainty``, ``already ranked`` (to check for mistakes), or
+            ``default``.
+        situation: the pool and the state.
+        num: number of models, >= 0; fewer if there are no more.
+        seed: the same seed gives the same models.
+
+    Returns:
+        [num] different indices into the pool.
+
+    Raises:
+        UsageError: If the strategy is unknown.
+
+    >>> import numpy as np
+    >>> import grammarlab as gl
+    >>> known = gl.Situation(np.eye(4), np.ones(4, bool), np.array([0]), np.array([70.0]), preference=None)
+    >>> sorted(gl.propose("uniform", known, 3, seed=1).tolist())
+    [1, 2, 3]
+    """
+    if way not in WAYS:
+        raise UsageError(f"unknown query strategy {way!r}; expected one of {', '.join(WAYS)}.")
+    known = len(situation.asked) if way == "already ranked" else len(situation.pool) - len(np.unique(situation.asked))
+    return WAYS[way](situation, min(num, known), np.random.default_rng(seed))
+
+
+def _default(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """One part checks models that seem liked for mistakes, the other lowers the total uncertainty most.
+
+    One of about eight questions by cells is about a model of the grammar at random: cells are sure of what they have
+    never seen, such as a second liked style among many disliked designs.
+
+    While nothing is liked, the first part uses models from elsewhere, since liked models may be too rare in samples of
+    the grammar. If liked models have been rare, all questions are of this kind. While few models are liked, half of the
+    questions are about models similar to these, or all questions if liked models have been rare and cells do not take
+    the scores of all of them for blunders. Later, one of eight questions is about a model similar to those with
+    scores above what cells expect, if there are any; with one of four, B1 was .053 and .066 instead of .033 and .039
+    after 128 scores with noise of 10 points, as cells of many scores of a rare kind are too large at first.
+
+    Doubtful scores are not requested again. Repeating them whenever cells expected more gain from it than from the last
+    new model did not help: the divergence after 64 scores was 0.080 instead of 0.076, the mean of three persons with
+    noise of 10 points on S1 and three with 5 % blunders on B1.
+    """
+    preference = situation.preference
+    if preference is None:
+        return _grammar(situation, num, randomness)
+    if not isinstance(preference, BlendedPreference):
+        return _mixed(preference, situation, num, randomness)
+    pool, asked, scores = situation.pool, situation.asked, situation.scores
+    rare, alike = liked_are_rare(scores, preference.noise, preference.blunders), np.zeros(0, dtype=np.int64)
+    sure = surely_liked(preference, pool[asked], scores)
+    if len(scores) >= FEWEST and situation.liked.any() and np.count_nonzero(sure) < FEW_LIKED:
+        most = num if rare and sure.any() else num // 2
+        alike = most_alike(pool, asked, scores, most, _unasked(situation), randomness)
+        if not sure.any():
+            # Probably all of them are blunders, and what is liked has still to be found.
+            situation = replace(situation, scores=np.where(situation.liked, 0.0, scores))
+    elif len(scores) >= FEWEST:
+        alike = most_missed(preference, pool, asked, scores, _one_in(_PER_MISSED, num), _unasked(situation), randomness)
+    return np.append(alike, _informative(preference, situation, num - len(alike), alike, rare, randomness))
+
+
+def _informative(
+    preference: BlendedPreference,
+    situation: Situation,
+    num: int,
+    but: Ints,
+    rare: bool,
+    randomness: np.random.Generator,
+) -> Ints:
+    """Models that tell most, according to cells and to a process.
+
+    Args:
+        preference: the preference.
+        situation: the pool and the state.
+        num: number of models.
+        but: models that are left out.
+        rare: whether liked models have been rare.
+        randomness: generator.
+    """
+    if num <= 0:
+        return but[:0]
+    scarce = _are_scarce(preference, situation)
+    by_liking = scarce or (rare and bool(situation.liked.any()))
+    candidates = _candidates(situation, num, but, by_liking, randomness)
+    least = LEAST_OF_PROCESS[preference.partition.noise <= EXACT]
+    if rare or not situation.liked.any():
+        least = 1.0
+    apart = _among_liked(preference, situation, candidates, num // 2 if scarce else 0)
+    by_process = min(round(max(preference.share, least) * (num - len(apart))), len(candidates) - len(apart))
+    first = np.append(apart, _of_process(preference.process, situation, candidates, apart, by_process, rare))
+    left = min(num, len(candidates)) - len(first)
+    by_chance = 0 if rare else _one_in(_PER_CHANCE, left)
+    second = _of_cells(preference, situation, candidates, first, left - by_chance)
+    open_ = np.ones(len(candidates), dtype=bool)
+    open_[np.concatenate((first, second))] = False
+    third = _drawn(open_, situation.from_grammar[candidates].astype(np.float64), by_chance, randomness)
+    return candidates[np.concatenate((first, second, third))]
+
+
+def _one_in(per: int, num: int) -> int:
+    return (num + per // 2) // per
+
+
+def _are_scarce(preference: BlendedPreference, situation: Situation) -> bool:
+    """Whether hardly any model of the grammar seems liked, although some scores are high."""
+    meant = preference.predict(situation.pool).mean
+    highest = float(meant.max(initial=0.0))
+    if not situation.liked.any() or highest < LEAST_LIKED:
+        return False
+    return float(np.mean(meant[situation.from_grammar] > LIKED_PART * highest)) < SCARCE
+
+
+def _among_liked(preference: BlendedPreference, situation: Situation, candidates: Ints, num: int) -> Ints:
+    """Candidates that seem liked, each weighted by its value: the grammar makes hardly any of them."""
+    if num <= 0:
+        return np.zeros(0, dtype=np.int64)
+    rows, known = situation.pool[candidates], situation.pool[situation.asked]
+    meant = preference.predict(rows).mean
+    highest = float(meant.max(initial=0.0))
+    seem = meant > LIKED_PART * highest
+    noise = max(preference.partition.noise, LEAST_NOISE) ** 2
+    good = known[preference.partition.predict(known).mean > LIKED_PART * highest]
+    weights = cautious_weights(preference.process, rows)
+    weights = weights + doubtful_weights(preference.process, good if len(good) else known)
+    covariance = preference.partition.joint(rows)[1] + unexplained(known, rows, weights, NOVELTY * highest**2, noise)
+    return most_doubtful(covariance, min(num, int(seem.sum())), noise, meant * seem, seem)
+
+
+def _of_process(
+    preference: GroupedPreference, situation: Situation, candidates: Ints, chosen: Ints, num: int, rare: bool
+) -> Ints:
+    """Candidates that a process is uncertain about: some seem liked, and some lower the total variance most."""
+    rows, typical = situation.pool[candidates], situation.stands_for(candidates)
+    noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
+    open_[chosen] = False
+    known = situation.pool[situation.asked]
+    good = known[situation.liked]
+    mean, covariance = joint(preference, rows, doubtful_weights(preference, good if len(good) else known))
+    elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
+    stakes = np.maximum(mean, 0.0) * typical if len(good) else elsewhere
+    share = 1.0 if rare and not len(good) else LIKED_SHARE
+    first = most_doubtful(given(covariance, chosen, noise), round(share * num), noise, stakes, open_)
+    open_[first] = False
+    _, covariance = joint(preference, rows, cautious_weights(preference, rows))
+    before = np.append(chosen, first)
+    second = most_telling(given(covariance, before, noise), num - len(first), noise, typical, open_)
+    return np.concatenate((first, second))
+
+
+def _of_cells(preference: BlendedPreference, situation: Situation, candidates: Ints, chosen: Ints, num: int) -> Ints:
+    """Candidates that cells are uncertain about, or that have new properties; each variance is divided by its mean.
+
+    A small divergence between densities is a sum of squared errors divided by expected values.
+    """
+    if num <= 0:
+        return np.zeros(0, dtype=np.int64)
+    cells, process = preference.partition, preference.process
+    rows, known = situation.pool[candidates], situation.pool[situation.asked]
+    meant = cells.predict(known).mean
+    highest = max(float(meant.max(initial=0.0)), LEAST_LIKED)
+    good = known[meant > LIKED_PART * highest]
+    noise = max(cells.noise, LEAST_NOISE) ** 2
+    mean, covariance = cells.joint(rows)
+    stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
+    open_ = np.ones(len(candidates), dtype=bool)
+    open_[chosen] = False
+    cautious = cautious_weights(process, rows)
+    doubtful = cautious + doubtful_weights(process, good if len(good) else known)
+    amplitude = NOVELTY * highest**2
+    unlike = [unexplained(known, rows, weights, amplitude, noise) for weights in (doubtful, cautious)]
+    first = most_doubtful(given(covariance + unlike[0], chosen, noise), num // 2, noise, stakes, open_)
+    open_[first] = False
+    before = np.concatenate((chosen, first))
+    second = most_telling(given(covariance + unlike[1], before, noise), num - len(first), noise, stakes, open_)
+    return np.concatenate((first, second))
+
+
+def _candidates(situation: Situation, num: int, but: Ints, by_liking: bool, randomness: np.random.Generator) -> Ints:
+    """Candidate models without a score: from the grammar and from elsewhere.
+
+    Args:
+        situation: the pool and the state.
+        num: number of models that are needed at least.
+        but: models that are left out.
+        by_liking: whether those from elsewhere are the models with the highest predictions, not models at random.
+        randomness: generator.
+    """
+    open_ = _unasked(situation)
+    open_[but] = False
+    pools = [
+        randomness.permutation(np.flatnonzero(open_ & kind))
+        for kind in (situation.from_grammar, ~situation.from_grammar)
+    ]
+    if by_liking and situation.preference is not None:
+        liking = situation.preference.predict(situation.pool[pools[1]]).mean
+        pools[1] = pools[1][np.argsort(-liking, kind="stable")]
+    chosen = [pool[:most] for pool, most in zip(pools, _CANDIDATES, strict=True)]
+    missing = num - sum(len(part) for part in chosen)
+    if missing > 0:
+        chosen += [pool[most:] for pool, most in zip(pools, _CANDIDATES, strict=True)]
+    return np.concatenate(chosen)
+
+
+def _mixed(preference: AbstractPreference, situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Strategy for preferences without covariances: one half by the current density, one half by uncertainty."""
+    prediction, open_ = preference.predict(situation.pool), _unasked(situation)
+    first = _drawn(open_, prediction.mean * situation.from_grammar, num // 2, randomness)
+    open_[first] = False
+    return np.concatenate((first, _drawn(open_, prediction.std, num - len(first), randomness)))
+
+
+def _grammar(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    return _drawn(_unasked(situation), situation.from_grammar.astype(np.float64), num, randomness)
+
+
+def _density(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """One half in proportion to the predicted score, one half to 100 minus this score, among samples of the grammar."""
+    preference = situation.preference
+    if preference is None:
+        return _grammar(situation, num, randomness)
+    liking = np.clip(preference.predict(situation.pool).mean, 0.0, MAX_SCORE) / MAX_SCORE
+    open_ = _unasked(situation)
+    first = _drawn(open_, liking * situation.from_grammar, (num + 1) // 2, randomness)
+    open_[first] = False
+    second = _drawn(open_, (1.0 - liking) * situation.from_grammar, num - len(first), randomness)
+    return np.concatenate((first, second))
+
+
+def _uncertainty(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """In proportion to the standard deviation of the prediction, among samples of the grammar."""
+    preference = situation.preference
+    if preference is None:
+        return _grammar(situation, num, randomness)
+    deviation = preference.predict(situation.pool).std
+    return _drawn(_unasked(situation), deviation * situation.from_grammar, num, randomness)
+
+
+def _already_ranked(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Scored models, ordered by the difference of their score from its prediction by the others, largest first."""
+    asked, first = np.unique(situation.asked[::-1], return_index=True)
+    scores = situation.scores[::-1][first]
+    order = randomness.permutation(len(asked))
+    if situation.preference is not None:
+        surprise = np.abs(situation.preference.predict(situation.pool[asked]).mean - scores)
+        order = order[np.argsort(-surprise[order], kind="stable")]
+    return asked[order[:num]]
+
+
+def _uniform(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Farthest points under the learned weights: each next model is the farthest from all known or chosen models."""
+    preference, rows = situation.preference, situation.pool
+    spread = np.ptp(rows, axis=0)
+    weights = np.divide(1.0, spread**2, out=np.zeros(rows.shape[1]), where=spread > 0.0)
+    learned = None if preference is None else preference.column_weights()
+    weights = weights if learned is None or not learned.any() else learned
+    scaled = rows[:, weights > 0.0] * np.sqrt(weights[weights > 0.0])
+    chosen = np.empty(num, dtype=np.int64)
+    nearest = np.full(len(rows), np.inf)
+    for start in range(0, len(situation.asked), _TOGETHER):
+        some = situation.asked[start : start + _TOGETHER]
+        nearest = np.minimum(nearest, squared_distances(scaled, scaled[some]).min(axis=1))
+    # Equal distances are common among counts; the seed decides between them.
+    order = randomness.permutation(len(rows))
+    open_ = _unasked(situation)
+    for place in range(num):
+        distance = np.where(open_, nearest, -1.0)[order]
+        best = chosen[place] = order[np.argmax(distance)]
+        open_[best] = False
+        nearest = np.minimum(nearest, squared_distances(scaled, scaled[[best]])[:, 0])
+    return chosen
+
+
+def _unasked(situation: Situation) -> NDArray[np.bool_]:
+    open_ = np.ones(len(situation.pool), dtype=bool)
+    open_[situation.asked] = False
+    return open_
+
+
+def _drawn(open_: NDArray[np.bool_], weights: Floats, num: int, randomness: np.random.Generator) -> Ints:
+    """Different open models, drawn one after the other in proportion to their weights; those of weight 0 come last."""
+    # The largest values of log weight + Gumbel noise are such a draw.
+    with np.errstate(divide="ignore"):
+        keys = np.log(np.maximum(weights, 0.0)) + randomness.gumbel(size=len(weights))
+    keys = np.where(np.isfinite(keys), keys, -1e300 + randomness.random(len(weights)))
+    candidates = np.flatnonzero(open_)
+    return candidates[np.argsort(-keys[candidates], kind="stable")[:num]]
+
+
+WAYS: dict[Way, Callable[[Situation, int, np.random.Generator], Ints]] = {
+    "default": _default,
+    "uniform": _uniform,
+    "grammar": _grammar,
+    "density": _density,
+    "uncertainty": _uncertainty,
+    "already ranked": _already_ranked,
+}

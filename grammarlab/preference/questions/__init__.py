@@ -1,1 +1,0 @@
-"""Questions to ask next, and the expected answers."""

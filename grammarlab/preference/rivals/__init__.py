@@ -1,1 +1,0 @@
-"""Other methods with the same interface, for comparison."""

@@ -1,1 +1,0 @@
-"""Simple approximations of a preference."""

@@ -1,1 +1,0 @@
-"""Rendering engines: ray casting and OpenGL."""

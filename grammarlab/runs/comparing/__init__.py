@@ -1,1 +1,0 @@
-"""Comparison of grammars, and traces of the derivation of a model."""

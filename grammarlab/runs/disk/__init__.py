@@ -1,1 +1,0 @@
-"""Finished results and derivations on disk."""

@@ -1,1 +1,0 @@
-"""Finished curves and measurements on disk."""

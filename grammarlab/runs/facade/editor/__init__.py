@@ -1,1 +1,0 @@
-"""The page for editing a facade: document, commands, and server."""

@@ -1,1 +1,0 @@
-"""The page for a design of layers: dragging its canvas, switching its parts and editing its text."""

@@ -1,1 +1,0 @@
-"""The page for the elements of a scan: their match, and corrections."""

@@ -1,1 +1,0 @@
-"""New buildings from examples, as files."""

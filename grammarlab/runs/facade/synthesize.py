@@ -1,0 +1,292 @@
+"""New buildings from examples: read, analysed, labelled anew, built, stitched, measured and written.
+
+The map from parts of a new wall to examples, from a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from grammarlab.errors import FacadeError, UsageError
+from grammarlab.facade.file import save_facade
+from grammarlab.facade.grammar.family import Range
+from grammarlab.facade.values import UNITS, a_list, parse_json, read_bounded
+from grammarlab.files import check_overwrites, write_bytes, write_text
+from grammarlab.runs.facade.built import Box, Built, Stopwatch, build
+from grammarlab.runs.facade.gallery import sheet
+from grammarlab.runs.work.run_folder import only_run_in, replace_written
+from grammarlab.synthesis.analysis.correction import corrected, dumps
+from grammarlab.synthesis.analysis.example import MOST_LINES, Example, analyse
+from grammarlab.synthesis.assembly import facade_of, facade_of_tiling
+from grammarlab.synthesis.building_family import building_family
+from grammarlab.synthesis.building_grammar import Written, building_rules, parts_of
+from grammarlab.synthesis.example_pictures import building_picture, label_picture
+from grammarlab.synthesis.label_grid import Labels, Wishes
+from grammarlab.synthesis.label_synthesis import NO_WISHES, Method, synthesize
+from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb
+from grammarlab.synthesis.mesh.surface import edge_numbers
+from grammarlab.synthesis.units import UnitStock, stock_of
+
+
+def read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:
+    """[rows, columns] index of the example of each cell, from 0.
+
+    The file is a JSON array of rows, the lowest first, each an array of numbers from 1. It is stretched over the wall
+    if it has other numbers of rows and columns.
+
+    Raises:
+        FacadeError: If it is not such a map.
+    """
+    try:
+        found = [a_list(row, "row", MOST_LINES) for row in a_list(parse_json(read_bounded(path)), "map", MOST_LINES)]
+    except FacadeError as error:
+        raise FacadeError(f"{path.name}: {error}") from error
+    if not found or not found[0] or len({len(row) for row in found}) > 1:
+        raise FacadeError(f"{path.name}: expected rows of one length, such as [[1, 1, 2], [1, 1, 2]].")
+    for row in found:
+        for each in row:
+            if isinstance(each, bool) or not isinstance(each, int) or not 1 <= each <= examples:
+                raise FacadeError(f"{path.name}: expected examples 1 to {examples}, found {each!r:.40}.")
+    given = np.array(found, dtype=np.int64) - 1
+    places = [
+        (2 * np.arange(new) + 1) * old // (2 * new) for new, old in ((rows, len(found)), (columns, len(found[0])))
+    ]
+    return given[np.ix_(*places)]
+
+
+_ASSETS = "assets"
+"""Folder of the meshes of rules."""
+_LOWER, _HIGHER = 0.75, 1.25
+"""Range of sizes of the family, as multiples of those of the example and the result."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SynthesisRequest:
+    """A request for new buildings."""
+
+    rows: int
+    """Rows and columns of the main wall; those of other walls follow from their room."""
+    columns: int
+    box: Box = (None, None, None)
+    """Width, height and depth in metres; None for those that follow from the units."""
+    method: Method = "exact"
+    wishes: Wishes = NO_WISHES
+    """Wishes for the main wall."""
+    regions: Path | None = None
+    """File of a map from parts of the main wall to examples."""
+    seed: int = 0
+    """Seed of all random choices."""
+    count: int = 1
+    """Largest number of buildings."""
+    up: str = ""
+    """`y` or `z`; detected if empty."""
+    unit: str = "m"
+    """Unit of files: a key of `UNITS`."""
+    corrections: tuple[Path, ...] = ()
+    """Corrected files of earlier runs, for the first example and those after it, with lines and labels."""
+    widths: Range | None = None
+    """Widths of the main walls of the family, metres; about those of the example and the first result if None."""
+    heights: Range | None = None
+
+
+def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisRequest) -> dict[str, Any]:
+    """Write new buildings similar to those in some files, best first, and report on them.
+
+    Args:
+        files: meshes: the example, and others whose main walls also provide units.
+        folder: where to write.
+        task: the request.
+
+    Raises:
+        UsageError: If rows, columns, a box or a map are out of range, or a file would be overwritten.
+        FacadeError: If a file cannot be read, no units are found, or wishes contradict each other.
+    """
+    _check(task, len(files))
+    check_overwrites(folder.glob("[0-9][0-9][0-9].glb"), files)
+    regions = read_regions(task.regions, task.rows, task.columns, len(files)) if task.regions else None
+    watch = Stopwatch()
+    with watch("read"):
+        meshes = [read_mesh(file, UNITS[task.unit]) for file in files]
+    with watch("analysis"):
+        examples = [analyse(mesh, task.up) for mesh in meshes]
+        for place, corrections in enumerate(task.corrections):
+            examples[place] = corrected(examples[place], corrections)
+    with watch("cutting"):
+        stock = stock_of(examples)
+    with watch("labels"):
+        mains = synthesize(
+            stock.grids,
+            task.rows,
+            task.columns,
+            method=task.method,
+            wishes=task.wishes,
+            seed=task.seed,
+            count=task.count,
+            regions=regions,
+        )
+    example = examples[0]
+    before = edge_numbers(meshes[0].surface)
+    built = [build(example, stock, main, regions, task.box, task.seed, before, dict(watch.seconds)) for main in mains]
+    with watch("pictures"):
+        picture = building_picture(example.surface.moved(example.bent(example.surface.points)), example.mesh.colors)
+    with only_run_in(folder, (_ASSETS,)):
+        written: list[Path] = []
+        results = _write_all(built, examples, stock, folder, picture, written)
+        family, told = _write_family(built[0], examples, stock, folder, task, written)
+        replace_written(folder, "synthesize", written, [*files, *task.corrections])
+    notes = []
+    for file, each in zip(files, examples, strict=True):
+        notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in each.notes]
+    if task.method == "em" and task.wishes != NO_WISHES:
+        notes.append("method em ignores wishes; energies include the violations")
+    return {
+        "example": _example_dict(example, folder),
+        "results": results,
+        "family": family,
+        "notes": notes + told,
+    }
+
+
+def _check(task: SynthesisRequest, examples: int) -> None:
+    for name, value in (("--rows", task.rows), ("--columns", task.columns)):
+        if not 1 <= value <= MOST_LINES:
+            raise UsageError(f"{name}: expected 1 to {MOST_LINES}, found {value}.")
+    for value in task.box:
+        if value is not None and not (isfinite(value) and 0.0 < value <= 10_000.0):
+            raise UsageError(f"--box: expected metres above 0 and at most 10,000, found {value:g}.")
+    if len(task.corrections) > examples:
+        raise UsageError(f"--example: expected at most {examples} files, one for each building; found more.")
+
+
+def _write_all(
+    built: Sequence[Built],
+    examples: Sequence[Example],
+    stock: UnitStock,
+    folder: Path,
+    picture: Image.Image,
+    written: list[Path],
+) -> list[dict[str, Any]]:
+    """Write the examples and all buildings; adds the files to `written`, and returns values for `--json`."""
+    written.append(save_facade(facade_of(examples[0].main), folder / "example.facade.json"))
+    for number, each in enumerate(examples, start=1):
+        path = folder / f"example{f'-{number}' if number > 1 else ''}.json"
+        write_text(path, dumps(each))
+        written.append(path)
+    return [
+        {**each.as_dict(), "files": _write(each, stock, folder, f"{number:03}", picture, written)}
+        for number, each in enumerate(built, start=1)
+    ]
+
+
+def _write(
+    built: Built, stock: UnitStock, folder: Path, name: str, picture: Image.Image, written: list[Path]
+) -> dict[str, Any]:
+    """Write the files of one building; adds them to `written`."""
+    watch = Stopwatch()
+    files = {
+        "glb": folder / f"{name}.glb",
+        "labels": folder / f"{name}.labels.png",
+        "facade": folder / f"{name}.facade.json",
+        "cga": folder / f"{name}.cga",
+        "picture": folder / f"{name}.png",
+    }
+    with watch("files"):
+        write_glb(built.surface, stock.colors, files["glb"])
+        save_facade(facade_of_tiling(built.tilings[0], built.stretch), files["facade"])
+        rules = building_rules(
+            stock.cut,
+            built.tilings,
+            built.stretch,
+            stock.colors,
+            f"A building of {built.main.grid.rows} rows and {built.main.grid.columns} columns of units",
+        )
+        written += [*files.values(), *_write_rules(rules, stock, files["cga"])]
+    with watch("pictures"):
+        grids = [label_picture(each) for each in (stock.walls[0].grid, built.main.grid)]
+        write_bytes(files["labels"], _png(grids[1]))
+        whole = building_picture(built.surface, stock.colors)
+        write_bytes(files["picture"], _png(sheet([picture, grids[0], grids[1], whole])))
+    built.seconds.update(watch.seconds)
+    return {key: str(path) for key, path in files.items()}
+
+
+def _write_rules(rules: Written, stock: UnitStock, file: Path) -> list[Path]:
+    """Write rules, and their meshes into the folder beside them; returns the meshes."""
+    write_text(file, rules.text)
+    assets = file.parent / _ASSETS
+    assets.mkdir(exist_ok=True)
+    for terminal in rules.terminals:
+        write_glb(terminal.surface, stock.colors, assets / terminal.name)
+    return [assets / terminal.name for terminal in rules.terminals]
+
+
+def _write_family(
+    built: Built,
+    examples: Sequence[Example],
+    stock: UnitStock,
+    folder: Path,
+    task: SynthesisRequest,
+    written: list[Path],
+) -> tuple[dict[str, Any] | None, list[str]]:
+    """Write rules of the building in other sizes, and report on them; None and the reason if there are none."""
+    tiling, main = built.tilings[0], stock.walls[0]
+    file = folder / "family.cga"
+    ranges = []
+    for asked, new, old in (
+        (task.widths, tiling.columns, main.columns.line),
+        (task.heights, tiling.rows, main.rows.line),
+    ):
+        sizes = float(new[-1] - new[0]), float(old[-1] - old[0])
+        ranges.append(asked or (_LOWER * min(sizes), _HIGHER * max(sizes)))
+    try:
+        family, rules = building_family(parts_of(examples, stock), built.tilings, built.stretch, *ranges)
+    except FacadeError as error:
+        return None, [f"no family: {error}"]
+    written += [file, *_write_rules(rules, stock, file)]
+    sizes = [each for ends in family.columns.values() for each in ends]
+    return {
+        "file": str(file),
+        "facades": family.facades,
+        "columns": [min(family.columns), max(family.columns)],
+        "widths": [min(sizes), max(sizes)],
+        "rows": {name: list(ends) for name, ends in family.rows.items()},
+    }, []
+
+
+def _example_dict(example: Example, folder: Path) -> dict[str, Any]:
+    """Values for `--json`: the analysis of the example."""
+    return {
+        "triangles": len(example.surface),
+        "rows": example.main.grid.rows,
+        "columns": example.main.grid.columns,
+        "labels": example.main.grid.labels.tolist(),
+        "names": list(example.main.grid.names),
+        "facade": str(folder / "example.facade.json"),
+        "corrections": str(folder / "example.json"),
+        "walls": [
+            {
+                "name": each.name,
+                "rows": each.grid.rows,
+                "columns": each.grid.columns,
+                "labels": each.grid.labels.tolist(),
+                "names": list(each.grid.names),
+                "pitch": [each.columns.pitch, each.rows.pitch],
+                "regular": [each.columns.is_regular, each.rows.is_regular],
+            }
+            for each in example.regions
+        ],
+    }
+
+
+def _png(picture: Image.Image) -> bytes:
+    content = BytesIO()
+    picture.save(content, "PNG")
+    return content.getvalue()

@@ -1,0 +1,120 @@
+"""Pages about learned densities, from a scenario, labels or examples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from grammarlab.density.sampler import GrammarSampler
+from grammarlab.learning.stopping import MORE
+from grammarlab.learning.targets.writers import Learned
+from grammarlab.runs.learn.from_examples import ExamplesResult
+from grammarlab.runs.learn.from_labels import LabelsResult
+from grammarlab.runs.learn.from_scenario import LearnResult
+from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats
+from grammarlab.runs.learn.scenario_measures import TrueDensity
+from grammarlab.runs.work.markdown import table
+
+Rows = tuple[tuple[str, str, str], ...]
+
+
+def page_of_scenario(result: LearnResult) -> Report:
+    """Page about an exactly known density."""
+    found, learned = result.source.scenario, result.learned
+    facts = (
+        *cost_facts(learned, result.measured),
+        ("method", f"{learned.method}, base {found.base}"),
+        ("seconds", f"{result.seconds:.2f}"),
+    )
+    return Report(
+        title=_title(result.file, learned),
+        origin=f"Learned by `grammarlab learn` from {found.grammar} and scenario {found.name}: {found.title}.",
+        compared=(*compared_rows("what is liked", result.measured), _rules(learned)),
+        facts=facts,
+        sections=(),
+        findings=learned.findings,
+        before=GrammarSampler(result.source.grammar, result.source.assets),
+        after=learned,
+    )
+
+
+def page_of_labels(result: LabelsResult) -> Report:
+    """Page about a density learned from scores."""
+    learned, density = result.learned, result.density
+    compared = (*compared_rows("what was learned", density.measured), *_truth(result.truth), _rules(learned))
+    facts = (
+        ("labels", f"{result.num_labels}"),
+        *(() if result.gain is None else ((f"expected gain of {MORE} more", f"{nats(result.gain)} nats"),)),
+        *cost_facts(learned, density.measured),
+        ("method", f"{learned.method}, base {learned.base}"),
+        ("seconds", f"{result.seconds:.1f}"),
+    )
+    return Report(
+        title=_title(result.file, learned),
+        origin=f"Learned by `grammarlab learn` from {result.source.file} and {result.labels_from}.",
+        compared=compared,
+        facts=facts,
+        sections=_label_sections(result),
+        findings=(*density.predicted.findings, *learned.findings),
+        before=result.space,
+        after=learned,
+    )
+
+
+def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
+    steps = table(("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.density.steps])
+    factors = table(
+        ("factor", "labels"),
+        [(factor.name, f"{factor.num_labels}") for factor in result.factors],
+    )
+    features = zip(result.density.names, result.density.features, strict=True)
+    looked_at = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
+    depend = "\n".join(f"- {entry}" for entry in result.relevances)
+    words = "\n".join(f"- {line}" for line in result.density.predicted.words.lines)
+    return (
+        *((("In words", words),) if words else ()),
+        ("Steps", steps),
+        ("Factors", factors),
+        ("What the grammar looks at", looked_at or "Nothing: all models are liked alike."),
+        ("What the scores depend on", depend or "Nothing."),
+    )
+
+
+def page_of_examples(result: ExamplesResult) -> Report:
+    """Page about a density learned from examples."""
+    learned, held = result.learned, result.held_out
+    moved = ("divergence from what was learned", nats(result.measured.before.js), nats(result.measured.after.js))
+    facts = [("examples", f"{result.num_examples:,}")]
+    if held is not None:
+        facts += [
+            ("examples kept back that it can make", f"{held.possible:,} of {held.num_models:,}"),
+            ("these are likelier than before by a factor of exp", f"{held.gain:.3f}"),
+        ]
+    facts += [
+        *cost_facts(learned, result.measured),
+        ("components", f"{len(learned.components)}"),
+        ("method", f"{learned.method}"),
+        ("seconds", f"{result.seconds:.1f}"),
+    ]
+    return Report(
+        title=_title(result.file, learned),
+        origin=f"Learned by `grammarlab learn` from {result.source.file} and the models in {result.examples.name}.",
+        compared=(moved, *_truth(result.truth), _rules(learned)),
+        facts=tuple(facts),
+        sections=(),
+        findings=learned.findings,
+        before=GrammarSampler(learned.original, result.source.assets),
+        after=learned,
+    )
+
+
+def _title(file: Path | None, learned: Learned[Any]) -> str:
+    return learned.method if file is None else file.name
+
+
+def _rules(learned: Learned[Any]) -> tuple[str, str, str]:
+    return "branches of rules", f"{learned.rules_before}", f"{learned.rules_after}"
+
+
+def _truth(truth: TrueDensity | None) -> Rows:
+    return () if truth is None else compared_rows(f"scenario {truth.scenario}", truth.measured)

@@ -1,0 +1,173 @@
+"""From a scenario to a learned grammar on disk, with its divergence."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from grammarlab.about import __version__
+from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.grammar_skeleton import ENOUGH_MODELS
+from grammarlab.density.samples import sampled
+from grammarlab.density.targets.rejection import Progress, silent
+from grammarlab.density.targets.target import Target
+from grammarlab.derivation.derive import derive
+from grammarlab.errors import UsageError
+from grammarlab.evaluation.preparation import Source
+from grammarlab.files import atomic_file, whole_tree, write_text
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.targets.divergence import Measured
+from grammarlab.learning.targets.grammar_target import METHODS, LearnedSampler, learn_target
+from grammarlab.learning.targets.writers import check_method
+from grammarlab.runs.learn.scenario_measures import LabelledSet
+from grammarlab.runs.sample.checks import named_files
+from grammarlab.runs.sample.shipped import assets_folder, find_rules
+from grammarlab.runs.sample.sources import load_source
+from grammarlab.runs.work.workers import one_thread
+
+
+@dataclass(frozen=True, slots=True)
+class LearnResult:
+    """A learned grammar and its comparison with the target."""
+
+    learned: LearnedSampler
+    source: Source
+    file: Path | None
+    """The new rule file; None if the method makes no grammar."""
+    measured: Measured
+    """Comparison on the labelled set of the scenario."""
+    seconds: float
+    """Seconds from the preference to the text of the grammar."""
+
+    @property
+    def js(self) -> float:
+        """Divergence from the target density, in nats."""
+        return self.measured.after.js
+
+    @property
+    def js_before(self) -> float:
+        """Divergence of the original grammar."""
+        return self.measured.before.js
+
+
+def learn_from_scenario(
+    grammar: str,
+    scenario: Path,
+    method: str,
+    file: Path,
+    num_samples: int = sampled.NUM_SAMPLES,
+    on_progress: Progress = silent,
+) -> LearnResult:
+    """Learn a grammar that samples in proportion to a known preference, and measure it.
+
+    Args:
+        grammar: a rule file or the name of a shipped grammar: that of the scenario.
+        scenario: a scenario file.
+        method: of `METHODS`.
+        file: path of the new rule file; assets that it names are copied beside it.
+        num_samples: number of models to learn from, for methods that need them.
+        on_progress: called with the progress of these models.
+
+    Raises:
+        UsageError: If the method is unknown, or the scenario has another grammar.
+        GrammarlabError: If the density cannot be made.
+    """
+    check_method(method, METHODS)
+    source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()).hash)
+    learned, seconds = learned_of(source, method, num_samples, on_progress)
+    if isinstance(learned, LearnedGrammar):
+        write_learned(file, learned.text, GrammarSpace(learned.original, source.assets), source.assets)
+    written = file if isinstance(learned, LearnedGrammar) else None
+    return LearnResult(learned, source, written, LabelledSet.of(source).measure(learned), seconds)
+
+
+def learned_of(
+    source: Source, method: str, num_samples: int = sampled.NUM_SAMPLES, on_progress: Progress = silent
+) -> tuple[LearnedSampler, float]:
+    """Result of a method for a scenario, and its seconds.
+
+    Args:
+        source: the scenario with its grammar.
+        method: of `METHODS`.
+        num_samples: number of models to learn from; they differ from those of the labelled set.
+        on_progress: called with the progress of these models.
+
+    Raises:
+        GrammarlabError: If the density cannot be made.
+    """
+    grammar, found = source.grammar, source.scenario
+    forest = derive(grammar, ENOUGH_MODELS, found.seed, assets=source.assets)
+    found.check(forest.symbols, forest.rules, forest.sites)
+    target = Target.of_score(grammar, found.score, found.base, source.assets)
+    lines = [origin_line(find_rules(found.grammar).file, grammar.hash), f"Scenario {found.name}: {found.title}"]
+    begun = perf_counter()
+    with one_thread():
+        learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples, on_progress)
+    return learned, perf_counter() - begun
+
+
+def origin_line(file: str, text_hash: str) -> str:
+    """Line of a learned file that names its original, read by `grammarlab compare`."""
+    return f"Learned by grammarlab {__version__} from {file} (SHA-256 {text_hash[:16]})"
+
+
+def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:
+    """A scenario of a grammar.
+
+    Args:
+        scenario: a scenario file.
+        name: name of the grammar as given by the user.
+        text_hash: SHA-256 of its text.
+
+    Raises:
+        UsageError: If the scenario has another grammar.
+    """
+    source = load_source(scenario)
+    if text_hash != source.grammar.hash:
+        raise UsageError(
+            f"scenario {source.scenario.name} is about the grammar {source.scenario.grammar}, not about {name}"
+        )
+    return source
+
+
+def write_learned(file: Path, text: str, space: AbstractDesignSpace[Any], assets: Path) -> None:
+    """Write a learned file, and copy the assets of the space beside it."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_text(file, text)
+    put_assets_beside(file, space, assets)
+
+
+def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: Path) -> None:
+    """Copy the assets of a space to the asset folder of a file.
+
+    Folders are copied whole, since rules may build names from parts. Existing files are kept.
+    """
+    if not assets.is_dir() or assets_folder(file).resolve() == assets.resolve():
+        return
+    folder = file.parent / "assets"
+    for top in sorted({Path(name).parts[0] for name in named_files(space.asset_names(), assets)}):
+        source, target = assets / top, folder / top
+        folder.mkdir(exist_ok=True)
+        if os.path.lexists(target):  # perhaps a link without a file, through which nothing is written
+            continue
+        if source.is_file():
+            with atomic_file(target) as part:  # half a file would be kept by the next run
+                shutil.copyfile(source, part)
+        else:
+            with whole_tree(target) as part:
+                # Links stay links, so that no file from outside is copied.
+                shutil.copytree(source, part, symlinks=True, ignore=_special)
+
+
+def _special(folder: str, names: list[str]) -> list[str]:
+    """Pipes and devices in a folder, which cannot be copied."""
+    modes = {name: Path(folder, name).lstat().st_mode for name in names}
+    plain = (stat.S_ISREG, stat.S_ISDIR, stat.S_ISLNK)
+    return [name for name, mode in modes.items() if not any(is_kind(mode) for is_kind in plain)]

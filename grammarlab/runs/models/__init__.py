@@ -1,1 +1,0 @@
-"""Models of a run, for any kind of file."""

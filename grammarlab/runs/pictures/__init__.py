@@ -1,1 +1,0 @@
-"""Pictures of many models on one page."""

@@ -1,1 +1,0 @@
-"""Requests of runs, and their checks."""

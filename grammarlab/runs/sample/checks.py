@@ -1,0 +1,230 @@
+"""Checks of a rule file for a run.
+
+Warnings about meshes that an asset folder lacks, or that cannot be looked up in it.
+
+Asset files of a run, and detection of changes in them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from urllib.parse import unquote
+
+from grammarlab.assets.mesh_files import find_asset
+from grammarlab.derivation.forest import MissingAsset, by_path
+from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
+from grammarlab.derivation.functions.asset_functions import matching_files
+from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
+from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UsageError
+from grammarlab.features.acceptance import Acceptance, annotations_of
+from grammarlab.files import file_hash
+from grammarlab.language.checking.check import CheckedFile, SupportedFeatures, check, check_files
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax.builtins import attributes
+from grammarlab.language.syntax.syntax_tree import Attribute, Choice, Invoke, Name, RuleFile, String, walk
+from grammarlab.runs.sample.domains import opened
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.shipped import RuleSource
+
+
+def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding, ...]:
+    """One finding for each missing mesh.
+
+    Args:
+        missing: the meshes.
+        assets: the searched folder.
+    """
+    return tuple(
+        Finding(
+            "warning",
+            "missing-asset",
+            f'there is no asset "{asset.path}" in the asset folder {assets}; a box stands in its place',
+            asset.location,
+            "say where the meshes are with --assets DIR",
+        )
+        for asset in missing
+    )
+
+
+def findings_about(tree: RuleFile, assets: Path) -> tuple[Finding, ...]:
+    """One finding for each mesh named by ``i`` in a rule file that is missing or cannot be inserted.
+
+    Names are literals at the operation, or the values of its attributes and constants. Names that rules build from
+    parts are known only during the derivation.
+
+    Args:
+        tree: the rule file.
+        assets: the searched folder.
+    """
+    texts = {d.name: d.value for d in tree.definitions if isinstance(d, Attribute)}
+    named = by_path(
+        MissingAsset(path, node.location)
+        for node in walk(tree)
+        if isinstance(node, Invoke) and node.name == "i" and node.arguments
+        for path in _path(node.arguments[0], texts)
+    )
+    return tuple(finding for asset in named for finding in _findings(asset, assets))
+
+
+def _path(argument: Choice, texts: dict[str, Choice]) -> Iterator[str]:
+    value = texts.get(argument.identifier) if isinstance(argument, Name) else argument
+    if isinstance(value, String) and not value.value.startswith("builtin:"):
+        yield value.value
+
+
+def _findings(asset: MissingAsset, assets: Path) -> tuple[Finding, ...]:
+    try:
+        find_asset(asset.path, assets)
+    except MissingAssetError:
+        return warnings_of([asset], assets)
+    except AssetError as error:
+        hint = "models that insert it fail: correct the path, or put another file there"
+        return (Finding("warning", "bad-asset", str(error), asset.location, hint),)
+    return ()
+
+
+def hash_assets(request: SampleRequest) -> dict[str, str]:
+    """SHA-256 of the asset files named in a request, by path relative to its asset folder.
+
+    These are the files whose names, or patterns with ``*`` and ``?``, are strings in the rules, items of lists with
+    semicolons, or values of attributes; and the buffers of glTF files among them. Names that rules build from parts
+    are not known before the derivation, so those files are not included.
+
+    Raises:
+        LanguageError: If the rules have errors.
+    """
+    files = named_files(_texts(request), request.assets)
+    return {name: file_hash(files[name]) for name in sorted(files)}
+
+
+def named_files(texts: Iterable[str], assets: Path) -> dict[str, Path]:
+    """Files of an asset folder named in texts, by path relative to it.
+
+    Args:
+        texts: names, patterns with ``*`` and ``?``, or lists of both with semicolons; other texts are ignored.
+        assets: the folder.
+    """
+    root = assets.resolve()
+    return {
+        file.relative_to(root).as_posix(): file
+        for text in texts
+        for name in text.split(";")
+        for file in _files(name, assets)
+    }
+
+
+def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:
+    """Description of a difference between the asset files of two runs; empty if there is none."""
+    for name in sorted({*before, *now}):
+        if before.get(name) != now.get(name):
+            what = "is missing" if name not in now else "is new" if name not in before else "has changed"
+            return f"the asset {name!r} {what}"
+    return ""
+
+
+def _texts(request: SampleRequest) -> Iterator[str]:
+    """Every string that may name an asset file."""
+    yield from opened(request.suffix, request.text, request.name, request.assets).asset_names()
+    for values in (request.attributes, *(footprint.properties for footprint in request.footprints)):
+        yield from (value for value in values.values() if isinstance(value, str))
+
+
+def _files(name: str, assets: Path) -> Iterator[Path]:
+    """Files of the asset folder that match a name or pattern, with the buffers of glTF files."""
+    for each in matching_files(assets, name) if "*" in name or "?" in name else [name]:
+        file = _asset(each, assets)
+        if file is None:
+            continue
+        yield file
+        if file.suffix.lower() == ".gltf":
+            folder = file.parent.relative_to(assets.resolve())
+            yield from filter(None, (_asset(str(folder / uri), assets) for uri in _buffers(file)))
+
+
+def _asset(name: str, assets: Path) -> Path | None:
+    try:
+        return find_asset(name, assets)
+    except AssetError:
+        return None
+
+
+def _buffers(file: Path) -> list[str]:
+    """Names of the buffers in a glTF file; none for a broken file, which no model can use."""
+    try:
+        return [unquote(buffer["uri"]) for buffer in json.loads(file.read_bytes())["buffers"]]
+    except (ValueError, LookupError, TypeError, RecursionError):
+        return []
+
+
+_KEYWORDS = {
+    **{name: operation.keywords for name, operation in OPERATIONS.items()},
+    **{name: block.keywords | block.selectors for name, block in BLOCKS.items()},
+    **{name: function.keywords for name, function in BUILTINS.items()},
+}
+
+_MATERIAL = frozenset(name for name in SHAPE_ATTRIBUTES if name.startswith("material."))
+
+SUPPORTED = SupportedFeatures(
+    operations=(frozenset(OPERATIONS) - LEFT_OUT) | frozenset(BLOCKS) | {"NIL"},
+    functions=frozenset(BUILTINS) | {"sel"},
+    attributes=frozenset(SHAPE_ATTRIBUTES),
+    keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
+    constructs=frozenset({"array", "comp-function", "connected", "import"}),
+    harmless=CHANGE_LOOKS
+    | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
+)
+"""Features that derivations support."""
+
+
+def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
+    """Findings about a rule file and its imports, including unsupported features and missing meshes.
+
+    Raises:
+        LanguageError: If the file cannot be read, or is too large.
+    """
+    checked = check_files(source.path, str(source.path), SUPPORTED)
+    return tuple(replace(one, findings=_with_assets(one, source.assets)) for one in checked)
+
+
+def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
+    findings = (*one.findings, *findings_about(one.tree, assets), *_acceptance(one.tree))
+    return tuple(sorted(findings, key=lambda finding: finding.location))
+
+
+def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
+    """Findings about an acceptance rule."""
+    try:
+        Acceptance.of(tree)
+    except UsageError as error:
+        return (Finding("error", "bad-acceptance", str(error), annotations_of(tree)[0].location),)
+    return ()
+
+
+def grammar_to_run(text: str, file: str) -> Grammar:
+    """Grammar of a rule file without errors.
+
+    Unsupported features are allowed: many rule files have some that no model reaches, and a derivation that reaches
+    one raises an error.
+
+    Raises:
+        LanguageError: If there are errors; it lists all of them.
+    """
+    grammar = Grammar.parse(text, file)
+    found = (*check(grammar, SUPPORTED), *_acceptance(grammar.tree))
+    errors = tuple(finding for finding in found if finding.severity == "error")
+    if errors:
+        raise LanguageError(errors, text)
+    return grammar
+
+
+def not_carried_out(grammar: Grammar) -> tuple[Finding, ...]:
+    """Features of a grammar that a derivation ignores or does not support."""
+    found = (one for one in check(grammar, SUPPORTED) if one.severity == "unsupported" or one.code == "left-out")
+    unread = (
+        Finding("unsupported", "bad-import", f'the import "{statement.path}", which cannot be read', statement.location)
+        for statement in grammar.imports.values()
+    )
+    return (*unread, *found)

@@ -1,0 +1,259 @@
+"""Divergence of two grammars: exact if both make trees of one grammar, otherwise a bound from shared symbols."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.exact.recovery import recovered
+from grammarlab.density.grammar_skeleton import TreeGrammar
+from grammarlab.density.sampler import GrammarSampler
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.features.acceptance import Acceptance
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.targets.divergence import jensen_shannon
+from grammarlab.runs.sample.records import compiled
+from grammarlab.runs.sample.shipped import SUFFIX, RuleSource, find_rules
+
+Floats = NDArray[np.float64]
+
+NUM_MODELS = 2_500
+"""Of each grammar."""
+MOST_DIFFERENCES = 12
+_ALIKE = 0.003
+"""Divergences of two samples of one grammar reach this by chance."""
+_LEARNED = re.compile(r"^// Learned by grammarlab \S+ from (\S+)\.cga \(SHA-256 ([0-9a-f]{16})\)", re.MULTILINE)
+_HEADER_CHARACTERS = 2_000
+_BINS = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A symbol with different frequencies in two grammars."""
+
+    symbol: str
+    first: float
+    """Share of the models of the first grammar with it."""
+    second: float
+    js: float
+    """Divergence in nats of its counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class BranchShare:
+    """A branch of a choice, with its frequencies."""
+
+    makes: str
+    """Its successors and, if these do not distinguish it from other branches, its line."""
+    first: float
+    """Share of the rewritings of the symbol in the models of the first grammar."""
+    second: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceDifference:
+    """A choice with different frequencies in two grammars."""
+
+    symbol: str
+    line: int
+    """Line of its rule in the common grammar, from 1."""
+    js: float
+    """Divergence in nats of the shares of its branches."""
+    branches: tuple[BranchShare, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NumberDifference:
+    """An attribute with different distributions of draws."""
+
+    attribute: str
+    first: float
+    """Their mean in the models of the first grammar."""
+    second: float
+    js: float
+    """Divergence in nats of their histograms."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Result of a comparison of two grammars."""
+
+    sources: tuple[RuleSource, RuleSource]
+    grammars: tuple[Grammar, Grammar]
+    origin: str
+    """The grammar whose trees both make; empty if unknown."""
+    js: float | None
+    """Divergence in nats of the two densities over these trees; None without them."""
+    at_least: float
+    """Lower bound of it from the most informative symbol."""
+    choices: tuple[ChoiceDifference, ...]
+    """The choices that differ most, in the common grammar; none without one."""
+    numbers: tuple[NumberDifference, ...]
+    differences: tuple[Difference, ...]
+    """The symbols that differ most, largest divergence first."""
+    only_first: tuple[str, ...]
+    """Symbols that the second grammar does not have."""
+    only_second: tuple[str, ...]
+
+
+def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, seed: int = 0) -> Comparison:
+    """Compare two grammars on samples of both.
+
+    Args:
+        first: a rule file or the name of a shipped grammar.
+        second: a rule file or the name of a shipped grammar.
+        num_models: number of models of each grammar, at least 1.
+        seed: seed of the models.
+
+    Raises:
+        UsageError: If a grammar does not exist.
+        GrammarlabError: If one of them cannot be derived.
+    """
+    if num_models < 1:
+        raise UsageError(f"expected at least one model of each grammar, found {num_models}")
+    sources = find_rules(first), find_rules(second)
+    one, other = (compiled(source.text(), source.name)[0] for source in sources)
+    common = _common(sources, (one, other))
+    if common is None:
+        forests = tuple(
+            GrammarSampler(grammar, source.assets).sample(num_models, seed)
+            for grammar, source in zip((one, other), sources, strict=True)
+        )
+    else:
+        forests = tuple(learned.sample(num_models, seed) for learned in common.made)
+    occurring = [_counts(forest) for forest in forests]
+    shared = [symbol for symbol in occurring[0] if symbol in occurring[1]]
+    found = sorted(_differences(occurring[0], occurring[1], shared), key=lambda found: (-found.js, found.symbol))
+    told = tuple(difference for difference in found if difference.js > _ALIKE)
+    return Comparison(
+        sources=(sources[0], sources[1]),
+        grammars=(one, other),
+        origin="" if common is None else common.name,
+        js=None if common is None else _divergence(common, forests),
+        at_least=found[0].js if found else 0.0,
+        choices=() if common is None else _choices(common, forests),
+        numbers=() if common is None else _numbers(common, forests),
+        differences=told[:MOST_DIFFERENCES],
+        only_first=tuple(symbol for symbol in occurring[0] if symbol not in occurring[1]),
+        only_second=tuple(symbol for symbol in occurring[1] if symbol not in occurring[0]),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Common:
+    """The common original of two grammars."""
+
+    name: str
+    grammar: Grammar
+    made: tuple[LearnedGrammar, LearnedGrammar]
+
+
+def _common(sources: Sequence[RuleSource], grammars: Sequence[Grammar]) -> _Common | None:
+    """The grammar whose trees both grammars make: one of the two, or the original named in a learned file."""
+    if any(Acceptance.of(grammar.tree) for grammar in grammars):
+        return None  # its trees do not follow from rules only
+    pairs = zip(sources, grammars, strict=True)
+    known = [(source.name, grammar) for source, grammar in pairs]
+    for source, grammar in zip(sources, grammars, strict=True):
+        known += _named_in(source, grammar)
+    for name, grammar in known:
+        made = [recovered(grammar, own.text) for own in grammars]
+        if made[0] is not None and made[1] is not None:
+            first, second = (replace(m, assets=s.assets) for m, s in zip(made, sources, strict=True) if m is not None)
+            return _Common(name, grammar, (first, second))
+    return None
+
+
+def _named_in(source: RuleSource, grammar: Grammar) -> Iterator[tuple[str, Grammar]]:
+    """The original named in a learned file: a shipped grammar, or a file beside it."""
+    found = _LEARNED.search(grammar.text[:_HEADER_CHARACTERS])
+    if found is None:
+        return
+    name, start_of_hash = found.groups()
+    for argument in (str(source.path.parent / f"{name}{SUFFIX}"), name):
+        try:
+            origin = find_rules(argument)
+            parsed, _ = compiled(origin.text(), origin.name)
+        except GrammarlabError:
+            continue
+        if parsed.hash.startswith(start_of_hash):
+            yield name, parsed
+
+
+def _divergence(common: _Common, forests: Sequence[Forest]) -> float:
+    """Of two densities, on models of both: each model stands for what both grammars together make of it."""
+    first, second = (np.concatenate([made.ratio(forest) for forest in forests]) for made in common.made)
+    return jensen_shannon(first / (first + second), second / (first + second))
+
+
+def _choices(common: _Common, forests: Sequence[Forest]) -> tuple[ChoiceDifference, ...]:
+    """The choices that differ most, weighted by their number per model, at most one."""
+    rules = forests[0].rules
+    taken = [np.bincount(f.nodes.rule[f.nodes.rule >= 0], minlength=len(rules)).astype(np.float64) for f in forests]
+    tree = TreeGrammar.of(common.grammar)
+    found: list[tuple[float, ChoiceDifference]] = []
+    for key in tree.bodies:
+        places = [i for i, rule in enumerate(rules) if (rule.symbol, rule.parameters) == key]
+        shares = [counts[places] for counts in taken]
+        if len(places) < 2 or not all(share.any() for share in shares):
+            continue
+        least = min(float(share.sum()) for share in shares)
+        js = jensen_shannon(shares[0], shares[1])
+        if js <= _ALIKE + len(places) / (2.0 * least):
+            continue
+        makes = {a.branch: " ".join(s.key[0] for s in a.successors) or "nothing" for a in tree.alternatives(key)}
+        often = Counter(makes.values())
+        first, second = (share / share.sum() for share in shares)
+        branches = tuple(
+            BranchShare(_words(makes[rules[i].branch], rules[i].line, often), float(p), float(q))
+            for i, p, q in zip(places, first, second, strict=True)
+        )
+        weight = js * min(1.0, least / min(forest.num_models for forest in forests))
+        found.append((weight, ChoiceDifference(key[0], rules[places[0]].line, js, branches)))
+    found.sort(key=lambda pair: -pair[0])
+    return tuple(difference for _, difference in found[:MOST_DIFFERENCES])
+
+
+def _words(makes: str, line: int, often: Counter[str]) -> str:
+    return makes if often[makes] == 1 else f"{makes} (line {line})"
+
+
+def _numbers(common: _Common, forests: Sequence[Forest]) -> tuple[NumberDifference, ...]:
+    """Attributes with different ranges."""
+    names = dict.fromkeys(parts.name for made in common.made for parts in made.attributes)
+    found: list[NumberDifference] = []
+    for name in names:
+        sites = [i for i, site in enumerate(forests[0].sites) if site.name == name and site.kind == "uniform"]
+        values = [forest.draws.value[np.isin(forest.draws.site, sites)] for forest in forests]
+        if not all(len(drawn) for drawn in values):
+            continue
+        edges = np.histogram_bin_edges(np.concatenate(values), _BINS)
+        js = jensen_shannon(*(np.histogram(drawn, edges)[0] for drawn in values))
+        if js > _ALIKE:
+            found.append(NumberDifference(name, float(values[0].mean()), float(values[1].mean()), js))
+    return tuple(sorted(found, key=lambda difference: -difference.js))
+
+
+def _counts(forest: Forest) -> dict[str, Floats]:
+    """Counts [models] of each symbol that occurs."""
+    symbols, num = len(forest.symbols), forest.num_models
+    places = forest.nodes.model.astype(np.int64) * symbols + forest.nodes.symbol
+    table = np.bincount(places, minlength=num * symbols).reshape(num, symbols)
+    return {symbol: table[:, i].astype(np.float64) for i, symbol in enumerate(forest.symbols) if table[:, i].any()}
+
+
+def _differences(one: dict[str, Floats], other: dict[str, Floats], shared: Sequence[str]) -> Iterator[Difference]:
+    for symbol in shared:
+        first, second = one[symbol], other[symbol]
+        _, number = np.unique(np.concatenate([first, second]), return_inverse=True)
+        size = int(number.max()) + 1
+        parts = np.split(number.reshape(-1), [len(first)])
+        js = jensen_shannon(*(np.bincount(part, minlength=size) for part in parts))
+        yield Difference(symbol, float((first > 0).mean()), float((second > 0).mean()), js)

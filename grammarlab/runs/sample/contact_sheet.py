@@ -1,0 +1,226 @@
+"""Page of a contact sheet: a heading, and pictures in rows with captions.
+
+Pictures of many models in one format, for grids.
+
+A scene as one picture.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from grammarlab.errors import UsageError, check_type
+from grammarlab.rendering.camera import Camera, View, frame, frame_alike, seen_aspect
+from grammarlab.rendering.choice import RendererChoice
+from grammarlab.rendering.renderer import RenderOptions
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+from grammarlab.scene import Scene, TriangleBatch, triangles
+
+Picture: TypeAlias = NDArray[np.uint8]
+Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
+
+PAPER, INK, FAINT = (247, 247, 245), (52, 56, 62), (128, 132, 138)
+"""Colours of the page, of primary text, and of secondary text."""
+BORDER, GAP = 16, 10
+"""Pixels around the page, and between pictures."""
+HEADING, CAPTION = 34, 24
+"""Pixels of height for a line of text."""
+LARGE, SMALL = 18, 13
+"""Sizes of type in pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class SheetPage:
+    """Layout of a page."""
+
+    width: int
+    """Pixels of one picture."""
+    height: int
+    columns: int
+    rows: int
+
+    def place(self, index: int) -> tuple[int, int]:
+        """Left and top of a picture."""
+        row, column = divmod(index, self.columns)
+        return (
+            BORDER + column * (self.width + GAP),
+            BORDER + HEADING + row * (self.height + CAPTION + GAP),
+        )
+
+    def size(self) -> tuple[int, int]:
+        """Width and height of the page."""
+        left, top = self.place(self.rows * self.columns - 1)
+        return left + self.width + BORDER, top + self.height + CAPTION + BORDER
+
+
+def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:
+    """A page for pictures of one size.
+
+    Args:
+        num: pictures, at least 1.
+        columns: pictures side by side; 0 for a page that is about square.
+        width: pixels of a picture.
+        height: pixels of a picture.
+    """
+    best = min(columns, num) or min(range(1, num + 1), key=lambda count: _awkwardness(num, count, width, height))
+    return SheetPage(width, height, best, math.ceil(num / best))
+
+
+def _awkwardness(num: int, columns: int, width: int, height: int) -> float:
+    """Deviation of a page from a square without gaps."""
+    rows = math.ceil(num / columns)
+    shape = math.log(columns * (width + GAP) / (rows * (height + CAPTION + GAP)))
+    return abs(shape) + 4 * (rows * columns - num) / num
+
+
+def draw_page(
+    page: SheetPage, pictures: Sequence[Picture], captions: Sequence[tuple[str, str]], heading: tuple[str, str]
+) -> Picture:
+    """The whole page.
+
+    Args:
+        page: the layout.
+        pictures: [height, width, 3] each.
+        captions: below each picture, at its left and its right.
+        heading: texts at the left and the right of the page; the right one is left out if it does not fit.
+    """
+    canvas = Image.new("RGB", page.size(), PAPER)
+    draw, large, small = ImageDraw.Draw(canvas), ImageFont.load_default(LARGE), ImageFont.load_default(SMALL)
+    _line(draw, (BORDER, canvas.width - BORDER), BORDER + HEADING // 2 - 6, heading, (large, small))
+    for index, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
+        left, top = page.place(index)
+        canvas.paste(Image.fromarray(picture), (left, top))
+        _line(draw, (left + 2, left + page.width - 2), top + page.height + CAPTION // 2, caption, (small, small))
+    return np.asarray(canvas)
+
+
+def _line(
+    draw: ImageDraw.ImageDraw, between: tuple[int, int], middle: int, texts: tuple[str, str], fonts: tuple[Font, Font]
+) -> None:
+    """One text from the left in ink, one from the right, fainter and clipped to the remaining width."""
+    left, right = between
+    draw.text((left, middle), texts[0], INK, fonts[0], anchor="lm")
+    room = right - left - draw.textlength(texts[0], fonts[0]) - GAP
+    if draw.textlength(texts[1], fonts[1]) <= room:
+        draw.text((right, middle), texts[1], FAINT, fonts[1], anchor="rm")
+
+
+NARROWEST, WIDEST = 0.65, 1.6
+"""Aspect ratio of the pictures, chosen for the models."""
+_CAST = RendererChoice("cast")
+
+
+class _Task(NamedTuple):
+    """A picture to draw."""
+
+    model: TriangleBatch
+    camera: Camera
+
+    def __str__(self) -> str:
+        return f"the picture of a model of {len(self.model.triangles):,} triangles"
+
+
+@dataclass(frozen=True, slots=True)
+class Tiles:
+    """Pictures of models."""
+
+    width: int
+    """Pixels."""
+    height: int
+    """Pixels."""
+    pictures: tuple[Picture, ...]
+    """[height, width, 3] of each model."""
+
+
+def draw_tiles(
+    models: Sequence[TriangleBatch],
+    area: int,
+    executor: AbstractExecutor,
+    *,
+    same_scale: bool = False,
+    choice: RendererChoice = _CAST,
+) -> Tiles:
+    """Draw each model separately.
+
+    Args:
+        models: one model in each.
+        area: approximate number of pixels of a picture; its aspect ratio suits most models.
+        executor: draws the pictures, which do not depend on it.
+        same_scale: whether all pictures have the same scale; otherwise each model fills its own.
+        choice: the renderer.
+    """
+    points = [seen_points(model) for model in models]
+    view = View()
+    width, height = _size(points, area, view)
+    aspect = width / height
+    cameras = frame_alike(points, aspect, view) if same_scale else [frame(each, aspect, view) for each in points]
+    draw = partial(_draw, choice, RenderOptions(width=width, height=height))
+    # OpenGL drivers use all cores by themselves.
+    executor = SERIAL if choice.name == "gl" else executor
+    return Tiles(width, height, tuple(executor.results(draw, map(_Task, models, cameras))))
+
+
+def seen_points(model: TriangleBatch) -> NDArray[np.float32]:
+    """[n, 3] the vertices of a model; the origin for a model without any."""
+    return model.vertices if len(model.vertices) else np.zeros((1, 3), np.float32)
+
+
+def _size(points: Sequence[NDArray[np.float32]], area: int, view: View) -> tuple[int, int]:
+    aspect = float(np.median([seen_aspect(each, view) for each in points]))
+    aspect = min(max(aspect, NARROWEST), WIDEST)
+    return round(math.sqrt(area * aspect)), round(math.sqrt(area / aspect))
+
+
+def _draw(choice: RendererChoice, options: RenderOptions, task: _Task) -> Picture:
+    return choice.make().render(task.model, task.camera, options)
+
+
+_FEWEST_PIXELS = 16
+
+
+def render(
+    scene: Scene,
+    *,
+    columns: int = 0,
+    pixels: int = 320,
+    same_scale: bool = False,
+    title: str = "",
+    executor: AbstractExecutor = SERIAL,
+) -> Image.Image:
+    """All models of a scene side by side, each with its number.
+
+    Args:
+        scene: at least one model.
+        columns: number of columns; 0 for about a square.
+        pixels: approximate width and height of each model in pixels.
+        same_scale: whether all models have the same scale; otherwise each model fills its cell.
+        title: heading of the picture.
+        executor: draws the picture, which does not depend on it.
+
+    Raises:
+        UsageError: If the scene has no models, or pixels are fewer than 16.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("Lot --> s(2, 0, 2) extrude(rand(1, 9)) Tower"), 2, seed=1)
+    >>> gl.render(gl.realize(forest), pixels=40).mode
+    'RGB'
+    """
+    check_type("scene", scene, Scene, "gl.realize(forest)")
+    if not scene.num_models:
+        raise UsageError("nothing to draw: the scene has no models.")
+    if pixels < _FEWEST_PIXELS:
+        raise UsageError(f"pixels: expected at least {_FEWEST_PIXELS}, found {pixels}.")
+    batch = triangles(scene)
+    models = [batch.model(index) for index in range(scene.num_models)]
+    tiles = draw_tiles(models, pixels * pixels, executor, same_scale=same_scale)
+    page = lay_out(len(models), columns, tiles.width, tiles.height)
+    captions = [(str(index), "") for index in range(len(models))]
+    return Image.fromarray(draw_page(page, tiles.pictures, captions, (title, "")))

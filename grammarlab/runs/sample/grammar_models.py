@@ -1,0 +1,141 @@
+"""Models of a rule file in a run: derived, with saved derivations.
+
+Summaries of the reports of each model by key, as in CityEngine.
+
+Rule files, as a kind of file that describes designs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.errors import Finding, LanguageError
+from grammarlab.geometry.footprints import Remark
+from grammarlab.language.attribute_values import AttributeValue, read_attributes
+from grammarlab.language.grammar import read_text
+from grammarlab.language.importing import load
+from grammarlab.language.linking import linked
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.runs.sample.checks import grammar_to_run, not_carried_out
+from grammarlab.runs.sample.derivations import FILES, load_forest, save_forest
+from grammarlab.runs.sample.domains import AbstractDomain
+from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, lots_of, property_remarks
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.shipped import SUFFIX
+from grammarlab.scene import Scene, realize
+
+if TYPE_CHECKING:
+    from grammarlab.learning.targets.grammar_target import GrammarWriter
+
+
+Summary: TypeAlias = dict[str, float | int | None]
+"""``count``, and ``sum``, ``mean``, ``min`` and ``max``: None if reported values are not finite numbers."""
+
+
+def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:
+    """Summaries of the values of each key of each model, keys in alphabetical order."""
+    found: list[dict[str, Summary]] = [{} for _ in range(forest.num_models)]
+    reports = forest.reports
+    model = forest.nodes.model[reports.node].astype(np.int64)
+    order = np.lexsort((reports.key, model))
+    groups, starts = np.unique((model * max(len(reports.keys), 1) + reports.key)[order], return_index=True)
+    for group, values in zip(groups.tolist(), np.split(reports.value[order], starts[1:]), strict=False):
+        key = reports.keys[group % len(reports.keys)]
+        found[group // len(reports.keys)][key] = _summary(values)
+    return found
+
+
+def _summary(values: np.ndarray) -> Summary:
+    count, total = len(values), float(values.sum())
+    if not np.isfinite(total):
+        return {"count": count, "sum": None, "mean": None, "min": None, "max": None}
+    return {
+        "count": count,
+        "sum": total,
+        "mean": total / count,
+        "min": float(values.min()),
+        "max": float(values.max()),
+    }
+
+
+@dataclass(frozen=True)
+class GrammarModels(AbstractModels):
+    """Models derived from a grammar."""
+
+    space: GrammarSpace
+
+    def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
+        return read_attributes(texts, self.space.grammar)
+
+    def left_out(self) -> tuple[Finding, ...]:
+        return not_carried_out(self.space.grammar)
+
+    def check(self, request: SampleRequest) -> None:
+        options = {"attributes": request.attributes, "start_rule": request.start_rule or None}
+        derive(self.space.program, 0, request.seed, **options)
+
+    def remarks(self, request: SampleRequest) -> tuple[Remark, ...]:
+        return tuple(
+            remark for footprint in request.footprints for remark in property_remarks(footprint, self.space.grammar)
+        )
+
+    def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
+        found = self.space.accepted(self.space.program, lots_of(request, batch, self.space.grammar))
+        forest = found.forest
+
+        def save(folder: Path) -> Iterable[str]:
+            save_forest(forest, folder)
+            return FILES
+
+        return MadeModels(
+            scene=realize(forest),
+            shapes=forest.shapes_per_model().tolist(),
+            log_probability=forest.log_probability().tolist(),
+            reports=summarize_reports(forest),
+            prints=forest.prints,
+            missing_assets=forest.missing_assets,
+            tries=found.tries.tolist(),
+            kept=found.kept.tolist(),
+            save=save,
+        )
+
+    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
+        return realize(load_forest(folder))
+
+
+class GrammarDomain(AbstractDomain[GrammarSpace, GrammarModels]):
+    """Domain of rule files."""
+
+    def read(self, path: Path) -> str:
+        """Text of the file merged with its imports; the file's own text if it has syntax errors."""
+        text = read_text(path)
+        if re.search(r"\bimport\b", text) is None:
+            return text
+        try:
+            return linked(load(path))
+        except LanguageError as error:
+            if any(finding.code == "bad-import" for finding in error.findings):
+                raise
+            return text
+
+    def open(self, text: str, name: str, assets: Path) -> GrammarSpace:
+        space = GrammarSpace(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
+        _ = space.program  # a grammar that cannot be compiled is an error of the text
+        return space
+
+    def models(self, space: GrammarSpace) -> GrammarModels:
+        return GrammarModels(space)
+
+    def writer(self, space: GrammarSpace) -> GrammarWriter:
+        # It loads JAX, which drawing does not need.
+        from grammarlab.learning.targets.grammar_target import GrammarWriter  # noqa: PLC0415
+
+        return GrammarWriter(space)

@@ -1,0 +1,254 @@
+"""Manifest of a run: request, versions and results, enough to make the same files again.
+
+The place of a run on the earth, as plain values for its manifest.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, get_args
+
+from grammarlab.about import __version__
+from grammarlab.derivation.forest import MissingAsset
+from grammarlab.errors import AssetError
+from grammarlab.files import read_bounded, write_text
+from grammarlab.geometry.footprints import Georeference, Remark, RemarkKind
+from grammarlab.rendering.choice import RendererChoice
+from grammarlab.runs.sample.records import ModelRecord
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.shipped import examples_folder
+from grammarlab.runs.work.json_members import member, numbers, of_kind, texts
+
+
+def place_of(request: SampleRequest) -> dict[str, Any]:
+    """Where the origin of a run is: in world metres, and in its coordinate reference system.
+
+    Returns:
+        ``crs``, a name or None; ``origin``, x, y and z in world metres; and of that origin ``longitude`` and
+        ``latitude`` in degrees, if the footprints were in degrees, otherwise ``easting`` and ``northing`` in metres.
+    """
+    x, y, z = request.origin or (0.0, 0.0, 0.0)
+    georeference = request.georeference
+    values: dict[str, Any] = {"crs": georeference.crs if georeference else None, "origin": [x, y, z]}
+    if georeference is not None and georeference.longitude is not None:
+        return values | {"longitude": georeference.longitude, "latitude": georeference.latitude}
+    return values | {"easting": x, "northing": -z + 0.0}
+
+
+def place_in_words(request: SampleRequest) -> str:
+    """One sentence about the origin of a run; empty if it is that of an unknown world."""
+    if request.georeference is None and request.origin is None:
+        return ""
+    place = place_of(request)
+    system = place["crs"] or "unknown CRS"
+    if "longitude" in place:
+        where = f"longitude {place['longitude']:.7f}, latitude {place['latitude']:.7f}"
+        return f"origin: {where} ({system}); x is east of it and z south, in metres"
+    if request.origin is None:
+        return f"coordinates: x is the easting and -z the northing ({system})"
+    if request.file_format == "glb" and not request.single_file:
+        return (
+            f"coordinates: x is the easting and -z the northing ({system}); each file has its place in a node 'origin'"
+        )
+    where = f"easting {place['easting']:.10g}, northing {place['northing']:.10g}"
+    return f"origin: {where} ({system}); all files count from it"
+
+
+MANIFEST = "manifest.json"
+FORMAT = 2
+"""Version of the file. In version 1 a batch held the models of one footprint, never of several."""
+_FIRST_FORMAT, BATCHES_OVER_FOOTPRINTS = 1, 2
+MAX_FILE_BYTES = 1 << 30
+_LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "mapbox_earcut", "pillow", "pyarrow", "lark")
+_EMBREE = "embreex"
+"""Not on every machine; without it, rays are traced by grammarlab itself."""
+_GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
+_SHIPPED = "shipped"
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """A finished or unfinished run."""
+
+    request: SampleRequest
+    format: int
+    """Version of the file."""
+    complete: bool
+    """False during the run, and after an interruption."""
+    versions: Mapping[str, str]
+    models: tuple[Mapping[str, Any], ...]
+    files: Mapping[str, str]
+    """SHA-256 of each file by its path relative to the manifest; empty until the run is complete."""
+    asset_files: Mapping[str, str]
+    """SHA-256 of the asset files named in the request (`hash_assets`), by path relative to the asset folder."""
+
+
+def write_manifest(
+    folder: Path,
+    request: SampleRequest,
+    choice: RendererChoice,
+    asset_files: Mapping[str, str],
+    models: Sequence[ModelRecord] = (),
+    files: Mapping[str, str] | None = None,
+    missing_assets: Sequence[MissingAsset] = (),
+) -> Path:
+    """Write the manifest of a run; it is complete if `files` is given.
+
+    Args:
+        folder: the run's folder.
+        request: the request.
+        choice: renderer of the sheet.
+        asset_files: hashes of the asset files named in the request.
+        models: the finished models, by index.
+        files: hashes of all files; None during the run.
+        missing_assets: meshes that the asset folder lacks.
+    """
+    values = {
+        "format": FORMAT,
+        "complete": files is not None,
+        "grammar": {"name": request.name, "sha256": request.text_hash, "text": request.text},
+        "request": request.as_json(),
+        "place": place_of(request),
+        "remarks": [asdict(remark) for remark in request.remarks],
+        "assets": _describe_assets(request.assets, folder),
+        "asset_files": dict(asset_files),
+        "missing_assets": [asdict(asset) for asset in missing_assets],
+        "versions": current_versions() | _drawing_versions(choice),
+        "models": [asdict(model) for model in models],
+        "files": dict(sorted((files or {}).items())),
+    }
+    path = folder / MANIFEST
+    write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+    return path
+
+
+def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
+    """Manifest from a file, or from the folder of a run.
+
+    Args:
+        path: the file or the folder.
+        assets: a folder of assets to use instead of the one the manifest names.
+
+    Raises:
+        AssetError: If there is none, or it is damaged.
+    """
+    path = Path(path)
+    path = path / MANIFEST if path.is_dir() else path
+    if not path.is_file():
+        raise AssetError(f"{path}: no such manifest. `grammarlab sample` writes one into its output folder.")
+    content = read_bounded(path, MAX_FILE_BYTES)
+    try:
+        return _parsed(json.loads(content), path.parent, assets)
+    except (ValueError, RecursionError) as error:
+        raise AssetError(f"{path}: the manifest is damaged: {error!r:.200}.") from error
+    except AssetError as error:
+        raise AssetError(f"{path}: {error}") from error
+
+
+def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
+    """The manifest in a folder, from its JSON values.
+
+    Raises:
+        AssetError: If they are not those of a manifest; it does not name the file.
+    """
+    try:
+        version = member(values, "format", int)
+        text, digest = (member(values.get("grammar"), name, str, "grammar") for name in ("text", "sha256"))
+        described = member(values, "request", dict)
+        asset_folder = member(values, "assets", str)
+        complete = member(values, "complete", bool)
+        versions, files, asset_files = (texts(values, name) for name in ("versions", "files", "asset_files"))
+        models = tuple(of_kind(model, dict, "models") for model in member(values, "models", list))
+    except AssetError as error:
+        raise AssetError(f"the manifest is damaged: {error}") from error
+    if version not in range(_FIRST_FORMAT, FORMAT + 1):
+        raise AssetError(f"expected a manifest of format {FORMAT}, found format {version!r:.20}.")
+    request = SampleRequest.from_json(described, text, assets or _find_assets(asset_folder, folder))
+    if request.text_hash != digest:
+        raise AssetError("the grammar text does not match its hash; one of them was changed.")
+    return Manifest(
+        request=replace(request, georeference=_georeference(values), remarks=_remarks(values)),
+        format=version,
+        complete=complete,
+        versions=versions,
+        models=models,
+        files=files,
+        asset_files=asset_files,
+    )
+
+
+def _georeference(values: Mapping[str, Any]) -> Georeference | None:
+    """Place on the earth of the footprints of a manifest; earlier versions had none."""
+    place = values.get("place")
+    if place is None or of_kind(place, dict, "place").get("crs") is None:
+        return None
+    crs = member(place, "crs", str, "place")
+    if "longitude" not in place:
+        return Georeference(crs)
+    longitude, latitude = numbers([place["longitude"], place.get("latitude")], 2, "place.longitude and latitude")
+    return Georeference(crs, longitude, latitude)
+
+
+def _remarks(values: Mapping[str, Any]) -> tuple[Remark, ...]:
+    """Remarks of a manifest about its footprints; earlier versions had none."""
+    where = "remarks"
+    return tuple(
+        Remark(member(entry, "source", str, where), _remark_kind(entry), member(entry, "reason", str, where))
+        for entry in of_kind(values.get(where, []), list, where)
+    )
+
+
+def _remark_kind(entry: Any) -> RemarkKind:
+    kind = member(entry, "kind", str, "remarks")
+    for known in get_args(RemarkKind):
+        if kind == known:
+            return known
+    raise AssetError(f"remarks.kind: expected one of {', '.join(get_args(RemarkKind))}, found {kind[:40]!r}.")
+
+
+@cache
+def current_versions() -> dict[str, str]:
+    """Versions of all software that may change a bit of the output."""
+    libraries = {name: version(name) for name in _LIBRARIES}
+    return {
+        "grammarlab": __version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        **libraries,
+        **_embree_version(),
+    }
+
+
+def _embree_version() -> dict[str, str]:
+    try:
+        return {_EMBREE: version(_EMBREE)}
+    except PackageNotFoundError:
+        return {}
+
+
+def _drawing_versions(choice: RendererChoice) -> dict[str, str]:
+    """Further inputs of a picture drawn by OpenGL."""
+    return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
+
+
+def _describe_assets(assets: Path, folder: Path) -> str:
+    """``shipped``, or the path of the asset folder, relative to the run's folder if possible."""
+    if assets.resolve().is_relative_to(examples_folder().resolve()):
+        return _SHIPPED
+    try:
+        return Path(os.path.relpath(assets.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        return assets.resolve().as_posix()
+
+
+def _find_assets(description: str, folder: Path) -> Path:
+    if "\0" in description:
+        raise AssetError("the manifest is damaged: assets: expected a path.")
+    return examples_folder() / "assets" if description == _SHIPPED else folder / description

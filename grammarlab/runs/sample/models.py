@@ -1,0 +1,196 @@
+"""Models of a run: made in batches, with a record of each.
+
+Batches of a run, each of which is made, recorded and resumed separately.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab.derivation.forest import MissingAsset
+from grammarlab.derivation.lots import Lots
+from grammarlab.errors import Finding, UsageError
+from grammarlab.geometry.footprints import Footprint, Remark
+from grammarlab.language.attribute_values import usable_properties
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
+from grammarlab.runs.sample.domains import domain_of, opened
+from grammarlab.runs.sample.request import BATCH_MODELS, AttributeValue, SampleRequest
+from grammarlab.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Consecutive models of a run, on one or several footprints."""
+
+    index: int
+    first_model: int
+    num_models: int
+
+    def __str__(self) -> str:
+        return f"models {self.first_model} to {self.first_model + self.num_models - 1}"
+
+
+def cut_batches(request: SampleRequest) -> tuple[Batch, ...]:
+    """The batches of a run: model k on footprint f has the index ``f * num_models + k`` under the run's seed."""
+    total = request.total_models
+    starts = range(0, total, BATCH_MODELS)
+    return tuple(Batch(index, first, min(BATCH_MODELS, total - first)) for index, first in enumerate(starts))
+
+
+def lots_of(request: SampleRequest, batch: Batch, grammar: Grammar) -> Lots:
+    """Lots of a batch.
+
+    Properties of a footprint replace attributes, options of the request replace both. Unusable properties have no
+    effect (`property_remarks`).
+    """
+    first, end = batch.first_model, batch.first_model + batch.num_models
+    start_rule = request.start_rule or None
+    if not request.footprints:
+        return Lots.of(
+            end - first, request.seed, first_model=first, attributes=request.attributes, start_rule=start_rule
+        )
+    parts = []
+    for number in range(first // request.num_models, (end - 1) // request.num_models + 1):
+        footprint = request.footprints[number]
+        low, high = max(first, number * request.num_models), min(end, (number + 1) * request.num_models)
+        attributes = {**usable_properties(footprint.properties, grammar).values, **request.attributes}
+        parts.append(
+            Lots.of(
+                high - low,
+                request.seed,
+                first_model=low,
+                footprint=footprint.polygon,
+                attributes=attributes,
+                start_rule=start_rule,
+            )
+        )
+    return Lots.concatenate(parts)
+
+
+def property_remarks(footprint: Footprint, grammar: Grammar) -> tuple[Remark, ...]:
+    """Remarks about properties of a footprint that have the names of attributes, and values that these cannot take."""
+    problems = dict(usable_properties(footprint.properties, grammar).problems)
+    for name in footprint.unread:
+        if name in grammar.attributes and not grammar.attributes[name].constant:
+            problems[name] = f"attribute {name!r}: expected a finite number, a text, true or false"
+    return tuple(Remark(footprint.name, "property", problem) for problem in problems.values())
+
+
+Report = Mapping[str, Mapping[str, float | int | None]]
+
+
+def _nothing(_folder: Path) -> Iterable[str]:
+    return ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeModels:
+    """A batch of n models."""
+
+    scene: Scene
+    shapes: Sequence[int]
+    """[n]; this and the next two fields are those of `ModelRecord`."""
+    log_probability: Sequence[float | None]
+    reports: Sequence[Report]
+    prints: tuple[str, ...] = ()
+    """Texts printed by the rules."""
+    tries: Sequence[int] = ()
+    """[n] number of candidates of each (`grammarlab.features.acceptance`); none without an acceptance rule."""
+    kept: Sequence[bool] = ()
+    """[n] whether one of them was accepted."""
+    missing_assets: tuple[MissingAsset, ...] = ()
+    """Meshes that the asset folder lacks."""
+    save: Callable[[Path], Iterable[str]] = _nothing
+    """Save how they were made in a folder; returns the names of the files."""
+
+
+class AbstractModels(ABC):
+    """Models described by a file."""
+
+    @abstractmethod
+    def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
+        """Values of attributes from texts like ``height=12``.
+
+        Raises:
+            UsageError: If values have other types.
+        """
+
+    @abstractmethod
+    def left_out(self) -> tuple[Finding, ...]:
+        """Ignored and unsupported features of the file."""
+
+    @abstractmethod
+    def check(self, request: SampleRequest) -> None:
+        """Check that the options of a request fit the file.
+
+        Raises:
+            GrammarlabError: If they do not.
+        """
+
+    def remarks(self, request: SampleRequest) -> tuple[Remark, ...]:
+        """Remarks about properties of the footprints of a request that cannot be used; none by default."""
+        return ()
+
+    @abstractmethod
+    def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
+        """A batch of a request."""
+
+    @abstractmethod
+    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
+        """The scene of a finished batch, from the folder of `MadeModels.save`."""
+
+
+@dataclass(frozen=True)
+class RealizedModels(AbstractModels):
+    """Models of a space whose files have no attributes or rules; they are not saved but made again."""
+
+    space: AbstractDesignSpace[Any]
+
+    def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
+        if texts:
+            raise UsageError(f"attribute {texts[0]!r}: files of this kind have no attributes; leave it out.")
+        return {}
+
+    def left_out(self) -> tuple[Finding, ...]:
+        return ()
+
+    def check(self, request: SampleRequest) -> None:
+        options = {"attributes": request.attributes, "start rule": request.start_rule, "footprint": request.footprints}
+        given = [name for name, value in options.items() if value]
+        if given:
+            raise UsageError(f"files of this kind have no {given[0]}; leave it out.")
+
+    def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
+        realized = self.space.realize(_addresses(request, batch))
+        scene = realized.scene
+        return MadeModels(
+            scene=scene,
+            shapes=np.bincount(scene.model, minlength=scene.num_models).tolist(),
+            log_probability=[None] * scene.num_models,
+            reports=[{}] * scene.num_models,
+            missing_assets=realized.missing_assets,
+        )
+
+    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
+        return self.space.realize(_addresses(request, batch)).scene
+
+
+def models_of(request: SampleRequest) -> AbstractModels:
+    """Models of the file of a request.
+
+    Raises:
+        LanguageError: If it has errors.
+    """
+    return domain_of(request.suffix).models(opened(request.suffix, request.text, request.name, request.assets))
+
+
+def _addresses(request: SampleRequest, batch: Batch) -> list[Address]:
+    return [Address(False, request.seed, batch.first_model + number) for number in range(batch.num_models)]

@@ -1,0 +1,259 @@
+"""Request of a run: all inputs that determine its files, and nothing else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, Self, TypedDict, Unpack, get_args
+
+import numpy as np
+
+from grammarlab.derivation.lots import shared_origin
+from grammarlab.errors import AssetError, UsageError
+from grammarlab.export import FORMATS
+from grammarlab.export.save import Format
+from grammarlab.geometry.footprints import Footprint, FootprintMap, Georeference, Remark, read_footprint_map
+from grammarlab.language.attribute_values import AttributeValue
+from grammarlab.language.grammar import hash_of
+from grammarlab.rendering.choice import RendererName
+from grammarlab.runs.sample.domains import DEFAULT
+from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.runs.work.json_members import member, numbers, of_kind, plain_values
+
+Instancing = Literal["none", "nodes", "gpu"]
+Scale = Literal["same", "each"]
+
+MAX_MODELS = 10_000_000
+BATCH_MODELS = 64
+"""Number of models of a batch: small enough to lose little when a run is interrupted."""
+
+
+class RequestOptions(TypedDict, total=False):
+    """Options of a request; see `SampleRequest`."""
+
+    num_models: int
+    seed: int
+    attributes: Mapping[str, AttributeValue]
+    start_rule: str
+    file_format: Format
+    single_file: bool
+    instancing: Instancing
+    image: bool
+    columns: int
+    renderer: RendererName
+    scale: Scale
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampleRequest:
+    """A request of a run. Equal requests make equal files, bit for bit, with equal versions of all libraries.
+
+    >>> from pathlib import Path
+    >>> import grammarlab as gl
+    >>> request = gl.SampleRequest(name="tower", text="Lot --> extrude(3) Tower", assets=Path(), num_models=4)
+    >>> request.num_models
+    4
+    """
+
+    name: str
+    """Name of the files: ``building`` gives ``building-00017.glb``."""
+    text: str
+    """Text of the rule file, or of another file that describes models."""
+    suffix: str = DEFAULT
+    """Suffix of its domain (`grammarlab.runs.sample.domains`)."""
+    assets: Path
+    """Folder of the assets named in the rules."""
+    num_models: int = 1
+    """Number of models per footprint, at least 1."""
+    seed: int = 0
+    """0 .. 2**64 - 1."""
+    attributes: Mapping[str, AttributeValue] = field(default_factory=dict)
+    """Values that replace those in the rule file."""
+    start_rule: str = ""
+    """Empty for the rule file's own."""
+    footprints: tuple[Footprint, ...] = ()
+    """Empty for the default footprint."""
+    file_format: Format = "glb"
+    single_file: bool = False
+    """One file with all models instead of one each."""
+    instancing: Instancing = "none"
+    """For GLB: ``none`` merges by material, ``nodes`` shares meshes, ``gpu`` uses EXT_mesh_gpu_instancing."""
+    image: bool = True
+    """Whether to draw the contact sheet."""
+    columns: int = 0
+    """Number of columns of the sheet; 0 for about a square."""
+    renderer: RendererName = "cast"
+    """Renderer of the sheet: ``cast`` is ray casting, with the same picture on every machine; ``gl`` is OpenGL;
+    ``auto`` is OpenGL if it works. The manifest records the used renderer."""
+    scale: Scale = "each"
+    """Whether the models on the sheet are all to one scale, or ``each`` fills its picture."""
+    georeference: Georeference | None = None
+    """Place of the footprints on the earth; None if it is unknown. It does not change the models."""
+    remarks: tuple[Remark, ...] = ()
+    """What is left out of the footprints. They do not change the models."""
+    origin: tuple[float, float, float] | None = field(init=False, repr=False)
+    """Origin [3] in world metres that all files of the run share; None if all footprints are near that of the world."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", _shared_origin(self.footprints, self.georeference))
+        if not re.fullmatch(r"[\w .,+@-]{1,100}", self.name) or self.name.startswith("."):
+            raise UsageError(f"{self.name!r} cannot name files: expected letters, digits, spaces and . , + @ - _ only.")
+        if not re.fullmatch(r"\.\w{1,32}", self.suffix):
+            raise UsageError(f"{self.suffix!r} is not the suffix of a file: expected one such as {DEFAULT!r}.")
+        _check_range("number of models", self.num_models * max(len(self.footprints), 1), 1, MAX_MODELS)
+        _check_range("seed", self.seed, 0, 2**64 - 1)
+        _check_range("number of columns", self.columns, 0, 1000)
+        _check_choice("format", self.file_format, FORMATS)
+        _check_choice("instancing", self.instancing, get_args(Instancing))
+        _check_choice("scale", self.scale, get_args(Scale))
+        _check_choice("renderer", self.renderer, get_args(RendererName))
+        if self.instancing != "none" and self.file_format != "glb":
+            raise UsageError(f"instancing {self.instancing!r} needs format 'glb', found {self.file_format!r}.")
+
+    @classmethod
+    def of(
+        cls,
+        grammar: str | Path,
+        *,
+        footprint: str = "",
+        assets: Path | None = None,
+        **options: Unpack[RequestOptions],
+    ) -> Self:
+        """A request for a file that describes models, or a shipped example.
+
+        Args:
+            grammar: a path, or a name from ``grammarlab list``.
+            footprint: see `read_footprints`; empty for the default footprint.
+            assets: folder of assets, by default the one beside the rule file.
+            **options: the other fields of this class.
+        """
+        source = find_rules(str(grammar), assets)
+        plan = read_footprint_map(footprint) if footprint else FootprintMap(())
+        text = source.text()
+        return cls(
+            name=source.name,
+            suffix=source.suffix,
+            text=text,
+            assets=source.assets,
+            footprints=plan.footprints,
+            georeference=plan.georeference,
+            remarks=plan.remarks,
+            **options,
+        )
+
+    @property
+    def text_hash(self) -> str:
+        """SHA-256 of the rule text in hexadecimal: `Grammar.hash`."""
+        return hash_of(self.text)
+
+    @property
+    def total_models(self) -> int:
+        """Number of models on all footprints."""
+        return self.num_models * max(len(self.footprints), 1)
+
+    def as_json(self) -> dict[str, Any]:
+        """All fields that define the models and files as plain values, except the text and the asset folder."""
+        return {
+            "name": self.name,
+            "suffix": self.suffix,
+            "num_models": self.num_models,
+            "seed": self.seed,
+            "attributes": dict(self.attributes),
+            "start_rule": self.start_rule,
+            "footprints": [
+                {"polygon": f.polygon.tolist(), "properties": dict(f.properties), "name": f.name}
+                | ({"unread": list(f.unread)} if f.unread else {})
+                for f in self.footprints
+            ],
+            "file_format": self.file_format,
+            "single_file": self.single_file,
+            "instancing": self.instancing,
+            "image": self.image,
+            "columns": self.columns,
+            "renderer": self.renderer,
+            "scale": self.scale,
+        }
+
+    @classmethod
+    def from_json(cls, values: Mapping[str, Any], text: str, assets: Path) -> Self:
+        """Request from the values of `as_json`.
+
+        Raises:
+            AssetError: If the values are not those of a request.
+        """
+        try:
+            return cls(text=text, assets=assets, **_fields(values))
+        except (TypeError, UsageError, AssetError) as error:
+            raise AssetError(f"the manifest does not describe a run of this version: {error}") from error
+
+
+_TYPES: Mapping[str, type] = {
+    "name": str,
+    "suffix": str,
+    "num_models": int,
+    "seed": int,
+    "attributes": dict,
+    "start_rule": str,
+    "footprints": list,
+    "file_format": str,
+    "single_file": bool,
+    "instancing": str,
+    "image": bool,
+    "columns": int,
+    "renderer": str,
+    "scale": str,
+}
+"""Members of `SampleRequest.as_json`; earlier versions have fewer."""
+_FARTHEST = 1e8
+"""Largest coordinate of a footprint, metres: coordinates of maps on Earth are smaller."""
+
+
+def _fields(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of a request from the values of `SampleRequest.as_json`."""
+    where = "request"
+    unknown = [name for name in values if name not in _TYPES]
+    if unknown:
+        raise AssetError(f"{where}: unknown member {unknown[0]!r:.60}, perhaps of a newer version of grammarlab.")
+    fields: dict[str, Any] = {name: member(values, name, _TYPES[name], where) for name in values}
+    fields["attributes"] = plain_values(fields.get("attributes", {}), f"{where}.attributes")
+    footprints = enumerate(fields.get("footprints", []))
+    fields["footprints"] = tuple(_footprint(entry, f"{where}.footprints[{index}]") for index, entry in footprints)
+    return fields
+
+
+def _footprint(values: Any, where: str) -> Footprint:
+    """A footprint of `SampleRequest.as_json`."""
+    corners = member(values, "polygon", list, where)
+    polygon = np.array([numbers(corner, 3, f"{where}.polygon") for corner in corners]).reshape(-1, 3)
+    if len(polygon) < 3 or np.abs(polygon).max() > _FARTHEST:
+        raise AssetError(f"{where}.polygon: expected at least 3 corners within {_FARTHEST:,.0f} m of the origin.")
+    properties = plain_values(member(values, "properties", dict, where), f"{where}.properties")
+    unread = of_kind(values.get("unread", []), list, f"{where}.unread")
+    names = tuple(of_kind(name, str, f"{where}.unread") for name in unread)
+    return Footprint(polygon, properties, member(values, "name", str, where), names)
+
+
+def _shared_origin(
+    footprints: tuple[Footprint, ...], georeference: Georeference | None
+) -> tuple[float, float, float] | None:
+    """See `SampleRequest.origin`; with a longitude and a latitude it is their point, which is that of the world."""
+    if not footprints:
+        return None
+    low, high = (np.array([f(footprint.polygon, axis=0) for footprint in footprints]) for f in (np.min, np.max))
+    origin = shared_origin(low, high)
+    if origin is None:
+        return None
+    x, y, z = (origin if georeference is None or georeference.longitude is None else np.zeros(3)).tolist()
+    return x, y, z
+
+
+def _check_range(what: str, value: int, low: int, high: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise UsageError(f"{what}: expected a whole number from {low} to {high}, found {value!r}.")
+
+
+def _check_choice(what: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise UsageError(f"{what}: expected one of {', '.join(choices)}, found {value!r}.")

@@ -1,0 +1,230 @@
+"""Trace of the derivation of one model in the rule text: an indented tree, or rows for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab.assets.mesh_files import AssetFolder
+from grammarlab.derivation.expressions import number_grammar
+from grammarlab.derivation.forest import Forest, Site, origin_of
+from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
+from grammarlab.errors import Location, UsageError
+from grammarlab.features.acceptance import Acceptance, derive_accepted
+from grammarlab.geometry.footprints import Remark, read_footprint_map
+from grammarlab.language.attribute_values import read_attributes, usable_properties
+from grammarlab.language.grammar import read_text
+from grammarlab.language.numbering import Numbering
+from grammarlab.runs.sample.models import property_remarks
+from grammarlab.runs.sample.records import compiled
+from grammarlab.runs.sample.shipped import find_rules
+
+MOST_FORMS = 3
+"""Shapes of one successor that are listed where they differ in what became of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class DerivationTrace:
+    """One model and the numbering of its grammar."""
+
+    name: str
+    """Of the grammar."""
+    forest: Forest
+    """The model alone."""
+    numbering: Numbering
+    own_lines: int
+    """Number of lines of the rule file; later lines are imported."""
+    children: tuple[tuple[int, ...], ...]
+    """Children of each node, in the order of the text and of the derivation."""
+    draws: Mapping[int, tuple[int, ...]]
+    """Rows of the draws of each node."""
+    leaves: Mapping[int, tuple[int, ...]]
+    """Rows of the visible shapes of each node."""
+    remarks: tuple[Remark, ...] = ()
+    """What is left out of the footprint."""
+
+
+def trace_model(
+    grammar: str,
+    model: int,
+    seed: int,
+    attributes: Sequence[str] = (),
+    start_rule: str = "",
+    footprint: str = "",
+    assets: Path | None = None,
+) -> DerivationTrace:
+    """Derive one model as in `grammarlab.runs.sample.run.sample_run`.
+
+    Args:
+        grammar: a path, or a name from ``grammarlab list``.
+        model: its index under the seed, 0 <= model < 2**64.
+        seed: 0 <= seed < 2**64.
+        attributes: see `read_attributes`.
+        start_rule: the start rule; empty for the one that the grammar marks.
+        footprint: see `read_footprints`, one polygon; empty for the default footprint.
+        assets: folder of assets, by default the one beside the rule file.
+
+    Raises:
+        UsageError: If a value is out of range, or there are several footprints.
+    """
+    source = find_rules(grammar, assets)
+    rules, program = compiled(source.text(), source.name)
+    values = read_attributes(attributes, rules)
+    polygon: Footprint = DEFAULT_FOOTPRINT
+    remarks: tuple[Remark, ...] = ()
+    if footprint:
+        plan = read_footprint_map(footprint)
+        lot, *others = plan.footprints
+        if others:
+            raise UsageError(f"footprint: expected one polygon to show a model on, found {len(others) + 1}.")
+        polygon, values = lot.polygon, {**usable_properties(lot.properties, rules).values, **values}
+        remarks = (*plan.remarks, *property_remarks(lot, rules))
+    acceptance, folder = Acceptance.of(rules.tree), AssetFolder(source.assets)
+    lots = Lots.at(seed, model, polygon, values, start_rule or None)
+    forest = derive_accepted(program, acceptance, lots, folder).forest
+    nodes = forest.nodes
+    order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
+    children = _by_node(nodes.parent[order], order)
+    return DerivationTrace(
+        name=source.name,
+        forest=forest,
+        numbering=number_grammar(rules),
+        own_lines=len(read_text(source.path).splitlines()),
+        children=tuple(children.get(node, ()) for node in range(len(nodes))),
+        draws=_by_node(forest.draws.node),
+        leaves=_by_node(forest.leaves.node),
+        remarks=remarks,
+    )
+
+
+def as_values(trace: DerivationTrace) -> dict[str, Any]:
+    """The model as plain values, one row per node."""
+    forest, nodes = trace.forest, trace.forest.nodes
+    rows = []
+    for node, depth in _depth_first(trace):
+        origin = origin_of(forest, trace.numbering, node)
+        rows.append(
+            {
+                "node": node,
+                "parent": int(nodes.parent[node]),
+                "depth": depth,
+                "symbol": origin.symbol,
+                "made_at": _place(origin.made_at),
+                "rule_at": _place(origin.rule_at),
+                "draws": [
+                    {"site": site.name, "kind": site.kind, "value": value, **(_place(place) or {})}
+                    for site, value, place in _draws(trace, node)
+                ],
+                "sizes": [forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())],
+            }
+        )
+    return {
+        "grammar": trace.name,
+        "model": int(forest.lots.model[0]),
+        "seed": int(forest.lots.seed[0]),
+        "log_probability": float(forest.log_probability()[0]),
+        "nodes": rows,
+    }
+
+
+def as_lines(trace: DerivationTrace, everything: bool = False) -> Iterator[str]:
+    """The model as an indented tree.
+
+    Args:
+        trace: the model.
+        everything: whether equal shapes of one successor are listed one by one.
+    """
+    count, visible = len(trace.forest.nodes), len(trace.forest.leaves)
+    yield f"{trace.name}, {trace.forest.lots}: {count:,} shapes, {visible:,} visible"
+    if any(branch.location.line > trace.own_lines for branch in trace.numbering.branches):
+        yield f"places after line {trace.own_lines} are those of imported rules, as they follow the rule file's own"
+    yield "   made at   rule at  symbol"
+    forms = () if everything else _forms(trace)
+    waiting: list[tuple[int, int, str]] = [(0, 0, "")]
+    while waiting:
+        node, depth, note = waiting.pop()
+        yield _line(trace, node, depth, note) if node >= 0 else f"{'':21}{'  ' * depth}{note}"
+        if node >= 0:
+            below = _all(trace, node) if everything else _shortened(trace, node, forms)
+            waiting += reversed([(child, depth + 1, note) for child, note in below])
+
+
+def _all(trace: DerivationTrace, node: int) -> list[tuple[int, str]]:
+    return [(child, "") for child in trace.children[node]]
+
+
+def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[tuple[int, str]]:
+    """The children to list, each with the number of equal ones; -1 for those left out."""
+    nodes = trace.forest.nodes
+    found: list[tuple[int, str]] = []
+    successors: dict[int, dict[int, list[int]]] = {}
+    for child in trace.children[node]:
+        successors.setdefault(int(nodes.child[child]), {}).setdefault(forms[child], []).append(child)
+    for alike in successors.values():
+        groups = list(alike.values())
+        found += [(group[0], f" x {len(group)}" if len(group) > 1 else "") for group in groups[:MOST_FORMS]]
+        left = sum(map(len, groups[MOST_FORMS:]))
+        if left:
+            symbol = trace.forest.symbols[nodes.symbol[groups[0][0]]]
+            found.append((-1, f"… {left:,} more {symbol}, each derived otherwise; --all lists them"))
+    return found
+
+
+def _forms(trace: DerivationTrace) -> list[int]:
+    """Class of each node; equal if the same branches were taken below it."""
+    nodes = trace.forest.nodes
+    known: dict[object, int] = {}
+    forms = [0] * len(nodes)
+    for node in reversed(range(len(nodes))):
+        below = tuple((int(nodes.child[child]), forms[child]) for child in trace.children[node])
+        forms[node] = known.setdefault((int(nodes.symbol[node]), int(nodes.rule[node]), below), len(known))
+    return forms
+
+
+def _depth_first(trace: DerivationTrace) -> Iterator[tuple[int, int]]:
+    waiting = [(0, 0)]
+    while waiting:
+        node, depth = waiting.pop()
+        yield node, depth
+        waiting += reversed([(child, depth + 1) for child in trace.children[node]])
+
+
+def _line(trace: DerivationTrace, node: int, depth: int, note: str) -> str:
+    origin = origin_of(trace.forest, trace.numbering, node)
+    made, rule = (f"{place.line}:{place.column}" if place else "-" for place in (origin.made_at, origin.rule_at))
+    sizes = [trace.forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())]
+    shown = [" x ".join(f"{extent:.2f}" for extent in size) + " m" for size in sizes[:1]]
+    shown += [f"and {len(sizes) - 1} more"] if len(sizes) > 1 else []
+    drawn = [_drawn(site, value) for site, value, _ in _draws(trace, node)]
+    return "  ".join([f"{made:>10}{rule:>10} ", "  " * depth + origin.symbol + note, *drawn, *shown]).rstrip()
+
+
+def _drawn(site: Site, value: float) -> str:
+    if site.kind == "choice":
+        return f"{site.name}: branch {int(value) + 1} of {site.choices}"
+    if site.kind == "bernoulli":
+        return f"{site.name} = {'true' if value else 'false'}"
+    return f"{site.name} = {value:.6g}" if site.kind == "uniform" else f"{site.name}: item {int(value) + 1}"
+
+
+def _draws(trace: DerivationTrace, node: int) -> Iterator[tuple[Site, float, Location]]:
+    draws = trace.forest.draws
+    for row in trace.draws.get(node, ()):
+        site = int(draws.site[row])
+        yield trace.forest.sites[site], float(draws.value[row]), trace.numbering.places[site].node.location
+
+
+def _place(location: Location | None) -> dict[str, int] | None:
+    return None if location is None else {"line": location.line, "column": location.column}
+
+
+def _by_node(node: np.ndarray, rows: np.ndarray | None = None) -> dict[int, tuple[int, ...]]:
+    """The rows of each node, in their order."""
+    found: dict[int, list[int]] = {}
+    for key, row in zip(node.tolist(), (np.arange(len(node)) if rows is None else rows).tolist(), strict=True):
+        found.setdefault(key, []).append(row)
+    return {key: tuple(rows) for key, rows in found.items()}

@@ -1,1 +1,0 @@
-"""One call from a request to files and a picture on disk."""

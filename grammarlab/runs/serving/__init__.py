@@ -1,1 +1,0 @@
-"""Local pages: the server, its windows, and their requests."""

@@ -1,1 +1,0 @@
-"""Record of a session: events in a file."""

@@ -1,1 +1,0 @@
-"""Shown models: their order, and knowledge about them."""

@@ -1,1 +1,0 @@
-"""Worker processes of a session: they learn, draw and write files."""

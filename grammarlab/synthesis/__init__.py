@@ -1,0 +1,1 @@
+"""New facades and buildings from one example."""

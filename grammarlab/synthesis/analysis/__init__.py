@@ -1,0 +1,1 @@
+"""Analysis of an example: walls, rows, columns and labels."""

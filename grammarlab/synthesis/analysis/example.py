@@ -1,0 +1,302 @@
+"""An example: an upright building, its walls with rows, columns and labels of their units, the main one in front."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.lattice import Lattice, lattice
+from grammarlab.synthesis.analysis.panes import panes_of
+from grammarlab.synthesis.analysis.unit_kinds import label_grid
+from grammarlab.synthesis.analysis.wall_elements import WallElements, bare_of, elements_of
+from grammarlab.synthesis.analysis.walls import BEFORE, BEHIND, PIXELS, Wall, walls_of
+from grammarlab.synthesis.label_grid import LabelGrid
+from grammarlab.synthesis.mesh.bending import Bend, bend_of
+from grammarlab.synthesis.mesh.building_files import ExampleMesh
+from grammarlab.synthesis.mesh.surface import Floats, Surface
+from grammarlab.synthesis.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rotation, seen_from, turn_to_walls
+
+_SLACK = 0.05
+"""Margin behind and in front of the visible part of a region, metres."""
+_CLEAR = 0.01
+"""Metres around the plane behind units without points, where there is such a place: faces in it would be cut."""
+_COARSE = 40_000
+"""Pixels of the maps that determine the vertical axis."""
+_ENTERED = 1.5
+"""Factor on the number of units of a wall with an entrance, for the choice of the main wall."""
+_ROUNDS = 3
+"""Number of rotations of a building to walls that are not quite square to the others."""
+_PANES = 2
+"""Ratio of panes to elements in relief from which panes are units."""
+MOST_LINES = 200
+"""Largest number of rows or columns."""
+OUTSIDE = -2
+"""Label of the neighbours of cells at a border."""
+_ANY = -3
+INSIDE = (_ANY, _ANY, _ANY, _ANY)
+"""Neighbours of a cell at no border."""
+_BESIDE, _BORDER = np.array([3, 3, 1, 1]), np.array([36, 9, 9, 9])
+"""Weights of differing labels below, above, to the left and to the right, and of differing borders there: a border
+weighs more than all labels, and the ground more than all other borders."""
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """The part of a wall that consists of units, in the coordinates of the view from its side."""
+
+    name: str
+    side: int
+    columns: Lattice
+    rows: Lattice
+    grid: LabelGrid
+    plane: float
+    """Depth of the wall, metres towards the viewer."""
+    back: float
+    """Least depth of the units, metres; geometry behind it is not part of them."""
+    front: float
+    elements: Floats
+    """[E, 4] boxes of the elements, low and high corners, metres."""
+    wall: Floats
+    """[2, 2] low and high corner of the wall, metres."""
+    noise: float
+    """Deviation of points in the plane of the wall from it, metres."""
+
+    @property
+    def low(self) -> Floats:
+        """[2] lower left corner, metres."""
+        return np.array([self.columns.line[0], self.rows.line[0]])
+
+    @property
+    def high(self) -> Floats:
+        """[2] upper right corner, metres."""
+        return np.array([self.columns.line[-1], self.rows.line[-1]])
+
+    def cell(self, row: int, column: int) -> tuple[Floats, Floats]:
+        """Lower left and upper right corner [2] of a cell, in metres."""
+        return (
+            np.array([self.columns.line[column], self.rows.line[row]]),
+            np.array([self.columns.line[column + 1], self.rows.line[row + 1]]),
+        )
+
+    def elements_in(self, row: int, column: int) -> Floats:
+        """[K, 4] boxes of the elements in a cell."""
+        return self.elements[(self.rows.member == row) & (self.columns.member == column)]
+
+    def source(self, label: int, around: tuple[int, int, int, int] = INSIDE) -> tuple[int, int]:
+        """Row and column of the unit that represents a label: one with equal neighbours, near the middle of such units.
+
+        The ground below is most important, so that no unit of the ground floor is repeated above it if an upper storey
+        has the label; then other borders, and the labels below and above: bands, such as a cornice, run along rows.
+
+        Args:
+            label: the label.
+            around: the labels below, above, to the left and to the right of the new cell; `OUTSIDE` beyond a border.
+        """
+        places = np.argwhere(self.grid.labels == label)
+        framed = np.pad(self.grid.labels, 1, constant_values=OUTSIDE)
+        row, column = places.T + 1
+        beside = np.stack(
+            [framed[row - 1, column], framed[row + 1, column], framed[row, column - 1], framed[row, column + 1]], axis=1
+        )
+        target = np.array(around)
+        borders = ((beside == OUTSIDE) != (target == OUTSIDE)) @ _BORDER
+        misses = borders + (beside != target) @ _BESIDE
+        places = places[misses == misses.min()]
+        return tuple(places[np.abs(places - places.mean(axis=0)).sum(axis=1).argmin()].tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A building with y up whose main wall faces z."""
+
+    mesh: ExampleMesh
+    surface: Surface
+    turn: Floats
+    """[3, 3] rotation from the coordinates of the file, less `mesh.origin`, to those of the building; of a bent
+    building, to its straightened coordinates."""
+    regions: tuple[Region, ...]
+    """Regions, the main one first."""
+    notes: tuple[str, ...]
+    bend: Bend | None = None
+    """Arc of a bent building; its surface and its regions are straightened."""
+
+    def bent(self, points: Floats) -> Floats:
+        """[P, 3] points of a straightened building, bent back."""
+        return points if self.bend is None else self.bend.bent(points @ self.turn)
+
+    @property
+    def main(self) -> Region:
+        return self.regions[0]
+
+
+def analyse(mesh: ExampleMesh, up: str = "") -> Example:
+    """Walls, units and labels of a building.
+
+    Args:
+        mesh: the building.
+        up: `y` or `z`; if empty, the axis for which walls have more units, and y if both have equally many.
+
+    Raises:
+        FacadeError: If no wall has elements.
+    """
+    ways = {"y": _stood(mesh, np.eye(3))} if up != "z" else {}
+    if up != "y":
+        ways["z"] = _stood(mesh, Z_UP)
+    notes: tuple[str, ...] = ()
+    if len(ways) == 2 and ways["z"].num_elements > ways["y"].num_elements:
+        up, notes = "z", ("z is taken as the up axis, since walls have more units then",)
+    example = _upright(mesh, ways[up or "y"])
+    if not example.regions:
+        large = float(np.ptp(example.surface.points, axis=0).max())
+        raise FacadeError(
+            f"No wall of this building, {large:.3g} m large, has units, such as windows, at least 2 cm off its "
+            "plane; give --up if it lies on its side, --unit if its coordinates are not in metres."
+        )
+    if example.bend is not None:
+        notes += (f"walls follow an arc of radius {example.bend.radius:.1f} m; rules and facades are straightened",)
+    return replace(example, notes=notes)
+
+
+def _walls(surface: Surface, num_pixels: int = PIXELS) -> list[tuple[Wall, WallElements]]:
+    """The walls of all sides, from maps of this many pixels, and their elements.
+
+    Panes are elements if walls have hardly any relief, or if most elements in relief contain a pane near the plane of
+    their wall.
+    """
+    found: list[tuple[Wall, WallElements]] = []
+    panes: list[WallElements] = []
+    for side in range(len(SIDES)):
+        corners = seen_from(side, surface.points)[surface.triangles]
+        for wall in walls_of(surface, side, num_pixels):
+            found.append((wall, elements_of(wall, corners)))
+            panes.append(panes_of(wall, corners, surface.triangles, found[-1][1]))
+    num = sum(len(relief.low) for _, relief in found)
+    held = sum(int(relief.around(flat).sum()) for (_, relief), flat in zip(found, panes, strict=True))
+    if sum(len(flat.low) for flat in panes) <= _PANES * num and (not num or 2 * held < num):
+        return found
+    return [(wall, relief.with_panes(flat)) for (wall, relief), flat in zip(found, panes, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Stood:
+    """A building made upright, straightened and rotated to its walls."""
+
+    surface: Surface
+    turn: Floats
+    """[3, 3] rotation."""
+    bend: Bend | None
+    num_elements: int
+    """Number of elements on the walls of all sides, on coarse maps."""
+
+
+def _stood(mesh: ExampleMesh, stand: Floats) -> _Stood:
+    """The upright building; if it is not quite rectangular, rotated square to the wall with units."""
+    surface = mesh.surface.moved(mesh.surface.points @ stand.T)
+    bend = bend_of(surface)
+    if bend is not None:
+        surface = surface.moved(bend.straight(surface.points))
+        stand = np.eye(3)
+    turn = turn_to_walls(surface) @ stand
+    straight = mesh.surface if bend is None else surface
+    best, tilts = _looked_at(straight, turn, bend)
+    for _ in range(_ROUNDS if bend is None else 0):
+        others = [_looked_at(straight, rotation(tilt) @ best.turn, bend) for tilt in tilts]
+        other, tilts = max(others, key=lambda each: each[0].num_elements, default=(best, []))
+        if other.num_elements < best.num_elements or other is best:
+            break
+        best = other
+    return best
+
+
+def _looked_at(straight: Surface, turn: Floats, bend: Bend | None) -> tuple[_Stood, list[float]]:
+    """The rotated building, and further rotations, radians, that would make some of its walls square to a view."""
+    surface = straight.moved(straight.points @ turn.T)
+    walls = _walls(surface, _COARSE)
+    tilts = [tilt for wall, _ in walls if (tilt := wall.tilt())]
+    return _Stood(surface, turn, bend, sum(len(elements.low) for _, elements in walls)), tilts
+
+
+def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
+    """The building with its units."""
+    surface, turn, bend = stood.surface, stood.turn, stood.bend
+    regions = _regions(surface)
+    if not regions:
+        return Example(mesh, surface, turn, (), (), bend)
+    if bend is not None:
+        # Flat walls of polygons become round: as far as a column is from its arc, that is no noise.
+        regions = [
+            replace(each, noise=max(0.0, each.noise - each.columns.pitch**2 / (8.0 * bend.radius))) for each in regions
+        ]
+    main = max(regions, key=lambda each: (_weight(each), -each.side))
+    if main.side != FRONT:
+        # One transform from the file, to lose no digits, unless the building was straightened in between.
+        points = mesh.surface.points if bend is None else surface.points @ turn
+        turn = VIEWS[main.side] @ turn
+        surface = surface.moved(points @ turn.T)
+        regions = [replace(each, side=(each.side - main.side) % len(SIDES)) for each in regions]
+    regions.sort(key=lambda each: (each.side, -_weight(each)))
+    names = [SIDES[each.side] for each in regions]
+    numbered = [
+        name if names.index(name) == place else f"{name}:{names[:place].count(name)}"
+        for place, name in enumerate(names)
+    ]
+    regions = [replace(each, name=name) for each, name in zip(regions, numbered, strict=True)]
+    return Example(mesh, surface, turn, tuple(regions), (), bend)
+
+
+def _weight(region: Region) -> float:
+    """Score of a wall for the choice of the main one: units, and entrances."""
+    entered = any(name.startswith(("door", "shop")) for name in region.grid.names)
+    return len(region.elements) * (_ENTERED if entered else 1.0)
+
+
+def _regions(surface: Surface) -> list[Region]:
+    found = []
+    for wall, elements in _walls(surface):
+        if not len(elements.low):
+            continue
+        low, high = bare_of(wall)
+        low, high = np.minimum(low, elements.low.min(axis=0)), np.maximum(high, elements.high.max(axis=0))
+        columns, rows = (
+            lattice(elements.low[:, axis], elements.high[:, axis], low[axis], high[axis]) for axis in (0, 1)
+        )
+        if max(len(columns), len(rows)) > MOST_LINES:
+            continue
+        back, front = _depths(wall, columns, rows)
+        back = _clear(seen_from(wall.side, surface.points)[:, 2], back)
+        found.append(
+            Region(
+                name="",
+                side=wall.side,
+                columns=columns,
+                rows=rows,
+                grid=label_grid(wall, elements, columns, rows),
+                plane=wall.depth,
+                back=back,
+                front=front,
+                elements=np.hstack([elements.low, elements.high]),
+                wall=np.stack([wall.low, wall.high]),
+                noise=wall.noise,
+            )
+        )
+    return found
+
+
+def _depths(wall: Wall, columns: Lattice, rows: Lattice) -> tuple[float, float]:
+    """Least and largest depth of the units."""
+    part = wall.map.rows(rows.line[0], rows.line[-1]), wall.map.columns(columns.line[0], columns.line[-1])
+    depth = wall.map.depth[part][wall.seen[part]]
+    depth = depth[(depth >= wall.depth - BEHIND) & (depth <= wall.depth + BEFORE)]
+    return float(depth.min(initial=wall.depth)) - _SLACK, float(depth.max(initial=wall.depth)) + _SLACK
+
+
+def _clear(depths: Floats, at: float) -> float:
+    """The given depth if no point has it; else the middle of the widest gap between points just behind it."""
+    near = depths[(depths >= at - _SLACK) & (depths <= at + _CLEAR)]
+    if not (near >= at - _CLEAR).any():
+        return at
+    ends = np.unique(np.concatenate([near[near <= at], [at - _SLACK, at]]))
+    widest = int(np.diff(ends).argmax())
+    return float(ends[widest : widest + 2].mean())

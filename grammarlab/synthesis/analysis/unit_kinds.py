@@ -1,0 +1,136 @@
+"""Equal units of a wall: labels of cells by the boxes and depths of their elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from grammarlab.facade.lattice import Lattice
+from grammarlab.synthesis.analysis.wall_elements import WallElements, off_plane
+from grammarlab.synthesis.analysis.walls import Wall
+from grammarlab.synthesis.label_grid import LabelGrid
+from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints
+
+_SAME_SIZE, _NOISES = 0.02, 4.0
+"""Largest difference of elements of equal units, in metres, and as a multiple of the noise."""
+_SAME_CELL = 0.2
+"""Largest relative difference of cells of equal units; units are scaled to the size of their row and column."""
+_SAME_DEPTH, _DEPTH_NOISES = 0.03, 5.0
+_EDGE_NOISES = 4.0
+"""Largest error of sides beyond one pixel, as a multiple of the noise."""
+_DIFFERENT = 0.06
+"""Share of the area off the plane from which differing depths make another unit."""
+_LEAST_AREA = 0.3
+"""Least area of which that share is taken, square metres."""
+_GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.85, 1.8, 2.2
+"""Doors: largest height above the lowest point of the wall, least height, and largest width, metres; no door is wider
+than high."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    size: Floats
+    """[2] metres; NaN along an axis at whose end it is, since such cells end with the wall, or along which an element
+    is larger than the cell."""
+    boxes: Floats
+    """[K, 4] low and high corners of its elements, metres."""
+    depth: Floats
+    """[3, h, w] metres in front of the plane: at each pixel, and the least and the largest in its neighbourhood."""
+    off: Bools
+    """[h, w] whether it is off the plane."""
+    anchor: Ints
+    """[2] row and column of the pixel in the centre of its elements."""
+    step: float
+    """Metres per pixel."""
+
+
+def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> LabelGrid:
+    """The label of each cell, with names by appearance: window, door, shop, wall, unit."""
+    cells = _cells(wall, elements, columns, rows)
+    labels = np.zeros((len(rows), len(columns)), dtype=np.int64)
+    leaders: list[tuple[_Cell, bool]] = []
+    # Inner cells come first: cells at an end are compared with them, since their own size is cut off by the wall.
+    ends = [(row in (0, len(rows) - 1)) + (column in (0, len(columns) - 1)) for row, column in np.ndindex(labels.shape)]
+    for place in np.argsort(ends, kind="stable").tolist():
+        row, column = divmod(place, len(columns))
+        cell = cells[row][column]
+        number = next((k for k, (each, _) in enumerate(leaders) if _equal(cell, each, wall.noise)), len(leaders))
+        labels[row, column] = number
+        if number == len(leaders):
+            leaders.append((cell, row == 0))
+    return LabelGrid.of(labels, _names([_name(cell, low, wall) for cell, low in leaders]))
+
+
+def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
+    off, map_ = off_plane(wall), wall.map
+    depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
+    around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISES * wall.noise / map_.step))
+    depths = np.stack([depth, ndimage.minimum_filter(depth, around), ndimage.maximum_filter(depth, around)])
+    # Noise can move an element beyond the line where it ends.
+    inside = _EDGE_NOISES * wall.noise
+    found = []
+    for row in range(len(rows)):
+        found.append([])
+        for column in range(len(columns)):
+            low = np.array([columns.line[column], rows.line[row]])
+            high = np.array([columns.line[column + 1], rows.line[row + 1]])
+            own = np.flatnonzero((columns.member == column) & (rows.member == row))
+            boxes = np.hstack([elements.low[own], elements.high[own]])
+            boxes = boxes[np.lexsort(boxes.T[::-1])]
+            part = map_.rows(low[1] + inside, high[1] - inside), map_.columns(low[0] + inside, high[0] - inside)
+            size = high - low
+            size[[column in (0, len(columns) - 1), row in (0, len(rows) - 1)]] = np.nan
+            size[((boxes[:, :2] < low) | (boxes[:, 2:] > high)).any(axis=0)] = np.nan
+            middle = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0 if len(boxes) else (low + high) / 2.0
+            first = np.array([part[0].start, part[1].start])
+            anchor = np.rint((middle - map_.low) / map_.step - 0.5)[::-1].astype(np.int64) - first
+            found[-1].append(_Cell(size, boxes, depths[:, *part], off[part], anchor, map_.step))
+    return found
+
+
+def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
+    if len(a.boxes) != len(b.boxes) or (np.abs(a.size - b.size) > _SAME_CELL * np.maximum(a.size, b.size)).any():
+        return False
+    if len(a.boxes):
+        sizes = [each.boxes[:, 2:] - each.boxes[:, :2] for each in (a, b)]
+        if np.abs(sizes[0] - sizes[1]).max() > _SAME_SIZE + _NOISES * noise:
+            return False
+    before = np.minimum(a.anchor, b.anchor)
+    after = np.minimum(a.off.shape - a.anchor, b.off.shape - b.anchor)
+    if (before + after <= 0).any():
+        return True
+    one, other = ((slice(*ends) for ends in np.stack([each.anchor - before, each.anchor + after]).T) for each in (a, b))
+    one, other = tuple(one), tuple(other)
+    slack = _SAME_DEPTH + _DEPTH_NOISES * noise
+    # A depth may be in the same pixel of the other cell or in one beside it, since cells begin within pixels.
+    differs = _beyond(a.depth[:, *one], b.depth[:, *other], slack) | _beyond(
+        b.depth[:, *other], a.depth[:, *one], slack
+    )
+    area = max(float((a.off[one] | b.off[other]).sum()), _LEAST_AREA / a.step**2)
+    return float(differs.sum()) <= _DIFFERENT * area
+
+
+def _beyond(one: Floats, other: Floats, slack: float) -> Bools:
+    """[h, w] whether a depth is outside the range around the same pixel of the other cell."""
+    return (one[0] < other[1] - slack) | (one[0] > other[2] + slack)
+
+
+def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
+    if not len(cell.boxes):
+        return "wall"
+    if len(cell.boxes) > 1:
+        return "unit"
+    width, height = cell.boxes[0, 2:] - cell.boxes[0, :2]
+    if is_low and cell.boxes[0, 1] - wall.low[1] <= _GROUND and height >= _DOOR_HEIGHT:
+        return "door" if width <= min(_DOOR_WIDTH, height) else "shop"
+    return "window"
+
+
+def _names(names: list[str]) -> list[str]:
+    """Names, numbered if they occur several times."""
+    return [
+        name if (before := names[:place].count(name)) == 0 else f"{name}-{before + 1}"
+        for place, name in enumerate(names)
+    ]

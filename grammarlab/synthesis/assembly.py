@@ -1,0 +1,276 @@
+"""A new building: units on other grids of labels, with the rest stretched around them.
+
+A wall with its units as a facade: boxes of the elements in its cells, and the grid of the cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.errors import FacadeError
+from grammarlab.facade.reading.annotation import annotate
+from grammarlab.facade.reading.assembling import assemble as assemble_boxes
+from grammarlab.facade.tree import Facade
+from grammarlab.synthesis.analysis.example import OUTSIDE, Example, Region
+from grammarlab.synthesis.label_grid import LabelGrid
+from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, joined
+from grammarlab.synthesis.mesh.views import placed_from, plane_of
+from grammarlab.synthesis.units import BuildingCut, Knots, Stretch, row_knots
+
+_LEAST = 0.05
+"""Least width and height of a cell, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tiling:
+    """A region with new rows and columns."""
+
+    region: Region
+    walls: tuple[Region, ...]
+    """Walls that the units come from."""
+    grid: LabelGrid
+    columns: Floats
+    """[C + 1] lines between columns in the coordinates of the view, metres."""
+    rows: Floats
+    """[R + 1] lines between rows, metres."""
+    plane: float
+    """Depth of the wall, metres towards the viewer."""
+    sources: Ints
+    """[R, C, 3] source of the unit in each cell: index in `walls`, row and column."""
+
+    @property
+    def depths(self) -> tuple[float, float]:
+        """Least and largest depth of all units, relative to the plane, metres."""
+        used = [self.walls[each] for each in np.unique(self.sources[..., 0])]
+        return min(each.back - each.plane for each in used), max(each.front - each.plane for each in used)
+
+    def cell(self, row: int, column: int) -> tuple[Floats, Floats]:
+        """Lower left and upper right corner [2] of a cell, in metres."""
+        return (
+            np.array([self.columns[column], self.rows[row]]),
+            np.array([self.columns[column + 1], self.rows[row + 1]]),
+        )
+
+
+def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, regions: Ints | None = None) -> Ints:
+    """[R, C, 3] wall, row and column of the unit for each cell of a grid.
+
+    Args:
+        walls: walls with units, labelled like the grid.
+        choice: indices of walls whose units may be used; the first with a label is used for it.
+        grid: labels of the new grid.
+        regions: [R, C] index in `choice` of the preferred wall of each cell.
+    """
+    known: dict[tuple[int, int, tuple[int, int, int, int]], tuple[int, int, int]] = {}
+    found = np.zeros((*grid.labels.shape, 3), dtype=np.int64)
+    framed = np.pad(grid.labels, 1, constant_values=OUTSIDE).tolist()
+    for row, column in np.ndindex(grid.labels.shape):
+        label, first = int(grid.labels[row, column]), 0 if regions is None else int(regions[row, column])
+        middle = framed[row + 1]
+        key = label, first, (framed[row][column + 1], framed[row + 2][column + 1], middle[column], middle[column + 2])
+        if key not in known:
+            wall = next(each for each in (choice[first], *choice) if (walls[each].grid.labels == label).any())
+            known[key] = (wall, *walls[wall].source(label, key[2]))
+        found[row, column] = known[key]
+    return found
+
+
+def natural(walls: Sequence[Region], sources: Ints) -> tuple[Floats, Floats]:
+    """[C] widths and [R] heights: those of a line's most frequent unit, the first of equally frequent ones."""
+    widths = [np.diff(walls[wall].columns.line)[column] for wall, _, column in _most(sources.swapaxes(0, 1))]
+    heights = [np.diff(walls[wall].rows.line)[row] for wall, row, _ in _most(sources)]
+    return np.array(widths), np.array(heights)
+
+
+def _most(lines: Ints) -> list[tuple[int, int, int]]:
+    """The most frequent unit of each line [L, N, 3], the first in its wall of equally frequent ones."""
+    found = []
+    for line in lines:
+        units, often = np.unique(line, axis=0, return_counts=True)
+        wall, row, column = units[often.argmax()].tolist()
+        found.append((wall, row, column))
+    return found
+
+
+def stretch_for(
+    example: Example, sizes: tuple[Floats, Floats], box: tuple[float | None, float | None, float | None]
+) -> Stretch:
+    """The stretch of the building for a grid of its main region.
+
+    Args:
+        example: the building.
+        sizes: widths of columns and heights of rows of the grid.
+        box: width, height and depth of the new building, metres; None for those that follow from the units.
+
+    Raises:
+        FacadeError: If the box leaves no room for units.
+    """
+    main = example.main
+    beside = [each for each in example.regions if each.side % 2]
+    points = example.surface.points
+    extent = np.ptp(points, axis=0)
+    low, high = np.array([*main.low, points[:, 2].min()]), np.array([*main.high, points[:, 2].max()])
+    if beside:
+        largest = max(beside, key=lambda each: len(each.elements))
+        ends = sorted(plane_of(largest.side, 0, float(each[0])).at for each in (largest.low, largest.high))
+        low[2], high[2] = ends
+    width, height = sizes
+    size = np.array([width.sum(), height.sum(), high[2] - low[2]])
+    for axis, wanted in enumerate(box):
+        if wanted is not None:
+            size[axis] = wanted - (extent[axis] - (high - low)[axis])
+    least = np.array([len(width), len(height), 1]) * _LEAST
+    for axis, name in enumerate(("width", "height", "depth")):
+        if size[axis] < least[axis]:
+            kept = extent[axis] - (high - low)[axis]
+            raise FacadeError(
+                f"--box: a {name} of {box[axis]:g} m has no room for the units; the rest takes {kept:.2f} m of it, "
+                f"and units need {least[axis]:.2f} m. Use a larger box."
+            )
+    middle = (low + high) / 2.0
+    new_low = np.array([middle[0] - size[0] / 2.0, low[1], middle[2] - size[2] / 2.0])
+    new_high = new_low + size
+    across, deep = (
+        Knots(np.array([low[axis], high[axis]]), np.array([new_low[axis], new_high[axis]])) for axis in (0, 2)
+    )
+    rows = new_low[1] + np.concatenate([[0.0], np.cumsum(height)]) / height.sum() * size[1]
+    return Stretch((across, row_knots(main.rows.line, rows), deep))
+
+
+def place_of(region: Region, stretch: Stretch) -> tuple[Floats, Floats, float]:
+    """Low and high corner [2] of a region in the new building, and the depth of its wall, in its view."""
+    found = []
+    for axis, ends in (
+        (0, (region.low[0], region.high[0])),
+        (1, (region.low[1], region.high[1])),
+        (2, (region.plane,)),
+    ):
+        planes = [plane_of(region.side, axis, float(end)) for end in ends]
+        new = [float(stretch.along(each.axis, np.array([each.at]))[0]) for each in planes]
+        found.append([plane_of_view(region.side, axis, at) for at in new])
+    low = np.array([found[0][0], found[1][0]])
+    return low, np.array([found[0][1], found[1][1]]), found[2][0]
+
+
+def plane_of_view(side: int, axis: int, at: float) -> float:
+    """Coordinate in a view of a plane of the building; the axis of the plane is that of the view's axis."""
+    sign = plane_of(side, axis, 1.0).at
+    return at * sign
+
+
+def counts_for(region: Region, stretch: Stretch) -> tuple[int, int]:
+    """Number of rows and columns that fit into the new place of a region."""
+    low, high, _ = place_of(region, stretch)
+    columns, rows = (high - low) / (region.high - region.low) * [len(region.columns), len(region.rows)]
+    return max(1, round(float(rows))), max(1, round(float(columns)))
+
+
+def tile(walls: Sequence[Region], own: int, grid: LabelGrid, sources: Ints, stretch: Stretch) -> Tiling:
+    """The rows and columns of a grid in the new place of a region: in proportion to their natural sizes.
+
+    Args:
+        walls: walls that the units come from.
+        own: index of the region in `walls`.
+        grid: new labels.
+        sources: [R, C, 3] the unit in each cell.
+        stretch: stretch of the building.
+    """
+    region = walls[own]
+    low, high, plane = place_of(region, stretch)
+    lines = []
+    for axis, sizes in enumerate(natural(walls, sources)):
+        part = np.concatenate([[0.0], np.cumsum(sizes)]) / sizes.sum()
+        line = low[axis] + part * (high - low)[axis]
+        line[-1] = high[axis]
+        lines.append(line)
+    return Tiling(
+        region=region, walls=tuple(walls), grid=grid, columns=lines[0], rows=lines[1], plane=plane, sources=sources
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class UnstitchedPieces:
+    """All pieces of a new building in place, not yet stitched."""
+
+    surface: Surface
+    first: Ints
+    """[N + 1] first point of each piece: of the rest, then of the cells of each tiling, row by row."""
+
+
+def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> UnstitchedPieces:
+    """The pieces of the new building.
+
+    Args:
+        cut: the example in pieces, with the cells of all walls that units come from.
+        tilings: one for each of the example's regions, in their order.
+        stretch: stretch of the rest.
+    """
+    pieces = [stretch.moved(cut.rest)]
+    for tiling in tilings:
+        for row, column in np.ndindex(tiling.grid.labels.shape):
+            wall, *source = tiling.sources[row, column].tolist()
+            low, high = tiling.walls[wall].cell(*source)
+            new_low, new_high = tiling.cell(row, column)
+            unit = cut.cells[wall][source[0]][source[1]]
+            points = np.empty_like(unit.points)
+            part = (unit.points[:, :2] - low) / (high - low)
+            # Both ends are exact, so that pieces that meet at a line have equal coordinates there.
+            points[:, :2] = np.where(part == 1.0, new_high, new_low + part * (new_high - new_low))
+            points[:, 2] = unit.points[:, 2] - tiling.walls[wall].plane + tiling.plane
+            pieces.append(unit.moved(placed_from(tiling.region.side, points)))
+    return UnstitchedPieces(joined(pieces), np.cumsum([0, *(len(each.points) for each in pieces)]))
+
+
+def facade_of(region: Region) -> Facade:
+    """The wall of an example."""
+    boxes, names = [], []
+    for row, column in np.ndindex(region.grid.labels.shape):
+        found = region.elements_in(row, column)
+        boxes.append(found)
+        names += [_plain(region.grid.names[int(region.grid.labels[row, column])])] * len(found)
+    return _facade(np.concatenate(boxes), names, region.wall)
+
+
+def facade_of_tiling(tiling: Tiling, stretch: Stretch) -> Facade:
+    """The wall of a new building."""
+    region, boxes, names = tiling.region, [], []
+    for row, column in np.ndindex(tiling.grid.labels.shape):
+        label = int(tiling.grid.labels[row, column])
+        number, *source = tiling.sources[row, column].tolist()
+        low, high = tiling.walls[number].cell(*source)
+        new_low, new_high = tiling.cell(row, column)
+        part = (tiling.walls[number].elements_in(*source).reshape(-1, 2, 2) - low) / (high - low)
+        boxes.append((new_low + part * (new_high - new_low)).reshape(-1, 4))
+        names += [_plain(tiling.grid.names[label])] * len(boxes[-1])
+    wall = np.array(
+        [
+            [
+                plane_of_view(region.side, axis, float(stretch.along(plane.axis, np.array([plane.at]))[0]))
+                for axis, plane in ((axis, plane_of(region.side, axis, float(corner[axis]))) for axis in (0, 1))
+            ]
+            for corner in region.wall
+        ]
+    )
+    return _facade(np.concatenate(boxes), names, wall)
+
+
+def _plain(name: str) -> str:
+    """The name of a label without its distinguishing number."""
+    head, _, number = name.rpartition("-")
+    return head if head and number.isdigit() else name
+
+
+def _facade(boxes: Floats, names: list[str], wall: Floats) -> Facade:
+    low = np.minimum(wall[0], boxes.reshape(-1, 2).min(axis=0, initial=np.inf))
+    high = np.maximum(wall[1], boxes.reshape(-1, 2).max(axis=0, initial=-np.inf))
+    bounds = np.stack([np.zeros(2), high - low])
+    everything = np.vstack([[0.0, 0.0, *(high - low)], boxes - np.tile(low, 2)])
+    annotation = annotate(everything, ["wall", *names], "metres", bounds=bounds)
+    try:
+        return assemble_boxes(annotation, split=True).facade
+    except FacadeError:
+        # Elements that no straight cut divides: each is shown without the rest of its tree.
+        return assemble_boxes(annotate(everything[:1], ["wall"], "metres", bounds=bounds)).facade

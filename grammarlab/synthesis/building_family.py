@@ -1,0 +1,250 @@
+"""A new building as a stochastic grammar: buildings of other sizes with the rows and columns of its walls.
+
+Places in the buildings of a family as CGA: each axis grows between two planes with the size of the main wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from grammarlab.facade.grammar.bands import Repeat, repeated_runs
+from grammarlab.facade.grammar.family import HEIGHT, WIDTH, Around, Range, WrittenFamily
+from grammarlab.facade.grammar.rule_text import RuleNames, number, rule_name
+from grammarlab.facade.grammar.storeys import Storeys, storeys_of
+from grammarlab.facade.grammar.walks import KindSequence
+from grammarlab.facade.looks import THICKNESS
+from grammarlab.synthesis.analysis.example import Region
+from grammarlab.synthesis.assembly import Tiling
+from grammarlab.synthesis.building_grammar import (
+    BuildingParts,
+    Color,
+    Terminal,
+    Written,
+    halves,
+    inserted_parts,
+    unit_body,
+)
+from grammarlab.synthesis.grid_grammar import Units, label_pattern, write_label_family
+from grammarlab.synthesis.mesh.surface import Floats, Surface
+from grammarlab.synthesis.mesh.views import VIEWS
+from grammarlab.synthesis.units import Stretch
+
+_SIZE_DIGITS, _RATE_DIGITS = 6, 9
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Growth along an axis: what is between two planes is stretched, what is beyond the higher one moves."""
+
+    axis: int
+    low: float
+    """Coordinates of the planes in the building that the family is made from, metres."""
+    high: float
+    attribute: str
+    """Attribute with the size of the main wall."""
+    usual: float
+    """Size of the main wall in that building, metres."""
+
+    def rate(self, at: float) -> float:
+        """Movement of a place per metre of growth, 0 to 1."""
+        return min(max((at - self.low) / (self.high - self.low), 0.0), 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Grown:
+    """Growth of a building relative to the lower left corner of its main wall."""
+
+    corner: Floats
+    """[3] metres."""
+    growths: tuple[Growth, ...]
+
+    def place(self, at: Floats) -> tuple[str, str, str]:
+        """CGA of a place [3], relative to the corner."""
+        x, y, z = (self._text(axis, float(at[axis] - self.corner[axis]), self._rate(axis, at)) for axis in range(3))
+        return x, y, z
+
+    def size(self, low: Floats, high: Floats) -> tuple[str, str, str]:
+        """CGA of the distances [3] between two places."""
+        x, y, z = (
+            self._text(axis, float(high[axis] - low[axis]), self._rate(axis, high) - self._rate(axis, low))
+            for axis in range(3)
+        )
+        return x, y, z
+
+    def _rate(self, axis: int, at: Floats) -> float:
+        return next((each.rate(float(at[axis])) for each in self.growths if each.axis == axis), 0.0)
+
+    def _text(self, axis: int, value: float, rate: float) -> str:
+        factor = number(rate, _RATE_DIGITS)
+        if factor == "0":
+            return number(value, _SIZE_DIGITS)
+        growth = next(each for each in self.growths if each.axis == axis)
+        start = number(value - rate * growth.usual, _SIZE_DIGITS)
+        return f"{start} + {'' if factor == '1' else f'{factor} * '}{growth.attribute}"
+
+
+def grown(main: Tiling, rows: KindSequence, storeys: Storeys) -> Grown:
+    """The growth of a building with the columns and rows of its main wall, which faces z.
+
+    The two lowest rows and the highest one keep their sizes, as far as they occur in every facade.
+
+    Args:
+        main: the main wall of the building that the family is made from.
+        rows: its rows in kinds.
+        storeys: the possible numbers of turns of its runs of rows.
+    """
+    lowest, highest = _kept(rows, storeys)
+    columns, lines = main.columns, main.rows
+    return Grown(
+        np.array([columns[0], lines[0], main.plane]),
+        (
+            Growth(0, float(columns[0]), float(columns[-1]), WIDTH, float(columns[-1] - columns[0])),
+            Growth(1, float(lines[lowest]), float(lines[-1 - highest]), HEIGHT, float(lines[-1] - lines[0])),
+        ),
+    )
+
+
+def _kept(rows: KindSequence, storeys: Storeys) -> tuple[int, int]:
+    """Number of lowest and of highest rows that are the same in every facade."""
+    num, fewest = len(rows.kind), len(rows.kind)
+    below, above = num, num
+    if storeys.runs:
+        turns = [
+            min(run.turns, *times) for run, times in zip(storeys.runs, zip(*storeys.times, strict=True), strict=True)
+        ]
+        first, last = storeys.runs[0], storeys.runs[-1]
+        below = first.start + turns[0] * first.period
+        above = num - last.end + turns[-1] * last.period
+        fewest -= sum((run.turns - least) * run.period for run, least in zip(storeys.runs, turns, strict=True))
+    lowest = max(0, min(2, below, fewest // 2))
+    return lowest, max(0, min(1, above, fewest - 1 - lowest))
+
+
+_DIGITS = 6
+
+
+def building_family(
+    parts: BuildingParts, tilings: Sequence[Tiling], stretch: Stretch, widths: Range, heights: Range
+) -> tuple[WrittenFamily, Written]:
+    """The family of a building, and the same rules with the meshes that they insert.
+
+    The main wall gets other rows and columns; the other walls get as many as fit, and the rest is stretched with them.
+
+    Args:
+        parts: units and the rest of the examples.
+        tilings: walls of the building, the main one first.
+        stretch: stretch of the rest.
+        widths: least and largest width of the main wall, metres.
+        heights: least and largest height, metres.
+
+    Raises:
+        FacadeError: If no building of the family has such a size.
+    """
+    writer = _Writer(parts, stretch.moved(parts.rest))
+    main = tilings[0]
+
+    def around(rows: KindSequence) -> Around:
+        growth = grown(main, rows, storeys_of(rows, *heights))
+        return writer.around(tilings, growth)
+
+    family = write_label_family(main.grid, writer.units(main), widths, heights, around)
+    return family, Written(family.text, tuple(writer.terminals))
+
+
+@dataclass
+class _Writer:
+    """The rules around the main wall, and all meshes."""
+
+    parts: BuildingParts
+    rest: Surface
+    """The rest of the building that the family is made from."""
+    names: RuleNames = field(default_factory=RuleNames)
+    terminals: list[Terminal] = field(default_factory=list)
+
+    @property
+    def colors(self) -> Sequence[Color]:
+        return self.parts.stock.colors
+
+    def units(self, tiling: Tiling) -> Units:
+        """The units of a wall."""
+        sources, unit = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
+        bodies = tuple(self._unit(tiling.walls[wall], wall, row, column) for wall, row, column in sources.tolist())
+        return Units(np.diff(tiling.columns), np.diff(tiling.rows), bodies, unit.reshape(tiling.grid.labels.shape))
+
+    def _unit(self, region: Region, wall: int, row: int, column: int) -> str:
+        surface = self.parts.cell(wall, row, column)
+        return unit_body(surface, region, row, column, self.colors, self.terminals, "family-")
+
+    def around(self, tilings: Sequence[Tiling], growth: Grown) -> Around:
+        """The other walls and the rest."""
+        for name in (WIDTH, HEIGHT):
+            self.names.new(name)
+        low = np.vstack([growth.corner, self.rest.points]).min(axis=0)
+        rule, lines, parts = self.names.new("Others"), [], [f"t(0 - {WIDTH}, 0, 0)"]
+        for tiling in tilings[1:]:
+            wall = self.names.new(rule_name(tiling.region.name))
+            parts.append(_wall(tiling, growth, wall))
+            lines += self._wall_rules(tiling, wall)
+        pieces = [self.rest] if len(self.rest) else []
+        for each in growth.growths:
+            for at in (each.low, each.high):
+                pieces = [half for piece in pieces for half in halves(piece, each.axis, at)]
+        for place, piece in enumerate(pieces):
+            name = self.names.new("Rest")
+            parts.append(f"[ {name} ]")
+            body = inserted_parts(
+                f"family-rest-{place}", piece, lambda a, b: _placed(growth, a, b), self.colors, self.terminals
+            )
+            lines.append(f"{name} -->\n{body}")
+        x, y, z = (number(float(each), _DIGITS) for each in growth.corner - low - [0.0, 0.0, THICKNESS])
+        start = f"t({x}, {y}, {z})"
+        return Around(start, rule, (f"{rule} --> {' '.join([*parts, 'NIL'])}", *lines), self.names)
+
+    def _wall_rules(self, tiling: Tiling, wall: str) -> list[str]:
+        """The rules of another wall: columns, as many as fit, of rows, as many as fit."""
+        pattern, bodies = label_pattern(tiling.grid, self.units(tiling))
+        units = {label: self.names.new(f"{wall}{rule_name(label)}") for label in bodies}
+        columns = [self.names.new(f"{wall}Column") for _ in pattern.columns.size]
+        lines = [f"{wall} --> {_fitting('x', pattern.columns, columns)}"]
+        for kind, name in enumerate(columns):
+            cells = [units[row[kind].label] for row in pattern.cells]
+            lines.append(f"{name} --> {_fitting('y', pattern.rows, cells)}")
+        used = {cell.label for row in pattern.cells for cell in row}
+        return lines + [f"{units[label]} -->\n{body}" for label, body in bodies.items() if label in used]
+
+
+def _wall(tiling: Tiling, growth: Grown, rule: str) -> str:
+    """CGA of a wall: the front of a box behind it, which splits need."""
+    side = tiling.region.side
+    low, high = (np.array([tiling.columns[end], tiling.rows[end], tiling.plane]) @ VIEWS[side] for end in (0, -1))
+    width, height, depth = growth.size(np.minimum(low, high), np.maximum(low, high))
+    turn = f" r(0, {90 * side}, 0)" if side else ""
+    size = f"{depth if side % 2 else width}, {height}, 1"
+    at = ", ".join(growth.place(low))
+    return f"[ t({at}){turn} t(0, 0, -1) s({size}) primitiveCube() comp(f) {{ front : {rule} }} ]"
+
+
+def _placed(growth: Grown, low: Floats, high: Floats) -> tuple[str, str]:
+    return ", ".join(growth.place(low)), ", ".join(growth.size(low, high))
+
+
+def _fitting(axis: str, lines: KindSequence, rules: Sequence[str]) -> str:
+    """A split into lines; the longest run, or a line in the middle without a door, is repeated as often as it fits."""
+    words = [f"~{number(lines.size[kind], _DIGITS)} : {rules[kind]}" for kind in lines.kind]
+    run = _repeat(lines)
+    if run is not None:
+        group = " | ".join(words[run.start : run.start + run.period])
+        words[run.start : run.end] = [f"{{ {group} }}*"]
+    return f"split({axis}) {{ {' | '.join(words)} }}"
+
+
+def _repeat(lines: KindSequence) -> Repeat | None:
+    runs = repeated_runs(lines.kind)
+    if runs:
+        return max(runs, key=lambda run: run.period * run.turns)
+    free = [place for place, kind in enumerate(lines.kind) if not lines.doors[kind]]
+    inner = [place for place in free if 0 < place < len(lines.kind) - 1] or free
+    return Repeat(inner[len(inner) // 2], 1, 1) if inner else None

@@ -1,0 +1,268 @@
+"""A new building as rules: rows and columns of units, which are meshes, and the rest as one mesh.
+
+The rules make the building without stitching, accurate to the millimetre.
+
+Units and the rest of closed examples as closed solids: cuts have faces, so that neighbours touch without gaps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from manifold3d import Manifold, Mesh64
+
+from grammarlab.facade.grammar.rule_text import RuleNames, number, rule_name
+from grammarlab.synthesis.analysis.example import Example, Region
+from grammarlab.synthesis.assembly import Tiling
+from grammarlab.synthesis.mesh.solids import solid_of, surface_of
+from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, sliced
+from grammarlab.synthesis.mesh.views import VIEWS, placed_from, seen_from
+from grammarlab.synthesis.units import SNAP, BuildingCut, Stretch, UnitStock
+
+_CUT = 1_000_000_000
+"""Material of the faces of cuts, until they get a material of their piece."""
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+_SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+_FACES = np.array([each for a, b, c, d in _SIDES for each in ((a, b, c), (a, c, d))], dtype=np.uint64)
+"""[12, 3] triangles of a box, rows of `_CORNERS`, seen from outside."""
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingParts:
+    """Units and the rest of a building; closed if the examples are."""
+
+    stock: UnitStock
+    solids: tuple[Manifold, ...]
+    """For each wall, all of its units as one solid; none if an example is open."""
+    rest: Surface
+    """The rest of the first example, in the coordinates of the building."""
+
+    def cell(self, wall: int, row: int, column: int) -> Surface:
+        """The unit in a cell of a wall, in the coordinates of its view."""
+        if not self.solids:
+            return self.stock.cut.cells[wall][row][column]
+        region = self.stock.walls[wall]
+        low, high = region.cell(row, column)
+        found = _painted(self.solids[wall] ^ _box_before(region, low, high))
+        return found.moved(seen_from(region.side, found.points))
+
+
+def parts_of(examples: Sequence[Example], stock: UnitStock) -> BuildingParts:
+    """The units and the rest: as solids if all examples are closed, else open where they were cut."""
+    solids: list[Manifold] = []
+    rest, num_colors = stock.cut.rest, 0
+    for number, example in enumerate(examples):
+        solid = solid_of(replace(example.surface, material=example.surface.material + num_colors))
+        num_colors += len(example.mesh.colors)
+        if solid is None:
+            return BuildingParts(stock, (), stock.cut.rest)
+        for region in example.regions if number == 0 else [example.main]:
+            own, solid = solid.split(_box_before(region, region.low, region.high))
+            solids.append(own)
+        if number == 0:
+            rest = _painted(solid)
+    return BuildingParts(stock, tuple(solids), rest)
+
+
+def halves(surface: Surface, axis: int, at: float) -> list[Surface]:
+    """The parts of a surface on both sides of a plane across an axis; closed if the surface is."""
+    low, high = surface.points.min(axis=0), surface.points.max(axis=0)
+    if not low[axis] + SNAP < at < high[axis] - SNAP:
+        return [surface]
+    solid = solid_of(surface)
+    if solid is None:
+        surface = sliced(surface, axis, at, SNAP)
+        below = surface.points[surface.triangles, axis].mean(axis=1) < at
+        return [surface.part(below), surface.part(~below)]
+    low, high = low - 1.0, high + 1.0
+    low[axis] = at
+    return [_painted(each) for each in solid.split(_box(low, high)) if not each.is_empty()]
+
+
+def _box_before(region: Region, low: Floats, high: Floats) -> Manifold:
+    """The box of a rectangle in a wall, as deep as its units."""
+    ends = placed_from(region.side, np.array([[*low, region.back], [*high, region.front]]))
+    return _box(ends.min(axis=0), ends.max(axis=0))
+
+
+def _box(low: Floats, high: Floats) -> Manifold:
+    points = low + _CORNERS * (high - low)
+    return Manifold(Mesh64(points, _FACES, face_id=np.full(len(_FACES), _CUT, dtype=np.uint64)))
+
+
+def _painted(solid: Manifold) -> Surface:
+    """The surface of a piece; faces of cuts get the material of most of its other area."""
+    surface = surface_of(solid)
+    cut = surface.material == _CUT
+    if not cut.any():
+        return surface
+    a, b, c = surface.corners().swapaxes(0, 1)
+    area = np.where(cut, 0.0, np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    usual = np.bincount(np.where(cut, 0, surface.material), weights=area).argmax()
+    return replace(surface, material=np.where(cut, usual, surface.material))
+
+
+_DIGITS = 6
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity, 0 to 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Terminal:
+    """A mesh of one material that rules insert."""
+
+    name: str
+    """File name."""
+    surface: Surface
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """Rules and the meshes they insert."""
+
+    text: str
+    terminals: tuple[Terminal, ...]
+
+
+def building_rules(
+    cut: BuildingCut,
+    tilings: Sequence[Tiling],
+    stretch: Stretch,
+    colors: Sequence[Color],
+    title: str,
+) -> Written:
+    """The rules of one building; its lowest corner lies at the corner of the lot."""
+    rest = stretch.moved(cut.rest)
+    origin = rest.points.min(axis=0) if len(rest) else np.zeros(3)
+    names, terminals = RuleNames(), []
+    start, rules = [], []
+    if len(rest):
+        start.append(f"[ {names.new('Rest')} ]")
+        body = inserted_parts(
+            "rest", rest, lambda low, high: (_list(low - origin), _list(high - low)), colors, terminals
+        )
+        rules.append(f"Rest -->\n{body}")
+    for tiling in tilings:
+        rule = names.new(rule_name(tiling.region.name))
+        low = np.array([tiling.columns[0], tiling.rows[0], tiling.plane]) @ VIEWS[tiling.region.side] - origin
+        size = np.array([tiling.columns[-1] - tiling.columns[0], tiling.rows[-1] - tiling.rows[0], 1.0])
+        turn = f" r(0, {90 * tiling.region.side}, 0)" if tiling.region.side else ""
+        # Splits need a shape: the front of a box behind the wall.
+        start.append(
+            f"[ t({_list(low)}){turn} t(0, 0, -1) s({_list(size)}) primitiveCube() comp(f) {{ front : {rule} }} ]"
+        )
+        rules += _rows(rule, cut, tiling, names, colors, terminals)
+    head = f'// {title}\nversion "2023.0"\n\n@StartRule\nLot -->\n    ' + "\n    ".join([*start, "NIL"])
+    return Written("\n\n".join([head, *rules]) + "\n", tuple(terminals))
+
+
+def _rows(
+    rule: str,
+    cut: BuildingCut,
+    tiling: Tiling,
+    names: RuleNames,
+    colors: Sequence[Color],
+    terminals: list[Terminal],
+) -> list[str]:
+    """The rules of one wall: its rows, each different row, each unit."""
+    units, place = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
+    places: Ints = place.reshape(tiling.grid.labels.shape)
+    unit = []
+    for wall, row, column in units.tolist():
+        grid = tiling.walls[wall].grid
+        unit.append(names.new(f"{rule}{rule_name(grid.names[grid.labels[row, column]])}"))
+    kinds: dict[tuple[int, ...], str] = {}
+    lines = [tuple(int(each) for each in line) for line in places]
+    for line in lines:
+        if line not in kinds:
+            kinds[line] = names.new(f"{rule}Row{len(kinds) + 1}")
+    heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
+    parts = [(float(height), kinds[line]) for height, line in zip(heights, lines, strict=True)]
+    rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
+    for row, name in kinds.items():
+        split = _split([(float(width), unit[place]) for width, place in zip(widths, row, strict=True)])
+        rules.append(f"{name} -->\n    split(x) {{ {split} }}")
+    for name, source in zip(unit, units.tolist(), strict=True):
+        wall, row, column = source
+        unit_of = tiling.walls[wall]
+        body = unit_body(cut.cells[wall][row][column], unit_of, row, column, colors, terminals)
+        rules.append(f"{name} -->\n{body}")
+    return rules
+
+
+def unit_body(
+    surface: Surface,
+    region: Region,
+    row: int,
+    column: int,
+    colors: Sequence[Color],
+    terminals: list[Terminal],
+    kind: str = "",
+) -> str:
+    """CGA that makes a unit in the scope of its cell; its meshes are added to the terminals.
+
+    Args:
+        surface: the unit, in the coordinates of the view.
+        region: its wall.
+        row: its row in this wall.
+        column: its column.
+        colors: colors of materials.
+        terminals: meshes so far.
+        kind: start of the names of files.
+    """
+    if not len(surface):
+        return "    NIL"
+    low, high = region.cell(row, column)
+    corner, cell = np.array([*low, region.plane]), high - low
+
+    def place(start: Floats, end: Floats) -> tuple[str, str]:
+        at, size = start - corner, end - start
+        return (
+            _list([*(at[:2] / cell), at[2]], ("scope.sx * ", "scope.sy * ", "")),
+            _list([*(size[:2] / cell), size[2]], ("'", "'", "")),
+        )
+
+    name = f"{kind}{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
+    return inserted_parts(name, surface, place, colors, terminals)
+
+
+def inserted_parts(
+    file: str,
+    surface: Surface,
+    place: Callable[[Floats, Floats], tuple[str, str]],
+    colors: Sequence[Color],
+    terminals: list[Terminal],
+) -> str:
+    """CGA that inserts a surface, one mesh per material.
+
+    Args:
+        file: name of its files, without the start and the end that all share.
+        surface: the surface.
+        place: the CGA of the position and size in the scope of a box, given by its low and high corner [3].
+        colors: colors of materials.
+        terminals: meshes so far.
+    """
+    lines = []
+    used = np.unique(surface.material).tolist()
+    for number_of, material in enumerate(used):
+        part = surface.part(surface.material == material)
+        name = f"unit-{file}{f'-{number_of}' if len(used) > 1 else ''}.glb"
+        terminals.append(Terminal(name, part))
+        at, size = place(part.points.min(axis=0), part.points.max(axis=0))
+        lines.append(f'    [ color("{_hex(colors[material])}") t({at}) s({size}) i("{name}") Mesh. ]')
+    return "\n".join([*lines, "    NIL"])
+
+
+def _split(parts: list[tuple[float, str]]) -> str:
+    return " | ".join(f"{number(size, _DIGITS)} : {name}" for size, name in parts)
+
+
+def _list(values: Sequence[float] | Floats, before: Sequence[str] = ("", "", "")) -> str:
+    return ", ".join(f"{head}{number(float(value), _DIGITS)}" for head, value in zip(before, values, strict=True))
+
+
+def _hex(color: Color) -> str:
+    return "#" + "".join(f"{round(255 * each):02X}" for each in color[:3])

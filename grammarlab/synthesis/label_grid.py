@@ -1,0 +1,143 @@
+"""Labels of the units of a facade, in rows and columns.
+
+Wishes of a person for the labels of a new facade.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grammarlab.errors import FacadeError
+
+Rows = Literal["ground", "top", "between"]
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """The number of occurrences of a label."""
+
+    label: str
+    least: int
+    most: int
+
+
+@dataclass(frozen=True, slots=True)
+class Only:
+    """A label that occurs only in these rows."""
+
+    label: str
+    rows: Rows
+
+
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """A cell with a given label."""
+
+    row: int
+    """Index from 0, at the bottom."""
+    column: int
+    """Index from 0, at the left."""
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """All wishes for one facade; none by default."""
+
+    counts: tuple[Count, ...] = ()
+    only: tuple[Only, ...] = ()
+    fixed: tuple[Fixed, ...] = ()
+    equal_corners: bool = False
+    """Whether the left and the right corner of the lowest row have the same label, and so those of the highest row."""
+    symmetric: bool = False
+    """Whether every row is a palindrome."""
+    keep: bool = True
+    """Whether a unit that occurs once on the example's ground floor, such as its door, occurs exactly once there, in
+    addition to those that `fixed` puts above."""
+
+
+HOLE = -1
+"""Label of an unknown cell."""
+MOST_CELLS = 40_000
+"""Largest number of cells of a grid: 200 x 200."""
+
+Labels = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class LabelGrid:
+    """A facade as an array of labels."""
+
+    labels: Labels
+    """[rows, columns] label of each unit, row 0 at the bottom, column 0 at the left; `HOLE` for an unknown one."""
+    names: tuple[str, ...]
+    """Unique name of each label."""
+
+    @classmethod
+    def of(cls, labels: ArrayLike, names: Sequence[str] | None = None) -> LabelGrid:
+        """A checked grid; labels without given names are named by their number.
+
+        Args:
+            labels: [rows, columns] integers from 0, or `HOLE`; row 0 at the bottom.
+            names: one for each label.
+
+        Raises:
+            FacadeError: If there is no cell, a label has no name, or the grid is too large.
+        """
+        try:
+            values = np.asarray(labels)
+        except ValueError as error:
+            raise FacadeError("labels: expected rows of equal length.") from error
+        if values.ndim != 2 or values.size == 0:
+            raise FacadeError(f"labels: expected rows and columns with at least one cell, found shape {values.shape}.")
+        if values.size > MOST_CELLS:
+            raise FacadeError(
+                f"labels: {values.shape[0]} x {values.shape[1]} cells; at most {MOST_CELLS:,} are allowed."
+            )
+        if not np.issubdtype(values.dtype, np.integer):
+            raise FacadeError(f"labels: expected whole numbers, found {values.dtype}.")
+        found = values.astype(np.int64)
+        if found.min() < HOLE or found.max() >= MOST_CELLS:
+            raise FacadeError(f"labels: expected 0 to {MOST_CELLS - 1:,}, or {HOLE} for a hole; found {found.min()}.")
+        if found.max() < 0:
+            raise FacadeError("labels: all cells are holes; label at least one.")
+        given = tuple(str(k) for k in range(int(found.max()) + 1)) if names is None else tuple(names)
+        if found.max() >= len(given):
+            raise FacadeError(f"labels: label {found.max()} has no name; {len(given)} names are given.")
+        if len(set(given)) < len(given):
+            raise FacadeError("labels: a name occurs twice; each label needs a different name.")
+        found.setflags(write=False)
+        return cls(found, given)
+
+    @property
+    def rows(self) -> int:
+        return self.labels.shape[0]
+
+    @property
+    def columns(self) -> int:
+        return self.labels.shape[1]
+
+    def label(self, name: str) -> int:
+        """Number of a name.
+
+        Raises:
+            FacadeError: If the name is unknown; the message lists the known names.
+        """
+        if name not in self.names:
+            raise FacadeError(f"unknown label {name!r}; expected one of {', '.join(self.names)}.")
+        return self.names.index(name)
+
+
+def joined(examples: Sequence[LabelGrid]) -> list[LabelGrid]:
+    """The same grids with one numbering of names, in order of occurrence."""
+    names = tuple(dict.fromkeys(name for example in examples for name in example.names))
+    found = []
+    for example in examples:
+        number = np.array([names.index(name) for name in example.names] + [HOLE])  # index -1 is the hole's
+        found.append(LabelGrid.of(number[example.labels], names))
+    return found

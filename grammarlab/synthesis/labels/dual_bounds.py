@@ -1,0 +1,269 @@
+"""Lower bounds of the energy: strips that choose labels independently, with prices that make them agree.
+
+Prices of labels that strips of windows pass on, so that conditions of one border reach the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.synthesis.label_grid import Labels
+from grammarlab.synthesis.labels.demands import LabelDemands
+from grammarlab.synthesis.labels.problem import AWAY, WINDOW, Problem
+from grammarlab.synthesis.labels.strips import CellWants, Costs, WindowStrips
+
+_PART = 0.5
+"""Share of its min-marginals that a strip passes on; with all of them, sweeps end at a worse bound."""
+
+
+def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
+    """Prices with a better bound of the strips: block coordinate ascent, upwards and downwards in turn.
+
+    The price of a label is a strip's min-marginal of a cell, the additional cost if the cell has this label: half of it
+    moves to the next strip over the same cell. No step lowers the bound.
+
+    Args:
+        problem: the windows and their patches.
+        start: [strips, 3, columns, labels] initial prices.
+        sweeps: number of sweeps over all strips.
+
+    Returns:
+        [strips, 3, columns, labels] prices; their sums over a cell do not change.
+    """
+    prices = start.copy()
+    known: dict[tuple[int, int], _Wants] = {}
+    cells: dict[tuple[int, ...], CellWants] = {}
+    for sweep in range(sweeps):
+        step = 1 if sweep % 2 == 0 else -1
+        for row in range(problem.rows)[::step]:
+            _Strip(problem, prices, row, known, cells).pass_on(step)
+    return prices
+
+
+@dataclass(frozen=True, slots=True)
+class _Wants:
+    """Labels that the patches of a list have in one of their columns."""
+
+    label: Labels
+    """[3, patches] labels."""
+    order: Labels
+    """[3, patches] patches sorted by their label."""
+    starts: tuple[Labels, ...]
+    """By row: first patch of each label in that order."""
+    first: tuple[Labels, ...]
+    """By row: these labels; one number above the last label means no label."""
+
+    @classmethod
+    def of(cls, patches: Labels, column: int, num_labels: int) -> _Wants:
+        label = patches[:, :, column].T
+        wanted = np.where(label == AWAY, num_labels, label)
+        order = np.argsort(wanted, axis=1, kind="stable")
+        sorts = [np.unique(each, return_index=True) for each in np.take_along_axis(wanted, order, axis=1)]
+        return cls(label, order, tuple(start for _, start in sorts), tuple(label for label, _ in sorts))
+
+
+class _Strip:
+    """One row of windows, at the current prices."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        prices: Costs,
+        row: int,
+        known: dict[tuple[int, int], _Wants],
+        cells: dict[tuple[int, ...], CellWants],
+    ) -> None:
+        self.problem, self.prices, self.row, self.known, self.cells = problem, prices, row, known, cells
+        self.inside = [up for up in range(WINDOW) if 0 <= row + up - 1 < problem.rows]
+        differ = np.ones((problem.num_labels, problem.num_labels + 1))
+        differ[np.arange(problem.num_labels), np.arange(problem.num_labels)] = 0.0
+        differ[:, -1] = 0.0
+        self.differ = differ
+        """[labels, target labels] 0 for equal labels and for no target label, 1 otherwise."""
+
+    def pass_on(self, step: int) -> None:
+        """Moves prices to the strip above (1) or below (-1), cell by cell."""
+        columns = self.problem.columns
+        costs = [{up: self._cost(column, up) for up in self.inside} for column in range(columns)]
+        after = [np.zeros((1, 1))] * columns
+        after[-1] = np.zeros((len(self._wanted(columns - 1)[1].label[0]), 1))
+        for column in range(columns - 1, 0, -1):
+            after[column - 1] = (sum(costs[column].values()) + after[column][None]).min(axis=2)
+        before = np.zeros((1, after[0].shape[0]))
+        to = self.row + step
+        shared = [up for up in (1 + step, 1) if up in self.inside] if 0 <= to < self.problem.rows else []
+        for column in range(columns):
+            for up in shared:
+                others = sum((costs[column][other] for other in self.inside if other != up), np.zeros(()))
+                rest = before[:, :, None] + after[column][None] + others
+                marginals = self._marginals(rest, column, up)
+                moved = _PART * np.where(np.isfinite(marginals), marginals - marginals.min(), 0.0)
+                self.prices[self.row, up, column] -= moved
+                self.prices[to, up - step, column] += moved
+                costs[column][up] = self._cost(column, up)
+            before = (before[:, :, None] + sum(costs[column].values())).min(axis=0)
+
+    def _own(self, column: int, up: int) -> Costs:
+        """[labels] price of each label of a cell; infinite if it is not allowed."""
+        return np.where(self.problem.domain[self.row + up - 1, column], self.prices[self.row, up, column], np.inf)
+
+    def _cost(self, column: int, up: int) -> Costs:
+        """[before, here, after] least cost of a cell for given patches of three windows."""
+        kinds = [
+            int(self.problem.kind[self.row, k]) if 0 <= k < self.problem.columns else -2
+            for k in range(column - 1, column + 2)
+        ]
+        key = (*kinds, up)
+        if key not in self.cells:
+            self.cells[key] = CellWants.of([wants.label[up][None] for wants in self._wanted(column)])
+        return self.cells[key].costs(self._own(column, up)[None].astype(np.float32))[0].astype(np.float64)
+
+    def _marginals(self, rest: Costs, column: int, up: int) -> Costs:
+        """[labels] least cost of the strip for each label of a cell; `rest` is that of all other cells."""
+        wanted = self._wanted(column)
+        sorts = rest[np.ix_(*(wants.order[up] for wants in wanted))]
+        for axis, wants in enumerate(wanted):
+            sorts = np.minimum.reduceat(sorts, wants.starts[up], axis=axis)
+        left, middle, right = (self.differ[:, wants.first[up]] for wants in wanted)
+        differ = left[:, :, None, None] + middle[:, None, :, None] + right[:, None, None, :]
+        return (sorts + differ).min(axis=(1, 2, 3)) + self._own(column, up)
+
+    def _wanted(self, column: int) -> tuple[_Wants, _Wants, _Wants]:
+        """Labels of the patches of the windows before, at and after a column, in its cells."""
+        return self._of(column - 1, 2), self._of(column, 1), self._of(column + 1, 0)
+
+    def _of(self, column: int, side: int) -> _Wants:
+        """Labels of the patches of a window in one of their columns; none outside of the grid."""
+        kind = int(self.problem.kind[self.row, column]) if 0 <= column < self.problem.columns else -1
+        if (kind, side) not in self.known:
+            patches = self.problem.patches[kind] if kind >= 0 else np.full((1, WINDOW, WINDOW), AWAY)
+            self.known[kind, side] = _Wants.of(patches, side, self.problem.num_labels)
+        return self.known[kind, side]
+
+
+_ROUNDING = 0.01
+"""Largest rounding error of a bound; it is subtracted before a bound is rounded up to an integer energy."""
+_LARGEST = 1e8
+"""Largest number of additions to solve all different strips."""
+_PATIENCE = 3
+"""Steps without a better bound before steps become smaller."""
+_SHRINK = 0.7
+
+
+def least_work(problem: Problem) -> float:
+    """Additions for one bound: for three rows of all strips, three consecutive patches at every column."""
+    most = max(len(patches) for patches in problem.patches)
+    return float(most) ** 3 * problem.rows * problem.columns * WINDOW
+
+
+def strips_alone(problem: Problem) -> int:
+    """Lower bound of the energy of every grid: the sum of the independent optima of all strips.
+
+    Equal strips are solved once. The bound is 0 if it would take too long.
+    """
+    first: dict[bytes, int] = {}
+    same = []
+    for row in range(problem.rows):
+        around = problem.domain[max(0, row - 1) : row + 2]
+        key = problem.kind[row].tobytes() + around.tobytes() + bytes([row == 0, row == problem.rows - 1])
+        same.append(first.setdefault(key, row))
+    if least_work(problem) * len(first) / problem.rows > _LARGEST:
+        return 0
+    strips = WindowStrips.of(problem, list(first.values()))
+    shape = (len(first), WINDOW, problem.columns, problem.num_labels)
+    energies = dict(zip(first.values(), strips.least(np.zeros(shape))[0].tolist(), strict=True))
+    return ceil(sum(energies[row] for row in same) - _ROUNDING)
+
+
+@dataclass
+class Dual:
+    """Prices by subgradient steps (Lagrangian decomposition): the sum of the strips' energies bounds the grid's."""
+
+    problem: Problem
+    demands: LabelDemands
+    bound: float = -np.inf
+
+    def __post_init__(self) -> None:
+        self.strips = WindowStrips.of(self.problem, range(self.problem.rows))
+        self.prices = np.zeros((self.problem.rows, WINDOW, self.problem.columns, self.problem.num_labels))
+        self.tolls: Costs = np.zeros(len(self.demands.counts))
+        self.copies = self._gathered(self.strips.inside[:, :, None].repeat(self.problem.columns, axis=2).astype(float))
+
+    @property
+    def whole(self) -> int:
+        """The bound, rounded up to an integer."""
+        return ceil(self.bound - _ROUNDING) if np.isfinite(self.bound) else 0
+
+    def sweep(self, sweeps: int) -> None:
+        """Improves the prices by message passing between strips."""
+        tolls = self._tolls()
+        self.prices = swept(self.problem, self.prices + tolls, sweeps) - tolls
+
+    def steps(self, target: float, most: int) -> Iterator[Labels]:
+        """Improves the bound; yields after each step the labels that most strips choose.
+
+        Args:
+            target: energy of a known grid; steps become small as the bound approaches it.
+            most: largest number of steps.
+        """
+        scale, waited = 1.0, 0
+        for _ in range(most):
+            value, slopes, toll_slopes, wanted = self._evaluated()
+            waited = 0 if value > self.bound + 1e-6 else waited + 1
+            self.bound = max(self.bound, value)
+            yield wanted
+            if waited >= _PATIENCE:
+                scale, waited = scale * _SHRINK, 0
+            norm = float((slopes**2).sum() + (toll_slopes**2).sum())
+            if norm < 1e-9 or target <= self.whole:
+                return
+            step = scale * max(target - value, 1e-3) / norm
+            self.prices += step * slopes
+            self.tolls += step * toll_slopes
+
+    def _evaluated(self) -> tuple[float, Costs, Costs, Labels]:
+        """The bound at these prices, its subgradients by prices and tolls, and the labels that most strips choose."""
+        energies, labels = self.strips.least(self.prices + self._tolls())
+        chosen = (labels[..., None] == np.arange(self.problem.num_labels)).astype(float)
+        mean = self._gathered(chosen) / self.copies[..., None]
+        if self.demands.symmetric:
+            mean = (mean + mean[:, ::-1]) / 2
+        slopes = chosen - self._spread(mean)
+        slopes[~self.strips.inside] = 0.0
+        value = float(energies.sum())
+        toll_slopes = np.zeros(len(self.tolls))
+        for index, (label, least, most) in enumerate(self.demands.counts):
+            toll = float(self.tolls[index])
+            often = float(mean[..., label].sum())
+            wished = most if toll > 0 else least if toll < 0 else min(max(often, least), most)
+            value -= toll * wished
+            toll_slopes[index] = often - wished
+        return value, slopes, toll_slopes, mean.argmax(axis=2)
+
+    def _tolls(self) -> Costs:
+        """[strips, 3, columns, labels] additional cost of each counted label."""
+        found = np.zeros_like(self.prices)
+        share = self._spread(1.0 / self.copies)
+        for (label, _, _), toll in zip(self.demands.counts, self.tolls, strict=True):
+            found[..., label] += toll * share
+        return found
+
+    def _gathered(self, values: NDArray[np.float64]) -> Costs:
+        """[rows, columns, ...] sums over the strips that cover a cell, of [strips, 3, columns, ...]."""
+        rows = self.problem.rows
+        total = np.zeros((rows + 2, *values.shape[2:]))
+        for step in range(WINDOW):
+            total[step : step + rows] += values[:, step]
+        return total[1:-1]
+
+    def _spread(self, values: NDArray[np.float64]) -> Costs:
+        """[strips, 3, columns, ...] of [rows, columns, ...]: each strip's part; 0 outside of the grid."""
+        rows = self.problem.rows
+        ring = np.zeros((rows + 2, *values.shape[1:]))
+        ring[1:-1] = values
+        return np.stack([ring[step : step + rows] for step in range(WINDOW)], axis=1)

@@ -1,0 +1,146 @@
+"""Meshes of buildings from files: OBJ, PLY, GLB, glTF and OFF.
+
+A file may come from a stranger: its size is checked before it is read, and its decoded content before it is used.
+
+Surfaces as GLB files: one primitive per material over shared points, so that closed surfaces are read as closed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from grammarlab.assets.mesh_files import NeighbourFiles, read_parts
+from grammarlab.assets.mesh_parts import MeshPart, joined
+from grammarlab.errors import AssetError, FacadeError
+from grammarlab.facade.values import read_bounded
+from grammarlab.files import write_bytes
+from grammarlab.synthesis.mesh.solids import united
+from grammarlab.synthesis.mesh.surface import Surface, turns, welded, without_slivers
+
+Color = tuple[float, float, float, float]
+
+
+def write_glb(surface: Surface, colors: Sequence[Color], path: Path) -> Path:
+    """Write a surface, y up; without normals, so that points are not duplicated at edges.
+
+    Args:
+        surface: the surface.
+        colors: colors of its materials.
+        path: the file.
+    """
+    import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
+    from trimesh.visual import TextureVisuals  # noqa: PLC0415
+    from trimesh.visual.material import PBRMaterial  # noqa: PLC0415
+
+    scene: Any = trimesh.Scene()
+    for number in np.unique(surface.material).tolist():
+        part = surface.part(surface.material == number)
+        material = PBRMaterial(
+            name=f"material-{number}",
+            baseColorFactor=[round(255 * each) for each in colors[number]],
+            metallicFactor=0.0,
+            roughnessFactor=0.8,
+            doubleSided=True,
+        )
+        visual = TextureVisuals(material=material)
+        mesh = trimesh.Trimesh(part.points, part.triangles, visual=visual, process=False)
+        scene.add_geometry(mesh, geom_name=f"part-{number}", node_name=f"part-{number}")
+    content = scene.export(file_type="glb")
+    write_bytes(path, content)
+    return path
+
+
+FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
+MOST_BYTES = 256 * 2**20
+MOST_TRIANGLES = 2_000_000
+"""Largest number of triangles: simplify larger meshes first."""
+_LARGEST, _SMALLEST = 5_000.0, 0.01
+"""Least and largest length of the longest side of a building, metres."""
+_SAME = 1e-6
+"""Largest distance of equal points, as a fraction of the longest side."""
+_GREY = (0.7, 0.7, 0.68, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ExampleMesh:
+    """A building from a file, near the origin."""
+
+    surface: Surface
+    origin: np.ndarray
+    """[3] offset subtracted from the coordinates of the file: national coordinates are too large for a model."""
+    colors: tuple[tuple[float, float, float, float], ...]
+    """Red, green, blue and opacity of each material, 0 to 1."""
+    has_materials: bool
+    """Whether the file defines materials."""
+    num_read: int
+    """Number of triangles in the file."""
+
+
+def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
+    """The triangles of a file, with coinciding points merged.
+
+    Args:
+        path: the file.
+        unit: length of a unit of its coordinates, metres.
+
+    Raises:
+        FacadeError: If the file is of another kind, broken, too large, or its size is not that of a building.
+    """
+    kind = path.suffix.lower()
+    if kind not in FORMATS:
+        raise FacadeError(f"{path.name}: expected a mesh as {', '.join(FORMATS)}, found {kind or 'no suffix'}.")
+    parts = _parts(path, kind)
+    points, triangles = joined(parts)
+    points *= unit
+    num = sum(len(part.triangles) for part in parts)
+    colors = list(dict.fromkeys(part.color or _GREY for part in parts))
+    material = np.concatenate([np.full(len(part.triangles), colors.index(part.color or _GREY)) for part in parts])
+    used = points[triangles.ravel()]
+    low, high = used.min(axis=0), used.max(axis=0)
+    extent = float((high - low).max())
+    if not _SMALLEST <= extent <= _LARGEST:
+        raise FacadeError(
+            f"{path.name} is {extent:g} m large; expected {_SMALLEST:g} to {_LARGEST:,.0f} m. "
+            "If its coordinates are not in metres, give their unit (--unit)."
+        )
+    origin = np.round((low + high) / 2.0)
+    tolerance = _SAME * extent
+    surface = welded(Surface(points - origin, triangles, material), tolerance)
+    surface = without_slivers(_once(united(surface, tolerance)), tolerance)
+    if not len(surface):
+        raise FacadeError(f"{path.name}: all of its triangles are empty.")
+    return ExampleMesh(surface, origin, tuple(colors), any(part.color for part in parts), num)
+
+
+def _once(surface: Surface) -> Surface:
+    """The surface without triangles that are there twice in one direction; in both, if all have a side for each."""
+    sets, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
+    key = 2 * group.ravel() + turns(surface.triangles)
+    kinds, first = np.unique(key, return_index=True)
+    if len(kinds) == 2 * len(sets):
+        first = np.minimum(first[::2], first[1::2])
+    which = np.zeros(len(surface), dtype=bool)
+    which[first] = True
+    return surface.part(which)
+
+
+def _parts(path: Path, kind: str) -> list[MeshPart]:
+    """The parts of a file that have faces.
+
+    Raises:
+        FacadeError: If it is broken, too large, or has no faces.
+    """
+    try:
+        neighbours = NeighbourFiles(Path(), path.parent, MOST_BYTES)
+        parts = read_parts(read_bounded(path, MOST_BYTES), kind, neighbours, MOST_TRIANGLES)
+    except AssetError as error:
+        raise FacadeError(f"{path.name} cannot be read: {error}") from error
+    with_faces = [part for part in parts if len(part.triangles)]
+    if not with_faces:
+        raise FacadeError(f"{path.name} holds no faces.")
+    return with_faces

@@ -1,0 +1,127 @@
+"""Solids that touch in a line only, moved apart by less than a tenth of a millimetre.
+
+A line where four triangles meet is closed, but no reader of meshes that joins points of equal coordinates can tell
+which two belong together. Such an edge gets a point in its middle for each of the solids, a little inside of it: every
+edge has two triangles then.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints, Surface, edge_table, split_triangles
+
+_APART = 2e-5
+"""Metres by which points move, at least."""
+_SPACINGS = 8
+"""Steps between 32-bit numbers of the size of the coordinates by which they move, at least."""
+_SAME_PLACE = 1e-6
+"""Metres; readers of meshes take points to be one that are much nearer."""
+_SAME_ANGLE = 1e-6
+"""Radians between triangles about an edge that count as one direction."""
+
+
+def separated(surface: Surface) -> Surface:
+    """The surface with two triangles at every edge that had an even number of them, half in each direction.
+
+    Args:
+        surface: its coordinates are 32-bit numbers, as files keep them; so are those of the result.
+    """
+    edges, count, sign = edge_table(surface.triangles, len(surface.points))
+    crowded = edges[(count > 2) & (sign == 0)]
+    if not len(crowded):
+        return surface
+    number, first = len(surface.triangles), len(surface.points)
+    edge, along, against = _paired(surface.points, surface.triangles, crowded)
+    middle = _single(surface.points[crowded].mean(axis=1))
+    points = np.concatenate([surface.points, middle])
+    triangles, source = split_triangles(points, surface.triangles, crowded, first + np.arange(len(crowded)))
+    # At a middle, a pair of triangles has a point of its own: what is left of both meets there.
+    pair = np.arange(len(edge))
+    key = np.concatenate([edge * number + along // 3, edge * number + against // 3])
+    order = np.argsort(key)
+    row, corner = np.nonzero(triangles >= first)
+    wanted = (triangles[row, corner] - first) * number + source[row]
+    copy = np.concatenate([pair, pair])[order][np.searchsorted(key[order], wanted)]
+    triangles = triangles.copy()
+    a, b, c = (points[triangles[row, k]] for k in range(3))
+    inwards = np.zeros((len(edge), 3))
+    np.subtract.at(inwards, copy, np.cross(b - a, c - a))
+    length = np.linalg.norm(inwards, axis=1, keepdims=True)
+    inwards = np.where(length > 0.0, inwards / np.maximum(length, 1e-300), [1.0, 0.0, 0.0])
+    triangles[row, corner] = first + copy
+    moved = _apart(surface.points, middle[edge], inwards)
+    return Surface(np.concatenate([surface.points, moved]), triangles, surface.material[source])
+
+
+def _apart(points: Floats, places: Floats, inwards: Floats) -> Floats:
+    """[M, 3] places moved in directions [M, 3], so far that none is at a point or at another."""
+    step = max(_APART, _SPACINGS * float(np.spacing(np.float32(np.abs(points).max()))))
+    times = np.ones(len(places))
+    while True:
+        moved = _single(places + (step * times)[:, None] * inwards)
+        digits = np.rint(np.concatenate([points, moved]) / _SAME_PLACE).astype(np.int64)
+        _, place, count = np.unique(digits, axis=0, return_inverse=True, return_counts=True)
+        place = place.ravel()[len(points) :]
+        same = np.flatnonzero(count[place] > 1)
+        if not len(same):
+            return moved
+        same = same[np.argsort(place[same], kind="stable")]
+        times[same] += 1 + np.arange(len(same)) - np.searchsorted(place[same], place[same])
+
+
+def _single(points: Floats) -> Floats:
+    return points.astype(np.float32).astype(np.float64)
+
+
+def _paired(points: Floats, triangles: Ints, crowded: Ints) -> tuple[Ints, Ints, Ints]:
+    """Sides of triangles that bound one solid at an edge.
+
+    Around an edge a solid begins at a triangle that runs downwards and ends at the next that runs upwards; where two
+    solids touch in a face, one ends before the other begins.
+
+    Args:
+        points: [P, 3] metres.
+        triangles: [T, 3] rows of `points`.
+        crowded: [K, 2] edges in ascending order, the lower point first.
+
+    Returns:
+        [M] edges, ascending, [M] the sides (three times the triangle, and 0 to 2) that run upwards, and [M] downwards.
+    """
+    number = len(points)
+    start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
+    keys = crowded[:, 0] * number + crowded[:, 1]
+    side_keys = np.minimum(start, end) * number + np.maximum(start, end)
+    place = np.minimum(np.searchsorted(keys, side_keys), len(keys) - 1)
+    sides = np.flatnonzero(keys[place] == side_keys)
+    place = place[sides]
+    low, high = crowded[place].T
+    upwards = start[sides] == low
+    along = points[high] - points[low]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.cross(along, np.where(np.abs(along[:, [0]]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    third = points[triangles[:, [2, 0, 1]].ravel()[sides]] - points[low]
+    angle = np.arctan2((third * np.cross(along, across)).sum(axis=1), (third * across).sum(axis=1))
+    step, half = np.rint(angle / _SAME_ANGLE).astype(np.int64), round(np.pi / _SAME_ANGLE)
+    step[step <= -half] = half
+    order = np.lexsort((~upwards, step, place))
+    pairs = []
+    for part in np.split(order, np.flatnonzero(np.diff(place[order])) + 1):
+        pairs += [(place[part[0]], *pair) for pair in _matched(sides[part], upwards[part])]
+    edge, up, down = np.array(pairs, dtype=np.int64).T
+    return edge, up, down
+
+
+def _matched(sides: Ints, upwards: Bools) -> list[tuple[int, int]]:
+    """Pairs of an upward and a downward side of one edge, given by angle; like brackets, each with the nearest."""
+    # Begin where no solid is open.
+    turn = int(np.cumsum(np.where(upwards, -1, 1)).argmin()) + 1
+    begun: list[int] = []
+    pairs = []
+    for side, ends in zip(np.roll(sides, -turn).tolist(), np.roll(upwards, -turn).tolist(), strict=True):
+        if ends:
+            pairs.append((side, begun.pop()))
+        else:
+            begun.append(side)
+    return pairs

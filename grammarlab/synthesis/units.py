@@ -1,0 +1,214 @@
+"""A building cut into the units of its regions and the rest.
+
+Units of one or several examples, with common labels, materials and file names.
+
+Stretching of the rest of a building: each axis is stretched at the units of the main walls, and moved elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammarlab.synthesis.analysis.example import Example, Region
+from grammarlab.synthesis.label_grid import LabelGrid, joined
+from grammarlab.synthesis.mesh.surface import Bools, Floats, Surface, sliced
+from grammarlab.synthesis.mesh.views import plane_of, seen_from
+
+SNAP = 1e-6
+"""Distance from a cutting plane within which points are moved onto it, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingCut:
+    """A building in pieces that together make it up."""
+
+    cells: tuple[tuple[tuple[Surface, ...], ...], ...]
+    """[regions][rows][columns] the surface in each cell, in the coordinates of its view."""
+    rest: Surface
+    """The surface outside of all cells, in the coordinates of the building."""
+
+
+def cut_up(surface: Surface, regions: Sequence[Region]) -> BuildingCut:
+    """The units of all regions, and the rest; overlaps of regions belong to the earlier one."""
+    for region in regions:
+        surface = _framed(surface, region)
+    cells = []
+    for region in regions:
+        own = _inside(surface, region)
+        part = surface.part(own)
+        surface = surface.part(~own)
+        cells.append(_cells(part.moved(seen_from(region.side, part.points)), region))
+    return BuildingCut(tuple(cells), surface)
+
+
+def _framed(surface: Surface, region: Region) -> Surface:
+    """The surface cut along the sides of a region, where these cross it."""
+    planes = [plane_of(region.side, axis, float(end[axis])) for axis in (0, 1) for end in (region.low, region.high)]
+    planes.append(plane_of(region.side, 2, region.back))
+    for plane in planes:
+        surface = sliced(surface, plane.axis, plane.at, SNAP)
+    return surface
+
+
+def _inside(surface: Surface, region: Region) -> Bools:
+    middle = seen_from(region.side, surface.points)[surface.triangles].sum(axis=1) / 3.0
+    flat = (middle[:, :2] > region.low) & (middle[:, :2] < region.high)
+    return flat.all(axis=1) & (middle[:, 2] >= region.back) & (middle[:, 2] <= region.front)
+
+
+def _cells(part: Surface, region: Region) -> tuple[tuple[Surface, ...], ...]:
+    """[rows][columns] the part cut along the lines of the region."""
+    rows = []
+    for row in _strips(part, 1, region.rows.line):
+        rows.append(tuple(_strips(row, 0, region.columns.line)))
+    return tuple(rows)
+
+
+def _strips(part: Surface, axis: int, line: Floats) -> list[Surface]:
+    """The part cut along lines: the middle one first, so that each half is cut only along its own lines."""
+    if len(line) < 3:
+        return [part]
+    middle = len(line) // 2
+    part = sliced(part, axis, float(line[middle]), SNAP)
+    below = part.points[part.triangles, axis].mean(axis=1) < line[middle]
+    return [*_strips(part.part(below), axis, line[: middle + 1]), *_strips(part.part(~below), axis, line[middle:])]
+
+
+_SAME_SIZE, _SAME_DEPTH = 0.02, 0.03
+"""Largest differences of the elements of equal units of two examples, metres; wider with noise."""
+_NOISES = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class UnitStock:
+    """Walls and their units."""
+
+    walls: tuple[Region, ...]
+    """All walls of the first example, the main one first; then the main wall of each other example."""
+    cut: BuildingCut
+    """Cells of all walls, and the rest of the first example."""
+    choice: tuple[int, ...]
+    """For each example, the index of the wall that gives the units of the main wall."""
+    colors: tuple[tuple[float, float, float, float], ...]
+    """Colors of materials."""
+
+    @property
+    def grids(self) -> list[LabelGrid]:
+        """The grid of each example's main wall."""
+        return [self.walls[each].grid for each in self.choice]
+
+
+def stock_of(examples: Sequence[Example]) -> UnitStock:
+    """The units of examples.
+
+    Units of two examples share a label if their names are equal and their elements agree: in size to 2 cm and in depth
+    to 3 cm. Other units of equal names get different names.
+    """
+    first, *others = examples
+    cut = cut_up(first.surface, first.regions)
+    walls, cells, colors = list(first.regions), list(cut.cells), list(first.mesh.colors)
+    choice = [0]
+    for number, other in enumerate(others, start=2):
+        surface = replace(other.surface, material=other.surface.material + len(colors))
+        main = replace(other.main, name=f"{number}-{other.main.name}")
+        cells.append(cut_up(surface, [main]).cells[0])
+        colors += other.mesh.colors
+        choice.append(len(walls))
+        walls.append(main)
+    stock = UnitStock(tuple(walls), BuildingCut(tuple(cells), cut.rest), tuple(choice), tuple(colors))
+    return _named(stock) if others else stock
+
+
+def _named(stock: UnitStock) -> UnitStock:
+    """The stock with one numbering of the labels of its main walls."""
+    seen: dict[str, tuple[int, int, int]] = {}
+    walls = list(stock.walls)
+    for wall in stock.choice:
+        grid, names = walls[wall].grid, []
+        taken = {*seen, *grid.names}
+        for label, name in enumerate(grid.names):
+            unit = (wall, *walls[wall].source(label)) if (grid.labels == label).any() else None
+            # The name of another example is compared with window, window-2, window-3, ...
+            head = _head(name)
+            alike = [each for each in seen if each not in names and _head(each) == head]
+            same = next((each for each in alike if unit and _same(stock, seen[each], unit)), None)
+            if same is None and name in seen:
+                same = next(new for k in range(2, 10_000) if (new := f"{head}-{k}") not in taken)
+                taken.add(same)
+            names.append(same or name)
+            if unit:
+                seen.setdefault(names[-1], unit)
+        walls[wall] = replace(walls[wall], grid=LabelGrid(grid.labels, tuple(names)))
+    for wall, grid in zip(stock.choice, joined([walls[each].grid for each in stock.choice]), strict=True):
+        walls[wall] = replace(walls[wall], grid=grid)
+    return replace(stock, walls=tuple(walls))
+
+
+def _head(name: str) -> str:
+    """The name of a label without its distinguishing number."""
+    head, _, number = name.rpartition("-")
+    return head if head and number.isdigit() else name
+
+
+def _same(stock: UnitStock, one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
+    """Whether two cells, given by wall, row and column, have equal elements."""
+    noise = _NOISES * max(stock.walls[each[0]].noise for each in (one, other))
+    sizes, depths = [], []
+    for wall, row, column in (one, other):
+        boxes = stock.walls[wall].elements_in(row, column)
+        boxes = boxes[np.lexsort(boxes.T[::-1])]
+        sizes.append(boxes[:, 2:] - boxes[:, :2])
+        depth = stock.cut.cells[wall][row][column].points[:, 2] - stock.walls[wall].plane
+        depths.append([depth.min(initial=0.0), depth.max(initial=0.0)])
+    if len(sizes[0]) != len(sizes[1]) or np.abs(np.subtract(*depths)).max() > _SAME_DEPTH + noise:
+        return False
+    return bool((np.abs(sizes[0] - sizes[1]) <= _SAME_SIZE + noise).all())
+
+
+@dataclass(frozen=True, slots=True)
+class Knots:
+    """Places on an axis and their new places; the map between them is linear."""
+
+    old: Floats
+    """[K] ascending places, metres."""
+    new: Floats
+    """[K] ascending new places, metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """For each axis, a piecewise linear map between knots; parts beyond the first and last knot keep their size."""
+
+    axes: tuple[Knots, Knots, Knots]
+
+    def along(self, axis: int, places: Floats) -> Floats:
+        """[N] new positions on an axis."""
+        old, new = self.axes[axis].old, self.axes[axis].new
+        outside = np.where(places < old[0], places - old[0] + new[0], places - old[-1] + new[-1])
+        return np.where((places < old[0]) | (places > old[-1]), outside, np.interp(places, old, new))
+
+    def moved(self, surface: Surface) -> Surface:
+        """A stretched surface, cut at inner knots, so that points on an edge stay on it."""
+        for axis, knots in enumerate(self.axes):
+            for at in knots.old[1:-1].tolist():
+                surface = sliced(surface, axis, at, SNAP)
+        return surface.moved(np.stack([self.along(axis, surface.points[:, axis]) for axis in range(3)], axis=1))
+
+
+def row_knots(old: Floats, new: Floats) -> Knots:
+    """Knots at lines of rows: the two lowest rows and the highest one stay rows, those between them share the change.
+
+    So a ground floor, or a cornice above it, ends at the same height in a corner as in the units beside it.
+
+    Args:
+        old: [R + 1] lines of the example's rows, metres.
+        new: [S + 1] new lines, metres.
+    """
+    kept = min(len(old), len(new)) - 2
+    lowest = min(2, (kept + 1) // 2)
+    highest = min(1, kept - lowest)
+    places = [0, *range(1, lowest + 1), *range(-1 - highest, -1), -1]
+    return Knots(old[places], new[places])

@@ -1,0 +1,66 @@
+"""Orientations: the group of the cube, and frames that say where their axes point."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from grammarlab.derivation.frames import COMPOSE, CUBE, FrameTable, cube_index, cube_indices
+
+cubes = st.integers(0, 23)
+
+
+def test_the_first_rotation_of_the_cube_is_none():
+    assert np.array_equal(CUBE[0], np.eye(3))
+
+
+def test_the_table_of_products_is_that_of_the_matrices():
+    assert np.array_equal(CUBE[COMPOSE], np.einsum("aij,bjk->abik", CUBE, CUBE))
+
+
+@given(cubes)
+def test_every_rotation_of_the_cube_is_found_again(index):
+    assert cube_index(CUBE[index]) == index
+    assert cube_indices(CUBE[[index]])[0] == index
+
+
+def test_a_skew_rotation_is_no_rotation_of_the_cube():
+    assert cube_indices(Rotation.from_euler("y", 1e-6).as_matrix()[None])[0] == -1
+
+
+@given(st.integers(0, 1000), cubes, cubes)
+def test_turning_a_frame_multiplies_its_rotation(seed, first, second):
+    table = FrameTable()
+    base = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
+    frame = table.turned(table.turned(table.add(base[None]), first), second)
+    assert np.allclose(table.rotations(frame)[0], base @ CUBE[first] @ CUBE[second])
+    for axis in range(3):
+        assert np.array_equal(table.axis(frame, axis)[0], table.rotations(frame)[0, :, axis])
+
+
+@given(st.integers(0, 1000), cubes)
+def test_vectors_go_to_the_world_and_back(seed, cube):
+    rng = np.random.default_rng(seed)
+    table = FrameTable()
+    frames = table.turned(table.add(Rotation.random(5, rng=rng).as_matrix()), cube)
+    vectors = rng.normal(size=(5, 3))
+    assert np.allclose(table.to_local(frames, table.to_world(frames, vectors)), vectors)
+
+
+def test_one_rotation_makes_one_base_for_each_different_frame():
+    table = FrameTable()
+    turn = Rotation.from_euler("z", 30, degrees=True).as_matrix()
+    frames = table.rotated(np.array([0, 5, 0, 5], dtype=np.int32), turn)
+    assert len(np.unique(frames)) == 2
+    assert np.allclose(table.rotations(frames), CUBE[[0, 5, 0, 5]] @ turn)
+
+
+def test_used_frames_are_renumbered_without_gaps():
+    table = FrameTable()
+    table.add(Rotation.random(3, rng=np.random.default_rng(1)).as_matrix())
+    frames = np.array([48, 0, 48, 30], dtype=np.int32)
+    rotations, places = table.used(frames)
+    assert len(rotations) == 3
+    assert np.array_equal(rotations[places], table.rotations(frames))

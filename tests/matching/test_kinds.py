@@ -1,0 +1,64 @@
+"""Kinds by description length, with and without rows."""
+
+import numpy as np
+import pytest
+
+from grammarlab.matching.evidence_maps import Maps, maps_of
+from grammarlab.matching.shared_kinds import find_kinds
+from grammarlab.matching.strength import find_kinds_with
+
+SIZES = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
+NONE = np.full(8, -1)
+
+
+def _maps(kind: np.ndarray, sigma: float = 0.01, at_least: np.ndarray | None = None) -> Maps:
+    """Evidence that is normal around the size of each kind; wide if only a lower bound of the width is known."""
+    widths, heights = np.linspace(0.8, 1.6, 81), np.linspace(1.3, 2.1, 81)
+    across = -0.5 * ((widths[None] - SIZES[kind, :1]) / sigma) ** 2
+    if at_least is not None:
+        across[at_least] = np.where(widths > 0.9, 0.0, -50.0)
+    up = -0.5 * ((heights[None] - SIZES[kind, 1:]) / sigma) ** 2
+    evidence = np.exp(across[:, :, None] + up[:, None, :])
+    evidence = evidence / evidence.mean(axis=(1, 2), keepdims=True) * 0.9999 + 1e-4
+    return Maps(widths, heights, evidence)
+
+
+def test_eight_rectangles_of_figure_5_2_share_exactly_what_they_share():
+    kind = np.array([0, 0, 1, 1, 2, 2, 3, 3])
+    maps = _maps(kind)
+    found = find_kinds(maps)
+    label = found.posterior.argmax(axis=1)
+    assert all((label == label[each]).tolist() == (kind == kind[each]).tolist() for each in range(8))
+    sizes = np.stack([maps.widths[found.kinds.width], maps.heights[found.kinds.height]], axis=1)[label]
+    assert sizes == pytest.approx(SIZES[kind], abs=0.0051)
+    # c: equal to the last bit for a shared width or height, and different elsewhere.
+    for axis in (0, 1):
+        same = sizes[:, None, axis] == sizes[None, :, axis]
+        assert (same == (SIZES[kind][:, None, axis] == SIZES[kind][None, :, axis])).all()
+
+
+def test_no_evidence_makes_no_kinds():
+    flat = Maps(np.linspace(1, 2, 11), np.linspace(1, 2, 11), np.ones((5, 11, 11)))
+    found = find_kinds(flat)
+    assert found.length <= -5 * np.log(0.02) + 1e-9
+    assert found.posterior.sum(axis=1) == pytest.approx(np.ones(5))
+
+
+def test_a_half_hidden_window_is_of_the_kind_of_its_row():
+    kind = np.repeat([0, 3, 2, 1], 6)
+    row = np.repeat(np.arange(4), 6)
+    hidden = np.array([2, 8, 15, 21])
+    found, _ = find_kinds_with(_maps(kind, at_least=hidden), row, np.full(24, -1))
+    label = found.posterior.argmax(axis=1)
+    assert label[hidden].tolist() == label[hidden - 1].tolist()
+    plain = find_kinds(_maps(kind, at_least=hidden))
+    assert found.posterior[hidden, label[hidden]].min() > plain.posterior[hidden, label[hidden]].max()
+
+
+def test_maps_are_densities_over_their_mean():
+    random = np.random.default_rng(0)
+    drawn = np.array([1.2, 1.7]) + 0.02 * random.normal(size=(3, 4000, 2))
+    maps = maps_of(drawn, np.full(3, 0.01), np.array([0.8, 1.3]), np.array([1.6, 2.1]))
+    assert maps.evidence.mean(axis=(1, 2)) == pytest.approx(np.ones(3), rel=1e-6)
+    best = [np.unravel_index(each.argmax(), each.shape) for each in maps.evidence]
+    assert [maps.widths[each[0]] for each in best] == pytest.approx([1.2] * 3, abs=0.02)

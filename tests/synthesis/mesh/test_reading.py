@@ -1,0 +1,77 @@
+"""Meshes from files, including invalid ones."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grammarlab.errors import FacadeError
+from grammarlab.synthesis.mesh.building_files import FORMATS, read_mesh
+from tests.assets.documents import BOX, BOX_TRIANGLES, Document
+from tests.assets.mutants import mutants
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.stl", "solid", "expected a mesh as .obj"),
+        ("a.obj", "", "holds no faces"),
+        ("a.obj", "v 0 0\nv 1 0\nv 1 1\nv 0 1\nf 1 2 3 4\n", "line 1: expected v x y z, found 'v 0 0'"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot be read|do not exist|holds no faces"),
+        ("a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2: expected finite numbers"),
+        ("a.obj", "v 0 0 0\nv 90000 0 0\nv 0 1 0\nf 1 2 3\n", "--unit"),
+        ("a.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "m large"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "are empty"),
+        ("a.glb", "glTF", "cannot be read"),
+        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999\n", "cannot be read"),
+    ],
+)
+def test_broken_files_are_refused_in_words(name: str, content: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_text(content)
+    with pytest.raises(FacadeError, match=message):
+        read_mesh(path)
+
+
+def test_instances_and_quantised_points_are_read(tmp_path: Path) -> None:
+    document = Document()
+    places = np.array([[4 * x, 0, 4 * z] for x in range(3) for z in range(9)], np.float32)
+    points = document.accessor((BOX * 255).astype(np.uint8), padding=1, normalized=True)
+    indices = document.accessor(BOX_TRIANGLES.astype(np.uint8))
+    mesh = document.add("meshes", {"primitives": [{"attributes": {"POSITION": points}, "indices": indices}]})
+    instanced = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": document.accessor(places)}}}
+    document.show(document.add("nodes", {"mesh": mesh, "extensions": instanced}))
+    document.json["extensionsRequired"] = ["EXT_mesh_gpu_instancing", "KHR_mesh_quantization"]
+    (tmp_path / "boxes.glb").write_bytes(document.glb())
+    found = read_mesh(tmp_path / "boxes.glb")
+    assert found.num_read == 12 * 27
+    assert np.ptp(found.surface.points, axis=0) == pytest.approx([9.0, 1.0, 33.0])
+
+
+def test_mutants_of_meshes_end_in_a_surface_or_in_words(tmp_path: Path) -> None:
+    messages = []
+    for suffix, content in mutants(FORMATS):
+        path = tmp_path / f"a{suffix}"
+        path.write_bytes(content)
+        try:
+            found = read_mesh(path)
+        except FacadeError as error:
+            messages.append(str(error))
+        else:
+            assert np.isfinite(found.surface.points).all()
+    assert len(messages) > 20
+    assert all(message.startswith("a.") for message in messages)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_pipes_and_large_files_are_refused_without_reading_them(suffix: str, tmp_path: Path) -> None:
+    large, pipe = tmp_path / f"large{suffix}", tmp_path / f"pipe{suffix}"
+    with large.open("wb") as file:
+        file.truncate(1 << 33)
+    os.mkfifo(pipe)
+    with pytest.raises(FacadeError, match="at most 268,435,456 bytes"):
+        read_mesh(large)
+    with pytest.raises(FacadeError, match="found a pipe or a device"):
+        read_mesh(pipe)
