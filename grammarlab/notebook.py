@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
 
-from grammarlab import scoring
 from grammarlab.extras import named_extras
+from grammarlab.pages import STATIC
 from grammarlab.pages.desktop import Argument, Message
 from grammarlab.pages.scoring.session import Session, SessionOptions
 from grammarlab.pages.workers.label_exchange import read_labels_or_session
@@ -24,7 +24,7 @@ with named_extras():
     import traitlets
 
 LOG = logging.getLogger(__name__)
-PAGE = Path(scoring.__file__).parent / "static"
+PAGE = STATIC / "scoring"
 
 
 @dataclass(eq=False)

@@ -12,7 +12,7 @@ from grammarlab.pages.example_commands import run, state_of
 from grammarlab.pages.example_desk import ExampleDesk
 from grammarlab.pages.server import built_page
 
-PAGE = built_page(__file__, "grammarlab facade open", max_bytes=64 << 10)
+PAGE = built_page("example", "grammarlab facade open", max_bytes=64 << 10)
 
 
 class Corrector(Desktop[ExampleDesk]):

@@ -11,7 +11,7 @@ from grammarlab.pages.requests import Request, answered
 from grammarlab.pages.scan_desk import ScanDesk
 from grammarlab.pages.server import built_page
 
-PAGE = built_page(__file__, "grammarlab facade open", max_bytes=1 << 20)
+PAGE = built_page("scan", "grammarlab facade open", max_bytes=1 << 20)
 
 
 class Matcher(Desktop[ScanDesk]):

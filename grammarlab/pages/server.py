@@ -32,6 +32,7 @@ from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from grammarlab.errors import UsageError
+from grammarlab.pages import STATIC
 from grammarlab.pages.desktop import Message, Send
 
 Frame = str | bytes
@@ -118,10 +119,9 @@ class Page:
     """Seconds until a request has to be there in full, and within which a window has to answer a ping."""
 
 
-def built_page(module: str, command: str, max_bytes: int) -> Page:
-    """Page built by `pages/bundle.js` in the folder `static` beside a module, given by its file."""
-    static = Path(module).with_name("static")
-    return Page({name: static / name for name in ("page.css", "page.js")}, command, max_bytes)
+def built_page(name: str, command: str, max_bytes: int) -> Page:
+    """Page that `pages_src/bundle.js` has built in a folder of `STATIC`, by the name of that folder."""
+    return Page({file: STATIC / name / file for file in ("page.css", "page.js")}, command, max_bytes)
 
 
 class Served(Protocol):

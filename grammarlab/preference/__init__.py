@@ -1,6 +1,5 @@
 """Preferences: functions over all models, learned from scores of some. Their input is rows of numbers, not shapes."""
 
-from grammarlab.learning.fitting import Method, fit
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance
 
-__all__ = ["AbstractPreference", "Method", "Prediction", "Relevance", "fit"]
+__all__ = ["AbstractPreference", "Prediction", "Relevance"]

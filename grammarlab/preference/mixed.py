@@ -1,7 +1,7 @@
 """The default preference of labels of several kinds: scores, stars, thumbs and comparisons in one likelihood.
 
-Under a kernel, sites replace labels that are not scores (`grammarlab.preference.processes.label_kinds`). Kernels and sites
-are improved in turns. Cells get the intervals of values. If all labels are scores, `blended.py` handles them.
+Under a kernel, sites replace labels that are not scores (`grammarlab.preference.processes.label_kinds`). Kernels and
+sites are improved in turns. Cells get the intervals of values. If all labels are scores, `blended.py` handles them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Built pages are those of their sources, which lie in `pages/`."""
+"""Built pages are those of their sources, which lie in `pages_src/`."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-SOURCES = ROOT / "pages"
-BUILT = sorted((ROOT / "grammarlab").glob("**/static/*"))
+SOURCES = ROOT / "pages_src"
+BUILT = sorted((ROOT / "grammarlab").glob("pages/static/*/*"))
 
 
 @pytest.mark.parametrize("built", BUILT, ids=lambda built: str(built.relative_to(ROOT)))
 def test_built_files_are_those_of_their_sources(built: Path):
-    """Else: npm install && npm run build in pages/."""
+    """Else: npm install && npm run build in pages_src/."""
     stated = re.match(r"/\* Built from ([\w, ]+) by \S+; do not edit. Source ([0-9a-f]{16}) ", built.read_text("utf-8"))
     assert stated
     sources = [each for folder in stated[1].split(", ") for each in sorted((SOURCES / folder).iterdir())]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.preference import fit
+from grammarlab.learning.fitting import fit
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, dense_rows
 from grammarlab.preference.factors import ProductPreference
 from tests.preference.rows import toy_towers

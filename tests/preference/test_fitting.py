@@ -9,7 +9,7 @@ import pytest
 from scipy import sparse
 
 from grammarlab.errors import UsageError
-from grammarlab.preference import fit
+from grammarlab.learning.fitting import fit
 from tests.preference.rows import counted_rows
 
 METHODS = ["blended", "grouped", "paper", "kde", "sklearn", "lightgbm"]

@@ -15,7 +15,7 @@ from grammarlab.pages.editor.desk import EditorDesk, state_of
 from grammarlab.pages.editor.exporting import SUFFIX, checked_target, stem_of, unused_path
 from grammarlab.pages.server import built_page
 
-PAGE = built_page(__file__, "grammarlab facade open", max_bytes=64 << 10)
+PAGE = built_page("editor", "grammarlab facade open", max_bytes=64 << 10)
 
 
 MOST_LEAVES = 20_000

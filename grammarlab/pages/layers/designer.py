@@ -16,7 +16,7 @@ from grammarlab.pages.layers.solver import Solver, SolverOutcome
 from grammarlab.pages.server import built_page
 
 # JSON may need six characters for one of the text.
-PAGE = built_page(__file__, "grammarlab facade open", max_bytes=6 * MOST_BYTES)
+PAGE = built_page("layers", "grammarlab facade open", max_bytes=6 * MOST_BYTES)
 
 
 class Designer(Desktop[DesignDesk]):

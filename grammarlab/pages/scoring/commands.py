@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address, shown
+from grammarlab.pages import STATIC
 from grammarlab.pages.desktop import Message, Send
 from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import Body, checked_models
@@ -31,7 +31,7 @@ FORMATS = ("csv", "jsonl", "parquet")
 """Of exported label files."""
 IMPORTED = (*FORMATS, "tsv")
 """Formats of label files that are read."""
-VIEWER = Path(__file__).parent / "static" / "viewer.js"
+VIEWER = STATIC / "scoring" / "viewer.js"
 
 Command = Callable[[Rounds, Request], Message | None]
 

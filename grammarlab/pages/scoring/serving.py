@@ -7,7 +7,7 @@ from collections.abc import Callable
 from grammarlab.pages import server
 from grammarlab.pages.scoring.session import Session
 
-PAGE = server.built_page(__file__, "grammarlab score", max_bytes=64 << 20)
+PAGE = server.built_page("scoring", "grammarlab score", max_bytes=64 << 20)
 
 
 def serve(session: Session, port: int, on_ready: Callable[[str], None]) -> None:

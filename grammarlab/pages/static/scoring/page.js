@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages/bundle.js; do not edit. Source e834ddeba7b382ac */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source e834ddeba7b382ac */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
