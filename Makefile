@@ -2,6 +2,7 @@
 # test   everything that must hold: format, lint, types, layers, tests
 # check  the fast, static half of it
 # docs   the documentation, as pages in out/site
+# reference  the generated parts of the documentation, in docs/
 # bench  how fast it is, as ratios within one run
 # pictures  the pictures of the guide
 # screens   the pictures of the pages in a browser
@@ -19,7 +20,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test check docs pictures screens bench facades scan-pictures format clean chromium
+.PHONY: demo test check docs reference pictures screens bench facades scan-pictures format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -39,6 +40,9 @@ check: $(VENV)/.dev
 
 docs: $(VENV)/.dev
 	$(BIN)/python -m mkdocs --quiet build
+
+reference: $(VENV)/.dev
+	$(BIN)/python -m docs.gen.reference
 
 # The page is tested in a real browser: Debian's Chromium, put there where that is allowed.
 chromium:

@@ -1,4 +1,4 @@
-"""How well matches of synthetic scenes agree with their truth: the tables of docs/facade-scans.md.
+"""How well matches of synthetic scenes agree with their truth: the tables of docs/matching/limits.md.
 
     python benchmarks/measure_scans.py --scenes 5 --setting rows
 

@@ -14,12 +14,6 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
-def test_pictures_and_links_of_the_documents_exist():
-    for document in ROOT.glob("*.md"):  # those of the site are checked where it is built
-        for target in re.findall(r"\]\((?!http)([^)#]+)\)", document.read_text(encoding="utf-8")):
-            assert (ROOT / target).exists(), f"{document.name}: {target}"
-
-
 def test_ci_runs_the_test_command_of_the_readme():
     commands = [
         line for line in (ROOT / ".ci" / "run").read_text().splitlines() if not line.startswith(("#", "set", "cd"))
@@ -56,35 +50,20 @@ def test_the_changelog_has_what_is_unreleased_and_then_the_current_version():
     assert (unreleased, released.rstrip(",")) == ("Unreleased", grammarlab.__version__)
 
 
-def test_paths_that_the_documents_name_exist():
-    """Paths in code font that begin with a top folder."""
-    tops = "|".join(
-        path.name for path in ROOT.iterdir() if path.is_dir() and path.name[0] != "." and path.name != "out"
-    )
-    documents = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("**/*.md"), *(ROOT / "grammarlab").glob("**/README.md")]
-    for document in documents:
-        text = document.read_text(encoding="utf-8")
-        for path in re.findall(rf"`((?:{tops})/[\w./-]+)`", text):
-            assert (ROOT / path).exists(), f"{document.name}: {path}"
-
-
 def below(folder: Path, name: str) -> bool:
     """Whether a file or folder has this name, or path, at any depth below a folder."""
     return any(folder.rglob(name.rstrip("/")))
 
 
-def test_files_and_rooms_that_the_documents_name_are_there():
-    """Names in code font: below the folder of the README or of the row of the map; of files on pages, anywhere."""
+def test_files_and_folders_that_a_readme_or_the_map_names_are_there():
+    """Names in code font, below the folder of the README or of the row of the map."""
     map_text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     texts = re.findall(r"^\| `(grammarlab/[a-z/]+/)` \| (.*) \|$", map_text, re.MULTILINE)
     readmes = (ROOT / "grammarlab").glob("**/README.md")
     texts += [(path.parent.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")) for path in readmes]
-    named = [(folder, name) for folder, text in texts for name in re.findall(r"`([\w./-]+(?:\.py|/))`", text)]
-    pages = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("**/*.md"))
-    named += [(top, name) for name in set(re.findall(r"`([\w./-]+\.py)`", pages)) for top in ["grammarlab", "tests"]]
-    there = {(folder, name) for folder, name in named if below(ROOT / folder, name) or (ROOT / name).exists()}
-    found = {name for folder, name in there if folder in {"grammarlab", "tests"}}
-    assert {f"{folder}: {name}" for folder, name in {*named} - there if name not in found} == set()
+    named = {(folder, name) for folder, text in texts for name in re.findall(r"`([\w./-]+(?:\.py|/))`", text)}
+    gone = {(folder, name) for folder, name in named if not below(ROOT / folder, name) and not (ROOT / name).exists()}
+    assert gone == set()
 
 
 def test_contributors_are_told_where_twenty_things_are():

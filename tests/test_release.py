@@ -94,8 +94,22 @@ def test_the_citation_is_of_this_version():
     assert re.findall(r"^license: (\S+)$", citation, re.MULTILINE) == [PROJECT["project"]["license"]]
 
 
+def test_nothing_is_published_before_the_tests_and_the_wheel_have_run():
+    text = (ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8")
+    jobs = dict(re.findall(r"^  (\w+):\n((?:    .*\n)+)", text.split("jobs:\n")[1], re.MULTILINE))
+    assert [name for name, job in jobs.items() if "twine upload" in job] == ["publish"]
+    (needs,) = re.findall(r"needs: \[(.*)\]", jobs["publish"])
+    assert set(needs.split(", ")) == set(jobs) - {"publish"}
+    assert "run: .ci/run" in jobs["tests"]
+    assert "checkout" not in jobs["install"]
+    commands = re.findall(r"^      - run: (.*)", jobs["install"], re.MULTILINE)
+    assert commands[0] == "python -m pip install dist/*.whl"
+    assert any(command.startswith("grammarlab sample toy -n 1") for command in commands)
+
+
 def test_workflows_test_the_versions_that_are_promised():
     told = [text.rsplit(" ", 1)[-1] for text in PROJECT["project"]["classifiers"] if re.search(r":: 3\.\d+$", text)]
-    tests = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
-    assert re.findall(r"python: \[(.*)\]", tests) == [", ".join(f'"{version}"' for version in told)]
-    assert all(f"{system}-latest" in tests for system in ("ubuntu", "macos", "windows"))
+    for name in ("tests.yml", "release.yml"):
+        workflow = (ROOT / ".github" / "workflows" / name).read_text(encoding="utf-8")
+        assert re.findall(r"python: \[(.*)\]", workflow) == [", ".join(f'"{version}"' for version in told)]
+        assert all(f"{system}-latest" in workflow for system in ("ubuntu", "macos", "windows"))

@@ -1,20 +1,61 @@
-"""The command line as tables: every command, argument and option with its help."""
+"""The command line as tables: every command, argument and option with its help.
+
+Everything is read from the signatures of the commands, so the text depends neither on the width of a terminal nor on
+how a version of typer words its help.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import inspect
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum
 from functools import cache
-from typing import Any
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
 
 import typer
+from typer.models import ArgumentInfo, OptionInfo
 
 from grammarlab.cli import app
 
+WORDS = {int: "int", float: "float", str: "text", bool: ""}
+"""Value of an option, by its type."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """An argument or an option of a command."""
+
+    names: tuple[str, ...]
+    """`-n` and `--num-models`; of an argument its only name, without dashes."""
+    value: str
+    """Kind of its value, such as `int`; empty for switches."""
+    help: str
+    notes: tuple[str, ...]
+    """Default and range, or that it is required."""
+    is_option: bool
+
+    @property
+    def usage(self) -> str:
+        """An argument as the line of usage writes it."""
+        return self.names[0] if "required" in self.notes else f"[{self.names[0]}]"
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command."""
+
+    name: str
+    """Such as `facade read`."""
+    help: str
+    parameters: tuple[Parameter, ...]
+
 
 @cache
-def commands() -> dict[str, Any]:
+def commands() -> dict[str, Command]:
     """Every command by its name (`sample`, `facade read`), in the order of the help."""
-    return dict(_named(typer.main.get_command(app), ()))
+    return {name: _command(name, function) for name, function in _named(app, "")}
 
 
 def page_of(name: str) -> str:
@@ -28,44 +69,94 @@ def overview() -> str:
     return "\n".join(["| command | what it does |", "|---|---|", *rows])
 
 
-def page(name: str) -> str:
-    """The page of a command that has no page of its own: its help."""
-    return f"# grammarlab {name}\n\n{commands()[name].help}\n\n{options(name)}\n"
-
-
 def options(name: str) -> str:
     """Usage and options of a command.
 
     Args:
         name: such as `facade read`.
     """
-    command = commands()[name]
-    context = typer.Context(command, info_name=f"grammarlab {name}")
-    usage = command.get_usage(context).removeprefix("Usage: ")
-    records = [(parameter, *parameter.get_help_record(context)) for parameter in command.params]
-    rows = [f"| {_words(parameter, first)} | {_escaped(text)} |" for parameter, first, text in records]
+    parameters = commands()[name].parameters
+    arguments = [each.usage for each in parameters if not each.is_option]
+    usage = " ".join([f"grammarlab {name} [OPTIONS]", *arguments])
+    rows = [f"| {_words(each)} | {_meaning(each)} |" for each in parameters]
     return "\n".join(["```text", usage, "```", "", "| argument or option | meaning |", "|---|---|", *rows])
 
 
-def _named(command: Any, before: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
-    if not hasattr(command, "commands"):
-        yield " ".join(before), command
-        return
-    for name, inner in command.commands.items():
-        yield from _named(inner, (*before, name))
+def _named(group: typer.Typer, before: str) -> Iterator[tuple[str, Callable[..., Any]]]:
+    for command in group.registered_commands:
+        if command.callback is not None:
+            yield f"{before}{command.name}", command.callback
+    for inner in group.registered_groups:
+        if inner.typer_instance is not None:
+            yield from _named(inner.typer_instance, f"{before}{inner.typer_instance.info.name} ")
 
 
-def _first_line(command: Any) -> str:
+def _command(name: str, function: Callable[..., Any]) -> Command:
+    hints = get_type_hints(function, include_extras=True)
+    parameters = [
+        _parameter(parameter, *get_args(hints[parameter.name]))
+        for parameter in inspect.signature(function).parameters.values()
+        if hints[parameter.name] is not typer.Context
+    ]
+    return Command(name, inspect.getdoc(function) or "", tuple(parameters))
+
+
+def _parameter(parameter: inspect.Parameter, kind: Any, info: OptionInfo | ArgumentInfo) -> Parameter:
+    if isinstance(info, OptionInfo):
+        # In `Annotated`, typer takes the first declaration, such as "-o", as its argument `default`.
+        declared = [name for name in (info.default, *(info.param_decls or ())) if isinstance(name, str)]
+        names = declared or [f"--{parameter.name.replace('_', '-')}"]
+        texts = tuple(text for name in names for text in name.split("/"))
+    else:
+        texts = (info.metavar or parameter.name.upper(),)
+    is_option = isinstance(info, OptionInfo)
+    return Parameter(texts, _value(kind, info), info.help or "", _notes(parameter, info), is_option)
+
+
+def _value(kind: Any, info: OptionInfo | ArgumentInfo) -> str:
+    """Kind of a value in words."""
+    inner = [each for each in get_args(kind) if each is not type(None)]
+    if inner:
+        return _value(inner[0], info)
+    if issubclass(kind, Enum):
+        return " ".join(f"`{each.value}`" for each in kind)
+    if kind is Path:
+        return "path" if info.dir_okay and info.file_okay else "folder" if info.dir_okay else "file"
+    return WORDS[kind]
+
+
+def _notes(parameter: inspect.Parameter, info: OptionInfo | ArgumentInfo) -> tuple[str, ...]:
+    default = parameter.default
+    if default in (inspect.Parameter.empty, ...):
+        notes = ["required"]
+    elif default is None or default == "" or isinstance(default, bool | list | tuple):
+        notes = []
+    else:
+        notes = [f"default: {_number(default) if isinstance(default, float) else str(default)}"]
+    least, most = (None if limit is None else _number(limit) for limit in (info.min, info.max))
+    if least is not None and most is not None:
+        return (*notes, f"{least} to {most}")
+    limits = [] if least is None else [f"at least {least}"]
+    return (*notes, *limits, *([] if most is None else [f"at most {most}"]))
+
+
+def _number(value: float) -> str:
+    return str(int(value) if value == int(value) else value)
+
+
+def _words(parameter: Parameter) -> str:
+    """Names as code, followed by the kind of the value of an option: `-n`, `--num-models` int."""
+    names = ", ".join(f"`{name}`" for name in parameter.names)
+    return f"{names} {parameter.value}".rstrip() if parameter.is_option else names
+
+
+def _meaning(parameter: Parameter) -> str:
+    notes = f" [{'; '.join(parameter.notes)}]" * bool(parameter.notes)
+    return f"{_escaped(parameter.help)}{notes}"
+
+
+def _first_line(command: Command) -> str:
     return _escaped(command.help.split("\n\n")[0])
-
-
-def _words(parameter: Any, first: str) -> str:
-    """Names of an option as code, followed by the type of its value: `-n`, `--num-models` int."""
-    if not parameter.opts[0].startswith("-"):
-        return f"`{first.split(maxsplit=1)[0]}`"
-    names = ", ".join(f"`{name}`" for name in (*parameter.opts, *parameter.secondary_opts))
-    value = " ".join(word for word in first.split() if not word.startswith(("-", "/")))
-    return f"{names} {_escaped(value).strip('<>').replace(' range', '')}".rstrip()
 
 
 def _escaped(text: str) -> str:

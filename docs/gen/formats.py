@@ -1,4 +1,4 @@
-"""Table of the versions of the files that grammarlab writes."""
+"""Table of the files that grammarlab writes, with their versions."""
 
 from __future__ import annotations
 
@@ -21,12 +21,30 @@ VERSIONS: Mapping[str, tuple[str, int]] = {
 }
 """Name and version of each file format with a version, by the module that writes it."""
 
+FILES: Mapping[str, tuple[str, str]] = {
+    "Rule file": ("`.cga`", "grammars/file.md#rule-file"),
+    "Model files": ("`.glb`, `.obj`, `.ply`", "grammars/file.md#model-files"),
+    "Manifest of a run": ("`manifest.json`", "grammars/file.md#manifest-of-a-run"),
+    "Derivations": ("`derivations/`, Parquet", "grammars/file.md#derivations"),
+    "Learned rule file": ("`.cga`", "learning/file.md#acceptance-rule"),
+    "Label table": ("`.csv`, `.jsonl`, `.parquet`", "learning/file.md#label-table"),
+    "Scoring session": ("`.db`, SQLite", "scoring/file.md#scoring-session"),
+    "Scenario": ("`.toml`", "evaluation/file.md"),
+    "Results of an evaluation": (
+        "`results.parquet` and others",
+        "evaluation/file.md#results-of-an-evaluation",
+    ),
+    "Facade": ("`.facade.json`", "facades/file.md"),
+    "Design of layers": ("`.toml`", "layers/file.md"),
+    "Example of a building": ("`example.json`", "synthesis/file.md#example-of-a-building"),
+    "Elements of a scan": ("`.json`, `.npz`", "matching/file.md#elements"),
+    "Templates": ("`.template`", "matching/file.md#templates"),
+}
+"""Suffix of each file, and the part of the documentation that describes it."""
+
 
 def table() -> str:
-    """A table of the versions, with links to the sections of the page."""
-    rows = [f"| [{name}](#{_anchor(name)}) | {version} |" for name, version in VERSIONS.values()]
-    return "\n".join(["| file | version |", "|---|---|", *rows])
-
-
-def _anchor(name: str) -> str:
-    return name.lower().replace(" ", "-")
+    """A table of all files that grammarlab reads and writes, with their versions."""
+    versions = dict(VERSIONS.values())
+    rows = [f"| [{name}]({place}) | {suffix} | {versions.get(name, '')} |" for name, (suffix, place) in FILES.items()]
+    return "\n".join(["| file | suffix | version |", "|---|---|---|", *rows])

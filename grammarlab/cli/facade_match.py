@@ -64,7 +64,7 @@ def match(
         ),
     ] = "basic",
     method: Annotated[
-        str, typer.Option("--method", help="One of default, paper, independent, kmeans; see docs/facade-scans.md.")
+        str, typer.Option("--method", help="One of default, paper, independent, kmeans; see docs/matching/index.md.")
     ] = "default",
     boxes: Annotated[
         Path | None,

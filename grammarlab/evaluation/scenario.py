@@ -1,7 +1,7 @@
 """Scenarios: a grammar, an exact preference over its models, and the target of learning it.
 
-A scenario is a TOML file; docs/scenarios.md describes it. Those in ``scenarios/`` are the paper's (Table 4.2) and its
-limits (section 4.8.1).
+A scenario is a TOML file; docs/evaluation/file.md describes it. Those in ``scenarios/`` are the paper's (Table 4.2) and
+its limits (section 4.8.1).
 """
 
 from __future__ import annotations

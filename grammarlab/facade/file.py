@@ -1,4 +1,4 @@
-"""Facades as JSON files, with their pictures in the same folder; docs/facades.md describes the format.
+"""Facades as JSON files, with their pictures in the same folder; docs/facades/file.md describes the format.
 
 A file may come from a stranger: its values are bounded and checked before a facade is made.
 

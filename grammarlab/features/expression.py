@@ -1,4 +1,4 @@
-"""Safe expression language over the features of a model; docs/scenarios.md describes it.
+"""Safe expression language over the features of a model; docs/evaluation/file.md describes it.
 
 ``{pattern}`` is the count of a pattern in the derivation tree, ``$name`` the mean of the draws of a random
 expression. Everything else is arithmetic, comparisons, and/or/not, a few functions, and names of definitions.

@@ -1,4 +1,4 @@
-"""Designs as TOML files; docs/facade-layers.md describes the format.
+"""Designs as TOML files; docs/layers/file.md describes the format.
 
 A file may come from a stranger: its values are bounded and checked before a design is made.
 

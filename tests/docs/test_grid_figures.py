@@ -6,7 +6,7 @@ from pathlib import Path
 from docs.gen.grid_figures import three_steps
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "facade-grids.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "facades" / "grids.md").read_text(encoding="utf-8")
 
 
 def test_every_figure_has_a_test_that_is_there_or_a_picture() -> None:

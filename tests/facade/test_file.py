@@ -27,7 +27,7 @@ def png(color: str = "red", size: tuple[int, int] = (4, 3)) -> bytes:
     return file.getvalue()
 
 
-DOCUMENTATION = Path(__file__).parents[2] / "docs" / "facades.md"
+DOCUMENTATION = Path(__file__).parents[2] / "docs" / "facades" / "file.md"
 FRONT = Picture("front.png", png())
 
 

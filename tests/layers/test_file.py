@@ -139,7 +139,7 @@ def test_a_byte_order_mark_changes_no_design_and_no_place(tmp_path, encoding) ->
 
 
 def test_the_documented_design_is_one() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "facade-layers.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "layers" / "file.md").read_text(encoding="utf-8")
     made = parse_design(text.split("```toml\n")[1].split("```")[0])
     assert [layer.name for layer in made.layers] == ["columns", "house"]
     assert made.patterns["corners"].placeholders() == {"e"}

@@ -1,4 +1,4 @@
-"""Elements as JSON or NPZ files, with the truth of synthetic scenes; docs/facade-scans.md describes the format."""
+"""Elements as JSON or NPZ files, with the truth of synthetic scenes; docs/matching/file.md describes the format."""
 
 from __future__ import annotations
 

@@ -58,7 +58,8 @@ def read_facade(
     """Read the facade of a file, propose grids for it, and write it as a facade file if there is an `output`.
 
     Args:
-        path: an annotation by one of many programs, a table of boxes, or CityGML; docs/facades.md lists the formats.
+        path: an annotation by one of many programs, a table of boxes, or CityGML;
+            docs/facades/how-to.md lists the formats.
         output: file to write; its picture is written into the same folder. By default nothing is written.
         wall: name of the wall or image in a file with several.
         width: metres; from the file when left out.

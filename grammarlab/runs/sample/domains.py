@@ -1,6 +1,6 @@
 """Domains: kinds of files that describe designs, found by their suffix.
 
-A package adds a kind by an entry point of the group ``grammarlab.domains``. Its name is the suffix without the dot,
+A package adds a kind by an entry point of the group `GROUP`. Its name is the suffix without the dot,
 and its object an `AbstractDomain` with a constructor without arguments. Rule files are one kind among others.
 """
 

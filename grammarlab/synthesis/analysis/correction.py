@@ -1,6 +1,6 @@
 """The analysis of an example as a JSON file for correction: lines between units, and their labels.
 
-Walls that are missing in the file are stretched with the rest; docs/facade-synthesis.md describes the format.
+Walls that are missing in the file are stretched with the rest; docs/synthesis/file.md describes the format.
 """
 
 from __future__ import annotations

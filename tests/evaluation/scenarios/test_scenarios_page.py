@@ -1,4 +1,4 @@
-"""docs/scenarios.md: what it shows runs, and it names all that there is."""
+"""docs/evaluation/file.md: what it shows runs, and it names all that there is."""
 
 import doctest
 import re
@@ -16,7 +16,7 @@ from grammarlab.features.patterns.pattern_text import parse as parse_pattern
 from grammarlab.language.grammar import Grammar
 
 ROOT = Path(__file__).parents[3]
-PAGE = (ROOT / "docs" / "scenarios.md").read_text()
+PAGE = (ROOT / "docs" / "evaluation" / "file.md").read_text()
 
 
 def rows(heading: str) -> list[list[str]]:
@@ -28,7 +28,7 @@ def rows(heading: str) -> list[list[str]]:
 
 def test_the_python_examples_give_what_the_page_says(monkeypatch):
     monkeypatch.chdir(ROOT)
-    result = doctest.testfile(str(ROOT / "docs" / "scenarios.md"), module_relative=False)
+    result = doctest.testfile(str(ROOT / "docs" / "evaluation" / "file.md"), module_relative=False)
     assert result.attempted > 10
     assert result.failed == 0
 
