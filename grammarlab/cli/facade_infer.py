@@ -51,7 +51,7 @@ def infer(
                     "iou": score.iou,
                     "quality": score.quality,
                     "elements": score.elements,
-                    "found": score.found,
+                    "found": score.other_elements,
                     "layers": len(design.layers),
                     "symbols": len(design.symbols),
                     "patterns": {key: pattern.text for key, pattern in design.patterns.items()},
@@ -63,5 +63,8 @@ def infer(
             )
             return
         say(f"{len(design.layers)} layers of {len(design.patterns)} patterns over {len(design.symbols)} symbols")
-        say(f"{score.area:.2%} of the area, elements overlap by {score.iou:.2%}, {score.found} for {score.elements}")
+        say(
+            f"{score.area:.2%} of the area, elements overlap by {score.iou:.2%}, "
+            f"{score.other_elements} for {score.elements}"
+        )
         print_result(target)

@@ -47,17 +47,18 @@ def layers(
     All layers of the design fit each other.
     """
     with friendly_errors():
-        from grammarlab.layers.file import LARGEST, SMALLEST, load_design
+        from grammarlab.layers.file import MAX_SIZE_M, MIN_SIZE_M, load_design
         from grammarlab.runs.facade.layer_files import FAMILY, family_of, save_layouts, solve_design
 
         for option, value in (("--width", width), ("--height", height)):
-            if value is not None and not SMALLEST <= value <= LARGEST:
+            if value is not None and not MIN_SIZE_M <= value <= MAX_SIZE_M:
                 raise UsageError(
-                    f"{option}: expected metres above 0, at least {SMALLEST:g} and at most {LARGEST:,.0f}, "
+                    f"{option}: expected metres above 0, at least {MIN_SIZE_M:g} and at most {MAX_SIZE_M:,.0f}, "
                     f"found {value:g}."
                 )
         across, up = (
-            _sizes(option, text, SMALLEST, LARGEST) for option, text in (("--widths", widths), ("--heights", heights))
+            _sizes(option, text, MIN_SIZE_M, MAX_SIZE_M)
+            for option, text in (("--widths", widths), ("--heights", heights))
         )
         with wanted(file, DESIGN):
             design = load_design(file)

@@ -46,15 +46,15 @@ class Equations:
 
 def equations(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool) -> Equations:
     """Equations of alignments, each with its canvas; see `size_letters`."""
-    made = _Equations(gaps=gaps)
+    builder = _Equations(gaps=gaps)
     for number, (alignment, canvas) in enumerate(alignments):
-        made.add(number, alignment, canvas)
-    return made.done()
+        builder.add(number, alignment, canvas)
+    return builder.done()
 
 
 def is_gapped(alignment: Alignment, row: int, element: Element, *, gaps: bool) -> bool:
     """Whether the letters of an element keep their size, centred in their column (supplement 002, section 3.4)."""
-    letters = [alignment.words[row][at] for at, _ in element]
+    letters = [alignment.words[row][index] for index, _ in element]
     if not gaps or any(letter.transparent or letter.size is None for letter in letters):
         return False
     return any(not letter.opaque for letter in letters)
@@ -88,10 +88,11 @@ class _Equations:
             self.find(("symbol", letter.symbol))
             if letter.size is not None:
                 self.targets["symbol", letter.symbol] = letter.size
-        split = {at for element in elements for at, part in element if part}
+        split = {index for element in elements for index, part in element if part}
         for column, element in enumerate(elements):
             unknowns: list[Unknown] = [
-                ("part", number, row, at, part) if at in split else ("symbol", word[at].symbol) for at, part in element
+                ("part", number, row, index, part) if index in split else ("symbol", word[index].symbol)
+                for index, part in element
             ]
             if not element or is_gapped(alignment, row, element, gaps=self.gaps):
                 continue
@@ -101,20 +102,20 @@ class _Equations:
                 total = Counter[Unknown](unknowns)
                 total["column", number, column] -= 1
                 self.rows.append((total, 0.0))
-        for at in split:
+        for index in split:
             total = Counter[Unknown](
-                ("part", number, row, at, part) for element in elements for other, part in element if other == at
+                ("part", number, row, index, part) for element in elements for other, part in element if other == index
             )
-            total["symbol", word[at].symbol] -= 1
+            total["symbol", word[index].symbol] -= 1
             self.rows.append((total, 0.0))
 
     def done(self) -> Equations:
         for total, _ in self.rows:
             for unknown in total:
                 self.find(unknown)
-        place: dict[Unknown, int] = {}
-        index = {unknown: place.setdefault(self.find(unknown), len(place)) for unknown in list(self.parent)}
-        matrix = np.zeros((len(self.rows), len(place) + 1))
+        root_index: dict[Unknown, int] = {}
+        index = {unknown: root_index.setdefault(self.find(unknown), len(root_index)) for unknown in list(self.parent)}
+        matrix = np.zeros((len(self.rows), len(root_index) + 1))
         for row, (total, value) in zip(matrix, self.rows, strict=True):
             for unknown, factor in total.items():
                 row[index[unknown]] += factor
@@ -130,7 +131,7 @@ class _Equations:
         )
 
 
-_RANK = 1e-9
+_RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the largest are 0."""
 
 
@@ -158,19 +159,21 @@ def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations
     sizes = {letter.symbol: letter.size for word in alignment.words for letter in word if letter.size is not None}
     free = np.ones(system.num_sizes, dtype=np.bool_)
     free[index] = False
-    left, size, _ = np.linalg.svd(system.matrix[:, free], full_matrices=True)
-    rank = int((size > _RANK * size.max(initial=1.0)).sum())
-    kept = left[:, rank:].T
-    matrix = np.zeros((len(kept), len(symbols)))
+    u, singular, _ = np.linalg.svd(system.matrix[:, free], full_matrices=True)
+    rank = int((singular > _RANK_TOLERANCE * singular.max(initial=1.0)).sum())
+    null_space = u[:, rank:].T
+    matrix = np.zeros((len(null_space), len(symbols)))
     # Symbols that share an unknown share its column.
     for unknown in set(index):
-        matrix[:, index.index(unknown)] = kept @ system.matrix[:, unknown]
-    same = [(index.index(unknown), at) for at, unknown in enumerate(index) if index.index(unknown) != at]
+        matrix[:, index.index(unknown)] = null_space @ system.matrix[:, unknown]
+    same = [
+        (index.index(unknown), position) for position, unknown in enumerate(index) if index.index(unknown) != position
+    ]
     equal = np.zeros((len(same), len(symbols)))
     for row, (one, other) in zip(equal, same, strict=True):
         row[one], row[other] = 1.0, -1.0
     size = np.array([sizes[symbol] for symbol in symbols])
-    value = np.concatenate([kept @ system.value, np.zeros(len(same))])
+    value = np.concatenate([null_space @ system.value, np.zeros(len(same))])
     return SizeEquations(symbols, size, np.concatenate([matrix, equal]), value)
 
 
@@ -184,22 +187,22 @@ def demands_alone(word: Word, canvas: float) -> SizeEquations | None:
     return SizeEquations(tuple(counts), size, often[None].astype(np.float64), np.array([canvas]))
 
 
-def least_error(together: Sequence[SizeEquations]) -> float:
+def least_error(systems: Sequence[SizeEquations]) -> float:
     """Lower bound of the sum of squared deviations from preferred sizes under all equations, square metres."""
-    if not together:
+    if not systems:
         return 0.0
     sizes: dict[str, float] = {}
-    for each in together:
-        sizes |= zip(each.symbols, each.size, strict=True)
-    place = {symbol: at for at, symbol in enumerate(sizes)}
-    matrix = np.zeros((sum(len(each.value) for each in together), len(sizes)))
+    for system in systems:
+        sizes |= zip(system.symbols, system.size, strict=True)
+    column = {symbol: position for position, symbol in enumerate(sizes)}
+    matrix = np.zeros((sum(len(system.value) for system in systems), len(sizes)))
     row = 0
-    for each in together:
-        matrix[row : row + len(each.value), [place[symbol] for symbol in each.symbols]] = each.matrix
-        row += len(each.value)
-    miss = np.concatenate([each.value for each in together]) - matrix @ np.array(list(sizes.values()))
+    for system in systems:
+        matrix[row : row + len(system.value), [column[symbol] for symbol in system.symbols]] = system.matrix
+        row += len(system.value)
+    residual = np.concatenate([system.value for system in systems]) - matrix @ np.array(list(sizes.values()))
     if not matrix.size:
         return 0.0
-    change = np.linalg.lstsq(matrix, miss, rcond=_RANK)[0]
+    change = np.linalg.lstsq(matrix, residual, rcond=_RANK_TOLERANCE)[0]
     # Slightly less, since rounding errors must not make the bound too large.
     return float(np.square(change).sum()) * (1.0 - 1e-9)

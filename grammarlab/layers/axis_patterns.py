@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from grammarlab.layers.patterns import Linear
-from grammarlab.layers.strip_words import Key, Places, Strip, Strips, air_cuts, build
+from grammarlab.layers.strip_words import Key, Strip, StripAssignment, Strips, air_cuts, build
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,27 +49,27 @@ def shortest(word: Sequence[Hashable], prices: Sequence[int], loop: int = 1) -> 
     [(0, 1, 1), (1, 2, 3)]
     """
     num = len(word)
-    until = [0]
+    cumulative = [0]
     for price in prices:
-        until.append(until[-1] + price)
+        cumulative.append(cumulative[-1] + price)
     same = _matches(word)
     # Cost, letters outside of loops, and the first run of each suffix.
     best: list[tuple[int, int, Run | None]] = [(0, 0, None)] * (num + 1)
-    for at in range(num - 1, -1, -1):
-        cost, plain, _ = best[at + 1]
-        found = (cost + prices[at], plain + 1, Run(at, 1))
-        for length in range(1, (num - at) // 2 + 1):
-            repeated = 1 + same[length][at] // length
-            price = until[at + length] - until[at] + loop
+    for start in range(num - 1, -1, -1):
+        cost, plain, _ = best[start + 1]
+        option = (cost + prices[start], plain + 1, Run(start, 1))
+        for length in range(1, (num - start) // 2 + 1):
+            repeated = 1 + same[length][start] // length
+            price = cumulative[start + length] - cumulative[start] + loop
             for times in range(2, repeated + 1):
-                cost, plain, _ = best[at + length * times]
-                if (cost + price, plain) < found[:2]:
-                    found = (cost + price, plain, Run(at, length, times))
-        best[at] = found
-    runs, at = [], 0
-    while (run := best[at][2]) is not None:
+                cost, plain, _ = best[start + length * times]
+                if (cost + price, plain) < option[:2]:
+                    option = (cost + price, plain, Run(start, length, times))
+        best[start] = option
+    runs, start = [], 0
+    while (run := best[start][2]) is not None:
         runs.append(run)
-        at = run.end
+        start = run.end
     return tuple(runs)
 
 
@@ -79,19 +79,19 @@ def cost_of(runs: Sequence[Run], prices: Sequence[int], loop: int = 1) -> int:
 
 
 def _matches(word: Sequence[Hashable]) -> list[list[int]]:
-    """[shift][place] number of letters from a place that equal those a shift later; for shifts up to n / 2."""
+    """[shift][start] number of letters from a start that equal those a shift later; for shifts up to n / 2."""
     num = len(word)
-    found = [[0] * (num + 1)]
+    lengths = [[0] * (num + 1)]
     for shift in range(1, num // 2 + 1):
         row = [0] * (num + 1)
-        for at in range(num - shift - 1, -1, -1):
-            row[at] = row[at + 1] + 1 if word[at] == word[at + shift] else 0
-        found.append(row)
-    return found
+        for start in range(num - shift - 1, -1, -1):
+            row[start] = row[start + 1] + 1 if word[start] == word[start + shift] else 0
+        lengths.append(row)
+    return lengths
 
 
 _ONE = Linear(1, ())
-_GAIN = 2.0
+_MIN_GAIN = 2.0
 """Gain in repeated length of the axis that justifies taking a strip apart; strips that repeat together stay in step."""
 _MOST_STRIPS = 12
 """Largest number of strips that are tried together; of more, only equal cells are shared."""
@@ -116,45 +116,47 @@ class StripPatterns:
     """Letters that take the remaining length: those of a separate strip that span the loops of others."""
 
 
-def patterns_of(places: Places, counter: str) -> StripPatterns:
+def patterns_of(assignment: StripAssignment, counter: str) -> StripPatterns:
     """Patterns with loops over as much of the axis as possible; of these, the shortest.
 
     A strip whose cells span a repeated part of the others would prevent its repetition. Such a strip is separated, with
     loops and a counter of its own. Strips are tried one after the other.
 
     Args:
-        places: strips of an axis.
+        assignment: strips of an axis.
         counter: name of the counter of all loops; names of others are derived from it.
     """
-    num = len(places.own)
-    together = list(range(num)) if num <= _MOST_STRIPS else list(range(min(num, 1)))
-    best = _best(places, together)
-    for at in together[1:]:
-        fewer = [each for each in together if each != at]
-        found = _best(places, fewer)
-        if found.covered > _GAIN * best.covered:
-            together, best = fewer, found
+    num = len(assignment.intervals)
+    joined = list(range(num)) if num <= _MOST_STRIPS else list(range(min(num, 1)))
+    best = _best(assignment, joined)
+    for strip in joined[1:]:
+        fewer = [other for other in joined if other != strip]
+        division = _best(assignment, fewer)
+        if division.covered > _MIN_GAIN * best.covered:
+            joined, best = fewer, division
     return best.patterns(counter)
 
 
-def _best(places: Places, together: Sequence[int]) -> _Division:
+def _best(assignment: StripAssignment, joined: Sequence[int]) -> _Division:
     """The best division of strips that repeat together."""
-    plain = _Division(places, (), together)
-    cuts = air_cuts(places, together) if len(together) > 1 else []
+    plain = _Division(assignment, (), joined)
+    cuts = air_cuts(assignment, joined) if len(joined) > 1 else []
     if not cuts:
         return plain
-    finer = _Division(places, cuts, together)
-    return min(plain, finer, key=lambda each: (-round(each.covered / places.lines[-1], 6), each.joint.cost))
+    finer = _Division(assignment, cuts, joined)
+    return min(
+        plain, finer, key=lambda division: (-round(division.covered / assignment.lines[-1], 6), division.joint.cost)
+    )
 
 
 class _Division:
     """Strips that repeat together, and strips that repeat separately."""
 
-    def __init__(self, places: Places, cuts: Sequence[int], together: Sequence[int]) -> None:
-        self.strips = strips = build(places, together, cuts)
-        self.together, self.lines = together, places.lines
-        self.joint = _Joint([strips.strips[at] for at in together])
-        self.apart = {at: _Joint([strip]) for at, strip in enumerate(strips.strips) if at not in together}
+    def __init__(self, assignment: StripAssignment, cuts: Sequence[int], joined: Sequence[int]) -> None:
+        self.strips = strips = build(assignment, joined, cuts)
+        self.joined, self.lines = joined, assignment.lines
+        self.joint = _Joint([strips.strips[index] for index in joined])
+        self.apart = {index: _Joint([strip]) for index, strip in enumerate(strips.strips) if index not in joined}
 
     @cached_property
     def covered(self) -> float:
@@ -166,14 +168,14 @@ class _Division:
         counts, counters = _counts(self.joint.runs, counter), 1
         items: list[tuple[Item, ...]] = []
         unsized: set[Key] = set()
-        for at, strip in enumerate(self.strips.strips):
-            if at in self.together:
-                items.append(self.joint.items(self.together.index(at), counts))
+        for index, strip in enumerate(self.strips.strips):
+            if index in self.joined:
+                items.append(self.joint.items(self.joined.index(index), counts))
                 continue
-            own = self.apart[at]
-            counters += bool(own.loops())
-            items.append(own.items(0, _counts(own.runs, f"{counter}{counters}")))
-            if not own.loops():
+            separate = self.apart[index]
+            counters += bool(separate.loops())
+            items.append(separate.items(0, _counts(separate.runs, f"{counter}{counters}")))
+            if not separate.loops():
                 unsized |= _widest(strip, self.joint, self.strips)
         return StripPatterns(self.strips, tuple(items), frozenset(unsized))
 
@@ -185,18 +187,18 @@ class _Joint:
         cuts = [{end for _, end in strip.cells} for strip in strips]
         self.cuts = sorted(set.intersection(*cuts)) if cuts else []
         self.blocks: list[tuple[tuple[Key, ...], ...]] = []
-        place = [0] * len(strips)
+        positions = [0] * len(strips)
         for cut in self.cuts:
             block = []
-            for number, strip in enumerate(strips):
-                start = place[number]
-                while place[number] < len(strip.cells) and strip.cells[place[number]][1] <= cut:
-                    place[number] += 1
-                block.append(strip.keys[start : place[number]])
+            for strip_index, strip in enumerate(strips):
+                start = positions[strip_index]
+                while positions[strip_index] < len(strip.cells) and strip.cells[positions[strip_index]][1] <= cut:
+                    positions[strip_index] += 1
+                block.append(strip.keys[start : positions[strip_index]])
             self.blocks.append(tuple(block))
         prices = [sum(map(len, block)) for block in self.blocks]
-        number = {block: at for at, block in enumerate(dict.fromkeys(self.blocks))}
-        self.runs = shortest([number[block] for block in self.blocks], prices, len(strips))
+        block_index = {block: index for index, block in enumerate(dict.fromkeys(self.blocks))}
+        self.runs = shortest([block_index[block] for block in self.blocks], prices, len(strips))
         self.cost = cost_of(self.runs, prices, len(strips))
 
     def items(self, strip: int, counts: Sequence[Linear]) -> tuple[Item, ...]:
@@ -226,6 +228,6 @@ def _widest(strip: Strip, joint: _Joint, strips: Strips) -> set[Key]:
     """The letters of the symbol with the largest total length, of those that span a repeated part."""
     length: dict[Key, float] = {}
     for cell, key in zip(strip.cells, strip.keys, strict=True):
-        if cell in strip.own and any(cell[0] < high and low < cell[1] for low, high in joint.loops()):
+        if cell in strip.visible and any(cell[0] < high and low < cell[1] for low, high in joint.loops()):
             length[key] = length.get(key, 0.0) + float(strips.sizes[key[1]])
     return {max(length, key=lambda key: length[key])} if length else set()

@@ -21,7 +21,7 @@ from grammarlab.facade.tree import X, Y
 from grammarlab.layers.design import Design, Word
 from grammarlab.layers.patterns import LayerPattern, Linear, Node, Power, Row, Sign
 from grammarlab.layers.solving import Candidate
-from grammarlab.layers.words import STRETCH, Instance, Range, choices_of, counter_ranges, instance, instances
+from grammarlab.layers.words import STRETCH, Instance, Range, choices_of, counter_ranges, instances, make_instance
 
 _ONE = Linear(1, ())
 
@@ -48,8 +48,8 @@ class Relation:
         for symbol, count in self.terms:
             less = _is_less(count)
             text = _linear_text(Linear(0, ()).minus(count) if less else count)
-            often = {"1": ""}.get(text, text if text.isdigit() else f"({text})" if " " in text else f"{text} ")
-            sides[less].append(f"{often}{symbol}")
+            factor = {"1": ""}.get(text, text if text.isdigit() else f"({text})" if " " in text else f"{text} ")
+            sides[less].append(f"{factor}{symbol}")
         return " = ".join(" + ".join(side) or "0" for side in sides)
 
 
@@ -60,11 +60,11 @@ def relation(first: LayerPattern, second: LayerPattern) -> Relation | None:
     items = [_items(first), _items(second)]
     for end in (0, -1):
         while items[0] and items[1] and items[0][end] == items[1][end]:
-            for each in items:
-                each.pop(end)
+            for runs in items:
+                runs.pop(end)
     counts: dict[str, Linear] = {}
-    for sign, each in zip((1, -1), items, strict=True):
-        for letters, count in each:
+    for sign, runs in zip((1, -1), items, strict=True):
+        for letters, count in runs:
             for letter in letters:
                 counts[letter] = _plus(counts.get(letter, Linear(0, ())), count, sign)
     terms = tuple((symbol, count) for symbol, count in counts.items() if count.constant or count.terms)
@@ -89,7 +89,7 @@ def _is_plain(pattern: LayerPattern) -> bool:
 
 def _items(pattern: LayerPattern) -> list[tuple[tuple[str, ...], Linear]]:
     """Runs of letters and the number of copies of each."""
-    found: list[tuple[tuple[str, ...], Linear]] = []
+    runs: list[tuple[tuple[str, ...], Linear]] = []
 
     def add(node: Node, count: Linear | None) -> None:
         match node:
@@ -98,20 +98,20 @@ def _items(pattern: LayerPattern) -> list[tuple[tuple[str, ...], Linear]]:
                 if content is not None:
                     add(content, count)
                 else:
-                    found.append(((node.symbol,), count or _ONE))
+                    runs.append(((node.symbol,), count or _ONE))
             case Row():
                 if count is None:
                     for part in node.parts:
                         add(part, None)
                 else:
-                    found.append((tuple(_letters(node, pattern)), count))
+                    runs.append((tuple(_letters(node, pattern)), count))
             case Power():
                 add(node.base, node.count)
             case _:
                 raise AssertionError("patterns with choices have no relations")
 
     add(pattern.body, None)
-    return found
+    return runs
 
 
 def _letters(node: Node, pattern: LayerPattern) -> Sequence[str]:
@@ -140,9 +140,9 @@ def _equation(count: Linear) -> str:
     >>> _equation(Linear(2, (("l", -1), ("m", 1))))
     'm + 2 = l'
     """
-    left = Linear(max(count.constant, 0), tuple((name, factor) for name, factor in count.terms if factor > 0))
-    right = Linear(max(-count.constant, 0), tuple((name, -factor) for name, factor in count.terms if factor < 0))
-    return f"{_linear_text(left)} = {_linear_text(right)}"
+    left_side = Linear(max(count.constant, 0), tuple((name, factor) for name, factor in count.terms if factor > 0))
+    right_side = Linear(max(-count.constant, 0), tuple((name, -factor) for name, factor in count.terms if factor < 0))
+    return f"{_linear_text(left_side)} = {_linear_text(right_side)}"
 
 
 def _linear_text(count: Linear) -> str:
@@ -155,15 +155,15 @@ def _linear_text(count: Linear) -> str:
     return text + "".join(f" {'-' if less else '+'} {part}" for less, part in zip(signs[1:], parts[1:], strict=True))
 
 
-MOST = 5_000
-"""Largest number of candidates within one tolerance; if there are more, only `_FEW` of the best are kept."""
-_FEW = 400
-"""Number of candidates kept if there are more than `MOST`."""
-_LOOKED_AT = 50_000
-"""Largest number of combinations, and of words in them, before the search is cut to `_FEW`."""
-_PARTS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
+MOST_CANDIDATES = 5_000
+"""Largest number of candidates within one tolerance; if there are more, only `_MAX_REDUCED` of the best are kept."""
+_MAX_REDUCED = 400
+"""Number of candidates kept if there are more than `MOST_CANDIDATES`."""
+_MAX_COMBINATIONS = 50_000
+"""Largest number of combinations, and of words in them, before the search is cut to `_MAX_REDUCED`."""
+_TOLERANCE_SHARES = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, STRETCH - 1.0)
 """Tolerances as fractions of the longer side of the canvas."""
-_USUAL = 1 / 2
+_ORDINARY_SHARE = 1 / 2
 """Largest tolerance in ordinary searches; larger ones are used only if there are no candidates."""
 
 
@@ -213,10 +213,10 @@ class FittingWords:
         """
         self.design, self.canvas = design, (width, height)
         self.rows = _rows(design)
-        self._found: dict[float, tuple[list[CandidateFit], bool]] = {}
+        self._by_tolerance: dict[float, tuple[list[CandidateFit], bool]] = {}
         self.covering = _covering(self.rows)
-        self._known: dict[tuple[frozenset[str] | None, tuple[tuple[str, int], ...], tuple[int, ...], str], Word] = {}
-        self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _USUAL)
+        self._words: dict[tuple[frozenset[str] | None, tuple[tuple[str, int], ...], tuple[int, ...], str], Word] = {}
+        self.problem = _Problem(design, self.canvas, self.rows, 1.0 + _ORDINARY_SHARE)
 
     def __call__(self, tolerance: float) -> Iterator[Candidate]:
         """Candidates with words within a tolerance of the canvas, metres, in the order of their bounds."""
@@ -224,23 +224,23 @@ class FittingWords:
 
     def within(self, tolerance: float) -> list[CandidateFit]:
         """Words within a tolerance of the canvas, in the order of their bounds; only a part if there are too many."""
-        return self._looked_up(tolerance)[0]
+        return self._lookup(tolerance)[0]
 
     def least_of_others(self, tolerance: float) -> float:
         """Lower bound of the energy of layouts of all other words within a tolerance."""
-        return math.inf if self._looked_up(tolerance)[1] else 0.0
+        return math.inf if self._lookup(tolerance)[1] else 0.0
 
-    def _looked_up(self, tolerance: float) -> tuple[list[CandidateFit], bool]:
-        if tolerance > _USUAL * max(self.canvas) and self.problem.stretch < STRETCH:
+    def _lookup(self, tolerance: float) -> tuple[list[CandidateFit], bool]:
+        if tolerance > _ORDINARY_SHARE * max(self.canvas) and self.problem.stretch < STRETCH:
             self.problem = _Problem(self.design, self.canvas, self.rows, STRETCH)
-        if tolerance not in self._found:
-            found, whole = self.problem.within(tolerance)
+        if tolerance not in self._by_tolerance:
+            fits, complete = self.problem.within(tolerance)
             if self.problem.ambiguous:  # the first fit of all that have the same words: unused counters change nothing
-                found = list({tuple(w.word for w in fit.words.values()): fit for fit in reversed(found)}.values())[::-1]
-            self._found[tolerance] = sorted(found, key=lambda fit: (fit.bound, fit.gap)), whole
-        return self._found[tolerance]
+                fits = list({tuple(w.word for w in fit.words.values()): fit for fit in reversed(fits)}.values())[::-1]
+            self._by_tolerance[tolerance] = sorted(fits, key=lambda fit: (fit.bound, fit.gap)), complete
+        return self._by_tolerance[tolerance]
 
-    def tolerances(self, enough: int) -> tuple[float, ...]:
+    def tolerances(self, count: int) -> tuple[float, ...]:
         """Growing tolerances, metres; the first gives enough candidates, if enough fit well.
 
         Raises:
@@ -248,13 +248,15 @@ class FittingWords:
         """
         longest = max(self.canvas)
         largest = max((symbol.size or 0.0 for symbol in self.design.symbols.values()), default=0.0)
-        growing = [part * longest for part in _PARTS if part * longest > largest or part >= _USUAL]
-        for place, tolerance in enumerate(growing):
-            found, whole = self._looked_up(tolerance)
-            if not whole:
-                return (growing[place - 1 if place and self.within(growing[place - 1]) else place],)
-            if len(found) >= enough or (found and tolerance >= _USUAL * longest):
-                return tuple(each for each in growing[place:] if each <= max(tolerance, _USUAL * longest))
+        growing = [part * longest for part in _TOLERANCE_SHARES if part * longest > largest or part >= _ORDINARY_SHARE]
+        for index, tolerance in enumerate(growing):
+            fits, complete = self._lookup(tolerance)
+            if not complete:
+                return (growing[index - 1 if index and self.within(growing[index - 1]) else index],)
+            if len(fits) >= count or (fits and tolerance >= _ORDINARY_SHARE * longest):
+                return tuple(
+                    larger for larger in growing[index:] if larger <= max(tolerance, _ORDINARY_SHARE * longest)
+                )
         raise NothingFitsError(_explained(self.design, self.canvas, self.rows))
 
     def _candidate(self, fit: CandidateFit) -> Candidate:
@@ -267,11 +269,11 @@ class FittingWords:
         """The word of a row; the lowest word of a group hides nothing."""
         covering = self.covering[number]
         key = covering, instance.counters, instance.choices, self.rows[number].pattern
-        if key not in self._known:
-            self._known[key] = tuple(
+        if key not in self._words:
+            self._words[key] = tuple(
                 replace(letter, covers=covering is None or letter.symbol in covering) for letter in instance.word
             )
-        return self._known[key]
+        return self._words[key]
 
 
 def _rows(design: Design) -> list[_Row]:
@@ -291,14 +293,14 @@ def _covering(rows: Sequence[_Row]) -> list[frozenset[str] | None]:
 
     Adjacent layers of one pattern have the same positions: each hides what any of them hides.
     """
-    found: list[frozenset[str] | None] = [None] * len(rows)
+    covering: list[frozenset[str] | None] = [None] * len(rows)
     for group in dict.fromkeys(row.group for row in rows):
         members = [number for number, row in enumerate(rows) if row.group == group]
         runs = [list(run) for _, run in groupby(members, key=lambda number: rows[number].pattern)]
         for run in runs[:-1]:
-            shown = frozenset[str]().union(*(rows[number].covering for number in run))
-            found = [shown if number in run else each for number, each in enumerate(found)]
-    return found
+            symbols = frozenset[str]().union(*(rows[number].covering for number in run))
+            covering = [symbols if number in run else row_symbols for number, row_symbols in enumerate(covering)]
+    return covering
 
 
 class _Problem:
@@ -316,72 +318,81 @@ class _Problem:
         self.groups = {
             group: [row for row in rows if row.group == group] for group in dict.fromkeys(r.group for r in rows)
         }
-        self.ambiguous = any(len({each.word for each in words}) < len(words) for words in self.words.values())
+        self.ambiguous = any(len({instance.word for instance in words}) < len(words) for words in self.words.values())
         self.shared = self._shared()
-        self._known: dict[tuple[tuple[int, str], tuple[int, ...]], tuple[float, float]] = {}
-        self._looked = 0
+        self._group_fits: dict[tuple[tuple[int, str], tuple[int, ...]], tuple[float, float]] = {}
+        self._num_visited = 0
 
     def _shared(self) -> list[list[tuple[int, str]]]:
         """Groups that share symbols."""
-        found: list[tuple[set[str], list[tuple[int, str]]]] = []
+        shared: list[tuple[set[str], list[tuple[int, str]]]] = []
         for group in dict.fromkeys(row.group for row in self.rows):
-            symbols = {each for row in self.rows if row.group == group for each in self._sized(row)}
+            symbols = {symbol for row in self.rows if row.group == group for symbol in self._sized(row)}
             groups = [group]
-            for other in [other for other in found if other[0] & symbols]:
-                found.remove(other)
+            for other in [other for other in shared if other[0] & symbols]:
+                shared.remove(other)
                 symbols, groups = symbols | other[0], groups + other[1]
-            found.append((symbols, groups))
-        return [groups for _, groups in found]
+            shared.append((symbols, groups))
+        return [groups for _, groups in shared]
 
     def _sized(self, row: _Row) -> Iterator[str]:
         symbols = self.design.symbols
-        return (each for each in self.design.patterns[row.pattern].symbols() if symbols[each].size is not None)
+        return (symbol for symbol in self.design.patterns[row.pattern].symbols() if symbols[symbol].size is not None)
 
     def within(self, tolerance: float) -> tuple[list[CandidateFit], bool]:
         """Words within a tolerance of their canvas, and whether these are all."""
-        found: list[CandidateFit] = []
-        before = self._looked
+        result: list[CandidateFit] = []
+        before = self._num_visited
         for number, chosen in enumerate(self._joined(tolerance)):
-            if max(number, self._looked - before) > _LOOKED_AT or len(found) > MOST:
-                fits = (self._fit(some, tolerance) for some in self._few(tolerance))
-                return [fit for fit in fits if fit is not None] or found[:MOST], False
+            if max(number, self._num_visited - before) > _MAX_COMBINATIONS or len(result) > MOST_CANDIDATES:
+                fits = (self._fit(combination, tolerance) for combination in self._beam(tolerance))
+                return [fit for fit in fits if fit is not None] or result[:MOST_CANDIDATES], False
             fit = self._fit(chosen, tolerance)
             if fit is not None:
-                found.append(fit)
-        return found, True
+                result.append(fit)
+        return result, True
 
-    def _few(self, tolerance: float) -> list[dict[str, Instance]]:
+    def _beam(self, tolerance: float) -> list[dict[str, Instance]]:
         """A part of many combinations: those whose words fit the canvas best, pattern by pattern (beam search)."""
-        far = {
+        distance = {
             name: {
-                id(each): max(abs(self.canvas[row.axis] - each.size) for row in self.rows if row.pattern == name)
-                for each in self.words[name]
-                if self.fits(name, each, tolerance)
+                id(instance): max(
+                    abs(self.canvas[row.axis] - instance.size) for row in self.rows if row.pattern == name
+                )
+                for instance in self.words[name]
+                if self.fits(name, instance, tolerance)
             }
             for name in self.names
         }
         # Patterns that share counters follow each other, so that contradictions are found early.
-        order = sorted(self.names, key=lambda name: (self.design.patterns[name].counters(), len(far[name])))
+        order = sorted(self.names, key=lambda name: (self.design.patterns[name].counters(), len(distance[name])))
         beam: list[tuple[float, dict[str, int], dict[str, Instance]]] = [(0.0, {}, {})]
         for name in order:
-            longer = [
+            extended = [
                 (
-                    missed + far[name][id(each)] ** 2 * (not each.unsized),
-                    {**counters, **dict(each.counters)},
+                    cost + distance[name][id(instance)] ** 2 * (not instance.unsized),
+                    {**counters, **dict(instance.counters)},
                     chosen,
-                    each,
+                    instance,
                 )
-                for missed, counters, chosen in beam
-                for each in self.words[name]
-                if id(each) in far[name] and all(counters.get(key, value) == value for key, value in each.counters)
+                for cost, counters, chosen in beam
+                for instance in self.words[name]
+                if id(instance) in distance[name]
+                and all(counters.get(key, value) == value for key, value in instance.counters)
             ]
-            longer.sort(key=lambda one: one[0])
-            beam = [(missed, counters, {**chosen, name: each}) for missed, counters, chosen, each in longer[:_FEW]]
+            extended.sort(key=lambda entry: entry[0])
+            beam = [
+                (cost, counters, {**chosen, name: instance})
+                for cost, counters, chosen, instance in extended[:_MAX_REDUCED]
+            ]
         return [chosen for _, _, chosen in beam]
 
     def _joined(self, tolerance: float) -> Iterator[dict[str, Instance]]:
         """One word per pattern, with one value per counter, no word too long and none too short to be extended."""
-        words = {name: [each for each in self.words[name] if self.fits(name, each, tolerance)] for name in self.names}
+        words = {
+            name: [instance for instance in self.words[name] if self.fits(name, instance, tolerance)]
+            for name in self.names
+        }
         order = sorted(self.names, key=lambda name: len(words[name]))
         yield from _join(order, words, {}, {})
 
@@ -406,37 +417,39 @@ class _Problem:
         """Number of occurrences of each symbol for which a row may leave gaps."""
         counts: dict[str, int] = {}
         for above in (self.rows[number] for number in row.above):
-            for name, often in chosen[above.pattern].opaque.items():
+            for name, count in chosen[above.pattern].opaque.items():
                 if name in above.covering:
-                    counts[name] = counts.get(name, 0) + often
+                    counts[name] = counts.get(name, 0) + count
         return counts
 
     def _fit(self, chosen: Mapping[str, Instance], tolerance: float) -> CandidateFit | None:
         gaps, bounds = 0.0, dict[tuple[int, str], float]()
         for group, rows in self.groups.items():
             key = group, tuple(id(chosen[row.pattern]) for row in rows)
-            if key not in self._known:
-                missed = [self._missed(row, chosen) for row in rows]
-                self._looked += len(rows)
-                self._known[key] = max(gap for gap, _ in missed), max(bound for _, bound in missed)
-            gap, bounds[group] = self._known[key]
+            if key not in self._group_fits:
+                row_fits = [self._row_fit(row, chosen) for row in rows]
+                self._num_visited += len(rows)
+                self._group_fits[key] = max(gap for gap, _ in row_fits), max(bound for _, bound in row_fits)
+            gap, bounds[group] = self._group_fits[key]
             if gap > tolerance:
                 return None
             gaps = max(gaps, gap)
         counters = {name: value for name in self.names for name, value in chosen[name].counters}
-        return CandidateFit(counters, chosen, sum(max(bounds[of] for of in groups) for groups in self.shared), gaps)
+        return CandidateFit(
+            counters, chosen, sum(max(bounds[member] for member in groups) for groups in self.shared), gaps
+        )
 
-    def _missed(self, row: _Row, chosen: Mapping[str, Instance]) -> tuple[float, float]:
+    def _row_fit(self, row: _Row, chosen: Mapping[str, Instance]) -> tuple[float, float]:
         """Difference of the lengths of a word and the canvas, metres, and a lower bound of its energy."""
-        each, weight = chosen[row.pattern], self.design.weights.sizing
-        gap = each.size - self.canvas[row.axis]
+        instance, weight = chosen[row.pattern], self.design.weights.sizing
+        gap = instance.size - self.canvas[row.axis]
         if gap < 0.0:
             hidden, symbols = self._hidden(row, chosen), self.design.symbols
-            gap = self._short(row, each, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
+            gap = self._short(row, instance, sum((symbols[name].size or math.inf) * n for name, n in hidden.items()))
             bound = self._short_bound(row, chosen, gap)
         else:
-            bound = weight * gap**2 / (sum(often**2 for often in each.counts.values()) or 1.0)
-        return gap, 0.0 if each.transparent or self.design.overhang else bound
+            bound = weight * gap**2 / (sum(count**2 for count in instance.counts.values()) or 1.0)
+        return gap, 0.0 if instance.transparent or self.design.overhang else bound
 
     def _short_bound(self, row: _Row, chosen: Mapping[str, Instance], gap: float) -> float:
         """Lower bound of the energy of a word that is too short, including its gaps for letters above it.
@@ -445,15 +458,15 @@ class _Problem:
         symbols fill the rest. By least squares, this costs the square of the rest over the sum of the squares of the
         counts of symbols, in all of these rows.
         """
-        own = chosen[row.pattern]
+        instance = chosen[row.pattern]
         others = {other.pattern for other in self.groups[row.group]} - {row.pattern}
         if not gap or any(chosen[name].loose for name in others):
             return 0.0
-        counts = dict(own.counts)
+        counts = dict(instance.counts)
         for name in others:
-            for symbol, often in chosen[name].counts.items():
-                counts[symbol] = counts.get(symbol, 0) + often
-        squares = sum(often**2 for often in counts.values())
+            for symbol, count in chosen[name].counts.items():
+                counts[symbol] = counts.get(symbol, 0) + count
+        squares = sum(count**2 for count in counts.values())
         weights = self.design.weights
         if not others or 2.0 * weights.sizing * gap <= weights.omega * squares:
             return weights.sizing * gap**2 / squares
@@ -471,32 +484,32 @@ def _join(
         yield dict(chosen)
         return
     name, *rest = order
-    for each in words[name]:
-        own = dict(each.counters)
-        if all(counters.get(key, value) == value for key, value in own.items()):
-            yield from _join(rest, words, {**chosen, name: each}, {**counters, **own})
+    for instance in words[name]:
+        values = dict(instance.counters)
+        if all(counters.get(key, value) == value for key, value in values.items()):
+            yield from _join(rest, words, {**chosen, name: instance}, {**counters, **values})
 
 
 def _explained(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> str:
     """Patterns that contradict each other: a minimal set."""
-    needed = list(range(len(rows)))
+    remaining = list(range(len(rows)))
     for row in range(len(rows)):
-        fewer = [each for each in needed if each != row]
-        if fewer and not _possible(design, canvas, [rows[each] for each in fewer]):
-            needed = fewer
-    patterns = [_pattern_text(design, canvas, rows[row]) for row in needed]
+        fewer = [index for index in remaining if index != row]
+        if fewer and not _possible(design, canvas, [rows[index] for index in fewer]):
+            remaining = fewer
+    patterns = [_pattern_text(design, canvas, rows[row]) for row in remaining]
     if len(patterns) == 1:
         return f"no word fits: {patterns[0]}"
     text = "these patterns contradict each other: " + "; ".join(dict.fromkeys(patterns)) + ". Counters are shared."
-    equations = _equations(design, [rows[each] for each in needed])
+    equations = _equations(design, [rows[index] for index in remaining])
     return f"{text} Aligned with each other, they require {' and '.join(equations)}." if equations else text
 
 
 def _equations(design: Design, rows: Sequence[_Row]) -> list[str]:
     """Equations between patterns of one group, see `relations`."""
     pairs = [(one, other) for one, other in combinations(rows, 2) if one.group == other.group]
-    found = (relation(design.patterns[one.pattern], design.patterns[other.pattern]) for one, other in pairs)
-    return list(dict.fromkeys(str(each) for each in found if each is not None))
+    relations = (relation(design.patterns[one.pattern], design.patterns[other.pattern]) for one, other in pairs)
+    return list(dict.fromkeys(str(equation) for equation in relations if equation is not None))
 
 
 def _possible(design: Design, canvas: tuple[float, float], rows: Sequence[_Row]) -> bool:
@@ -509,27 +522,29 @@ def _pattern_text(design: Design, canvas: tuple[float, float], row: _Row) -> str
     """A pattern, and the ranges of counters for which it fits alone."""
     side = canvas[row.axis]
     problem = _Problem(design, canvas, [_Row(row.group, row.pattern)], STRETCH)
-    fitting = [each for each in problem.words[row.pattern] if problem.fits(row.pattern, each, STRETCH * side)]
+    fitting = [
+        instance for instance in problem.words[row.pattern] if problem.fits(row.pattern, instance, STRETCH * side)
+    ]
     text = f"{row.pattern} = {design.patterns[row.pattern].text!r} over {side:g} m"
     if not fitting:
-        sizes = [each.size for each in problem.words[row.pattern]]
+        sizes = [instance.size for instance in problem.words[row.pattern]]
         if not sizes:
             sizes = [_shortest(design, row.pattern, problem.ranges)]
         return f"{text}, whose closest word is {min(sizes, key=lambda size: abs(size - side)):g} m long"
     if not fitting[0].counters:
         return text
     ranges = []
-    for place, (name, _) in enumerate(fitting[0].counters):
-        values = [each.counters[place][1] for each in fitting]
+    for index, (name, _) in enumerate(fitting[0].counters):
+        values = [instance.counters[index][1] for instance in fitting]
         ranges.append(f"{name} = {min(values)}" + (f" to {max(values)}" if max(values) > min(values) else ""))
     return f"{text} with {', '.join(ranges)}"
 
 
 def _shortest(design: Design, name: str, ranges: Mapping[str, Range]) -> float:
     """Length of the shortest word of a pattern, metres."""
-    found = [
-        instance(design, name, {counter: low + more for counter, (low, _) in ranges.items()}, choices)
+    words = [
+        make_instance(design, name, {counter: low + more for counter, (low, _) in ranges.items()}, choices)
         for choices in choices_of(design.patterns[name])
         for more in (0, 1)
     ]
-    return min((each.size for each in found if each is not None and each.word), default=0.0)
+    return min((instance.size for instance in words if instance is not None and instance.word), default=0.0)

@@ -18,7 +18,7 @@ _MOST_TRIALS = 120
 """Largest number of trials to lay out a subset of the statements; after that, the set may not be minimal."""
 _MOST_COPIES = 60
 """Largest number of copies of a part without a size."""
-_ANYTHING = "Ω"
+_WILD_SYMBOL = "Ω"
 """A symbol that fits everywhere."""
 
 
@@ -39,86 +39,89 @@ def statements(design: Design) -> list[Statement]:
     layers = design.visible_layers
     rows = list(dict.fromkeys((axis, layer.patterns[axis]) for layer in layers for axis in (0, 1)))
     along = {
-        axis: {each for at, name in rows if at == axis for each in design.patterns[name].symbols()} for axis in (0, 1)
+        axis: {symbol for row_axis, name in rows if row_axis == axis for symbol in design.patterns[name].symbols()}
+        for axis in (0, 1)
     }
     used = [name for name in design.symbols if name in along[0] | along[1]]
-    found = [
+    requirements = [
         Statement(flag, name)
-        for flag, usual in _FLAGS.items()
+        for flag, default in _FLAGS.items()
         for name in used
-        if getattr(design.symbols[name], flag) is not usual
+        if getattr(design.symbols[name], flag) is not default
     ]
-    found += [Statement("everywhere", name) for name in used if name in along[0] & along[1]]
-    often = [name for _, pattern in rows for name in design.patterns[pattern].counters()]
-    found += [Statement("counter", name) for name in dict.fromkeys(often) if often.count(name) > 1]
-    found += [Statement("size", name) for name in used if design.symbols[name].size is not None]
-    return found + [Statement("pattern", name, axis) for axis, name in rows]
+    requirements += [Statement("everywhere", name) for name in used if name in along[0] & along[1]]
+    counters = [name for _, pattern in rows for name in design.patterns[pattern].counters()]
+    requirements += [Statement("counter", name) for name in dict.fromkeys(counters) if counters.count(name) > 1]
+    requirements += [Statement("size", name) for name in used if design.symbols[name].size is not None]
+    return requirements + [Statement("pattern", name, axis) for axis, name in rows]
 
 
 def contradiction(
-    design: Design, fits: Callable[[Design], bool], given: Sequence[Statement] | None = None
+    design: Design, fits: Callable[[Design], bool], candidates: Sequence[Statement] | None = None
 ) -> tuple[Statement, ...]:
     """A minimal set of statements that cannot hold together; empty if all of them can.
 
     Args:
         design: a design.
         fits: whether a design can be laid out.
-        given: the statements to check; all others are dropped. All statements of the design if left out.
+        candidates: the statements to check; all others are dropped. All statements of the design if left out.
     """
-    kept = list(statements(design) if given is None else given)
+    remaining = list(statements(design) if candidates is None else candidates)
     trials = 0
-    if fits(relaxed(design, kept)):
+    if fits(relaxed(design, remaining)):
         return ()
-    size = max(len(kept) // 2, 1)
+    size = max(len(remaining) // 2, 1)
     while size:
-        at = 0
-        while at < len(kept) and trials < _MOST_TRIALS:
-            fewer = kept[:at] + kept[at + size :]
+        start = 0
+        while start < len(remaining) and trials < _MOST_TRIALS:
+            fewer = remaining[:start] + remaining[start + size :]
             trials += 1
             if fits(relaxed(design, fewer)):
-                at += size
+                start += size
             else:
-                kept = fewer
+                remaining = fewer
         size //= 2
-    return tuple(kept)
+    return tuple(remaining)
 
 
-def relaxed(design: Design, kept: Sequence[Statement]) -> Design:
+def relaxed(design: Design, retained: Sequence[Statement]) -> Design:
     """A design with only some of its requirements."""
-    held = set(kept)
+    requirements = set(retained)
     symbols = {
         name: replace(
             symbol,
-            size=symbol.size if Statement("size", name) in held else None,
-            **{flag: usual for flag, usual in _FLAGS.items() if Statement(flag, name) not in held},
+            size=symbol.size if Statement("size", name) in requirements else None,
+            **{flag: default for flag, default in _FLAGS.items() if Statement(flag, name) not in requirements},
         )
         for name, symbol in design.symbols.items()
     }
-    symbols[_ANYTHING], symbols[_ANYTHING * 2] = Symbol(_ANYTHING), Symbol(_ANYTHING * 2)
+    symbols[_WILD_SYMBOL], symbols[_WILD_SYMBOL * 2] = Symbol(_WILD_SYMBOL), Symbol(_WILD_SYMBOL * 2)
     patterns: dict[str, LayerPattern] = {}
     counters: dict[str, Counter] = dict(design.counters)
     layers: list[Layer] = []
     for layer in design.visible_layers:
         names, groups, masks = list(layer.patterns), list(layer.groups), list(layer.masks)
         for axis, name in enumerate(layer.patterns):
-            if Statement("pattern", name, axis) not in held:
-                names[axis] = groups[axis] = f"{_ANYTHING}{_AXES[axis]}"
+            if Statement("pattern", name, axis) not in requirements:
+                names[axis] = groups[axis] = f"{_WILD_SYMBOL}{_AXES[axis]}"
                 masks[axis] = None
-                patterns[names[axis]] = parse_pattern(_ANYTHING if axis == 0 else f"{{{_ANYTHING * 2}}}")
+                patterns[names[axis]] = parse_pattern(_WILD_SYMBOL if axis == 0 else f"{{{_WILD_SYMBOL * 2}}}")
                 continue
             names[axis] = f"{name} {_AXES[axis]}"
-            own = _Renamed(held, names[axis], axis, {sign.symbol for sign, _ in design.patterns[name].contents})
-            patterns[names[axis]] = own.pattern(design.patterns[name])
-            counters |= {new: replace(design.counters[old], name=new) for old, new in own.counters.items()}
-            symbols |= {new: replace(symbols[old], name=new) for old, new in own.symbols.items()}
-            if any(symbols[each].size is None for each in design.patterns[name].symbols()):
+            renamed = _Renamed(
+                requirements, names[axis], axis, {sign.symbol for sign, _ in design.patterns[name].contents}
+            )
+            patterns[names[axis]] = renamed.pattern(design.patterns[name])
+            counters |= {new: replace(design.counters[old], name=new) for old, new in renamed.counters.items()}
+            symbols |= {new: replace(symbols[old], name=new) for old, new in renamed.symbols.items()}
+            if any(symbols[part].size is None for part in design.patterns[name].symbols()):
                 # The count of a part without a size is free.
                 counters |= {
-                    each: replace(counters[each], most=min(_MOST_COPIES, counters[each].most or _MOST_COPIES))
-                    for each in patterns[names[axis]].counters()
+                    counter: replace(counters[counter], most=min(_MOST_COPIES, counters[counter].most or _MOST_COPIES))
+                    for counter in patterns[names[axis]].counters()
                 }
             mask = masks[axis]
-            masks[axis] = None if mask is None else frozenset(own.symbols.get(each, each) for each in mask)
+            masks[axis] = None if mask is None else frozenset(renamed.symbols.get(visible, visible) for visible in mask)
         layers.append(
             replace(layer, patterns=(names[0], names[1]), groups=(groups[0], groups[1]), masks=(masks[0], masks[1]))
         )
@@ -129,7 +132,7 @@ def relaxed(design: Design, kept: Sequence[Statement]) -> Design:
 class _Renamed:
     """A pattern with new names for counters, or for symbols along y, so that it is independent of others."""
 
-    held: set[Statement]
+    requirements: set[Statement]
     where: str
     axis: int
     replaced: set[str]
@@ -155,35 +158,37 @@ class _Renamed:
                 return replace(node, options=tuple(self._node(option) for option in node.options))
 
     def _symbol(self, name: str) -> str:
-        if self.axis == 0 or name in self.replaced or Statement("everywhere", name) in self.held:
+        if self.axis == 0 or name in self.replaced or Statement("everywhere", name) in self.requirements:
             return name
         self.symbols[name] = f"{name} {_AXES[self.axis]}"
         return self.symbols[name]
 
     def _counter(self, name: str) -> str:
-        if Statement("counter", name) in self.held:
+        if Statement("counter", name) in self.requirements:
             return name
         self.counters[name] = f"{name} {self.where}"
         return self.counters[name]
 
 
-def in_words(design: Design, found: Sequence[Statement]) -> str:
+def in_words(design: Design, conflict: Sequence[Statement]) -> str:
     """Statements in words."""
     canvas = (design.width, design.height)
     sentences = []
-    for each in found:
-        match each.kind:
+    for statement in conflict:
+        match statement.kind:
             case "pattern":
-                text = design.patterns[each.name].text
-                sentences.append(f"the pattern {text!r} fills {canvas[each.axis]:g} m along {_AXES[each.axis]}")
+                text = design.patterns[statement.name].text
+                sentences.append(
+                    f"the pattern {text!r} fills {canvas[statement.axis]:g} m along {_AXES[statement.axis]}"
+                )
             case "size":
-                sentences.append(f"{each.name} is {design.symbols[each.name].size:g} m long")
+                sentences.append(f"{statement.name} is {design.symbols[statement.name].size:g} m long")
             case "counter":
-                sentences.append(f"{each.name} has one value in all patterns")
+                sentences.append(f"{statement.name} has one value in all patterns")
             case "everywhere":
-                sentences.append(f"{each.name} has one size along both axes")
+                sentences.append(f"{statement.name} has one size along both axes")
             case "opaque":
-                sentences.append(f"{each.name} is not opaque")
+                sentences.append(f"{statement.name} is not opaque")
             case _:
-                sentences.append(f"{each.name} is {each.kind}")
+                sentences.append(f"{statement.name} is {statement.kind}")
     return "; ".join(reversed(sentences))

@@ -59,23 +59,23 @@ def elements_of(facade: Facade, tolerance: float) -> LabelledRectangles:
     sides = np.concatenate([low, low + facade.size[leaves]], axis=1).reshape(-1, 4)
     lines, boxes = [], np.zeros(sides.shape, dtype=np.int64)
     for axis in (X, Y):
-        found, place = _lines(sides[:, axis::2].ravel(), float(facade.size[0, axis]), tolerance)
-        lines.append(found)
-        boxes[:, axis::2] = place.reshape(-1, 2)
-    kept = (boxes[:, :2] < boxes[:, 2:]).all(axis=1)
-    labels = tuple(facade.name_of(leaf) for leaf in leaves[kept].tolist())
-    return LabelledRectangles((lines[X], lines[Y]), boxes[kept], labels, backdrop)
+        axis_lines, side_lines = _lines(sides[:, axis::2].ravel(), float(facade.size[0, axis]), tolerance)
+        lines.append(axis_lines)
+        boxes[:, axis::2] = side_lines.reshape(-1, 2)
+    has_extent = (boxes[:, :2] < boxes[:, 2:]).all(axis=1)
+    labels = tuple(facade.name_of(leaf) for leaf in leaves[has_extent].tolist())
+    return LabelledRectangles((lines[X], lines[Y]), boxes[has_extent], labels, backdrop)
 
 
 def grouped(values: Floats, tolerance: float) -> Ints:
     """[N] a group number for each value, in ascending order; values of one group differ by at most the tolerance."""
     order = np.argsort(values, kind="stable")
-    number, first, found = -1, -np.inf, np.zeros(len(values), dtype=np.int64)
-    for place in order.tolist():
-        if values[place] - first > tolerance:
-            number, first = number + 1, values[place]
-        found[place] = number
-    return found
+    number, first, group = -1, -np.inf, np.zeros(len(values), dtype=np.int64)
+    for index in order.tolist():
+        if values[index] - first > tolerance:
+            number, first = number + 1, values[index]
+        group[index] = number
+    return group
 
 
 def _lines(values: Floats, end: float, tolerance: float) -> tuple[Floats, Ints]:
@@ -88,11 +88,12 @@ def _lines(values: Floats, end: float, tolerance: float) -> tuple[Floats, Ints]:
     return lines, number[2:]
 
 
-Place = tuple[Interval, Interval]
+GridCell = tuple[Interval, Interval]
+"""Intervals along x and y of an element."""
 _MOST_PAIRS = 40
 """Largest number of different rows of which all pairs are tried."""
-_MOST_TRIED = 200
-"""Number of sets of columns to try, the largest first."""
+_MAX_CANDIDATES = 200
+"""Largest number of sets of columns to try, the largest first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,46 +108,51 @@ class Product:
 
 
 def products(
-    label: str, places: Collection[Place], hidden: Callable[[Interval, Interval], bool], most: int
+    label: str, cells: Collection[GridCell], hidden: Callable[[Interval, Interval], bool], most: int
 ) -> list[Product]:
-    """Products that cover the given places, and others only where they are hidden; large ones first.
+    """Products that cover the given cells, and others only where they are hidden; large ones first.
 
     Each product is the largest one spanned by the possible columns of one row, or of two.
 
     Args:
         label: label of the elements.
-        places: places of the elements, which do not overlap.
-        hidden: whether a place is fully hidden.
-        most: largest number of products; some places may remain uncovered.
+        cells: cells of the elements, which do not overlap.
+        hidden: whether a cell is fully hidden.
+        most: largest number of products; some cells may remain uncovered.
     """
-    left = set(places)
+    uncovered = set(cells)
     rows: dict[Interval, set[Interval]] = {}
-    for across, up in places:
+    for across, up in cells:
         rows.setdefault(up, set()).add(across)
-    columns = sorted({across for across, _ in places})
-    may = {up: frozenset(each for each in columns if each in own or hidden(each, up)) for up, own in rows.items()}
-    spanned = _spanned(rows, may)
-    found: list[Product] = []
-    while left and len(found) < most:
-        tried = (_product(label, across, rows, may, left) for across in spanned)
-        best = max(tried, key=lambda each: _gain(each, left), default=None)
-        if best is None or not _gain(best, left)[0]:
+    columns = sorted({across for across, _ in cells})
+    possible = {
+        up: frozenset(column for column in columns if column in row_columns or hidden(column, up))
+        for up, row_columns in rows.items()
+    }
+    spanned = _spanned(rows, possible)
+    result: list[Product] = []
+    while uncovered and len(result) < most:
+        candidates = (_product(label, across, rows, possible, uncovered) for across in spanned)
+        best = max(candidates, key=lambda candidate: _gain(candidate, uncovered), default=None)
+        if best is None or not _gain(best, uncovered)[0]:
             break
-        found.append(best)
-        left -= {(across, up) for across in best.across for up in best.up}
-    return found
+        result.append(best)
+        uncovered -= {(across, up) for across in best.across for up in best.up}
+    return result
 
 
 def _spanned(
-    rows: dict[Interval, set[Interval]], may: dict[Interval, frozenset[Interval]]
+    rows: dict[Interval, set[Interval]], possible: dict[Interval, frozenset[Interval]]
 ) -> list[frozenset[Interval]]:
     """Sets of columns that are possible in one row or in two, without overlapping columns."""
-    different = list(dict.fromkeys((frozenset(rows[up]), may[up]) for up in sorted(rows)))
-    found = [_apart(own, wider) for own, wider in different] + [own for own, _ in different]
+    different = list(dict.fromkeys((frozenset(rows[up]), possible[up]) for up in sorted(rows)))
+    sets = [_apart(visible, wider) for visible, wider in different] + [visible for visible, _ in different]
     if len(different) <= _MOST_PAIRS:
         for (one, wider), (other, widest) in combinations(different, 2):
-            found += [_apart((one | other) & wider & widest, wider & widest), one & other]
-    return sorted((each for each in dict.fromkeys(found) if each), key=len, reverse=True)[:_MOST_TRIED]
+            sets += [_apart((one | other) & wider & widest, wider & widest), one & other]
+    return sorted((candidate for candidate in dict.fromkeys(sets) if candidate), key=len, reverse=True)[
+        :_MAX_CANDIDATES
+    ]
 
 
 def _apart(first: Collection[Interval], others: Iterable[Interval]) -> frozenset[Interval]:
@@ -162,17 +168,17 @@ def _product(
     label: str,
     across: frozenset[Interval],
     rows: dict[Interval, set[Interval]],
-    may: dict[Interval, frozenset[Interval]],
-    left: set[Place],
+    possible: dict[Interval, frozenset[Interval]],
+    uncovered: set[GridCell],
 ) -> Product:
     """All rows that can have these columns; columns and rows without elements of their own are left out."""
-    having = [up for up in sorted(rows) if across <= may[up]]
-    wanted = [up for up in having if any((each, up) in left for each in across)]
-    up = _apart(wanted, ())
-    seen = frozenset(each for each in across if any(each in rows[one] for one in up))
-    return Product(label, seen, up)
+    possible_rows = [up for up in sorted(rows) if across <= possible[up]]
+    useful = [up for up in possible_rows if any((column, up) in uncovered for column in across)]
+    up = _apart(useful, ())
+    visible = frozenset(column for column in across if any(column in rows[row] for row in up))
+    return Product(label, visible, up)
 
 
-def _gain(product: Product, left: set[Place]) -> tuple[int, int, int]:
-    new = sum((across, up) in left for across in product.across for up in product.up)
+def _gain(product: Product, uncovered: set[GridCell]) -> tuple[int, int, int]:
+    new = sum((across, up) in uncovered for across in product.across for up in product.up)
     return new, -len(product.across) - len(product.up), len(product.across)

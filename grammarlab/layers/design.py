@@ -17,13 +17,13 @@ from dataclasses import dataclass, field, fields
 from grammarlab.errors import FacadeError
 from grammarlab.layers.patterns import LayerPattern, Reflection, Slots
 
-SMALLEST, LARGEST = 1e-9, 1e6
+MIN_WEIGHT, MAX_WEIGHT = 1e-9, 1e6
 """Smallest and largest weight above 0: ratios of weights are finite numbers."""
 
 
 def is_weight(value: float) -> bool:
     """Whether a number can be a weight."""
-    return value == 0.0 or SMALLEST <= value <= LARGEST
+    return value == 0.0 or MIN_WEIGHT <= value <= MAX_WEIGHT
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,8 @@ class Weights:
             value = getattr(self, field.name)
             if not is_weight(value):
                 raise FacadeError(
-                    f"Weight {field.name}: expected 0, or a number from {SMALLEST:g} to {LARGEST:,.0f}, found {value}."
+                    f"Weight {field.name}: expected 0, or a number from {MIN_WEIGHT:g} to {MAX_WEIGHT:,.0f}, "
+                    f"found {value}."
                 )
 
 
@@ -193,11 +194,11 @@ class Design:
 
     def covering(self, layer: Layer, axis: int) -> frozenset[str]:
         """Symbols of a layer that are visible along the whole other axis, and hide what is below them there."""
-        if not self._seen(layer, 1 - axis) >= set(self.patterns[layer.patterns[1 - axis]].symbols()):
+        if not self._visible_symbols(layer, 1 - axis) >= set(self.patterns[layer.patterns[1 - axis]].symbols()):
             return frozenset()
-        return self._seen(layer, axis)
+        return self._visible_symbols(layer, axis)
 
-    def _seen(self, layer: Layer, axis: int) -> frozenset[str]:
+    def _visible_symbols(self, layer: Layer, axis: int) -> frozenset[str]:
         """Opaque symbols of a layer that its mask and its pattern leave visible."""
         pattern, mask = self.patterns[layer.patterns[axis]], layer.masks[axis]
         return frozenset(
@@ -265,25 +266,27 @@ def _layer(layer: Layer) -> list[str]:
         for axis, mask in zip("xy", layer.masks, strict=True)
         if mask is not None
     ]
-    lines += [f"{key} = {{ {', '.join(each)} }}" for key, each in (("group", groups), ("mask", masks)) if each]
+    lines += [f"{key} = {{ {', '.join(entries)} }}" for key, entries in (("group", groups), ("mask", masks)) if entries]
     lines += [] if layer.on else ["on = false"]
     lines += [f"depth = {layer.depth!r}"] if layer.depth else []
     return lines + ([f"shapes = {{ {', '.join(_shapes(layer.shapes))} }}"] if layer.shapes else [])
 
 
 def _shapes(shapes: Shapes) -> list[str]:
-    found = []
+    lines = []
     for (across, up), shape in shapes.items():
         label = _text(shape.label)
         value = f"{{ label = {label}, depth = {shape.depth!r} }}" if shape.depth else label
-        found.append(f"{_key(across)}.{_key(up)} = {value}")
-    return found
+        lines.append(f"{_key(across)}.{_key(up)} = {value}")
+    return lines
 
 
 def _symbol(symbol: Symbol) -> str:
     flags = {"opaque": True, "attached": False, "unoccludable": False, "transparent": False}
     parts = {} if symbol.size is None else {"size": repr(symbol.size)}
-    parts |= {name: str(not usual).lower() for name, usual in flags.items() if bool(getattr(symbol, name)) is not usual}
+    parts |= {
+        name: str(not default).lower() for name, default in flags.items() if bool(getattr(symbol, name)) is not default
+    }
     return parts["size"] if set(parts) == {"size"} else _inline(parts)
 
 
@@ -295,11 +298,11 @@ def _counter(counter: Counter) -> str:
 
 
 def _solver(design: Design) -> dict[str, str]:
-    usual = Weights()
+    default = Weights()
     changed = {
         field.name: repr(getattr(design.weights, field.name))
         for field in fields(Weights)
-        if getattr(design.weights, field.name) != getattr(usual, field.name)
+        if getattr(design.weights, field.name) != getattr(default, field.name)
     }
     return changed | ({"overhang": "true"} if design.overhang else {})
 

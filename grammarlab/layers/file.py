@@ -16,15 +16,14 @@ from typing import Any, NoReturn
 
 from grammarlab.errors import Finding, LanguageError, Location, TomlError
 from grammarlab.facade.values import read_bounded, shown
-from grammarlab.layers.design import SMALLEST as LEAST_WEIGHT
-from grammarlab.layers.design import WILDCARD, Counter, Design, Layer, Shape, Symbol, Weights, is_weight
+from grammarlab.layers.design import MIN_WEIGHT, WILDCARD, Counter, Design, Layer, Shape, Symbol, Weights, is_weight
 from grammarlab.layers.patterns import REFLECTIONS, LayerPattern, PatternError, Sign, parse_pattern
 from grammarlab.toml_text import toml_table, toml_text
 
 _HEADER = re.compile(r"\s*\[+\s*([^\[\]]+?)\s*\]+\s*(?:#.*)?$")
 
 
-def place_of(
+def location_of(
     text: str, file: str, table: str, index: int | None, keys: Sequence[str], value: object = None
 ) -> Location:
     """Location of a value, or of the closest enclosing entry that is found.
@@ -38,13 +37,13 @@ def place_of(
         value: the value, if the mistake is inside a text: then the location is that of its first character.
     """
     names = [table, *keys]
-    best, depth, found, rest = Location(file=file), 0, -1, names if index is None else []
+    best, depth, table_index, rest = Location(file=file), 0, -1, names if index is None else []
     for number, content in enumerate(text.splitlines(), start=1):
         header = _HEADER.match(content)
         if header:
             path = [part.strip().strip("\"'") for part in header[1].split(".")]
-            found += header[0].lstrip().startswith("[[") and path == [table]
-            inside = path == names[: len(path)] and (index is None or found == index)
+            table_index += header[0].lstrip().startswith("[[") and path == [table]
+            inside = path == names[: len(path)] and (index is None or table_index == index)
             rest = names[len(path) :] if inside else []
             if inside and len(path) > depth:
                 best, depth = Location(number, content.index("[") + 1, file=file), len(path)
@@ -58,15 +57,15 @@ def place_of(
 
 def _matched(content: str, keys: Sequence[str]) -> tuple[int, int]:
     """Number of leading keys of a line that match in order, and the index of the character after the last one."""
-    at = 0
+    offset = 0
     for number, key in enumerate(keys):
         quoted = rf"(?:{re.escape(key)}|\"{re.escape(key)}\"|'{re.escape(key)}')"
         before = r"\s*" if not number else r"(?:\s*\.\s*|\s*=\s*\{.*?(?<![\w-]))"
-        match = re.compile(before + quoted + r"(?=\s*[.=])").match(content, at)
+        match = re.compile(before + quoted + r"(?=\s*[.=])").match(content, offset)
         if match is None:
-            return number, at
-        at = match.end()
-    return len(keys), at
+            return number, offset
+        offset = match.end()
+    return len(keys), offset
 
 
 def _value_column(content: str, after: int, value: object) -> int:
@@ -77,9 +76,11 @@ def _value_column(content: str, after: int, value: object) -> int:
 
 
 MOST_BYTES = 2**20
-SMALLEST, LARGEST = 1e-6, 10_000.0
+"""Largest size of a design file, bytes."""
+MIN_SIZE_M, MAX_SIZE_M = 1e-6, 10_000.0
 """Smallest and largest size of a canvas or a symbol, metres."""
 MOST_LAYERS, _MOST_NAMES, _MOST_TIMES = 64, 1_000, 10_000
+"""Largest numbers of layers, of entries of a table, and of copies of a part."""
 _TABLES = ("title", "canvas", "symbols", "counters", "patterns", "shapes", "solver", "layers")
 _FLAGS = ("opaque", "attached", "unoccludable", "transparent")
 _AXES = ("x", "y")
@@ -150,8 +151,8 @@ class _DesignReader:
             self._fail(f"expected layers, each under [[layers]], found {shown(layers)}", "layers", None, ())
         if len(layers) > MOST_LAYERS:
             self._fail(f"expected at most {MOST_LAYERS} layers, found {len(layers):,}", "layers", MOST_LAYERS, ())
-        made = tuple(self._layer(number, value) for number, value in enumerate(layers))
-        if not any(layer.on for layer in made):
+        parsed_layers = tuple(self._layer(number, value) for number, value in enumerate(layers))
+        if not any(layer.on for layer in parsed_layers):
             self._fail("expected a layer that is on, found none", "layers", 0, ("on",))
         counters = {name: self._counter(name, value) for name, value in self._named(values, "counters")}
         for pattern in self.patterns.values():
@@ -166,27 +167,27 @@ class _DesignReader:
             symbols=self.symbols,
             counters=counters,
             patterns=self.patterns,
-            layers=made,
+            layers=parsed_layers,
             shapes=shapes,
             weights=weights,
             overhang=overhang,
         )
 
     def _solver(self, table: dict[str, Any]) -> tuple[Weights, bool]:
-        known = [field.name for field in fields(Weights)]
-        self._check_keys(table, (*known, "overhang"), "solver", None, ())
-        numbers = {name: self._number(table[name], "solver", None, (name,)) for name in known if name in table}
+        names = [field.name for field in fields(Weights)]
+        self._check_keys(table, (*names, "overhang"), "solver", None, ())
+        numbers = {name: self._number(table[name], "solver", None, (name,)) for name in names if name in table}
         for name, number in numbers.items():
             if not is_weight(number):
-                message = f"expected a weight of at least 0, above 0 at least {LEAST_WEIGHT:g}, found {number:g}"
+                message = f"expected a weight of at least 0, above 0 at least {MIN_WEIGHT:g}, found {number:g}"
                 self._fail(message, "solver", None, (name,))
         return Weights(**numbers), self._truth(table.get("overhang", False), "solver", None, ("overhang",))
 
     def _named(self, values: dict[str, Any], table: str) -> Iterable[tuple[str, Any]]:
-        found = self._table(values.get(table, {}), table, None, ())
-        if len(found) > _MOST_NAMES:
-            self._fail(f"expected at most {_MOST_NAMES:,} {table}, found {len(found):,}", table, None, ())
-        return found.items()
+        entries = self._table(values.get(table, {}), table, None, ())
+        if len(entries) > _MOST_NAMES:
+            self._fail(f"expected at most {_MOST_NAMES:,} {table}, found {len(entries):,}", table, None, ())
+        return entries.items()
 
     def _symbol(self, name: str, value: Any) -> Symbol:
         where = ("symbols", None, (name,))
@@ -232,15 +233,15 @@ class _DesignReader:
             pattern = parse_pattern(value)
         except PatternError as error:
             self._fail_inside(value, error, table, index, keys)
-        known = set(self.symbols)
+        symbols = set(self.symbols)
         replaced = {sign.symbol for sign, _ in pattern.contents}
         for node in pattern.nodes():
-            if isinstance(node, Sign) and node.symbol not in known | replaced:
-                near = get_close_matches(node.symbol, known, 1) if len(node.symbol) > 1 else []
+            if isinstance(node, Sign) and node.symbol not in symbols | replaced:
+                near = get_close_matches(node.symbol, symbols, 1) if len(node.symbol) > 1 else []
                 hint = f"did you mean {near[0]}?" if near else f"add {node.symbol} to [symbols]"
                 if table == "layers":
                     hint += f", or name one of [patterns]: {', '.join(self.patterns) or 'none yet'}"
-                error = PatternError(f"unknown symbol {node.symbol!r}", node.place, len(node.symbol), hint)
+                error = PatternError(f"unknown symbol {node.symbol!r}", node.position, len(node.symbol), hint)
                 self._fail_inside(value, error, table, index, keys)
         return pattern
 
@@ -257,13 +258,13 @@ class _DesignReader:
             names.append(name)
         groups = self._table(table.get("group", {}), "layers", number, ("group",))
         masks = self._table(table.get("mask", {}), "layers", number, ("mask",))
-        for keys, each in ((("group",), groups), (("mask",), masks)):
-            self._check_keys(each, _AXES, "layers", number, keys)
+        for keys, entry in ((("group",), groups), (("mask",), masks)):
+            self._check_keys(entry, _AXES, "layers", number, keys)
         depth = self._number(table.get("depth", 0.0), "layers", number, ("depth",))
         name = table.get("name", f"layer {number + 1}")
-        for each, key in ((name, "name"), *((group, "group") for group in groups.values())):
-            if not isinstance(each, str):
-                self._fail(f"expected a text, found {shown(each)}", "layers", number, (key,))
+        for entry, key in ((name, "name"), *((group, "group") for group in groups.values())):
+            if not isinstance(entry, str):
+                self._fail(f"expected a text, found {shown(entry)}", "layers", number, (key,))
         return Layer(
             name=name,
             patterns=(names[0], names[1]),
@@ -277,38 +278,38 @@ class _DesignReader:
     def _mask(self, masks: dict[str, Any], key: str, pattern: str, number: int) -> frozenset[str] | None:
         if key not in masks:
             return None
-        value, there = masks[key], self.patterns[pattern].symbols()
-        if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+        value, symbols = masks[key], self.patterns[pattern].symbols()
+        if not isinstance(value, list) or not all(isinstance(symbol, str) for symbol in value):
             self._fail(f"expected a list of visible symbols, found {shown(value)}", "layers", number, ("mask",))
-        for each in value:
-            if each not in there:
-                message = f"expected symbols of the pattern {pattern!r}: {', '.join(there)}; found {each!r}"
+        for symbol in value:
+            if symbol not in symbols:
+                message = f"expected symbols of the pattern {pattern!r}: {', '.join(symbols)}; found {symbol!r}"
                 self._fail(message, "layers", number, ("mask",))
         return frozenset(value)
 
     def _shapes(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> dict[tuple[str, str], Shape]:
-        found = {}
+        shapes = {}
         for across, row in self._table(value, table, index, keys).items():
             for up, shape in self._table(row, table, index, (*keys, across)).items():
                 where = (table, index, (*keys, across, up))
                 for name in (across, up):
                     if name != WILDCARD and name not in self.symbols:
                         self._fail(f"unknown symbol {name!r}", *where)
-                found[across, up] = self._shape(shape, *where)
-        return found
+                shapes[across, up] = self._shape(shape, *where)
+        return shapes
 
     def _shape(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> Shape:
         if isinstance(value, str):
             value = {"label": value}
-        each = self._table(value, table, index, keys)
-        self._check_keys(each, ("label", "depth", "inset", "frame"), table, index, keys)
-        label, frame = each.get("label"), each.get("frame", "")
+        entry = self._table(value, table, index, keys)
+        self._check_keys(entry, ("label", "depth", "inset", "frame"), table, index, keys)
+        label, frame = entry.get("label"), entry.get("frame", "")
         for text, where in ((label, keys), (frame, (*keys, "frame"))):
             if not isinstance(text, str) or len(text) > 200 or not text.isprintable():
                 self._fail(f"expected a label of at most 200 characters, found {shown(text)}", table, index, where)
-        depth = self._number(each.get("depth", 0.0), table, index, (*keys, "depth"))
+        depth = self._number(entry.get("depth", 0.0), table, index, (*keys, "depth"))
         return Shape(
-            str(label), depth, self._inset(each.get("inset", [0.0] * 4), table, index, (*keys, "inset")), frame
+            str(label), depth, self._inset(entry.get("inset", [0.0] * 4), table, index, (*keys, "inset")), frame
         )
 
     def _inset(
@@ -316,7 +317,7 @@ class _DesignReader:
     ) -> tuple[float, float, float, float]:
         if not isinstance(value, list) or len(value) != len(_SIDES):
             self._fail(f"expected metres at {', '.join(_SIDES)}, found {shown(value)}", table, index, keys)
-        left, bottom, right, top = (self._number(each, table, index, keys) for each in value)
+        left, bottom, right, top = (self._number(side, table, index, keys) for side in value)
         if min(left, bottom, right, top) < 0.0:
             self._fail(f"expected metres of at least 0, found {shown(value)}", table, index, keys)
         return left, bottom, right, top
@@ -328,13 +329,15 @@ class _DesignReader:
 
     def _length(self, value: Any, table: str, index: int | None, keys: Sequence[str]) -> float:
         number = self._number(value, table, index, keys, within=1e300)
-        if not SMALLEST <= number <= LARGEST:
-            message = f"expected metres above 0, at least {SMALLEST:g} and at most {LARGEST:,.0f}, found {number:g}"
+        if not MIN_SIZE_M <= number <= MAX_SIZE_M:
+            message = (
+                f"expected metres above 0, at least {MIN_SIZE_M:g} and at most {MAX_SIZE_M:,.0f}, found {number:g}"
+            )
             self._fail(message, table, index, keys)
         return number
 
     def _number(
-        self, value: Any, table: str, index: int | None, keys: Sequence[str], *, within: float = LARGEST
+        self, value: Any, table: str, index: int | None, keys: Sequence[str], *, within: float = MAX_SIZE_M
     ) -> float:
         if not isinstance(value, int | float) or isinstance(value, bool) or not -within <= value <= within:
             self._fail(f"expected a number, found {shown(value)}", table, index, keys)
@@ -346,24 +349,24 @@ class _DesignReader:
         return value
 
     def _check_keys(
-        self, values: Mapping[str, Any], known: Sequence[str], table: str, index: int | None, keys: Sequence[str]
+        self, values: Mapping[str, Any], allowed: Sequence[str], table: str, index: int | None, keys: Sequence[str]
     ) -> None:
         for key in values:
-            if key not in known:
-                near = get_close_matches(key, known, 1)
+            if key not in allowed:
+                near = get_close_matches(key, allowed, 1)
                 hint = f"did you mean {near[0]}?" if near else ""
                 where = (table, index, (*keys, key)) if table else (key, None, ())
-                self._fail(f"expected one of {', '.join(known)}, found {key!r}", *where, hint=hint)
+                self._fail(f"expected one of {', '.join(allowed)}, found {key!r}", *where, hint=hint)
 
     def _fail_inside(
         self, value: str, error: PatternError, table: str, index: int | None, keys: Sequence[str]
     ) -> NoReturn:
-        start = place_of(self.text, self.file, table, index, keys, value)
-        location = Location(start.line, start.column + error.place, error.length, self.file)
+        start = location_of(self.text, self.file, table, index, keys, value)
+        location = Location(start.line, start.column + error.position, error.length, self.file)
         raise LanguageError((Finding("error", "pattern", error.message, location, error.hint),), self.text) from error
 
     def _fail(self, message: str, table: str, index: int | None, keys: Sequence[str], *, hint: str = "") -> NoReturn:
-        location = place_of(self.text, self.file, table, index, keys)
-        where = ".".join(each for each in (table, *keys) if each)
+        location = location_of(self.text, self.file, table, index, keys)
+        where = ".".join(part for part in (table, *keys) if part)
         finding = Finding("error", "design", f"{where}: {message}", location, hint)
         raise LanguageError((finding,), self.text)

@@ -18,12 +18,12 @@ import numpy as np
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import Facade, Ints, X, Y
 from grammarlab.layers.axis_patterns import Item, StripPatterns, patterns_of
-from grammarlab.layers.covers import Interval, LabelledRectangles, Place, Product, elements_of, products
+from grammarlab.layers.covers import GridCell, Interval, LabelledRectangles, Product, elements_of, products
 from grammarlab.layers.design import WILDCARD, Design, Layer, Shape, Symbol
 from grammarlab.layers.design import Counter as PatternCounter
-from grammarlab.layers.file import LARGEST, MOST_LAYERS
+from grammarlab.layers.file import MAX_SIZE_M, MOST_LAYERS
 from grammarlab.layers.patterns import LayerPattern, Linear, parse_pattern
-from grammarlab.layers.strip_words import MOST_CELLS, Key, Places, places_of
+from grammarlab.layers.strip_words import MOST_CELLS, Key, StripAssignment, assign_strips
 
 
 def layering(elements: LabelledRectangles, most: int) -> list[Product]:
@@ -36,24 +36,24 @@ def layering(elements: LabelledRectangles, most: int) -> list[Product]:
         elements: elements of a facade.
         most: largest number of products; of more, those of the largest elements are kept.
     """
-    often, area = Counter(elements.labels), dict[str, float]()
+    counts, area = Counter(elements.labels), dict[str, float]()
     for label, box in zip(elements.labels, elements.boxes.tolist(), strict=True):
         area[label] = area.get(label, 0.0) + _area(elements, box)
-    found: list[Product] = []
+    result: list[Product] = []
     above = np.zeros((0, 4), dtype=np.int64)
-    for label in sorted(often, key=lambda name: (often[name], area[name], name)):
-        own = elements.boxes[[each == label for each in elements.labels]]
-        places = _bounded(_joined(elements, own, above))
-        found += products(label, places, _Hidden(above), most)
-        above = np.concatenate([above, own])
-    if len(found) <= most:
-        return found
-    kept = sorted(found, key=lambda each: -_shown(elements, each))[:most]
-    return [each for each in found if each in kept]
+    for label in sorted(counts, key=lambda name: (counts[name], area[name], name)):
+        label_boxes = elements.boxes[[name == label for name in elements.labels]]
+        cells = _bounded(_joined(elements, label_boxes, above))
+        result += products(label, cells, _Hidden(above), most)
+        above = np.concatenate([above, label_boxes])
+    if len(result) <= most:
+        return result
+    largest = sorted(result, key=lambda product: -_visible_area(elements, product))[:most]
+    return [product for product in result if product in largest]
 
 
 class _Hidden:
-    """Tests whether a place is hidden by boxes that do not overlap."""
+    """Tests whether a cell is hidden by boxes that do not overlap."""
 
     def __init__(self, boxes: Ints) -> None:
         self.boxes = boxes
@@ -66,34 +66,35 @@ class _Hidden:
 
 
 def _area(elements: LabelledRectangles, box: Sequence[int]) -> float:
-    left, bottom, right, top = box
-    return float(
-        (elements.lines[X][right] - elements.lines[X][left]) * (elements.lines[Y][top] - elements.lines[Y][bottom])
-    )
+    x_low, y_low, x_high, y_high = box
+    x_lines, y_lines = elements.lines
+    return float((x_lines[x_high] - x_lines[x_low]) * (y_lines[y_high] - y_lines[y_low]))
 
 
-def _shown(elements: LabelledRectangles, product: Product) -> float:
+def _visible_area(elements: LabelledRectangles, product: Product) -> float:
     return sum(_area(elements, (across[0], up[0], across[1], up[1])) for across in product.across for up in product.up)
 
 
-def _joined(elements: LabelledRectangles, own: Ints, above: Ints) -> list[Place]:
-    """Places of boxes; neighbours in a lane with boxes above between them are joined, if others are as long."""
-    places = [((left, right), (bottom, top)) for left, bottom, right, top in own.tolist()]
+def _joined(elements: LabelledRectangles, boxes: Ints, above: Ints) -> list[GridCell]:
+    """Cells of boxes; neighbours in a lane with boxes above between them are joined, if others are as long."""
+    cells = [((x_low, x_high), (y_low, y_high)) for x_low, y_low, x_high, y_high in boxes.tolist()]
     for axis in (X, Y):
-        known = {(0, len(elements.lines[axis]) - 1)} | {
+        used_intervals = {(0, len(elements.lines[axis]) - 1)} | {
             (int(low), int(high)) for low, high in elements.boxes[:, axis::2].tolist()
         }
         lanes: dict[Interval, list[Interval]] = {}
-        for place in places:
-            lanes.setdefault(place[1 - axis], []).append(place[axis])
-        places = []
+        for cell in cells:
+            lanes.setdefault(cell[1 - axis], []).append(cell[axis])
+        cells = []
         for lane, intervals in lanes.items():
-            for each in _chained(sorted(intervals), lane, above, axis, known):
-                places.append((each, lane) if axis == X else (lane, each))
-    return places
+            for interval in _chained(sorted(intervals), lane, above, axis, used_intervals):
+                cells.append((interval, lane) if axis == X else (lane, interval))
+    return cells
 
 
-def _chained(intervals: list[Interval], lane: Interval, above: Ints, axis: int, known: set[Interval]) -> list[Interval]:
+def _chained(
+    intervals: list[Interval], lane: Interval, above: Ints, axis: int, used_intervals: set[Interval]
+) -> list[Interval]:
     """Intervals of a lane; chains that end at the same lines as other intervals are joined."""
     chains: list[list[Interval]] = [[intervals[0]]]
     across = above[(above[:, 1 - axis] <= lane[0]) & (above[:, 3 - axis] >= lane[1])]
@@ -103,21 +104,21 @@ def _chained(intervals: list[Interval], lane: Interval, above: Ints, axis: int, 
             chains[-1].append(after)
         else:
             chains.append([after])
-    found: list[Interval] = []
+    joined: list[Interval] = []
     for chain in chains:
         whole = chain[0][0], chain[-1][1]
-        found += [whole] if whole in known else chain
-    return found
+        joined += [whole] if whole in used_intervals else chain
+    return joined
 
 
-def _bounded(places: list[Place]) -> list[Place]:
-    """The places in the columns and rows with the most elements, if there are too many."""
+def _bounded(cells: list[GridCell]) -> list[GridCell]:
+    """The cells in the columns and rows with the most elements, if there are too many."""
     for axis in (X, Y):
-        often = Counter(place[axis] for place in places)
-        if len(often) > MOST_CELLS:
-            kept = {interval for interval, _ in often.most_common(MOST_CELLS)}
-            places = [place for place in places if place[axis] in kept]
-    return places
+        counts = Counter(cell[axis] for cell in cells)
+        if len(counts) > MOST_CELLS:
+            frequent = {interval for interval, _ in counts.most_common(MOST_CELLS)}
+            cells = [cell for cell in cells if cell[axis] in frequent]
+    return cells
 
 
 class SymbolNames:
@@ -128,12 +129,12 @@ class SymbolNames:
 
     def new(self, label: str) -> str:
         """A capital for an element, preferably the first letter of its label; a small letter for no label."""
-        name = next(each for each in _tried(label) if each not in self.used)
+        name = next(candidate for candidate in _candidates(label) if candidate not in self.used)
         self.used.add(name)
         return name
 
 
-def _tried(label: str) -> Iterator[str]:
+def _candidates(label: str) -> Iterator[str]:
     initials = [word[0].upper() for word in label.split() if word[0].isalpha() and len(word[0].upper()) == 1]
     letters = [*initials, *ascii_uppercase] if label else ascii_lowercase
     for primes in count():
@@ -145,7 +146,7 @@ _COUNTERS = ("k", "n")
 _PATTERNS = ("bays", "floors")
 _WHOLE = ("all across", "all up")
 """Patterns of one letter without a size."""
-_LONGEST = 200
+_MAX_LABEL_LENGTH = 200
 """Largest number of characters of a label."""
 
 
@@ -160,36 +161,38 @@ def infer(facade: Facade, tolerance: float, title: str = "") -> Design:
     Raises:
         FacadeError: If the facade is larger than the largest canvas.
     """
-    if max(facade.width, facade.height) > LARGEST:
+    if max(facade.width, facade.height) > MAX_SIZE_M:
         raise FacadeError(
-            f"expected a facade of at most {LARGEST:,.0f} m per side, found {facade.width:g} x {facade.height:g} m."
+            f"expected a facade of at most {MAX_SIZE_M:,.0f} m per side, found {facade.width:g} x {facade.height:g} m."
         )
     elements = elements_of(facade, tolerance)
-    shown = layering(elements, MOST_LAYERS - 1)
-    weight = [len(each.across) * len(each.up) for each in shown]
+    products = layering(elements, MOST_LAYERS - 1)
+    weight = [len(product.across) * len(product.up) for product in products]
     names = SymbolNames()
     axes = []
-    for axis, sets in ((X, [each.across for each in shown]), (Y, [each.up for each in shown])):
-        places = places_of(sets, weight, elements.lines[axis], tolerance)
-        made = _Axis(axis=axis, places=places, made=patterns_of(places, _COUNTERS[axis]), names=names)
-        made.name([each.label for each in shown])
-        axes.append(made)
-    layers = [_layer(number, shown, axes) for number in range(len(shown))]
+    for axis, sets in ((X, [product.across for product in products]), (Y, [product.up for product in products])):
+        assignment = assign_strips(sets, weight, elements.lines[axis], tolerance)
+        axis_model = _Axis(
+            axis=axis, assignment=assignment, strip_patterns=patterns_of(assignment, _COUNTERS[axis]), names=names
+        )
+        axis_model.name([product.label for product in products])
+        axes.append(axis_model)
+    layers = [_layer(number, products, axes) for number in range(len(products))]
     if elements.backdrop is not None or not layers:
         layers.append(_everywhere(elements.backdrop or "", axes))
     patterns: dict[str, LayerPattern] = {}
     symbols: dict[str, Symbol] = {}
     used = {name for layer in layers for name in layer.patterns}
-    for each in axes:
-        patterns |= {name: pattern for name, pattern in each.patterns().items() if name in used}
-        symbols |= each.symbols
-    there = {name for pattern in patterns.values() for name in pattern.symbols()}
+    for axis_model in axes:
+        patterns |= {name: pattern for name, pattern in axis_model.patterns().items() if name in used}
+        symbols |= axis_model.symbols
+    used_symbols = {name for pattern in patterns.values() for name in pattern.symbols()}
     counters = dict.fromkeys(name for pattern in patterns.values() for name in pattern.counters())
     return Design(
         title=title,
         width=facade.width,
         height=facade.height,
-        symbols={name: symbol for name, symbol in symbols.items() if name in there},
+        symbols={name: symbol for name, symbol in symbols.items() if name in used_symbols},
         counters={name: PatternCounter(name) for name in counters},
         patterns=patterns,
         layers=tuple(layers),
@@ -201,10 +204,10 @@ class _Axis:
     """Patterns and symbols of an axis."""
 
     axis: int
-    places: Places
-    made: StripPatterns
+    assignment: StripAssignment
+    strip_patterns: StripPatterns
     names: SymbolNames
-    of: dict[Key, str] = field(default_factory=dict)
+    symbol_of: dict[Key, str] = field(default_factory=dict)
     """Symbols by the properties that their letters share."""
     symbols: dict[str, Symbol] = field(default_factory=dict)
     whole: str = ""
@@ -212,19 +215,21 @@ class _Axis:
 
     def name(self, labels: Sequence[str]) -> None:
         """Give symbols their names and sizes, in the order of the patterns."""
-        for strip in self.made.strips.strips:
+        for strip in self.strip_patterns.strips.strips:
             for key in strip.keys:
-                if key not in self.of:
-                    self.of[key] = self.names.new(labels[min(key[2])] or "element" if key[2] else "")
-        for key, name in self.of.items():
-            size = None if key in self.made.unsized else float(f"{self.made.strips.sizes[key[1]]:.9g}")
+                if key not in self.symbol_of:
+                    self.symbol_of[key] = self.names.new(labels[min(key[2])] or "element" if key[2] else "")
+        for key, name in self.symbol_of.items():
+            size = (
+                None if key in self.strip_patterns.unsized else float(f"{self.strip_patterns.strips.sizes[key[1]]:.9g}")
+            )
             self.symbols[name] = Symbol(name, size)
         self.whole = self.names.new("ZY"[self.axis])
         self.symbols[self.whole] = Symbol(self.whole)
 
     def pattern_of(self, product: int) -> str:
         """Name of the pattern of a product."""
-        return self.pattern_name(self.places.of[product])
+        return self.pattern_name(self.assignment.strip[product])
 
     def pattern_name(self, strip: int) -> str:
         """Name of the pattern of a strip; strip -1 is the pattern of one letter."""
@@ -234,24 +239,24 @@ class _Axis:
 
     def mask(self, product: int) -> frozenset[str] | None:
         """Visible symbols of a product."""
-        strip = self.places.of[product]
+        strip = self.assignment.strip[product]
         if strip < 0:
             return None
-        there = self.made.strips.strips[strip].keys
-        shown = {self.of[key] for key in there if product in key[2]}
-        return None if shown == {self.of[key] for key in there} else frozenset(shown)
+        keys = self.strip_patterns.strips.strips[strip].keys
+        visible = {self.symbol_of[key] for key in keys if product in key[2]}
+        return None if visible == {self.symbol_of[key] for key in keys} else frozenset(visible)
 
     def patterns(self) -> Mapping[str, LayerPattern]:
         """All patterns by name."""
         texts = {
-            self.pattern_name(at): "".join(self._item(item) for item in items)
-            for at, items in enumerate(self.made.items)
+            self.pattern_name(strip): "".join(self._item(item) for item in items)
+            for strip, items in enumerate(self.strip_patterns.items)
         }
         texts[self.pattern_name(-1)] = self.whole
         return {name: parse_pattern(text) for name, text in texts.items()}
 
     def _item(self, item: Item) -> str:
-        text = "".join(self.of[key] for key in item.keys)
+        text = "".join(self.symbol_of[key] for key in item.keys)
         if not item.count.terms:
             return text
         return (text if len(item.keys) == 1 else f"({text})") + _exponent(item.count)
@@ -263,10 +268,10 @@ def _exponent(count: Linear) -> str:
     return f"^{text}" if len(text) == 1 else f"^{{{text}}}"
 
 
-def _layer(number: int, shown: Sequence[Product], axes: Sequence[_Axis]) -> Layer:
+def _layer(number: int, products: Sequence[Product], axes: Sequence[_Axis]) -> Layer:
     """The layer of a product; each strip is its own group, since its symbols and counters keep it in step."""
-    label = shown[number].label
-    before = sum(each.label == label for each in shown[:number])
+    label = products[number].label
+    before = sum(other.label == label for other in products[:number])
     name = (label or "element") + (f" {before + 1}" if before else "")
     x, y = axes
     patterns = (x.pattern_of(number), y.pattern_of(number))
@@ -288,4 +293,4 @@ def _everywhere(label: str, axes: Sequence[_Axis]) -> Layer:
 
 def _printable(text: str) -> str:
     """A label with characters that a design allows."""
-    return "".join(each if each.isprintable() else " " for each in text)[:_LONGEST]
+    return "".join(character if character.isprintable() else " " for character in text)[:_MAX_LABEL_LENGTH]

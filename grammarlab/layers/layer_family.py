@@ -51,12 +51,12 @@ def write_variants(variants: Sequence[FamilyVariant], title: str) -> WrittenVari
     Raises:
         FacadeError: If a facade has parts that are too thin for rules.
     """
-    names, known, lines, alone = RuleNames(), dict[tuple[str, str], str](), list[str](), 0
+    names, rule_names, lines, alone = RuleNames(), dict[tuple[str, str], str](), list[str](), 0
     fronts = []
     for variant in variants:
         rules = _rules(write_exact(variant.facade).text)
         alone += len(rules)
-        fronts.append(_added(rules, names, known, lines))
+        fronts.append(_added(rules, names, rule_names, lines))
     canvases = list(dict.fromkeys(variant.canvas for variant in variants))
     starts = [
         names.new(f"Canvas{number(width, 2)}by{number(height, 2)}".replace(".", "_")) for width, height in canvases
@@ -65,9 +65,13 @@ def write_variants(variants: Sequence[FamilyVariant], title: str) -> WrittenVari
     head += [_choice(_START, [1.0] * len(canvases), starts)]
     for canvas, start in zip(canvases, starts, strict=True):
         size = ", ".join(number(side, _DIGITS) for side in canvas)
-        own = [(each, front) for each, front in zip(variants, fronts, strict=True) if each.canvas == canvas]
-        ways = [f"s({size}, {THICKNESS}) primitiveCube() comp(f) {{ front : {front} }}" for _, front in own]
-        head.append(_choice(start, [each.probability for each, _ in own], ways))
+        canvas_fronts = [
+            (variant.probability, front)
+            for variant, front in zip(variants, fronts, strict=True)
+            if variant.canvas == canvas
+        ]
+        bodies = [f"s({size}, {THICKNESS}) primitiveCube() comp(f) {{ front : {front} }}" for _, front in canvas_fronts]
+        head.append(_choice(start, [probability for probability, _ in canvas_fronts], bodies))
     text = format_grammar(Grammar.parse("\n".join([*head, *lines])))
     return WrittenVariants(text, len(Grammar.parse(text).rules), alone)
 
@@ -82,7 +86,7 @@ def _rules(text: str) -> dict[str, str]:
     }
 
 
-def _added(rules: Mapping[str, str], names: RuleNames, known: dict[tuple[str, str], str], lines: list[str]) -> str:
+def _added(rules: Mapping[str, str], names: RuleNames, rule_names: dict[tuple[str, str], str], lines: list[str]) -> str:
     """The name of the rule of a facade; its rules are added to the lines."""
     renamed: dict[str, str] = {}
 
@@ -90,19 +94,19 @@ def _added(rules: Mapping[str, str], names: RuleNames, known: dict[tuple[str, st
         if name not in renamed:
             body = _WORD.sub(lambda match: add(match[0]) if match[0] in rules else match[0], rules[name])
             plain = "Front" if name == _FRONT else re.sub(r"_?\d+$", "", name)
-            if (plain, body) not in known:
-                known[plain, body] = names.new(plain)
-                lines.append(f"{known[plain, body]} --> {body}")
-            renamed[name] = known[plain, body]
+            if (plain, body) not in rule_names:
+                rule_names[plain, body] = names.new(plain)
+                lines.append(f"{rule_names[plain, body]} --> {body}")
+            renamed[name] = rule_names[plain, body]
         return renamed[name]
 
     return add(_FRONT)
 
 
-def _choice(name: str, weights: Sequence[float], ways: Sequence[str]) -> str:
+def _choice(name: str, weights: Sequence[float], bodies: Sequence[str]) -> str:
     """A rule with alternatives of probabilities in proportion to weights."""
-    if len(ways) == 1:
-        return f"{name} --> {ways[0]}"
+    if len(bodies) == 1:
+        return f"{name} --> {bodies[0]}"
     total = sum(weights)
-    lines = [f"{number(100.0 * weight / total, 6)}% : {way}" for weight, way in zip(weights, ways, strict=True)]
-    return f"{name} -->\n" + "\n".join([*lines[:-1], f"else : {ways[-1]}"])
+    lines = [f"{number(100.0 * weight / total, 6)}% : {body}" for weight, body in zip(weights, bodies, strict=True)]
+    return f"{name} -->\n" + "\n".join([*lines[:-1], f"else : {bodies[-1]}"])

@@ -14,9 +14,10 @@ from grammarlab.layers.design import Design
 from grammarlab.layers.solving import Layout, solve
 
 MOST_COUNT = 100
+"""Largest number of layouts of one search."""
 _EFFORTS = (20_000, 100_000)
 """Steps of a test whether a part of a design has a layout: more if the first find no contradiction."""
-_SECONDS = 3.0
+_TIME_LIMIT_S = 3.0
 """Time limit for finding a contradiction, seconds; after that, the message may name more than is needed."""
 _MOST_NAMED = 12
 """Largest number of statements in a message."""
@@ -33,22 +34,22 @@ def layouts(
 
     Args:
         design: the design.
-        width: metres.
-        height: metres.
-        count: largest number of layouts, up to `MOST_COUNT`.
-        stop: see `solve`.
+        width: width of the canvas, metres.
+        height: height of the canvas, metres.
+        count: largest number of layouts, at most `MOST_COUNT`.
+        stop: function that ends the search as soon as it returns true, see `solve`.
 
     Raises:
         FacadeError: If there is none; the message names statements that contradict each other.
     """
     try:
-        found = _solved(design, width, height, count, stop)
+        solutions = _solved(design, width, height, count, stop)
     except NothingFitsError as error:
         raise FacadeError(f"{str(error).rstrip('.')}.{_contradiction_text(design, width, height)}") from error
-    if not found and not stop():
+    if not solutions and not stop():
         text = f"these layers do not fit each other on {width:g} x {height:g} m"
         raise FacadeError(f"{text}.{_contradiction_text(design, width, height)}")
-    return found
+    return solutions
 
 
 def _solved(
@@ -57,7 +58,7 @@ def _solved(
     fits = FittingWords(design, width, height)
     return solve(
         fits, (width, height), design.weights, count,
-        tolerances=fits.tolerances(enough=count), gaps=design.overhang,
+        tolerances=fits.tolerances(count=count), gaps=design.overhang,
         others=fits.least_of_others, effort=effort, stop=stop,
     )  # fmt: skip
 
@@ -77,14 +78,14 @@ def may_fit(design: Design, stop: Callable[[], bool] = _never, effort: int = _EF
 def _contradiction_text(design: Design, width: float, height: float) -> str:
     """The statements that contradict each other, if found in time."""
     design = replace(design, width=width, height=height)
-    end = time.monotonic() + _SECONDS
+    end = time.monotonic() + _TIME_LIMIT_S
 
     def late() -> bool:
         return time.monotonic() > end
 
     trials = (contradiction(design, partial(may_fit, stop=late, effort=effort)) for effort in _EFFORTS)
-    found = next((found for found in trials if found), ())
-    if not found or len(found) > _MOST_NAMED:
+    conflict = next((conflict for conflict in trials if conflict), ())
+    if not conflict or len(conflict) > _MOST_NAMED:
         return ""
-    rest = "though some may be irrelevant" if late() else "but they can if any one is dropped"
-    return f" These statements cannot all hold, {rest}: {in_words(design, found)}."
+    hint = "though some may be irrelevant" if late() else "but they can if any one is dropped"
+    return f" These statements cannot all hold, {hint}: {in_words(design, conflict)}."

@@ -26,7 +26,7 @@ from grammarlab.layers.design import Design, Layer, Shape, Word
 from grammarlab.layers.solving import Layout
 from grammarlab.scene.instances import Scene
 
-_SLIVER = 1e-7
+_NEGLIGIBLE_SHARE = 1e-7
 """Largest difference of equal coordinates and least width of panels, as a fraction of the canvas."""
 
 _LEAST_SHARE = 0.4
@@ -66,15 +66,15 @@ class Panels:
             front[_cells(self.panels[number].lines)] = number
         return front
 
-    def seen(self) -> list[list[Rectangle]]:
+    def visible_rectangles(self) -> list[list[Rectangle]]:
         """For each panel, rectangles of all cells without an opaque panel above it."""
         hidden = np.zeros(self.topmost.shape, dtype=bool)
-        found = []
+        visible = []
         for panel in self.panels:
-            found.append(rectangles(~hidden[_cells(panel.lines)], panel.lines))
+            visible.append(rectangles(~hidden[_cells(panel.lines)], panel.lines))
             if panel.opaque:
                 hidden[_cells(panel.lines)] = True
-        return found
+        return visible
 
 
 def panels_of(design: Design, layout: Layout, width: float, height: float) -> Panels:
@@ -87,11 +87,13 @@ def panels_of(design: Design, layout: Layout, width: float, height: float) -> Pa
         height: height of the canvas, metres.
     """
     canvas = (width, height)
-    along = [_places(design, layout, axis) for axis in (X, Y)]
-    lines = tuple(_merged(np.concatenate([each[1].ravel() for each in along[axis]]), canvas[axis]) for axis in (X, Y))
+    along = [_placed_words(design, layout, axis) for axis in (X, Y)]
+    lines = tuple(
+        _merged(np.concatenate([letters[1].ravel() for letters in along[axis]]), canvas[axis]) for axis in (X, Y)
+    )
     panels: list[Panel] = []
     for number, layer in enumerate(design.visible_layers):
-        across, up = (_seen(layer, axis, *along[axis][number], lines[axis]) for axis in (X, Y))
+        across, up = (_visible_letters(layer, axis, *along[axis][number], lines[axis]) for axis in (X, Y))
         panels += [
             Panel(
                 number,
@@ -116,53 +118,55 @@ def _inset(panels: Panels) -> Panels:
         _merged(np.concatenate([panels.lines[axis], sides[:, :, axis].ravel()]), panels.lines[axis][-1])
         for axis in (X, Y)
     )
-    found: list[Panel] = []
+    resized: list[Panel] = []
     for panel, box in zip(panels.panels, boxes, strict=True):
         left, bottom, right, top = panel.lines
-        place = panels.lines[X][left], panels.lines[Y][bottom], panels.lines[X][right], panels.lines[Y][top]
-        whole, inner = _nearest(place, (lines[X], lines[Y])), _nearest(box, (lines[X], lines[Y]))
-        found.append(replace(panel, lines=inner))
+        cell = panels.lines[X][left], panels.lines[Y][bottom], panels.lines[X][right], panels.lines[Y][top]
+        whole, inner = _nearest(cell, (lines[X], lines[Y])), _nearest(box, (lines[X], lines[Y]))
+        resized.append(replace(panel, lines=inner))
         if inner != whole and panel.shape.frame:
-            found.append(replace(panel, lines=whole, shape=Shape(panel.shape.frame)))
-    return Panels((lines[X], lines[Y]), tuple(found))
+            resized.append(replace(panel, lines=whole, shape=Shape(panel.shape.frame)))
+    return Panels((lines[X], lines[Y]), tuple(resized))
 
 
 def _box(panel: Panel, lines: tuple[Floats, Floats]) -> tuple[float, float, float, float]:
     """Coordinates of a shape in its cell, metres; at least a part of the cell remains."""
-    found = []
+    sides = []
     for axis in (X, Y):
         low, high = (float(lines[axis][panel.lines[side]]) for side in (axis, axis + 2))
         before, after = panel.shape.inset[axis], panel.shape.inset[axis + 2]
         share = min(1.0, (1.0 - _LEAST_SHARE) * (high - low) / (before + after)) if before + after else 0.0
-        found.append((low + share * before, high - share * after))
-    (left, right), (bottom, top) = found
+        sides.append((low + share * before, high - share * after))
+    (left, right), (bottom, top) = sides
     return left, bottom, right, top
 
 
 def _nearest(box: tuple[float, float, float, float], lines: tuple[Floats, Floats]) -> Rectangle:
     """Line indices of the sides of a box."""
-    left, bottom, right, top = (int(np.abs(lines[side % 2] - at).argmin()) for side, at in enumerate(box))
+    left, bottom, right, top = (
+        int(np.abs(lines[side % 2] - coordinate).argmin()) for side, coordinate in enumerate(box)
+    )
     return left, bottom, right, top
 
 
-def rectangles(shown: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
+def rectangles(visible: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
     """Rectangles that cover the true cells [rows, columns] of a panel: runs of equal rows are merged."""
     left, bottom, _, top = lines
-    if shown.all():
+    if visible.all():
         return [lines]
-    found: list[Rectangle] = []
+    merged: list[Rectangle] = []
     open_runs: dict[tuple[int, int], int] = {}
     for row in range(top - bottom + 1):
-        runs = _runs(shown[row]) if row < top - bottom else []
+        runs = _runs(visible[row]) if row < top - bottom else []
         for run in [run for run in open_runs if run not in runs]:
-            found.append((left + run[0], bottom + open_runs.pop(run), left + run[1], bottom + row))
+            merged.append((left + run[0], bottom + open_runs.pop(run), left + run[1], bottom + row))
         for run in runs:
             open_runs.setdefault(run, row)
-    return found
+    return merged
 
 
-def _runs(shown: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    steps = np.flatnonzero(np.diff(np.concatenate([[False], shown, [False]]).astype(np.int8)))
+def _runs(visible: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    steps = np.flatnonzero(np.diff(np.concatenate([[False], visible, [False]]).astype(np.int8)))
     return [(int(start), int(end)) for start, end in zip(steps[::2], steps[1::2], strict=True)]
 
 
@@ -171,27 +175,29 @@ def _cells(lines: Rectangle) -> tuple[slice, slice]:
     return slice(bottom, top), slice(left, right)
 
 
-def _places(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Floats]]:
+def _placed_words(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Floats]]:
     """For each layer that is on, its word and the ends of its letters [letters, 2], metres."""
     placed = dict(zip(layout.groups, layout.sizing.placed, strict=True))
-    found, rows = [], dict[tuple[int, str], int]()
+    words, rows = [], dict[tuple[int, str], int]()
     for layer in design.visible_layers:
         group = (axis, layer.groups[axis])
         row = rows[group] = rows.get(group, -1) + 1
         ends = np.stack([placed[group].lower[row], placed[group].upper[row]], axis=1)
-        found.append((layout.alignments[group].words[row], ends))
-    return found
+        words.append((layout.alignments[group].words[row], ends))
+    return words
 
 
 def _merged(ends: Floats, canvas: float) -> Floats:
     """Different coordinates within the canvas; nearly equal ones are merged."""
     inside = np.sort(np.clip(np.concatenate([[0.0, canvas], ends]), 0.0, canvas))
-    kept = inside[np.concatenate([[True], np.diff(inside) > _SLIVER * canvas])]
-    kept[-1] = canvas
-    return kept
+    distinct = inside[np.concatenate([[True], np.diff(inside) > _NEGLIGIBLE_SHARE * canvas])]
+    distinct[-1] = canvas
+    return distinct
 
 
-def _seen(layer: Layer, axis: int, word: Word, ends: Floats, lines: Floats) -> list[tuple[str, bool, int, int]]:
+def _visible_letters(
+    layer: Layer, axis: int, word: Word, ends: Floats, lines: Floats
+) -> list[tuple[str, bool, int, int]]:
     """Visible letters: symbol, whether it is opaque, and line indices of its ends."""
     mask = layer.masks[axis]
     first, last = (np.abs(lines[:, None] - np.clip(side, lines[0], lines[-1])).argmin(axis=0) for side in ends.T)
@@ -206,9 +212,8 @@ def flattened(panels: Panels) -> Facade:
     """The facade of all visible shapes.
 
     The visible rest of a partly hidden shape is divided into rectangles. Regions without a straight cut are divided
-    with
-    as few cuts as possible; shapes that are fully visible are cut last. Empty parts of the facade are `outside`, or
-    show the lowest shape that covers the whole canvas.
+    with as few cuts as possible; shapes that are fully visible are cut last. Empty parts of the facade are `outside`,
+    or show the lowest shape that covers the whole canvas.
     """
     frame = (0, 0, len(panels.lines[X]) - 1, len(panels.lines[Y]) - 1)
     everywhere = [number for number, panel in enumerate(panels.panels) if panel.lines == frame]
@@ -218,25 +223,28 @@ def flattened(panels: Panels) -> Facade:
     whole: list[bool] = []
     for number, panel in enumerate(panels.panels):
         left, bottom, right, top = panel.lines
-        seen = panels.topmost[bottom:top, left:right] == number
-        if seen.any() and number != behind:
-            found = rectangles(seen, panel.lines)
-            boxes += found
-            source += [number] * len(found)
-            whole += [len(found) == 1] * len(found)
+        visible = panels.topmost[bottom:top, left:right] == number
+        if visible.any() and number != behind:
+            visible_boxes = rectangles(visible, panel.lines)
+            boxes += visible_boxes
+            source += [number] * len(visible_boxes)
+            whole += [len(visible_boxes) == 1] * len(visible_boxes)
     pieces = VisiblePieces(
         np.array(boxes).reshape(-1, 4), np.array(source, dtype=np.int64), np.array(whole, dtype=np.bool_)
     )
-    tiles, shown = fill(pieces, frame, split=True)
-    shown = np.where(shown == WALL, behind, shown)
+    tiles, tile_panel = fill(pieces, frame, split=True)
+    tile_panel = np.where(tile_panel == WALL, behind, tile_panel)
     low, high = (
         np.stack([panels.lines[X][tiles[:, side]], panels.lines[Y][tiles[:, side + 1]]], axis=1) for side in (0, 2)
     )
-    names = [OUTSIDE if each == WALL else panels.panels[each].shape.label for each in shown.tolist()]
+    names = [
+        OUTSIDE if panel_index == WALL else panels.panels[panel_index].shape.label
+        for panel_index in tile_panel.tolist()
+    ]
     return cut(low, high, names)[0]
 
 
-_THINNEST = 0.01
+_MIN_THICKNESS_M = 0.01
 """Least thickness of a box, metres."""
 
 
@@ -248,9 +256,9 @@ def relief(design: Design, panels: Panels) -> Scene:
     """
     layers = design.visible_layers
     position, size, looks = [], [], []
-    for panel, boxes in zip(panels.panels, panels.seen(), strict=True):
+    for panel, boxes in zip(panels.panels, panels.visible_rectangles(), strict=True):
         look = look_of(panel.shape.label)
-        depth = max(_THINNEST, THICKNESS + look.front + panel.shape.depth + layers[panel.layer].depth)
+        depth = max(_MIN_THICKNESS_M, THICKNESS + look.front + panel.shape.depth + layers[panel.layer].depth)
         for left, bottom, right, top in boxes:
             low = panels.lines[X][left], panels.lines[Y][bottom]
             position.append((*low, 0.0))

@@ -46,7 +46,7 @@ class Sign:
     """A symbol in a pattern."""
 
     symbol: str
-    place: int
+    position: int
     """Character index in the pattern's text, from 0."""
 
 
@@ -56,7 +56,8 @@ class Power:
 
     base: Node
     count: Linear
-    place: int
+    position: int
+    """Character index of the exponent in the pattern's text, from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +94,8 @@ class LayerPattern:
 
     def nodes(self) -> Iterator[Node]:
         """All of its parts: those of its body, then those of its contents."""
-        for each in (self.body, *(node for _, node in self.contents)):
-            yield from _within(each)
+        for root in (self.body, *(node for _, node in self.contents)):
+            yield from _within(root)
 
     def counters(self) -> tuple[str, ...]:
         """Its counters, in order of occurrence."""
@@ -179,13 +180,13 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
             chosen = node.options[values.choices[node.number]]
             return _expand(chosen, values, most, contents, placeholder=placeholder)
         case Row():
-            found: list[Slot] = []
+            slots: list[Slot] = []
             for part in node.parts:
                 more = _expand(part, values, most, contents, placeholder=placeholder)
-                if more is None or len(found) + len(more) > most:
+                if more is None or len(slots) + len(more) > most:
                     return None
-                found += more
-            return tuple(found)
+                slots += more
+            return tuple(slots)
         case Power():
             base = _expand(node.base, values, most, contents, placeholder=placeholder)
             count = node.count.value(values.counters)
@@ -225,8 +226,8 @@ def repeated(base: Slots, count: int, reflection: Reflection) -> Slots:
         case "pivot-outer":
             return copies + _mirrored(copies)[1:]
         case "pivot-total":
-            one = base + _mirrored(base)[1:]
-            return one + one[1:] * (times - 1)
+            unit = base + _mirrored(base)[1:]
+            return unit + unit[1:] * (times - 1)
 
 
 def _mirrored(word: Slots) -> Slots:
@@ -235,9 +236,10 @@ def _mirrored(word: Slots) -> Slots:
 
 MOST_CHARACTERS = 2_000
 """Largest number of characters of a pattern."""
-_DEEPEST = 40
+_MAX_DEPTH = 40
 """Largest depth of nested groups."""
 _MOST_COPIES = 100_000
+"""Largest number in an exponent."""
 _TERM = re.compile(r"\s*([+-]?)\s*(?:([0-9]+)\s*\*?\s*([^\W\d_]\w*)?|([^\W\d_]\w*))\s*")
 _SIGNS = {"LPAR": "'('", "RPAR": "')'", "VBAR": "'|'", "SEMICOLON": "';'", "SYMBOL": "a symbol", "EXPONENT": "'^'"}
 
@@ -247,7 +249,7 @@ class PatternError(Exception):
     """A mistake in the text of a pattern."""
 
     message: str
-    place: int
+    position: int
     """Character index in the text, from 0."""
     length: int = 1
     hint: str = ""
@@ -280,32 +282,32 @@ def _parser() -> Lark:
 
 def _check_depth(text: str) -> None:
     depth = 0
-    for place, character in enumerate(text):
+    for position, character in enumerate(text):
         depth += (character == "(") - (character == ")")
-        if depth > _DEEPEST:
-            raise PatternError(f"expected groups nested at most {_DEEPEST} deep", place)
+        if depth > _MAX_DEPTH:
+            raise PatternError(f"expected groups nested at most {_MAX_DEPTH} deep", position)
 
 
 def _explained(text: str, error: UnexpectedInput) -> PatternError:
     match error:
         case UnexpectedToken(token=token) if token.type != "$END":
-            place, found = token.start_pos or 0, f"{str(token)!r}"
-        case UnexpectedCharacters(pos_in_stream=at) if at is not None and at < len(text):
-            place, found = at, f"{text[at]!r}"
+            position, actual = token.start_pos or 0, f"{str(token)!r}"
+        case UnexpectedCharacters(pos_in_stream=offset) if offset is not None and offset < len(text):
+            position, actual = offset, f"{text[offset]!r}"
         case _:
-            place, found = len(text.rstrip()), "the end"
-    known = (getattr(error, name, None) for name in ("accepts", "expected", "allowed"))
-    accepted = set(next(filter(None, known), ()))
-    wanted = sorted(_SIGNS[name] for name in accepted if name in _SIGNS)
+            position, actual = len(text.rstrip()), "the end"
+    expected_sets = (getattr(error, name, None) for name in ("accepts", "expected", "allowed"))
+    accepted = set(next(filter(None, expected_sets), ()))
+    signs = sorted(_SIGNS[name] for name in accepted if name in _SIGNS)
     hint = ""
-    if text[place : place + 1] == "^":
+    if text[position : position + 1] == "^":
         hint = "a number of copies follows a symbol or a group: (BA)^k, A^2, (BA)^{n - 1}"
-    elif text[place : place + 1].isalnum() or text[place : place + 1] == "_":
+    elif text[position : position + 1].isalnum() or text[position : position + 1] == "_":
         hint = "write names of more than one letter in braces: {wall}({window}{wall})^k"
-    elif text[place : place + 1] == "{":
+    elif text[position : position + 1] == "{":
         hint = "expected a name between '{' and '}'"
-    expected = f"expected {', '.join(wanted[:-1])}{' or ' if wanted[:-1] else ''}{wanted[-1]}, " if wanted else ""
-    return PatternError(f"{expected}found {found}", place, 1, hint)
+    expected = f"expected {', '.join(signs[:-1])}{' or ' if signs[:-1] else ''}{signs[-1]}, " if signs else ""
+    return PatternError(f"{expected}found {actual}", position, 1, hint)
 
 
 @dataclass
@@ -324,7 +326,7 @@ class _Builder:
         for symbol, content in zip(children[1::2], children[2::2], strict=True):
             sign = self._sign(cast(Token, symbol))
             if any(sign.symbol == other.symbol for other, _ in contents):
-                raise PatternError(f"{sign.symbol} is given twice", sign.place, hint="one content per symbol")
+                raise PatternError(f"{sign.symbol} is given twice", sign.position, hint="one content per symbol")
             contents.append((sign, self._node(content)))
         pattern = LayerPattern(self.text, body, tuple(contents))
         self._check_contents(pattern)
@@ -336,14 +338,14 @@ class _Builder:
             if sign.symbol not in control:
                 raise PatternError(
                     f"{sign.symbol} does not occur before the first ';'",
-                    sign.place,
+                    sign.position,
                     hint=f"a control pattern such as 'x {sign.symbol}; {sign.symbol} := A(BA)^k' contains it",
                 )
             for node in LayerPattern("", content).nodes():
                 if isinstance(node, Sign) and pattern.content_of(node.symbol) is not None:
                     raise PatternError(
                         f"{node.symbol} is a content inside a content: operations of one kind cannot be nested",
-                        node.place,
+                        node.position,
                         hint="replace it by its content",
                     )
 
@@ -359,10 +361,10 @@ class _Builder:
         return self._choice(tree)
 
     def _sign(self, token: Token) -> Sign:
-        name, place = " ".join(str(token).strip("{}").split()), token.start_pos or 0
+        name, position = " ".join(str(token).strip("{}").split()), token.start_pos or 0
         if not name or not (name[0].isalpha() and name.isprintable()):
-            raise PatternError(f"expected a name that begins with a letter, found {str(token)!r}", place, len(token))
-        return Sign(name, place)
+            raise PatternError(f"expected a name that begins with a letter, found {str(token)!r}", position, len(token))
+        return Sign(name, position)
 
     def _power(self, tree: Any) -> Power:
         base, exponent = tree.children
@@ -381,38 +383,38 @@ class _Builder:
     def _choice(self, tree: Any) -> Node:
         if len(tree.children) == 1:
             return self._node(tree.children[0])
-        place = tree.meta.start_pos
+        position = tree.meta.start_pos
         if self.open_choices:
             raise PatternError(
                 "a choice inside a choice: operations of one kind cannot be nested",
-                place,
-                tree.meta.end_pos - place,
+                position,
+                tree.meta.end_pos - position,
                 hint="A|(B|C) is A|B|C",
             )
         number, self.choices = self.choices, self.choices + 1
-        self.open_choices.append(place)
+        self.open_choices.append(position)
         options = tuple(self._node(child) for child in tree.children)
         self.open_choices.pop()
         return Alternatives(options, number)
 
 
-def _linear(exponent: str, place: int) -> Linear:
+def _linear(exponent: str, position: int) -> Linear:
     """The number of copies after a ``^``."""
     inside = exponent[1:].strip()
     text = inside[1:-1] if inside.startswith("{") else inside
-    constant, factors, at = 0, dict[str, int](), 0
-    while at < len(text) or not at:
-        match = _TERM.match(text, at)
-        if match is None or match.end() == at or (at and not match[1]):
+    constant, factors, offset = 0, dict[str, int](), 0
+    while offset < len(text) or not offset:
+        match = _TERM.match(text, offset)
+        if match is None or match.end() == offset or (offset and not match[1]):
             raise PatternError(
-                f"expected a number of copies such as k, 3 or {{2n - 1}}, found {inside!r}", place, len(exponent)
+                f"expected a number of copies such as k, 3 or {{2n - 1}}, found {inside!r}", position, len(exponent)
             )
         sign, number, name = -1 if match[1] == "-" else 1, int(match[2] or 1), match[3] or match[4]
         if number > _MOST_COPIES:
-            raise PatternError(f"expected at most {_MOST_COPIES:,} copies, found {number:,}", place, len(exponent))
+            raise PatternError(f"expected at most {_MOST_COPIES:,} copies, found {number:,}", position, len(exponent))
         if name is None:
             constant += sign * number
         else:
             factors[name] = factors.get(name, 0) + sign * number
-        at = match.end()
+        offset = match.end()
     return Linear(constant, tuple(sorted((name, factor) for name, factor in factors.items() if factor)))

@@ -10,7 +10,7 @@ import shapely
 from grammarlab.facade.tree import Facade, Floats, X, Y
 from grammarlab.layers.covers import backdrop_of
 
-_MATCH = 0.5
+_MATCH_IOU = 0.5
 """Rectangles whose IoU is above this value match; among rectangles without overlaps, at most one does."""
 
 
@@ -26,7 +26,7 @@ class Reconstruction:
     """0 to 1, panoptic quality: sum of the IoU of matched elements, over the mean number of elements of both."""
     elements: int
     """Number of elements of the original: leaves that are not its wall."""
-    found: int
+    other_elements: int
     """Number of elements of the other facade."""
 
 
@@ -34,27 +34,29 @@ def compare(original: Facade, other: Facade) -> Reconstruction:
     """Similarity of a facade and an original."""
     boxes, others = _boxes(original), _boxes(other)
     pairs = shapely.STRtree(shapely.box(*others.T)).query(shapely.box(*boxes.T))
-    one, two = boxes[pairs[0]], others[pairs[1]]
-    shared = np.maximum(np.minimum(one[:, 2:], two[:, 2:]) - np.maximum(one[:, :2], two[:, :2]), 0.0).prod(axis=1)
+    first, second = boxes[pairs[0]], others[pairs[1]]
+    low, high = np.maximum(first[:, :2], second[:, :2]), np.minimum(first[:, 2:], second[:, 2:])
+    shared = np.maximum(high - low, 0.0).prod(axis=1)
     names = [
-        np.array([each.name_of(leaf) for leaf in each.leaves.tolist()], dtype=object) for each in (original, other)
+        np.array([facade.name_of(leaf) for leaf in facade.leaves.tolist()], dtype=object)
+        for facade in (original, other)
     ]
     same = names[0][pairs[0]] == names[1][pairs[1]]
     backdrop = backdrop_of(original)
-    element, found = (each != backdrop for each in names)
-    union = (one[:, 2:] - one[:, :2]).prod(axis=1) + (two[:, 2:] - two[:, :2]).prod(axis=1) - shared
+    element, other_element = (labels != backdrop for labels in names)
+    union = (first[:, 2:] - first[:, :2]).prod(axis=1) + (second[:, 2:] - second[:, :2]).prod(axis=1) - shared
     iou = np.where(same, shared / union, 0.0)
     best = np.zeros(len(boxes))
     np.maximum.at(best, pairs[0], iou)
     best = best[element]
-    matched = float(best[best > _MATCH].sum())
-    total = 0.5 * float(element.sum() + found.sum())
+    matched = float(best[best > _MATCH_IOU].sum())
+    total = 0.5 * float(element.sum() + other_element.sum())
     return Reconstruction(
         area=min(float(shared[same].sum()) / (original.width * original.height), 1.0),
         iou=float(best.mean()) if len(best) else 1.0,
         quality=matched / total if total else 1.0,
         elements=int(element.sum()),
-        found=int(found.sum()),
+        other_elements=int(other_element.sum()),
     )
 
 

@@ -51,14 +51,14 @@ def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
 class SearchBudget:
     """Remaining steps of searches."""
 
-    left: int
+    remaining: int
     stop: Callable[[], bool] = lambda: False
     """Whether the caller has cancelled the search."""
 
     @property
     def is_spent(self) -> bool:
         """Whether searches have to end now."""
-        return self.left <= 0 or self.stop()
+        return self.remaining <= 0 or self.stop()
 
 
 @dataclass
@@ -73,43 +73,43 @@ class Shelf:
     sizing: float
     """Weight of strains in the energy."""
     gaps: bool
-    known: Aligned = field(default_factory=lambda: Aligned((), 0.0, done=False))
-    asked: int = 0
+    aligned: Aligned = field(default_factory=lambda: Aligned((), 0.0, done=False))
+    num_requested: int = 0
     """Number of alignments that have been requested from searches."""
     cutoff: float = -math.inf
     """Largest energy of the last search."""
-    demanded: dict[tuple[tuple[Element, ...], ...], SizeEquations] = field(default_factory=dict)
+    equations: dict[tuple[tuple[Element, ...], ...], SizeEquations] = field(default_factory=dict)
 
     @property
-    def varied(self) -> bool:
+    def is_varied(self) -> bool:
         """Whether the words differ: alignments of equal words all look the same."""
         return any(word != self.words[0] for word in self.words)
 
-    def at(self, place: int, cutoff: float) -> Alignment | None:
+    def alignment(self, rank: int, cutoff: float) -> Alignment | None:
         """The alignment of this rank in energy; None if its energy is above the cutoff or effort ran out."""
-        missing = place >= len(self.known.best) and not self.sure(place, cutoff)
+        missing = rank >= len(self.aligned.best) and not self.is_decided(rank, cutoff)
         if missing and not self.budget.is_spent:
-            self._search(max(place + 1, 2 * place), max(cutoff, self.cutoff))
-        if place < len(self.known.best) and self.energy(place) <= cutoff:
-            return self.known.best[place]
+            self._search(max(rank + 1, 2 * rank), max(cutoff, self.cutoff))
+        if rank < len(self.aligned.best) and self.energy(rank) <= cutoff:
+            return self.aligned.best[rank]
         return None
 
-    def demands(self, place: int) -> SizeEquations:
+    def demands(self, rank: int) -> SizeEquations:
         """Size equations of a known alignment."""
-        cells = self.known.best[place].cells
-        if cells not in self.demanded:
-            self.demanded[cells] = demands(self.known.best[place], self.canvas, gaps=self.gaps)
-        return self.demanded[cells]
+        cells = self.aligned.best[rank].cells
+        if cells not in self.equations:
+            self.equations[cells] = demands(self.aligned.best[rank], self.canvas, gaps=self.gaps)
+        return self.equations[cells]
 
-    def energy(self, place: int) -> float:
+    def energy(self, rank: int) -> float:
         """Lower bound of the energy of a layout with this alignment."""
-        found = self.known.best[place]
-        return found.energy + self.sizing * found.strain
+        alignment = self.aligned.best[rank]
+        return alignment.energy + self.sizing * alignment.strain
 
-    def sure(self, place: int, cutoff: float) -> bool:
-        """Whether it is certain that there is no alignment at this place."""
-        exhausted = self.known.done and len(self.known.best) < self.asked and cutoff <= self.cutoff
-        return place < len(self.known.best) or exhausted
+    def is_decided(self, rank: int, cutoff: float) -> bool:
+        """Whether it is certain that there is no alignment of this rank."""
+        exhausted = self.aligned.done and len(self.aligned.best) < self.num_requested and cutoff <= self.cutoff
+        return rank < len(self.aligned.best) or exhausted
 
     @cached_property
     def _problem(self) -> PairProblem:
@@ -119,23 +119,23 @@ class Shelf:
         )  # fmt: skip
 
     def _search(self, count: int, cutoff: float) -> None:
-        found = align(
+        result = align(
             self.words, self.canvas, self.weights, count,
-            tolerance=self.tolerance, effort=max(self.budget.left // 4, 1_000), cutoff=cutoff,
+            tolerance=self.tolerance, effort=max(self.budget.remaining // 4, 1_000), cutoff=cutoff,
             sizing=self.sizing, gaps=self.gaps, problem=self._problem,
         )  # fmt: skip
-        self.budget.left -= found.steps
-        if found.done or len(found.best) >= len(self.known.best):
-            self.known, self.asked, self.cutoff = found, count, cutoff
+        self.budget.remaining -= result.steps
+        if result.done or len(result.best) >= len(self.aligned.best):
+            self.aligned, self.num_requested, self.cutoff = result, count, cutoff
 
 
-_PARTS = (1 / 8, 1 / 4, 1 / 2)
+_TOLERANCE_SHARES = (1 / 8, 1 / 4, 1 / 2)
 """Fractions of the tolerance to try after effort ran out."""
 _GROWTH = 2.0
 """Growth factor of the cap on energies."""
-_LAST = 20_000
+_LAST_EFFORT = 20_000
 """Steps if effort ran out before the first layout."""
-_MOST_HURRIED = 8
+_MAX_HURRIED = 8
 """Number of candidates to try in that case."""
 _STEPS_OF_SIZES = 300
 """Cost of solving for sizes, in steps of effort, approximately."""
@@ -204,23 +204,23 @@ def solve(
         weights: weights of the energy.
         count: largest number of layouts.
         tolerances: metres, growing; the first one with a layout is searched completely.
-        gaps: see `size_letters`.
+        gaps: whether elements with letters that are not opaque keep their size, see `size_letters`.
         others: function of a tolerance: lower bound of the energy of layouts that `candidates` leaves out.
-        effort: steps of all searches with one tolerance, see `align`; layouts of a search that used them up may be
-            unproven.
+        effort: largest number of steps of all searches with one tolerance, see `align`; layouts of a search that used
+            them up may be unproven.
         stop: ends all searches as soon as it returns true; the result is then arbitrary.
 
     Raises:
         FacadeError: If effort ran out before the first layout.
     """
-    tired = False
+    exhausted = False
     for tolerance in tolerances:
-        if tired and tolerance < max(tolerances):  # a larger tolerance gives a layout sooner
+        if exhausted and tolerance < max(tolerances):  # a larger tolerance gives a layout sooner
             continue
-        given = tuple(candidates(tolerance))
+        fitting = tuple(candidates(tolerance))
         budget = SearchBudget(effort // 2, stop)
         whole = _Branches(
-            candidates=given,
+            candidates=fitting,
             canvas=canvas,
             weights=weights,
             count=count,
@@ -231,9 +231,9 @@ def solve(
         )
         best = whole.layouts()
         # Layouts within a fraction of the tolerance are found sooner.
-        for part in _PARTS if whole.budget.is_spent else ():
+        for part in _TOLERANCE_SHARES if whole.budget.is_spent else ():
             narrow = _Branches(
-                candidates=given,
+                candidates=fitting,
                 canvas=canvas,
                 weights=weights,
                 count=count,
@@ -241,14 +241,14 @@ def solve(
                 gaps=gaps,
                 budget=SearchBudget(effort // 8, stop),
             )
-            found = narrow.layouts()
-            if len(found) > len(best):
-                best = [whole.judged(layout) for layout in found]
-        if not best and not stop() and whole.budget.left <= 0:
-            tired, best = True, whole.hurried()
+            narrow_layouts = narrow.layouts()
+            if len(narrow_layouts) > len(best):
+                best = [whole.judged(layout) for layout in narrow_layouts]
+        if not best and not stop() and whole.budget.remaining <= 0:
+            exhausted, best = True, whole.hurried()
         if best or stop():
             return best
-    if tired:
+    if exhausted:
         raise FacadeError(
             f"no layout of these layers was found in {effort:,} steps, but one may exist. Put layers that need "
             "not be aligned into separate alignment groups, or give them fewer different patterns."
@@ -256,7 +256,7 @@ def solve(
     return []
 
 
-Places = tuple[int, ...]
+Ranks = tuple[int, ...]
 """Rank of the alignment of each group of a candidate."""
 
 
@@ -279,13 +279,13 @@ class _Branches:
     """Lower bound of the energy of other candidates."""
     shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
     opened: dict[int, _Opened] = field(default_factory=dict)
-    sized: dict[tuple[int, Places], SymbolSizes | None] = field(default_factory=dict)
-    best: list[tuple[float, int, Places]] = field(default_factory=list)
-    seen: dict[tuple[int, bytes], tuple[float, Places]] = field(default_factory=dict)
+    sized: dict[tuple[int, Ranks], SymbolSizes | None] = field(default_factory=dict)
+    best: list[tuple[float, int, Ranks]] = field(default_factory=list)
+    looks: dict[tuple[int, bytes], tuple[float, Ranks]] = field(default_factory=dict)
     """Keys of the looks in `best`: layouts that look the same are merged."""
-    heap: list[tuple[float, int, Places]] = field(default_factory=list)
+    heap: list[tuple[float, int, Ranks]] = field(default_factory=list)
     cap: float = 0.0
-    unsure: float = math.inf
+    unsearched_bound: float = math.inf
     """Lower bound of the energy of branches that effort did not suffice to search."""
 
     def layouts(self) -> list[Layout]:
@@ -297,12 +297,12 @@ class _Branches:
             self._within(cap)
             if len(self.best) == self.count or self.budget.is_spent:
                 break
-        return [self._layout(*each) for each in self.best]
+        return [self._layout(*entry) for entry in self.best]
 
     @property
     def bound(self) -> float:
         """Lower bound of the energy of layouts that are not in `best`."""
-        return min(self.unsure, self.heap[0][0] if self.heap else math.inf, self.cap, self.others)
+        return min(self.unsearched_bound, self.heap[0][0] if self.heap else math.inf, self.cap, self.others)
 
     @property
     def threshold(self) -> float:
@@ -310,22 +310,22 @@ class _Branches:
         return min(self.best[-1][0], self.cap) if len(self.best) == self.count else self.cap
 
     def _within(self, cap: float) -> None:
-        self.cap, self.best, self.seen, self.unsure = cap, [], {}, math.inf
+        self.cap, self.best, self.looks, self.unsearched_bound = cap, [], {}, math.inf
         self.heap = [(candidate.bound, number, ()) for number, candidate in enumerate(self.candidates)]
         heapq.heapify(self.heap)
         while self.heap and self.heap[0][0] <= self.threshold:
             if self.budget.is_spent:
                 break
-            bound, number, places = heapq.heappop(self.heap)
-            self.budget.left -= _STEPS_OF_BRANCH
+            bound, number, ranks = heapq.heappop(self.heap)
+            self.budget.remaining -= _STEPS_OF_BRANCH
             if number not in self.opened:
-                self.budget.left -= _STEPS_OF_OPENING
+                self.budget.remaining -= _STEPS_OF_OPENING
                 self.opened[number] = self._open(number)
                 if self.opened[number].floor > bound:
                     heapq.heappush(self.heap, (self.opened[number].floor, number, ()))
                     continue
-            if places:
-                self._next(number, places)
+            if ranks:
+                self._next(number, ranks)
             else:
                 self._first(number)
 
@@ -347,17 +347,21 @@ class _Branches:
                     gaps=self.gaps,
                 )
             shelves.append(self.shelves[key])
-        alone = [] if self.gaps else [demands_alone(each.words[0], each.canvas) for each in shelves if not each.varied]
-        floor = self.weights.sizing * least_error([each for each in alone if each is not None])
+        alone = (
+            []
+            if self.gaps
+            else [demands_alone(shelf.words[0], shelf.canvas) for shelf in shelves if not shelf.is_varied]
+        )
+        floor = self.weights.sizing * least_error([equations for equations in alone if equations is not None])
         return _Opened(tuple(words), tuple(shelves), floor)
 
-    def _take(self, shelf: Shelf, place: int, rest: float) -> Alignment | None:
+    def _take(self, shelf: Shelf, rank: int, rest: float) -> Alignment | None:
         """An alignment of a group whose energy, with the bounds of the rest, is within the cap."""
         cutoff = self.threshold - rest
-        found = shelf.at(place, cutoff)
-        if found is None and not shelf.sure(place, cutoff):
-            self.unsure = min(self.unsure, rest + shelf.known.bound)
-        return found
+        alignment = shelf.alignment(rank, cutoff)
+        if alignment is None and not shelf.is_decided(rank, cutoff):
+            self.unsearched_bound = min(self.unsearched_bound, rest + shelf.aligned.bound)
+        return alignment
 
     def _first(self, number: int) -> None:
         """The best alignment of each group of a candidate."""
@@ -366,76 +370,76 @@ class _Branches:
             if self._take(shelf, 0, bound) is None:
                 return
             bound += shelf.energy(0)
-        same = [each.demands(0) for each in opened.shelves if not each.varied]
+        same = [shelf.demands(0) for shelf in opened.shelves if not shelf.is_varied]
         opened.floor = max(opened.floor, self.weights.sizing * least_error(same))
         self._push(number, (0,) * len(opened.shelves))
 
-    def _next(self, number: int, places: Places) -> None:
+    def _next(self, number: int, ranks: Ranks) -> None:
         """The next best alignment of each group in turn; groups before the last changed one are fixed.
 
         All alignments of layers with one word look the same.
         """
         opened = self.opened[number]
-        bound = opened.bound(places)
-        last = max((at for at, place in enumerate(places) if place), default=0)
-        for at in range(last, len(places)):
-            shelf = opened.shelves[at]
-            rest = bound - shelf.energy(places[at])
-            if shelf.varied and self._take(shelf, places[at] + 1, rest) is not None:
-                self._push(number, (*places[:at], places[at] + 1, *places[at + 1 :]))
+        bound = opened.bound(ranks)
+        last = max((index for index, rank in enumerate(ranks) if rank), default=0)
+        for index in range(last, len(ranks)):
+            shelf = opened.shelves[index]
+            rest = bound - shelf.energy(ranks[index])
+            if shelf.is_varied and self._take(shelf, ranks[index] + 1, rest) is not None:
+                self._push(number, (*ranks[:index], ranks[index] + 1, *ranks[index + 1 :]))
 
-    def _push(self, number: int, places: Places) -> None:
+    def _push(self, number: int, ranks: Ranks) -> None:
         opened = self.opened[number]
-        aligned = opened.aligned(places)
-        bound = opened.bound(places)
-        paid = sum(each.energy for each in aligned)
+        aligned = opened.aligned(ranks)
+        bound = opened.bound(ranks)
+        paid = sum(alignment.energy for alignment in aligned)
         # Bounds that differ between alignments of one candidate would not hold for later ones.
-        heapq.heappush(self.heap, (max(bound, paid + opened.floor), number, places))
+        heapq.heappush(self.heap, (max(bound, paid + opened.floor), number, ranks))
         if max(bound, paid + opened.floor) > self.threshold:
             return
-        self.budget.left -= _STEPS_OF_DEMANDS
-        demands = [shelf.demands(place) for shelf, place in zip(opened.shelves, places, strict=True)]
+        self.budget.remaining -= _STEPS_OF_DEMANDS
+        demands = [shelf.demands(rank) for shelf, rank in zip(opened.shelves, ranks, strict=True)]
         if paid + self.weights.sizing * least_error(demands) > self.threshold:
             return
-        key = number, places
+        key = number, ranks
         if key not in self.sized:
             canvases = [self.canvas[axis] for axis, _ in opened.groups]
             self.sized[key] = size_letters(list(zip(aligned, canvases, strict=True)), gaps=self.gaps)
-            self.budget.left -= _STEPS_OF_SIZES
+            self.budget.remaining -= _STEPS_OF_SIZES
         sizing = self.sized[key]
         if sizing is None:
             return
         energy = paid + self.weights.sizing * sizing.error
         if energy <= self.threshold:
-            self._keep(energy, number, places, _look(aligned, sizing))
+            self._insert(energy, number, ranks, _look(aligned, sizing))
 
-    def _keep(self, energy: float, number: int, places: Places, look: bytes) -> None:
+    def _insert(self, energy: float, number: int, ranks: Ranks, look: bytes) -> None:
         """Adds a layout to the best, unless one that looks the same is better."""
-        twin = self.seen.get((number, look))
+        twin = self.looks.get((number, look))
         if twin is not None:
             if twin[0] <= energy:
                 return
             self.best.remove((twin[0], number, twin[1]))
-        self.seen[number, look] = energy, places
-        bisect.insort(self.best, (energy, number, places))
+        self.looks[number, look] = energy, ranks
+        bisect.insort(self.best, (energy, number, ranks))
         for worst in self.best[self.count :]:
-            self.seen = {key: kept for key, kept in self.seen.items() if kept != (worst[0], worst[2])}
+            self.looks = {key: entry for key, entry in self.looks.items() if entry != (worst[0], worst[2])}
         del self.best[self.count :]
 
     def hurried(self) -> list[Layout]:
         """Layouts of the first candidates that have one, at any energy."""
         bound, order = self.bound, sorted(range(len(self.candidates)), key=self._missing)
         self.cap = math.inf
-        for number in order[:_MOST_HURRIED]:
-            self.budget.left, self.heap = _LAST, []
+        for number in order[:_MAX_HURRIED]:
+            self.budget.remaining, self.heap = _LAST_EFFORT, []
             self.opened.setdefault(number, self._open(number))
             self._first(number)
             while self.heap and not self.best and not self.budget.is_spent:
                 self._next(number, heapq.heappop(self.heap)[2])
             if self.best:
                 break
-        self.unsure = min(self.unsure, bound)
-        return [self._layout(*each) for each in self.best]
+        self.unsearched_bound = min(self.unsearched_bound, bound)
+        return [self._layout(*entry) for entry in self.best]
 
     def _missing(self, number: int) -> float:
         """Differences of a candidate's longest words from their canvases, metres, summed."""
@@ -450,13 +454,13 @@ class _Branches:
         bound = min(self.bound, layout.energy)
         return replace(layout, bound=bound, proven=bound == layout.energy, tolerance=self.tolerance)
 
-    def _layout(self, energy: float, number: int, places: Places) -> Layout:
-        sizing, opened = self.sized[number, places], self.opened[number]
+    def _layout(self, energy: float, number: int, ranks: Ranks) -> Layout:
+        sizing, opened = self.sized[number, ranks], self.opened[number]
         if sizing is None:
             raise AssertionError("Only layouts with sizes are among the best.")
         return Layout(
             candidate=self.candidates[number],
-            alignments=dict(zip(opened.groups, opened.aligned(places), strict=True)),
+            alignments=dict(zip(opened.groups, opened.aligned(ranks), strict=True)),
             sizing=sizing,
             energy=energy,
             bound=min(self.bound, energy),
@@ -474,20 +478,20 @@ class _Opened:
     floor: float = 0.0
     """Lower bound of the energy of sizes, for all alignments."""
 
-    def aligned(self, places: Places) -> list[Alignment]:
-        return [shelf.known.best[place] for shelf, place in zip(self.shelves, places, strict=True)]
+    def aligned(self, ranks: Ranks) -> list[Alignment]:
+        return [shelf.aligned.best[rank] for shelf, rank in zip(self.shelves, ranks, strict=True)]
 
-    def bound(self, places: Places) -> float:
+    def bound(self, ranks: Ranks) -> float:
         """Lower bound of the energy of alignments and of their size changes."""
-        return sum(shelf.energy(place) for shelf, place in zip(self.shelves, places, strict=True))
+        return sum(shelf.energy(rank) for shelf, rank in zip(self.shelves, ranks, strict=True))
 
 
 def _look(aligned: Sequence[Alignment], sizing: SymbolSizes) -> bytes:
     """Key of the positions of all visible letters, rounded to 1e-7 of the canvas."""
-    places = [
-        np.stack([lower[seen], upper[seen]]) / placed.ends[-1]
+    spans = [
+        np.stack([lower[visible], upper[visible]]) / placed.ends[-1]
         for alignment, placed in zip(aligned, sizing.placed, strict=True)
         for word, lower, upper in zip(alignment.words, placed.lower, placed.upper, strict=True)
-        for seen in ([at for at, letter in enumerate(word) if not letter.transparent],)
+        for visible in ([index for index, letter in enumerate(word) if not letter.transparent],)
     ]
-    return b"".join(np.round(place, 7).astype(np.float32).tobytes() for place in places)
+    return b"".join(np.round(span, 7).astype(np.float32).tobytes() for span in spans)

@@ -14,6 +14,7 @@ from grammarlab.layers.covers import Interval, grouped
 Key = tuple[int, int, frozenset[int]]
 """Shared properties of letters of one symbol: strip, class of size, products that show it. Gaps have strip -1."""
 GAP = -1
+"""Strip of the keys of gaps."""
 MOST_CELLS = 190
 """Largest number of cells of a strip that are not gaps."""
 _MOST_LETTERS = 400
@@ -28,19 +29,19 @@ class Strip:
     """[n] cells; each begins at the end of the previous one."""
     keys: tuple[Key, ...]
     """[n] keys of the symbols."""
-    own: frozenset[Interval]
+    visible: frozenset[Interval]
     """Cells that products show; others are gaps, or cells of the first strip that are not visible here."""
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class StripAssignment:
     """Assignment of intervals to strips."""
 
     sets: tuple[frozenset[Interval], ...]
     """[P] intervals of each product."""
-    of: tuple[int, ...]
+    strip: tuple[int, ...]
     """[P] strip of each product, the strip with most elements first; -1 for a product of full length."""
-    own: tuple[frozenset[Interval], ...]
+    intervals: tuple[frozenset[Interval], ...]
     """[S] intervals of all products of each strip; they do not overlap."""
     lines: Floats
     """Coordinates of lines, metres."""
@@ -57,7 +58,9 @@ class Strips:
     """Size of each class, metres."""
 
 
-def places_of(sets: Sequence[frozenset[Interval]], weight: Sequence[int], lines: Floats, tolerance: float) -> Places:
+def assign_strips(
+    sets: Sequence[frozenset[Interval]], weight: Sequence[int], lines: Floats, tolerance: float
+) -> StripAssignment:
     """Few strips that contain all intervals of some sets, found greedily from large sets to small ones.
 
     Args:
@@ -67,66 +70,70 @@ def places_of(sets: Sequence[frozenset[Interval]], weight: Sequence[int], lines:
         tolerance: largest difference of equal sizes, metres.
     """
     whole = frozenset({(0, len(lines) - 1)})
-    together: list[set[Interval]] = []
-    of = [-1] * len(sets)
-    for at in sorted((at for at, each in enumerate(sets) if each != whole), key=lambda at: (-weight[at], at)):
+    merged: list[set[Interval]] = []
+    strip_of = [-1] * len(sets)
+    for index in sorted(
+        (index for index, intervals in enumerate(sets) if intervals != whole), key=lambda index: (-weight[index], index)
+    ):
         fitting = (
             number
-            for number, others in enumerate(together)
-            if len(others | sets[at]) <= MOST_CELLS and _fit(sets[at], others)
+            for number, others in enumerate(merged)
+            if len(others | sets[index]) <= MOST_CELLS and _fit(sets[index], others)
         )
-        of[at] = next(fitting, len(together))
-        if of[at] == len(together):
-            together.append(set())
-        together[of[at]] |= sets[at]
-    return Places(tuple(sets), tuple(of), tuple(map(frozenset, together)), lines, tolerance)
+        strip_of[index] = next(fitting, len(merged))
+        if strip_of[index] == len(merged):
+            merged.append(set())
+        merged[strip_of[index]] |= sets[index]
+    return StripAssignment(tuple(sets), tuple(strip_of), tuple(map(frozenset, merged)), lines, tolerance)
 
 
-def build(places: Places, joined: Collection[int], cuts: Collection[int] = ()) -> Strips:
+def build(assignment: StripAssignment, joined: Collection[int], cuts: Collection[int] = ()) -> Strips:
     """The strips of an axis.
 
     Args:
-        places: intervals of the strips.
+        assignment: intervals of the strips.
         joined: strips whose gaps are cut at the cuts of the first strip, so that they share its letters.
         cuts: further lines at which gaps of joined strips are cut.
     """
-    last = len(places.lines) - 1
+    last = len(assignment.lines) - 1
     cells: list[list[Interval]] = []
-    for number, own in enumerate(places.own):
+    for number, visible in enumerate(assignment.intervals):
         lines = set(cuts) if number in joined else set()
         if number and number in joined:
             lines |= {end for _, end in cells[0]}
-        cells.append(_filled(sorted(own), last, lines))
-    classes, sizes = _classes(sorted({cell for each in cells for cell in each}), places.lines, places.tolerance)
-    made: list[Strip] = []
-    for number, (own, each) in enumerate(zip(places.own, cells, strict=True)):
-        first = dict(zip(made[0].cells, made[0].keys, strict=True)) if made and number in joined else {}
+        cells.append(_filled(sorted(visible), last, lines))
+    classes, sizes = _classes(sorted({cell for row in cells for cell in row}), assignment.lines, assignment.tolerance)
+    strips: list[Strip] = []
+    for number, (visible, row) in enumerate(zip(assignment.intervals, cells, strict=True)):
+        first = dict(zip(strips[0].cells, strips[0].keys, strict=True)) if strips and number in joined else {}
         keys = [
-            (number, classes[cell], _shown(places, number, cell))
-            if cell in own
+            (number, classes[cell], _visible_in(assignment, number, cell))
+            if cell in visible
             else first.get(cell, (GAP, classes[cell], frozenset[int]()))
-            for cell in each
+            for cell in row
         ]
-        made.append(Strip(tuple(each), tuple(keys), own))
-    return Strips(tuple(made), sizes)
+        strips.append(Strip(tuple(row), tuple(keys), visible))
+    return Strips(tuple(strips), sizes)
 
 
-def air_cuts(places: Places, joined: Collection[int]) -> list[int]:
+def air_cuts(assignment: StripAssignment, joined: Collection[int]) -> list[int]:
     """For each gap common to all joined strips, the line where it begins, unless all strips are cut there."""
-    strips = build(places, joined).strips
-    common = set.intersection(*({end for _, end in strips[at].cells} for at in joined))
-    taken = sorted({cell for at in joined for cell in places.own[at]})
-    found, reached = [], 0
-    for begin, end in [*taken, (len(places.lines) - 1,) * 2]:
+    strips = build(assignment, joined).strips
+    common = set.intersection(*({end for _, end in strips[strip].cells} for strip in joined))
+    occupied = sorted({cell for strip in joined for cell in assignment.intervals[strip]})
+    cuts, reached = [], 0
+    for begin, end in [*occupied, (len(assignment.lines) - 1,) * 2]:
         if reached < begin and not any(reached <= cut <= begin for cut in common if cut):
-            found.append(reached)
+            cuts.append(reached)
         reached = max(reached, end)
-    return [cut for cut in found if cut]
+    return [cut for cut in cuts if cut]
 
 
-def _shown(places: Places, strip: int, cell: Interval) -> frozenset[int]:
+def _visible_in(assignment: StripAssignment, strip: int, cell: Interval) -> frozenset[int]:
     """Products that show a cell of a strip."""
-    return frozenset(at for at, of in enumerate(places.of) if of == strip and cell in places.sets[at])
+    return frozenset(
+        product for product, owner in enumerate(assignment.strip) if owner == strip and cell in assignment.sets[product]
+    )
 
 
 def _fit(intervals: frozenset[Interval], others: set[Interval]) -> bool:
@@ -134,16 +141,16 @@ def _fit(intervals: frozenset[Interval], others: set[Interval]) -> bool:
     return all(end <= low or high <= begin for begin, end in intervals - others for low, high in others - intervals)
 
 
-def _filled(own: Sequence[Interval], last: int, lines: Collection[int]) -> list[Interval]:
+def _filled(intervals: Sequence[Interval], last: int, lines: Collection[int]) -> list[Interval]:
     """Intervals with the gaps between them, cut at some lines, unless the result is too long."""
-    cuts = sorted(lines) if len(lines) + 2 * len(own) < _MOST_LETTERS else []
-    found: list[Interval] = []
-    for (_, before), (after, end) in pairwise([(0, 0), *own, (last, last)]):
+    cuts = sorted(lines) if len(lines) + 2 * len(intervals) < _MOST_LETTERS else []
+    cells: list[Interval] = []
+    for (_, before), (after, end) in pairwise([(0, 0), *intervals, (last, last)]):
         if before < after:
-            found += pairwise([before, *(cut for cut in cuts if before < cut < after), after])
+            cells += pairwise([before, *(cut for cut in cuts if before < cut < after), after])
         if after < end:
-            found.append((after, end))
-    return found
+            cells.append((after, end))
+    return cells
 
 
 def _classes(cells: Sequence[Interval], lines: Floats, tolerance: float) -> tuple[dict[Interval, int], Floats]:

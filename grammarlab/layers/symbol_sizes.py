@@ -3,9 +3,8 @@
 Least squares under equations and lower bounds, solved to rounding accuracy.
 
 If the optimum under the equations alone violates bounds, an interior-point method finds the active bounds. The
-equations
-are then solved with the active bounds as equations. Of all optima, the result is the one with sizes as equal as
-possible.
+equations are then solved with the active bounds as equations. Of all optima, the result is the one with sizes as equal
+as possible.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ from grammarlab.facade.tree import Floats, Ints
 from grammarlab.layers.alignment.align import Alignment
 from grammarlab.layers.alignment_equations import Equations, equations, is_gapped
 
-_RANK = 1e-10
+_RANK_TOLERANCE = 1e-10
 """Singular values below this value, and below this fraction of the largest, are 0."""
-_EXACT = 1e-10
+_TOLERANCE = 1e-10
 """Largest violation of equations and bounds, as a fraction of the scale."""
-_SECOND = 1e-7
+_EQUALITY_WEIGHT = 1e-7
 """Weight of the equality of undetermined sizes, relative to that of the targets, if both are solved together."""
 
 
@@ -49,39 +48,39 @@ class Squares:
     def solve(self) -> Floats | None:
         """[U] the optimum; None if there is none."""
         none = np.zeros(self.matrix.shape[1], dtype=np.bool_)
-        found = self._under(none)
-        if found is None or self._short(found) <= 0.0:
-            return found
-        near = self._interior_point()
-        if near is None:
+        solution = self._under_equations(none)
+        if solution is None or self._bound_violation(solution) <= 0.0:
+            return solution
+        approximate = self._interior_point()
+        if approximate is None:
             return None
         for slack in (1e-9, 1e-8, 1e-7, 1e-6, 1e-5):
-            found = self._pressed(near - self.least < slack * self.scale)
-            if found is not None and self.optimality(found) <= _EXACT:
-                return np.maximum(found, self.least)
+            solution = self._with_active_bounds(approximate - self.least < slack * self.scale)
+            if solution is not None and self.optimality(solution) <= _TOLERANCE:
+                return np.maximum(solution, self.least)
         return None
 
-    def _pressed(self, pressing: NDArray[np.bool_]) -> Floats | None:
+    def _with_active_bounds(self, active: NDArray[np.bool_]) -> Floats | None:
         """[U] the optimum with these bounds active, and the bounds that it violates."""
         while True:
-            found = self._under(pressing)
-            if found is None:
+            solution = self._under_equations(active)
+            if solution is None:
                 return None
-            broken = (found < self.least - _EXACT * self.scale) & ~pressing
-            if not broken.any():
-                return found
-            pressing = pressing | broken
+            violated = (solution < self.least - _TOLERANCE * self.scale) & ~active
+            if not violated.any():
+                return solution
+            active = active | violated
 
     def optimality(self, x: Floats) -> float:
         """Residual of the Karush-Kuhn-Tucker conditions: the part of the gradient that no multipliers explain."""
         gradient = self._gradient(x)
-        pressing = np.flatnonzero(x - self.least <= _EXACT * self.scale)
-        forces = np.concatenate([self.matrix, np.eye(len(x))[pressing]]).T
+        active = np.flatnonzero(x - self.least <= _TOLERANCE * self.scale)
+        forces = np.concatenate([self.matrix, np.eye(len(x))[active]]).T
         if not forces.size:
             return float(np.abs(gradient).max(initial=0.0))
-        multiplier = np.linalg.lstsq(forces, gradient, rcond=_RANK)[0]
+        multiplier = np.linalg.lstsq(forces, gradient, rcond=_RANK_TOLERANCE)[0]
         if (multiplier[len(self.value) :] < 0.0).any():
-            lowest = np.concatenate([np.full(len(self.value), -np.inf), np.zeros(len(pressing))])
+            lowest = np.concatenate([np.full(len(self.value), -np.inf), np.zeros(len(active))])
             multiplier = lsq_linear(forces, gradient, (lowest, np.inf), method="bvls", tol=1e-14).x
         return float(np.abs(gradient - forces @ multiplier).max())
 
@@ -90,28 +89,32 @@ class Squares:
         np.add.at(gradient, self.index, 2.0 * (x[self.index] - self.target))
         return gradient
 
-    def _short(self, x: Floats) -> float:
+    def _bound_violation(self, x: Floats) -> float:
         return float((self.least - x).max(initial=0.0))
 
-    def _under(self, pressing: NDArray[np.bool_]) -> Floats | None:
+    def _under_equations(self, active: NDArray[np.bool_]) -> Floats | None:
         """[U] the optimum under the equations and the active bounds; None if they contradict each other."""
-        held = np.flatnonzero(pressing)
-        rows = np.concatenate([self.matrix, np.eye(len(pressing))[held]])
-        value = np.concatenate([self.value, np.full(len(held), self.least)])
+        active_index = np.flatnonzero(active)
+        rows = np.concatenate([self.matrix, np.eye(len(active))[active_index]])
+        value = np.concatenate([self.value, np.full(len(active_index), self.least)])
         start, free = _solutions(rows, value)
-        if np.abs(rows @ start - value).max(initial=0.0) > _EXACT * self.scale:
+        if np.abs(rows @ start - value).max(initial=0.0) > _TOLERANCE * self.scale:
             return None
-        wishes = free[self.index]
-        step, open_ways = _solutions(wishes, self.target - start[self.index])
-        found = start + free @ step
-        open_ways = free @ open_ways
-        found -= open_ways @ (open_ways.T @ found)
+        target_rows = free[self.index]
+        step, null_space = _solutions(target_rows, self.target - start[self.index])
+        solution = start + free @ step
+        null_space = free @ null_space
+        solution -= null_space @ (null_space.T @ solution)
         # A second step (iterative refinement) restores digits that the first solution lost.
-        return found - np.linalg.lstsq(rows, rows @ found - value, rcond=_RANK)[0] if len(rows) else found
+        return (
+            solution - np.linalg.lstsq(rows, rows @ solution - value, rcond=_RANK_TOLERANCE)[0]
+            if len(rows)
+            else solution
+        )
 
     def _interior_point(self) -> Floats | None:
         num = self.matrix.shape[1]
-        quadratic = _SECOND * np.eye(num)
+        quadratic = _EQUALITY_WEIGHT * np.eye(num)
         np.add.at(quadratic, (self.index, self.index), 2.0)
         linear = np.zeros(num)
         np.add.at(linear, self.index, -2.0 * self.target)
@@ -128,14 +131,14 @@ def _solutions(rows: Floats, value: Floats) -> tuple[Floats, Floats]:
     """The shortest least-squares solution [U] and an orthonormal basis [U, F] of the null space of the rows."""
     if not rows.size:
         return np.zeros(rows.shape[1]), np.eye(rows.shape[1])
-    left, size, right = np.linalg.svd(rows, full_matrices=True)
+    u, singular, vt = np.linalg.svd(rows, full_matrices=True)
     # Rows are counts of letters, or part of a basis: values far below 1 are rounding errors.
-    rank = int((size > _RANK * max(size[0], 1.0)).sum())
-    start = right[:rank].T @ ((left[:, :rank].T @ value) / size[:rank])
-    return start, right[rank:].T
+    rank = int((singular > _RANK_TOLERANCE * max(singular[0], 1.0)).sum())
+    start = vt[:rank].T @ ((u[:, :rank].T @ value) / singular[:rank])
+    return start, vt[rank:].T
 
 
-_LEAST = 1e-6
+_LEAST_SIZE_RATIO = 1e-6
 """Least size of a letter, as a fraction of the canvas."""
 
 
@@ -171,15 +174,16 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
     Args:
         alignments: each with the length of its canvas, metres.
         gaps: whether elements with letters that are not opaque keep their size, centred in their column (supplement
-            002,
-            section 3.4); otherwise they fill it.
+            002, section 3.4); otherwise they fill it.
     """
     canvases = [canvas for _, canvas in alignments]
     if not canvases:
         return SymbolSizes({}, (), 0.0, 0.0)
     system = equations(alignments, gaps=gaps)
     scale = max(canvases)
-    squares = Squares(system.matrix, system.value, system.target_index, system.target, _LEAST * min(canvases), scale)
+    squares = Squares(
+        system.matrix, system.value, system.target_index, system.target, _LEAST_SIZE_RATIO * min(canvases), scale
+    )
     size = squares.solve()
     if size is None:
         return None
@@ -187,10 +191,13 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
         _placed(system, size, number, alignment, canvas, gaps=gaps)
         for number, (alignment, canvas) in enumerate(alignments)
     )
-    sizes = {name[1]: float(size[at]) for name, at in system.index.items() if name[0] == "symbol"}
-    missed = max(_missed(one, each, sizes) for one, (each, _) in zip(placed, alignments, strict=True))
+    sizes = {name[1]: float(size[index]) for name, index in system.index.items() if name[0] == "symbol"}
+    violation = max(
+        _max_violation(positions, alignment, sizes)
+        for positions, (alignment, _) in zip(placed, alignments, strict=True)
+    )
     error = float(np.square(size[system.target_index] - system.target).sum())
-    return SymbolSizes(sizes, placed, error, max(missed, squares.optimality(size)))
+    return SymbolSizes(sizes, placed, error, max(violation, squares.optimality(size)))
 
 
 def _placed(
@@ -203,32 +210,32 @@ def _placed(
     lower, upper = [], []
     first = {word: row for row, word in enumerate(alignment.words)}
     for row, (word, elements) in enumerate(zip(alignment.words, alignment.cells, strict=True)):
-        split = {at for element in elements for at, part in element if part}
+        split = {index for element in elements for index, part in element if part}
         low, high = np.full(len(word), np.inf), np.zeros(len(word))
         for column, element in enumerate(elements):
             keys = [
-                ("part", number, first[word], at, part) if at in split else ("symbol", word[at].symbol)
-                for at, part in element
+                ("part", number, first[word], index, part) if index in split else ("symbol", word[index].symbol)
+                for index, part in element
             ]
             edges = np.concatenate([[0.0], np.cumsum([size[system.index[key]] for key in keys])]) + ends[column]
             if is_gapped(alignment, row, element, gaps=gaps):
                 edges += 0.5 * (ends[column + 1] - edges[-1])
             else:
                 edges[-1] = ends[column + 1]
-            for (at, _), begin, end in zip(element, edges, edges[1:], strict=False):
-                low[at], high[at] = min(low[at], begin), end
+            for (index, _), begin, end in zip(element, edges, edges[1:], strict=False):
+                low[index], high[index] = min(low[index], begin), end
         lower.append(low)
         upper.append(high)
     return PlacedAlignment(ends, tuple(lower), tuple(upper))
 
 
-def _missed(placed: PlacedAlignment, alignment: Alignment, sizes: Mapping[str, float]) -> float:
+def _max_violation(placed: PlacedAlignment, alignment: Alignment, sizes: Mapping[str, float]) -> float:
     """Largest difference of a letter's length and the size of its symbol, metres."""
     return max(
         (
-            abs(float(upper[at] - lower[at]) - sizes[letter.symbol])
+            abs(float(upper[index] - lower[index]) - sizes[letter.symbol])
             for word, lower, upper in zip(alignment.words, placed.lower, placed.upper, strict=True)
-            for at, letter in enumerate(word)
+            for index, letter in enumerate(word)
         ),
         default=0.0,
     )

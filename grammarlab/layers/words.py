@@ -62,7 +62,7 @@ def counter_ranges(
         FacadeError: If a counter has no bound, or words have too many letters.
     """
     used = {name: design.patterns[name].counters() for name in names}
-    least = {name: _least(design, design.counters[name], names) for each in used.values() for name in each}
+    least = {name: _least(design, design.counters[name], names) for counters in used.values() for name in counters}
     ranges: dict[str, Range] = {}
     for counter, low in least.items():
         most = design.counters[counter].most
@@ -87,8 +87,8 @@ def _least(design: Design, counter: Counter, names: Sequence[str]) -> int:
     for name in names:
         for node in design.patterns[name].nodes():
             if isinstance(node, Power) and len(node.count.terms) == 1:
-                ((each, factor),) = node.count.terms
-                if each == counter.name and factor > 0:
+                ((term, factor),) = node.count.terms
+                if term == counter.name and factor > 0:
                     low = max(low, -(node.count.constant // factor))
     return low
 
@@ -100,8 +100,8 @@ def _largest(
     bounds = [
         _largest_of(design, name, counter, least, limit, most, choices) for choices in choices_of(design.patterns[name])
     ]
-    known = [bound for bound in bounds if bound is not None]
-    return max(known) if known else None
+    finite = [bound for bound in bounds if bound is not None]
+    return max(finite) if finite else None
 
 
 def _largest_of(
@@ -114,8 +114,8 @@ def _largest_of(
     choices: tuple[int, ...],
 ) -> int | None:
     def size(number: int) -> float:
-        found = instance(design, name, {**least, counter: number}, choices)
-        return math.inf if found is None else found.size
+        instance = make_instance(design, name, {**least, counter: number}, choices)
+        return math.inf if instance is None else instance.size
 
     low = max(least[counter], 0)
     fits, step, first = low, 1, size(low)
@@ -154,7 +154,7 @@ def choices_of(pattern: LayerPattern) -> list[tuple[int, ...]]:
     return list(product(*(range(count) for count in options)))
 
 
-def instance(design: Design, name: str, counters: Mapping[str, int], choices: tuple[int, ...]) -> Instance | None:
+def make_instance(design: Design, name: str, counters: Mapping[str, int], choices: tuple[int, ...]) -> Instance | None:
     """The word of a pattern for these numbers; None if it is too long.
 
     Args:
@@ -164,15 +164,15 @@ def instance(design: Design, name: str, counters: Mapping[str, int], choices: tu
         choices: option of each choice.
     """
     pattern = design.patterns[name]
-    own = {each: counters[each] for each in pattern.counters()}
-    reflections: dict[str, Reflection] = {each: design.counters[each].reflection for each in own}
-    slots = expand(pattern, Values(own, choices, reflections), MOST_LETTERS)
+    values = {counter: counters[counter] for counter in pattern.counters()}
+    reflections: dict[str, Reflection] = {counter: design.counters[counter].reflection for counter in values}
+    slots = expand(pattern, Values(values, choices, reflections), MOST_LETTERS)
     if slots is None:
         return None
     word = design.word(slots)
     sized = Counts(letter.symbol for letter in word if letter.size is not None)
     return Instance(
-        counters=tuple(own.items()),
+        counters=tuple(values.items()),
         choices=choices,
         word=word,
         size=sum(letter.size for letter in word if letter.size is not None),
@@ -198,19 +198,19 @@ def instances(design: Design, name: str, ranges: Mapping[str, Range], longest: f
     """
     pattern = design.patterns[name]
     counters, choices = pattern.counters(), choices_of(pattern)
-    number = len(choices) * math.prod(ranges[each][1] - ranges[each][0] + 1 for each in counters)
+    number = len(choices) * math.prod(ranges[counter][1] - ranges[counter][0] + 1 for counter in counters)
     if number > MOST_WORDS:
-        widest = max(counters, key=lambda each: ranges[each][1] - ranges[each][0])
-        text = ", ".join(f"{each} = {ranges[each][0]} to {ranges[each][1]}" for each in counters)
+        widest = max(counters, key=lambda counter: ranges[counter][1] - ranges[counter][0])
+        text = ", ".join(f"{counter} = {ranges[counter][0]} to {ranges[counter][1]}" for counter in counters)
         raise FacadeError(
             f"the pattern {pattern.text!r} has {number:,} words ({text}): expected at most {MOST_WORDS:,}. Bound its "
             f"counters: [counters] {widest} = {{ most = 9 }}."
         )
-    found: list[Instance] = []
-    for numbers in product(*(range(ranges[each][0], ranges[each][1] + 1) for each in counters)):
+    fitting: list[Instance] = []
+    for numbers in product(*(range(ranges[counter][0], ranges[counter][1] + 1) for counter in counters)):
         values = dict(zip(counters, numbers, strict=True))
         for chosen in choices:
-            each = instance(design, name, values, chosen)
-            if each is not None and each.word and each.size <= longest:
-                found.append(each)
-    return found
+            instance = make_instance(design, name, values, chosen)
+            if instance is not None and instance.word and instance.size <= longest:
+                fitting.append(instance)
+    return fitting

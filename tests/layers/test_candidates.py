@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from grammarlab.errors import FacadeError
-from grammarlab.layers.candidates import MOST, FittingWords
+from grammarlab.layers.candidates import MOST_CANDIDATES, FittingWords
 from grammarlab.layers.file import parse_design
 from tests.layers.samples import design, residential
 
@@ -189,7 +189,7 @@ def test_of_too_many_combinations_those_that_fit_best_are_looked_at() -> None:
     )  # fmt: skip
     words = FittingWords(made, made.width, made.height)
     found = words.within(6.0)
-    assert 0 < len(found) <= MOST
+    assert 0 < len(found) <= MOST_CANDIDATES
     assert all(fit.gap <= 6.0 for fit in found)
     assert dict(found[0].counters) == dict.fromkeys(names, 12)
     assert words.least_of_others(6.0) == 0.0

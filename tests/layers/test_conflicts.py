@@ -61,7 +61,7 @@ def test_a_contradiction_that_takes_more_steps_is_named_too(monkeypatch: pytest.
         "symbols = { A = 1, B = 1.5, O = 3, P = 2.5, v = { transparent = true }, w = { size = 1, transparent = true } }"
         '\n[[layers]]\nx = "v O v"\ny = "w P v"\nmask = { x = ["O"] }\n[[layers]]\nx = "A(BA)^k"\ny = "PP"\n'
     )
-    monkeypatch.setattr(layouts_module, "_SECONDS", 1000.0)
+    monkeypatch.setattr(layouts_module, "_TIME_LIMIT_S", 1000.0)
     with pytest.raises(FacadeError, match="'v O v' fills 12 m along x; v is transparent"):
         layouts(design, 12.0, 5.0)
 

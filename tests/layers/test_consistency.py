@@ -6,7 +6,7 @@ import pytest
 from grammarlab.layers.design import Design
 from grammarlab.layers.file import load_design, parse_design
 from grammarlab.layers.layouts import layouts
-from grammarlab.layers.words import choices_of, instance
+from grammarlab.layers.words import choices_of, make_instance
 from tests.layers.samples import DESIGNS
 
 SHARED = """
@@ -47,7 +47,9 @@ def test_sizes_counters_and_ends_agree_everywhere(design: Design) -> None:
                 alignment = layout.alignments[group]
                 placed = layout.sizing.placed[layout.groups.index(group)]
                 word = [letter.symbol for letter in alignment.words[row]]
-                possible = [instance(design, name, counters, choices) for choices in choices_of(design.patterns[name])]
+                possible = [
+                    make_instance(design, name, counters, choices) for choices in choices_of(design.patterns[name])
+                ]
                 assert word in [[letter.symbol for letter in each.word] for each in possible if each is not None]
                 lower, upper = placed.lower[row], placed.upper[row]
                 sizes = np.array([layout.sizing.sizes[symbol] for symbol in word])

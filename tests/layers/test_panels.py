@@ -69,7 +69,7 @@ def test_rectangles_cover_what_is_shown_and_nothing_twice(shown: list[list[bool]
 @settings(max_examples=30, deadline=None)
 @given(some=panels())
 def test_solids_are_hidden_by_opaque_ones_only(some: Panels) -> None:
-    for number, boxes in enumerate(some.seen()):
+    for number, boxes in enumerate(some.visible_rectangles()):
         for left, bottom, right, top in boxes:
             for column in range(left, right):
                 for row in range(bottom, top):
@@ -77,7 +77,7 @@ def test_solids_are_hidden_by_opaque_ones_only(some: Panels) -> None:
                     assert not any(each.opaque and _covers(each, column, row) for each in above)
     for number, panel in enumerate(some.panels):
         if not any(each.opaque for each in some.panels[:number]):
-            assert some.seen()[number] == [panel.lines]
+            assert some.visible_rectangles()[number] == [panel.lines]
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,11 @@ def test_the_relief_of_the_house(house: SolvedLayout) -> None:
     for column, row in cells:
         over = [panel.shape.label for panel in house.panels.panels if _covers(panel, column, row)]
         assert over == ["column", "wall"], "columns hide no wall"
-    solid = [panel.shape.label for panel, seen in zip(house.panels.panels, house.panels.seen(), strict=True) if seen]
+    solid = [
+        panel.shape.label
+        for panel, seen in zip(house.panels.panels, house.panels.visible_rectangles(), strict=True)
+        if seen
+    ]
     assert solid.count("wall") == 5 + 2 + 2 + 1, "walls, and frames of windows and of the door"
     assert len(scene) >= len(solid)
 

@@ -88,7 +88,7 @@ def test_names_of_several_letters_stand_in_braces() -> None:
 def test_mistakes_have_places(text: str, place: int, message: str) -> None:
     with pytest.raises(PatternError) as caught:
         parse_pattern(text)
-    assert caught.value.place == place
+    assert caught.value.position == place
     assert re.search(message, caught.value.message)
 
 
@@ -99,7 +99,7 @@ def test_any_text_is_a_pattern_or_a_mistake_in_it(text: str) -> None:
         pattern = parse_pattern(text)
     except PatternError as caught:
         error = caught
-    assert (pattern.text == text) if pattern else error is not None and 0 <= error.place <= len(text)
+    assert (pattern.text == text) if pattern else error is not None and 0 <= error.position <= len(text)
 
 
 def test_words_that_are_too_long_are_not_made() -> None:

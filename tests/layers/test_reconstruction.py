@@ -38,7 +38,7 @@ def test_the_area_is_that_of_intersections(seed: int) -> None:
     assert found.area == pytest.approx(expected)
     assert compare(other, one).area == pytest.approx(expected)
     assert 0.0 <= found.quality <= 1.0
-    assert found.quality <= 1.0 - abs(found.elements - found.found) / (found.elements + found.found)
+    assert found.quality <= 1.0 - abs(found.elements - found.other_elements) / (found.elements + found.other_elements)
 
 
 def test_a_facade_shows_itself() -> None:

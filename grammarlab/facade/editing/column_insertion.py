@@ -25,7 +25,7 @@ _OUTSIDE = -1
 """Represents a row around the whole facade, which is its only part."""
 
 
-class At(Enum):
+class Placement(Enum):
     """Position of a source."""
 
     BETWEEN = "between"
@@ -44,7 +44,7 @@ class Insertion:
     """The anchor with lower coordinates."""
     high: int
     """The other anchor; the same one if the row has only one."""
-    at: At
+    placement: Placement
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class _Slot:
     """Part with the lower anchors."""
     high: int
     """Part with the higher anchors."""
-    at: At
+    placement: Placement
 
 
 def unreachable(wall: AxisView, insertion: Insertion) -> bool:
@@ -75,11 +75,11 @@ def inserted(wall: AxisView, insertions: Sequence[Insertion]) -> FacadePart:
         FacadeError: If a copy does not fit in its place.
     """
     slots: dict[int, dict[_Slot, list[Insertion]]] = defaultdict(lambda: defaultdict(list))
-    for each in insertions:
-        parent = _common(wall, each)
+    for insertion in insertions:
+        parent = _common(wall, insertion)
         parts = [0] if parent == _OUTSIDE else wall.children[parent]
-        low, high = (_part_with(wall, parts, anchor) for anchor in (each.low, each.high))
-        slots[parent][_Slot(low, high, each.at)].append(each)
+        low, high = (_part_with(wall, parts, anchor) for anchor in (insertion.low, insertion.high))
+        slots[parent][_Slot(low, high, insertion.placement)].append(insertion)
     return _widened(wall, _OUTSIDE if _OUTSIDE in slots else 0, slots)
 
 
@@ -96,7 +96,7 @@ def _common(wall: AxisView, insertion: Insertion) -> int:
 
 
 def _part_with(wall: AxisView, parts: Sequence[int], node: int) -> int:
-    return next(place for place, part in enumerate(parts) if part <= node < wall.end[part])
+    return next(index for index, part in enumerate(parts) if part <= node < wall.end[part])
 
 
 def _widened(wall: AxisView, node: int, slots: Mapping[int, Mapping[_Slot, list[Insertion]]]) -> FacadePart:
@@ -106,9 +106,9 @@ def _widened(wall: AxisView, node: int, slots: Mapping[int, Mapping[_Slot, list[
     parts = [[_widened(wall, child, slots)] for child in children]
     for slot, insertions in slots.get(node, {}).items():
         new = _repeated(wall, children, slot, insertions)
-        if slot.at is At.BETWEEN:
+        if slot.placement is Placement.BETWEEN:
             parts[slot.high] = new + parts[slot.high]
-        elif slot.at is At.BEFORE:
+        elif slot.placement is Placement.BEFORE:
             parts[slot.low] = new + parts[slot.low]
         else:
             parts[slot.high] = parts[slot.high] + new
@@ -122,15 +122,15 @@ def _repeated(
     """The copy of the surroundings with the sources, and the gap between it and the next anchor."""
     gap = [part for child in _gap(wall, children, slot) if (part := _copied(wall, child, {})) is not None]
     block = _surroundings(wall, children, slot, insertions)
-    return [*gap, block] if slot.at is At.AFTER else [block, *gap]
+    return [*gap, block] if slot.placement is Placement.AFTER else [block, *gap]
 
 
 def _gap(wall: AxisView, children: Sequence[int], slot: _Slot) -> Sequence[int]:
     """The parts between the anchors; for a single anchor a neighbour, if that contains no element."""
     if slot.low != slot.high:
         return children[slot.low + 1 : slot.high]
-    beside = [*children[slot.high + 1 : slot.high + 2], *children[max(slot.low - 1, 0) : slot.low]]
-    return [child for child in beside if not wall.has_elements(child)][:1]
+    adjacent = [*children[slot.high + 1 : slot.high + 2], *children[max(slot.low - 1, 0) : slot.low]]
+    return [child for child in adjacent if not wall.has_elements(child)][:1]
 
 
 def _surroundings(wall: AxisView, children: Sequence[int], slot: _Slot, insertions: Sequence[Insertion]) -> FacadePart:
@@ -138,13 +138,16 @@ def _surroundings(wall: AxisView, children: Sequence[int], slot: _Slot, insertio
 
     The surroundings of a source fit it, and are as high as the row.
     """
-    swap = {each.source: each.source for each in insertions}
-    holder = next((child for child in children if all(child <= each < wall.end[child] for each in swap)), None)
+    swap = {insertion.source: insertion.source for insertion in insertions}
+    holder = next((child for child in children if all(child <= node < wall.end[child] for node in swap)), None)
     if holder is None:
-        holder = children[slot.high if slot.at is At.AFTER else slot.low]
-        swap = {each.high if slot.at is At.AFTER else each.low: each.source for each in insertions}
-    lead = min(wall.low[each.high] for each in insertions) - wall.low[children[slot.high]]
-    trail = wall.high[children[slot.low]] - max(wall.high[each.low] for each in insertions)
+        holder = children[slot.high if slot.placement is Placement.AFTER else slot.low]
+        swap = {
+            insertion.high if slot.placement is Placement.AFTER else insertion.low: insertion.source
+            for insertion in insertions
+        }
+    lead = min(wall.low[insertion.high] for insertion in insertions) - wall.low[children[slot.high]]
+    trail = wall.high[children[slot.low]] - max(wall.high[insertion.low] for insertion in insertions)
     block = _copied(wall, holder, swap, _extent(wall, holder, swap, lead, trail))
     if len(swap) == 1 and (block is None or block.axis == wall.along):
         # Only the source is left of its surroundings.
@@ -162,11 +165,11 @@ def _extent(wall: AxisView, holder: int, swap: Mapping[int, int], lead: float, t
     low, high = min(wall.low[node] for node in swap), max(wall.high[node] for node in swap)
     others = [node for node in wall.element if holder <= node < wall.end[holder] and node not in swap]
     others = [node for node in others if not wall.has(node, swap) and not any(wall.end[s] > node >= s for s in swap)]
-    beside = [node for node in others if wall.high[node] <= low or wall.low[node] >= high]
-    if not beside:
+    neighbours = [node for node in others if wall.high[node] <= low or wall.low[node] >= high]
+    if not neighbours:
         return wall.low[holder], wall.high[holder]
-    start = max([wall.low[holder], low - lead, *(wall.high[node] for node in beside if wall.high[node] <= low)])
-    stop = min([wall.high[holder], high + trail, *(wall.low[node] for node in beside if wall.low[node] >= high)])
+    start = max([wall.low[holder], low - lead, *(wall.high[node] for node in neighbours if wall.high[node] <= low)])
+    stop = min([wall.high[holder], high + trail, *(wall.low[node] for node in neighbours if wall.low[node] >= high)])
     return start, stop
 
 
@@ -193,7 +196,7 @@ def _copied(
         return replace(part, low=cut[0], high=cut[1])
     children = wall.children[node]
     if wall.axis[node] == wall.along:
-        children = [each for each in children if min(stop, wall.high[each]) - max(start, wall.low[each]) > slack]
+        children = [child for child in children if min(stop, wall.high[child]) - max(start, wall.low[child]) > slack]
     return stretched(wall, node, children, [_copied(wall, child, swap, extent) for child in children], fresh=True)
 
 
@@ -201,18 +204,18 @@ def stretched(
     wall: AxisView, node: int, children: Sequence[int], parts: Sequence[FacadePart | None], *, fresh: bool
 ) -> FacadePart | None:
     """The parts of a node without those that are None; across the edited axis, adjacent leaves fill their place."""
-    left = list(parts)
-    if wall.axis[node] != wall.along and None in left:
+    filled = list(parts)
+    if wall.axis[node] != wall.along and None in filled:
         # An element keeps its size.
         leaves = [
-            place
-            for place, part in enumerate(parts)
+            index
+            for index, part in enumerate(parts)
             if part is not None and part.axis == LEAF and part.source not in wall.element
         ]
-        for gone in [place for place, part in enumerate(parts) if part is None and leaves]:
-            nearest = min(leaves, key=lambda place: abs(place - gone))
-            left[nearest] = _grown(wall, left[nearest], wall.height[children[gone]])
-    row = [part for part in left if part is not None]
+        for removed in [index for index, part in enumerate(parts) if part is None and leaves]:
+            nearest = min(leaves, key=lambda index: abs(index - removed))
+            filled[nearest] = _grown(wall, filled[nearest], wall.height[children[removed]])
+    row = [part for part in filled if part is not None]
     return wall.joined(node, wall.axis[node], row, fresh=fresh) if row else None
 
 

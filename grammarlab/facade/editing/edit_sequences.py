@@ -25,13 +25,18 @@ def canonical(variation: Variation, kind: Ints) -> bytes:
         kind: [N] from `kinds.kinds` of the original facade.
     """
     facade = variation.facade
-    what = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
-    part = np.round(variation.shown[:, 2:] - variation.shown[:, :2], 3)
-    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, what, part))
+    leaf_kind = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
+    visible_size = np.round(variation.visible[:, 2:] - variation.visible[:, :2], 3)
+    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, leaf_kind, visible_size))
 
 
 def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
-    """The variations without those that look like an earlier one; `kind` as for `canonical`."""
+    """The variations without those that look like an earlier one.
+
+    Args:
+        variations: variations of one facade.
+        kind: [N] from `kinds.kinds` of the original facade.
+    """
     first: dict[bytes, Variation] = {}
     for variation in variations:
         first.setdefault(canonical(variation, kind), variation)
@@ -55,16 +60,17 @@ def sequences(
         grid: name of the active grid.
         axis: X for columns, Y for rows.
         steps: number of columns or rows to add, or to remove if negative.
-        also: as for `vary`; a grid is left out while a previous step left it with another number of columns (rows).
+        also: names of grids that are edited in the same places, see `vary`; a grid is left out while a
+            previous step left it with another number of columns (rows).
         most: largest number of intermediate variations to continue from.
         start: variations of the facade to start from; by default the facade itself.
     """
-    kind, found = kinds(facade), (*start,) or (unedited(facade),)
+    kind, variations = kinds(facade), (*start,) or (unedited(facade),)
     for _ in range(abs(steps)):
         further = [
             variation
-            for before in found[:most]
-            if any(each.name == grid for each in before.facade.grids)
+            for before in variations[:most]
+            if any(other.name == grid for other in before.facade.grids)
             for variation in vary(
                 before,
                 grid,
@@ -72,22 +78,22 @@ def sequences(
                 also=also if also is None else _in_step(before.facade, grid, axis, also),
                 insertions=steps > 0,
                 removals=steps < 0,
-            ).found
+            ).variations
         ]
-        found = distinct(further, kind)
-    return found
+        variations = distinct(further, kind)
+    return variations
 
 
 def _in_step(facade: Facade, grid: str, axis: int, others: Sequence[str]) -> tuple[str, ...]:
     """Those of some grids with as many columns (rows) as another one."""
-    count = {each.name: each.num_columns if axis == X else each.num_rows for each in facade.grids}
+    count = {other.name: other.num_columns if axis == X else other.num_rows for other in facade.grids}
     return tuple(name for name in others if count.get(name) == count[grid])
 
 
 Floats = NDArray[np.float64]
 
 
-_SAMPLES = 48
+_POINTS_PER_SIDE = 48
 """Number of points along each side of a facade at which two of them are compared."""
 
 
@@ -109,20 +115,20 @@ def ranked(
         energy: energy of a variation; `strain` by default.
         different: number of different ones at the start.
     """
-    found = distinct(variations, kind)
-    energies = np.array([(energy or strain)(variation) for variation in found])
+    unique = distinct(variations, kind)
+    energies = np.array([(energy or strain)(variation) for variation in unique])
     order = np.argsort(energies, kind="stable")
     better = order[: max(different, (len(order) + 1) // 2)]
-    looks = np.array([appearance(found[each], kind) for each in better], dtype=np.int64)
+    looks = np.array([appearance(unique[index], kind) for index in better], dtype=np.int64)
     first = better[_farthest_first(looks, different)]
     rest = order[~np.isin(order, first)]
-    return tuple(found[each] for each in [*first.tolist(), *rest.tolist()])
+    return tuple(unique[index] for index in [*first.tolist(), *rest.tolist()])
 
 
 def strain(variation: Variation) -> float:
     """Deviation of the sizes of leaves from their targets: root mean square of the logarithm of the ratio."""
     leaves = variation.facade.leaves
-    return float(np.sqrt(np.square(np.log(variation.facade.size[leaves] / variation.wanted[leaves])).mean()))
+    return float(np.sqrt(np.square(np.log(variation.facade.size[leaves] / variation.target[leaves])).mean()))
 
 
 def appearance(variation: Variation, kind: Ints) -> Ints:
@@ -134,13 +140,13 @@ def appearance(variation: Variation, kind: Ints) -> Ints:
     leaves = facade.leaves
     low = facade.position[leaves] / facade.size[0]
     high = low + facade.size[leaves] / facade.size[0]
-    # Point i lies at (i + 1/2) / _SAMPLES; a leaf shows at the points from begin to end - 1.
-    begin, end = (np.rint(each * _SAMPLES).astype(np.int64).tolist() for each in (low, high))
-    seen = np.full((_SAMPLES, _SAMPLES), -1, dtype=np.int64)
-    shown = kind[np.maximum(variation.source[leaves], 0)].tolist()
-    for (left, bottom), (right, top), what in zip(begin, end, shown, strict=True):
-        seen[bottom:top, left:right] = what
-    return seen.ravel()
+    # Point i lies at (i + 1/2) / _POINTS_PER_SIDE; a leaf shows at the points from begin to end - 1.
+    begin, end = (np.rint(corner * _POINTS_PER_SIDE).astype(np.int64).tolist() for corner in (low, high))
+    raster = np.full((_POINTS_PER_SIDE, _POINTS_PER_SIDE), -1, dtype=np.int64)
+    leaf_kinds = kind[np.maximum(variation.source[leaves], 0)].tolist()
+    for (left, bottom), (right, top), leaf_kind in zip(begin, end, leaf_kinds, strict=True):
+        raster[bottom:top, left:right] = leaf_kind
+    return raster.ravel()
 
 
 def _farthest_first(rows: Ints, count: int) -> Ints:

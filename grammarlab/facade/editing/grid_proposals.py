@@ -32,7 +32,7 @@ def with_proposals(facade: Facade) -> Facade:
     otherwise those of each size form one. The same applies inside each element, down to the leaves.
     """
     grids: list[Grid] = []
-    pending, candidates = [0], _Candidates.of(facade)
+    pending, candidates = [0], _Candidates.of_facade(facade)
     while pending:
         nodes = candidates.within(pending.pop(0))
         for group in _groups(facade, nodes, candidates):
@@ -56,7 +56,7 @@ class _Candidates:
     """[N] whether no leaf inside is background."""
 
     @classmethod
-    def of(cls, facade: Facade) -> _Candidates:
+    def of_facade(cls, facade: Facade) -> _Candidates:
         background = is_background(facade)
         walls = np.append(0, np.cumsum(background & (facade.axis == LEAF)))
         pure = walls[facade.end] == walls[np.arange(len(facade))]
@@ -67,26 +67,26 @@ class _Candidates:
         inside = slice(scope, int(self.facade.end[scope]))
         chosen = ~self.background[inside]
         if not self.pure[scope]:
-            _, place, counts = np.unique(self.type[inside], return_inverse=True, return_counts=True)
-            chosen |= self.pure[inside] & (counts[place] > 1)
-        everywhere = np.zeros(len(self.facade), dtype=np.bool_)
-        everywhere[inside] = chosen
-        everywhere[scope] = False
-        return topmost(self.facade, everywhere)
+            _, type_index, counts = np.unique(self.type[inside], return_inverse=True, return_counts=True)
+            chosen |= self.pure[inside] & (counts[type_index] > 1)
+        mask = np.zeros(len(self.facade), dtype=np.bool_)
+        mask[inside] = chosen
+        mask[scope] = False
+        return topmost(self.facade, mask)
 
 
 def _groups(facade: Facade, nodes: Ints, candidates: _Candidates) -> Iterator[Ints]:
     """Sets of at least two nodes that form good grids."""
-    called = np.where(facade.label[nodes] >= 0, facade.label[nodes], -1 - candidates.type[nodes])
-    for label in np.unique(called).tolist():
-        alike = nodes[called == label]
-        if _fill(facade, alike) >= WELL_FILLED:
-            yield alike
+    labels = np.where(facade.label[nodes] >= 0, facade.label[nodes], -1 - candidates.type[nodes])
+    for label in np.unique(labels).tolist():
+        members = nodes[labels == label]
+        if _fill(facade, members) >= WELL_FILLED:
+            yield members
             continue
-        kind = candidates.kind[alike]
-        for each in np.unique(kind).tolist():
-            if _fill(facade, alike[kind == each]) >= HALF_FILLED:
-                yield alike[kind == each]
+        member_kind = candidates.kind[members]
+        for kind in np.unique(member_kind).tolist():
+            if _fill(facade, members[member_kind == kind]) >= HALF_FILLED:
+                yield members[member_kind == kind]
 
 
 def _fill(facade: Facade, nodes: Ints) -> float:
@@ -107,13 +107,15 @@ def unused(name: str, names: Iterable[str]) -> str:
     >>> unused("window", ["window", "window 2"])
     'window 3'
     """
-    taken = set(names)
-    if name not in taken:
+    used = set(names)
+    if name not in used:
         return name
-    return next(each for each in (f"{name} {number}" for number in range(2, len(taken) + 3)) if each not in taken)
+    return next(
+        candidate for candidate in (f"{name} {number}" for number in range(2, len(used) + 3)) if candidate not in used
+    )
 
 
-_SHARED = 0.4
+_LEAST_COMMON_SHARE = 0.4
 """Least common part of all elements of a column, as a fraction of the widest."""
 
 
@@ -128,7 +130,7 @@ def with_joint(facade: Facade) -> Facade:
     joint = grids.pop(0) if grids else None
     if joint is None:
         return facade
-    gone = {joint.name}
+    merged_names = {joint.name}
     for grid in grids:
         try:
             both = arranged(facade, f"{joint.name} and {grid.name}", np.append(joint.node, grid.node))
@@ -141,9 +143,9 @@ def with_joint(facade: Facade) -> Facade:
             and len(both.node) >= WELL_FILLED * both.num_rows * both.num_columns
             and _concentric(facade, both)
         ):
-            gone.add(grid.name)
+            merged_names.add(grid.name)
             joint = both
-    return replace(facade, grids=(joint, *(grid for grid in facade.grids if grid.name not in gone)))
+    return replace(facade, grids=(joint, *(grid for grid in facade.grids if grid.name not in merged_names)))
 
 
 def _concentric(facade: Facade, grid: Grid) -> bool:
@@ -153,4 +155,4 @@ def _concentric(facade: Facade, grid: Grid) -> bool:
     np.maximum.at(left, grid.column, low)
     np.minimum.at(right, grid.column, low + size)
     np.maximum.at(widest, grid.column, size)
-    return bool((right - left >= _SHARED * widest).all())
+    return bool((right - left >= _LEAST_COMMON_SHARE * widest).all())

@@ -31,12 +31,12 @@ def types(facade: Facade) -> Ints:
     Sizes are ignored.
     """
     numbers: dict[tuple[int, ...], int] = {}
-    found = np.zeros(len(facade), dtype=np.int64)
+    node_type = np.zeros(len(facade), dtype=np.int64)
     for node in range(len(facade) - 1, -1, -1):
-        parts = found[facade.children[node]].tolist()
+        parts = node_type[facade.children[node]].tolist()
         key = (int(facade.label[node]), int(facade.axis[node]), *parts)
-        found[node] = numbers.setdefault(key, len(numbers))
-    return found
+        node_type[node] = numbers.setdefault(key, len(numbers))
+    return node_type
 
 
 def kinds(facade: Facade) -> Ints:
@@ -45,10 +45,10 @@ def kinds(facade: Facade) -> Ints:
     Ascending sizes of one type are divided where the next one is larger by more than `SAME_SIZE`. So are the fractions
     of boxes that outlines fill: an arch and a rectangle are of two kinds.
     """
-    found = types(facade)
+    node_kind = types(facade)
     for measure in (facade.size[:, X], facade.size[:, Y], _filled(facade)):
-        found = _divided(found, measure)
-    return found
+        node_kind = _divided(node_kind, measure)
+    return node_kind
 
 
 def is_background(facade: Facade) -> NDArray[np.bool_]:
@@ -72,9 +72,9 @@ def _divided(group: Ints, size: Floats) -> Ints:
     order = np.lexsort((size, group))
     group, size = group[order], size[order]
     new = (group[1:] != group[:-1]) | (size[1:] * (1.0 - SAME_SIZE) > size[:-1])
-    found = np.empty(len(order), dtype=np.int64)
-    found[order] = np.append(0, new.cumsum())
-    return found
+    kind = np.empty(len(order), dtype=np.int64)
+    kind[order] = np.append(0, new.cumsum())
+    return kind
 
 
 Bools = NDArray[np.bool_]
@@ -90,18 +90,18 @@ def lines(low: Floats, high: Floats) -> Ints:
     """
     line = np.zeros(len(low), dtype=np.int64)
     cores: list[list[float]] = []
-    for each in np.lexsort((high, low)).tolist():
-        if not cores or low[each] >= cores[-1][1]:
-            cores.append([float(low[each]), float(high[each])])
-        cores[-1] = [max(cores[-1][0], float(low[each])), min(cores[-1][1], float(high[each]))]
-        line[each] = len(cores) - 1
+    for interval in np.lexsort((high, low)).tolist():
+        if not cores or low[interval] >= cores[-1][1]:
+            cores.append([float(low[interval]), float(high[interval])])
+        cores[-1] = [max(cores[-1][0], float(low[interval])), min(cores[-1][1], float(high[interval]))]
+        line[interval] = len(cores) - 1
     core = np.array(cores).reshape(-1, 2)
     overlap = np.minimum(high[:, None], core[:, 1]) - np.maximum(low[:, None], core[:, 0])
-    for each in np.flatnonzero((overlap > 0.0).sum(axis=1) > 1).tolist():
+    for interval in np.flatnonzero((overlap > 0.0).sum(axis=1) > 1).tolist():
         # The cores shrink as intervals join, so only the rest of a core counts.
-        left = np.minimum(high[each], core[:, 1]) - np.maximum(low[each], core[:, 0])
-        line[each] = best = int(np.flatnonzero(left >= left.max() * (1.0 - 1e-6))[-1])
-        core[best] = max(core[best, 0], low[each]), min(core[best, 1], high[each])
+        remaining = np.minimum(high[interval], core[:, 1]) - np.maximum(low[interval], core[:, 0])
+        line[interval] = best = int(np.flatnonzero(remaining >= remaining.max() * (1.0 - 1e-6))[-1])
+        core[best] = max(core[best, 0], low[interval]), min(core[best, 1], high[interval])
     return np.unique(line, return_inverse=True)[1]
 
 
@@ -147,14 +147,14 @@ def with_grid(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
 
 def without_grid(facade: Facade, name: str) -> Facade:
     """A facade without one of its grids."""
-    gone = grid_of(facade, name)
-    return replace(facade, grids=tuple(grid for grid in facade.grids if grid is not gone))
+    removed = grid_of(facade, name)
+    return replace(facade, grids=tuple(grid for grid in facade.grids if grid is not removed))
 
 
 def toggled(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
     """A facade with one grid changed: missing nodes are added, existing ones removed; an empty grid is deleted."""
-    left = np.setxor1d(grid_of(facade, name).node, np.asarray(nodes, dtype=np.int64))
-    return with_grid(facade, name, left) if left.size else without_grid(facade, name)
+    members = np.setxor1d(grid_of(facade, name).node, np.asarray(nodes, dtype=np.int64))
+    return with_grid(facade, name, members) if members.size else without_grid(facade, name)
 
 
 def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = None) -> Ints:
@@ -169,18 +169,18 @@ def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = N
     corners = np.sort([np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)], axis=0)
     slack = TOLERANCE * facade.size[0]
     inside = (facade.position >= corners[0] - slack) & (facade.position + facade.size <= corners[1] + slack)
-    called = ~is_background(facade) if label is None else np.array(["", *facade.labels])[facade.label + 1] == label
-    return topmost(facade, inside.all(axis=1) & called)
+    has_label = ~is_background(facade) if label is None else np.array(["", *facade.labels])[facade.label + 1] == label
+    return topmost(facade, inside.all(axis=1) & has_label)
 
 
 def topmost(facade: Facade, chosen: Bools) -> Ints:
     """The chosen nodes that are not inside another chosen one, ascending."""
-    found, end = [], 0
+    top, end = [], 0
     for node in np.flatnonzero(chosen).tolist():
         if node >= end:
-            found.append(node)
+            top.append(node)
             end = int(facade.end[node])
-    return np.array(found, dtype=np.int64)
+    return np.array(top, dtype=np.int64)
 
 
 def enclosing(facade: Facade) -> Ints:
@@ -203,11 +203,11 @@ def following(facade: Facade, name: str) -> tuple[str, ...]:
     """The other grids with the same numbers of rows and columns and of elements of each type (`kinds.types`)."""
     grid, kind = grid_of(facade, name), types(facade)
 
-    def counts(one: Grid) -> tuple[int, int, Counter[int]]:
-        return one.num_rows, one.num_columns, Counter(kind[one.node].tolist())
+    def counts(candidate: Grid) -> tuple[int, int, Counter[int]]:
+        return candidate.num_rows, candidate.num_columns, Counter(kind[candidate.node].tolist())
 
-    alike = counts(grid)
-    return tuple(other.name for other in facade.grids if other is not grid and counts(other) == alike)
+    signature = counts(grid)
+    return tuple(other.name for other in facade.grids if other is not grid and counts(other) == signature)
 
 
 def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
@@ -218,7 +218,7 @@ def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
         name: name of the grid.
         axis: X for columns, Y for rows.
     """
-    chosen = grid_of(facade, name)
+    reference = grid_of(facade, name)
 
     def extents(grid: Grid) -> Floats:
         line = grid.column if axis == X else grid.row
@@ -229,16 +229,16 @@ def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
         np.maximum.at(ends, line, low + size)
         return np.stack([starts, ends])
 
-    here = extents(chosen)
-    found = []
+    extent = extents(reference)
+    names = []
     for other in facade.grids:
-        there = extents(other)
-        if other is not chosen and there.shape == here.shape and not _nested(facade, chosen, other):
+        other_extent = extents(other)
+        if other is not reference and other_extent.shape == extent.shape and not _nested(facade, reference, other):
             # Each line overlaps with the line of the same number and with no other.
-            overlap = np.minimum(here[1][:, None], there[1]) - np.maximum(here[0][:, None], there[0])
+            overlap = np.minimum(extent[1][:, None], other_extent[1]) - np.maximum(extent[0][:, None], other_extent[0])
             if np.array_equal(overlap > TOLERANCE * facade.size[0, axis], np.eye(len(overlap), dtype=np.bool_)):
-                found.append(other.name)
-    return tuple(found)
+                names.append(other.name)
+    return tuple(names)
 
 
 def _nested(facade: Facade, one: Grid, other: Grid) -> bool:

@@ -24,9 +24,9 @@ class Neighbours:
 
     node: Ints
     """[L] node of the facade, ascending."""
-    beside: Ints
+    x_pairs: Ints
     """[H, 2] left and right leaf of each shared vertical piece, as indices into `node`."""
-    above: Ints
+    y_pairs: Ints
     """[V, 2] lower and upper leaf of each shared horizontal piece, as indices into `node`."""
 
 
@@ -35,9 +35,9 @@ class Topology:
     """A decomposition tree without sizes, in the order of `Facade`."""
 
     parent: Ints
-    """[N] as in `Facade`."""
+    """[N] parent of each node, as in `Facade`; -1 for the root."""
     axis: NDArray[np.int8]
-    """[N] as in `Facade`."""
+    """[N] axis along which each node is divided, as in `Facade`."""
     leaf: Ints
     """[N] leaf of the graph of each node; -1 for inner nodes."""
 
@@ -61,8 +61,8 @@ def _touching(facade: Facade, along: int) -> Ints:
     pairs = [np.zeros((0, 2), dtype=np.int64)]
     for node in np.flatnonzero(facade.axis == along).tolist():
         parts = facade.children[node].tolist()
-        for one, other in pairwise(parts):
-            lower, upper = last[one], first[other]
+        for low_part, high_part in pairwise(parts):
+            lower, upper = last[low_part], first[high_part]
             # Both lists are sorted and without gaps: the partners of each leaf are one run of the other list.
             begin = np.searchsorted((low + size)[upper], low[lower] + tolerance, side="right")
             end = np.searchsorted(low[upper], (low + size)[lower] - tolerance, side="left")
@@ -102,7 +102,7 @@ def tree_of(graph: Neighbours) -> Topology:
     parent: list[int] = []
     axis: list[int] = []
     leaf: list[int] = []
-    pending = [(np.arange(len(graph.node)), (graph.beside, graph.above), -1, LEAF)]
+    pending = [(np.arange(len(graph.node)), (graph.x_pairs, graph.y_pairs), -1, LEAF)]
     while pending:
         leaves, edges, above, divided = pending.pop()
         parent.append(above)
@@ -112,7 +112,7 @@ def tree_of(graph: Neighbours) -> Topology:
         members = _grouped(leaves, part, len(order))
         inside = [_grouped(links, _part_of_edges(part, leaves, links), len(order)) for links in edges]
         pending += [
-            (members[each], (inside[X][each], inside[Y][each]), len(parent) - 1, along) for each in reversed(order)
+            (members[index], (inside[X][index], inside[Y][index]), len(parent) - 1, along) for index in reversed(order)
         ]
     return Topology(np.array(parent), np.array(axis, dtype=np.int8), np.array(leaf))
 
@@ -170,5 +170,5 @@ def _chain(edges: Ints, size: int) -> list[int] | None:
 
 
 def _named(nodes: Ints) -> str:
-    shown = ", ".join(str(node) for node in nodes[:_MOST_NAMED].tolist())
-    return shown if len(nodes) <= _MOST_NAMED else f"{shown} and {len(nodes) - _MOST_NAMED} more"
+    text = ", ".join(str(node) for node in nodes[:_MOST_NAMED].tolist())
+    return text if len(nodes) <= _MOST_NAMED else f"{text} and {len(nodes) - _MOST_NAMED} more"

@@ -28,42 +28,42 @@ def take(
     parent: Ints,
     axis: NDArray[np.int8],
     source: Ints,
-    wanted: Floats | None = None,
-    shown: Floats | None = None,
+    target: Floats | None = None,
+    visible: Floats | None = None,
 ) -> Facade:
     """A tree with the look of its sources: their labels, outlines and parts of pictures; it has no grids.
 
     Args:
         facade: the facade of the sources.
-        parent: [N] as in `Facade`.
-        axis: [N] as in `Facade`.
+        parent: [N] parent of each node, as in `Facade`; -1 for the root.
+        axis: [N] axis along which each node is divided, as in `Facade`.
         source: [N] node of the other facade, or `NEW`.
-        wanted: [N, 2] target sizes of leaves, metres; those of the sources by default.
-        shown: [N, 4] left, bottom, right, top of the visible part of its source; all of it by default.
+        target: [N, 2] target sizes of leaves, metres; those of the sources by default.
+        visible: [N, 4] left, bottom, right, top of the visible part of its source; all of it by default.
     """
-    given = np.where(source >= 0, source, 0)
+    node = np.where(source >= 0, source, 0)
     new = source < 0
-    wanted = facade.size[given] if wanted is None else wanted
-    position, size = laid_out(parent, axis, wanted)
-    window = facade.window[given]
-    if shown is not None:
+    target = facade.size[node] if target is None else target
+    position, size = laid_out(parent, axis, target)
+    window = facade.window[node]
+    if visible is not None:
         low, extent = window[:, :2], window[:, 2:] - window[:, :2]
-        window = np.hstack([low + shown[:, :2] * extent, low + shown[:, 2:] * extent])
+        window = np.hstack([low + visible[:, :2] * extent, low + visible[:, 2:] * extent])
     # New nodes have an outline without points.
     counts = np.append(np.diff(facade.outline_offsets), 0)
     offsets = np.append(facade.outline_offsets, facade.outline_offsets[-1])
-    points, outline_offsets = take_rows(offsets, np.where(new, len(counts) - 1, given))
+    points, outline_offsets = take_rows(offsets, np.where(new, len(counts) - 1, node))
     return Facade(
         parent=parent,
         axis=axis,
         position=position,
         size=size,
-        label=np.where(new, -1, facade.label[given]),
+        label=np.where(new, -1, facade.label[node]),
         labels=facade.labels,
         outline_offsets=outline_offsets,
         outline_points=facade.outline_points[points],
         pictures=facade.pictures,
-        picture=np.where(new, -1, facade.picture[given]),
+        picture=np.where(new, -1, facade.picture[node]),
         window=np.where(new[:, None], [0.0, 0.0, 1.0, 1.0], window),
     )
 
@@ -81,8 +81,9 @@ class FacadePart:
     fresh: bool = False
     """Whether it is a copy: the source itself stays in place."""
     low: float = 0.0
+    """For a leaf: start of the visible part of its source along the edited axis, as a fraction of its extent."""
     high: float = 1.0
-    """For a leaf: start and end of the visible part of its source along the edited axis, as fractions of its extent."""
+    """For a leaf: end of the visible part of its source along the edited axis, as a fraction of its extent."""
     scale: float = 1.0
     """For a leaf: target size across the edited axis, as a multiple of the size of its source."""
     instead: tuple[int, ...] = ()
@@ -184,63 +185,65 @@ class JoinedParts:
     """A tree made from parts, as columns of its N nodes."""
 
     parent: Ints
+    """[N] parent of each node; -1 for the root."""
     axis: NDArray[np.int8]
+    """[N] axis along which each node is divided."""
     source: Ints
     """[N] node of the wall, or `NEW`."""
     fresh: NDArray[np.bool_]
     """[N] whether it is a copy."""
-    shown: Floats
+    visible: Floats
     """[N, 2] start and end of the visible part of its source along the edited axis."""
     scale: Floats
-    """[N] as in `FacadePart`."""
+    """[N] target size across the edited axis, as a multiple of the size of its source."""
     changed: NDArray[np.bool_]
     """[N] whether something inside it was added or removed."""
-    kept: Ints
+    new_node: Ints
     """[M] new node of each node of the wall; -1 for removed ones."""
 
 
 def assembled(wall: AxisView, top: FacadePart) -> JoinedParts:
     """The columns of a part and its contents."""
     rows: list[tuple[int, int, int, bool, float, float, float, bool]] = []
-    kept = np.full(len(wall.facade), -1, dtype=np.int64)
+    new_node = np.full(len(wall.facade), -1, dtype=np.int64)
 
     def emit(part: FacadePart, above: int) -> None:
-        here = len(rows)
+        index = len(rows)
         rows.append(
             (above, part.axis, part.source, part.fresh, part.low, part.high, part.scale, part.parts is not None)
         )
-        kept[list(part.instead)] = here
+        new_node[list(part.instead)] = index
         if part.parts is not None:
             if part.source != NEW and not part.fresh:
-                kept[part.source] = here
+                new_node[part.source] = index
             for inner in part.parts:
-                emit(inner, here)
+                emit(inner, index)
             return
         inside = range(part.source + 1, wall.end[part.source])
-        shift = here - part.source
+        shift = index - part.source
         rows.extend(
-            (wall.parent[each] + shift, wall.axis[each], each, part.fresh, 0.0, 1.0, 1.0, False) for each in inside
+            (wall.parent[node] + shift, wall.axis[node], node, part.fresh, 0.0, 1.0, 1.0, False) for node in inside
         )
         if not part.fresh:
-            kept[part.source : wall.end[part.source]] = np.arange(here, len(rows))
+            new_node[part.source : wall.end[part.source]] = np.arange(index, len(rows))
 
     emit(top, -1)
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     parent, axis, source, fresh, low, high, scale, changed = columns
-    shown = np.stack([low, high], axis=1).astype(np.float64)
+    visible = np.stack([low, high], axis=1).astype(np.float64)
     return JoinedParts(
         parent=parent,
         axis=axis.astype(np.int8),
         source=source,
         fresh=fresh,
-        shown=shown,
+        visible=visible,
         scale=scale,
         changed=changed,
-        kept=kept,
+        new_node=new_node,
     )
 
 
-def reaching(wall: AxisView, tree: JoinedParts, wanted: Floats) -> Floats:
+def stretched_targets(wall: AxisView, tree: JoinedParts, source_target: Floats) -> Floats:
     """[N] target sizes along the edited axis; nodes that extend over a change grow with it.
 
     The target length of a band over a row of windows is that of the row, for any number of windows. A band that
@@ -249,10 +252,10 @@ def reaching(wall: AxisView, tree: JoinedParts, wanted: Floats) -> Floats:
     Args:
         wall: the edited facade.
         tree: the result of the edit.
-        wanted: [N] target sizes of the sources of all leaves along the edited axis, metres.
+        source_target: [N] target sizes of the sources of all leaves along the edited axis, metres.
     """
     parent, axis = tree.parent.tolist(), tree.axis.tolist()
-    natural = np.where(tree.axis == LEAF, wanted, 0.0).tolist()
+    natural = np.where(tree.axis == LEAF, source_target, 0.0).tolist()
     changed = (tree.changed & ~tree.fresh).tolist()
     target = [0.0] * len(parent)
     for node in range(len(parent) - 1, -1, -1):
@@ -268,7 +271,7 @@ def reaching(wall: AxisView, tree: JoinedParts, wanted: Floats) -> Floats:
     for node in range(1, len(parent)):
         above = parent[node]
         factor[node] = factor[above]
-        keeps = changed[node] or tree.fresh[node] or wall.has_elements(int(tree.source[node]))
-        if axis[above] != wall.along and target[above] and not keeps:
+        is_fixed = changed[node] or tree.fresh[node] or wall.has_elements(int(tree.source[node]))
+        if axis[above] != wall.along and target[above] and not is_fixed:
             factor[node] *= target[above] / natural[node]
-    return wanted * factor
+    return source_target * factor

@@ -39,9 +39,9 @@ class RepeatedBand:
     def sequence(self, columns: Sequence[int]) -> list[tuple[int, int]]:
         """The parts of a band with these columns, each with the index of its column; -1 for the first margin."""
         parts = [(-1, part) for part in self.before]
-        for place, column in enumerate(columns):
-            gap = self.gaps[column] if place else ()
-            parts += [(place, part) for part in (*gap, *self.columns[column])]
+        for position, column in enumerate(columns):
+            gap = self.gaps[column] if position else ()
+            parts += [(position, part) for part in (*gap, *self.columns[column])]
         return parts + [(len(columns), part) for part in self.after]
 
 
@@ -60,7 +60,7 @@ class Repeats:
     kind: Ints
     """[C] kind of each column; columns of one kind are equal with equal locks, and kinds are numbered by first
     occurrence."""
-    needed: tuple[int, ...]
+    required: tuple[int, ...]
     """Columns with elements in other parts of the facade, of which one each has to stay."""
     locks: tuple[Wish, ...]
     """Locks of nodes of the edited variation."""
@@ -73,22 +73,24 @@ class Repeats:
         """The facade with these of its columns, in this order, repeated any number of times.
 
         Raises:
-            FacadeError: If a band would have less than two parts, or a needed column is missing.
+            FacadeError: If a band would have less than two parts, or a required column is missing.
         """
-        if not set(self.needed) <= set(columns):
-            raise FacadeError(f"Columns {list(self.needed)} of grid '{self.grid}' have elements elsewhere: keep them.")
+        if not set(self.required) <= set(columns):
+            raise FacadeError(
+                f"Columns {list(self.required)} of grid '{self.grid}' have elements elsewhere: keep them."
+            )
         before, facade = self.before, self.before.facade
-        source, parent, place = _tree(self, columns)
-        wanted = before.wanted[source]
-        wanted[:, self.along] *= self._stretch(columns)[source]
-        tree = take(facade, parent, facade.axis[source], source, wanted)
-        grids = tuple(new for old in facade.grids if (new := _grid(self, old, columns, source, place)) is not None)
+        source, parent, position = _tree(self, columns)
+        target = before.target[source]
+        target[:, self.along] *= self._stretch(columns)[source]
+        tree = take(facade, parent, facade.axis[source], source, target)
+        grids = tuple(new for old in facade.grids if (new := _grid(self, old, columns, source, position)) is not None)
         return replace(
             before,
             facade=replace(tree, grids=grids),
             source=before.source[source],
-            wanted=wanted,
-            shown=before.shown[source],
+            target=target,
+            visible=before.visible[source],
         )
 
     def least(self, first: int) -> Ints:
@@ -97,7 +99,7 @@ class Repeats:
         least[[first, *self.kind[self.locked]]] = 1
         # The first column of all has no gap before it.
         least[self.kind[self.gap_locked]] = 1 + (self.kind[self.gap_locked] == first)
-        for column in self.needed:
+        for column in self.required:
             kind = self.kind[column]
             least[kind] = max(least[kind], 1 + np.searchsorted(np.flatnonzero(self.kind == kind), column))
         return least
@@ -107,8 +109,8 @@ class Repeats:
         columns: list[int] = []
         for column, kind in enumerate(self.kind.tolist()):
             same = np.flatnonzero(self.kind == kind)
-            every, more = divmod(int(counts[kind]), len(same))
-            columns += [column] * (every + (int(np.searchsorted(same, column)) < more))
+            copies, extra = divmod(int(counts[kind]), len(same))
+            columns += [column] * (copies + (int(np.searchsorted(same, column)) < extra))
         return tuple(columns)
 
     def _stretch(self, columns: Sequence[int]) -> Floats:
@@ -139,13 +141,13 @@ def find_repeats(before: Variation, grid: Grid, along: int, locks: Sequence[Wish
     inside = np.zeros(len(facade), dtype=bool)
     for band in bands:
         inside[band.node : facade.end[band.node]] = True
-    needed = tuple(np.unique(column[~inside[grid.node]]).tolist())
+    required = tuple(np.unique(column[~inside[grid.node]]).tolist())
     filled = _containing(facade, [node for other in facade.grids for node in other.node.tolist()])
     locked = _locked(locks)
-    held = _containing(facade, list(locked))
-    looks = [tuple(_look(before, band, each, locked) for band in bands) for each in range(num)]
-    first = list(dict.fromkeys(looks))
-    kind = np.array([first.index(look) for look in looks])
+    has_lock = _containing(facade, list(locked))
+    signatures = [tuple(_signature(before, band, index, locked) for band in bands) for index in range(num)]
+    first = list(dict.fromkeys(signatures))
+    kind = np.array([first.index(signature) for signature in signatures])
     return Repeats(
         before=before,
         grid=grid.name,
@@ -153,11 +155,11 @@ def find_repeats(before: Variation, grid: Grid, along: int, locks: Sequence[Wish
         bands=tuple(bands),
         strips=tuple(part for part in whole[1:] if not inside[part] and not filled[part]),
         kind=kind,
-        needed=needed,
+        required=required,
         locks=tuple(locks),
-        locked=np.array([any(held[list(band.columns[each])].any() for band in bands) for each in range(num)]),
+        locked=np.array([any(has_lock[list(band.columns[index])].any() for band in bands) for index in range(num)]),
         gap_locked=np.array(
-            [each > 0 and any(held[list(band.gaps[each])].any() for band in bands) for each in range(num)]
+            [index > 0 and any(has_lock[list(band.gaps[index])].any() for band in bands) for index in range(num)]
         ),
     )
 
@@ -173,10 +175,10 @@ def _band(facade: Facade, grid: Grid, column: Ints, num: int, node: int, along: 
         return None
     parts = facade.children[node]
     inside = (grid.node > node) & (grid.node < facade.end[node])
-    at = np.searchsorted(parts, grid.node[inside], side="right") - 1
+    position = np.searchsorted(parts, grid.node[inside], side="right") - 1
     first, last = np.full(num, len(parts)), np.full(num, -1)
-    np.minimum.at(first, column[inside], at)
-    np.maximum.at(last, column[inside], at)
+    np.minimum.at(first, column[inside], position)
+    np.maximum.at(last, column[inside], position)
     if (last < 0).any() or (first[1:] <= last[:-1]).any():
         return None
     part, ends = tuple(parts.tolist()), [0, *(last + 1).tolist()]
@@ -197,35 +199,35 @@ def _containing(facade: Facade, nodes: Sequence[int]) -> NDArray[np.bool_]:
 
 def _locked(locks: Sequence[Wish]) -> dict[int, frozenset[Wish]]:
     """The locks of each locked node, without the number of the node."""
-    found: dict[int, frozenset[Wish]] = {}
+    node_locks: dict[int, frozenset[Wish]] = {}
     for lock in locks:
-        found[lock.node] = found.get(lock.node, frozenset()) | {replace(lock, node=0)}
-    return found
+        node_locks[lock.node] = node_locks.get(lock.node, frozenset()) | {replace(lock, node=0)}
+    return node_locks
 
 
-def _look(
+def _signature(
     before: Variation, band: RepeatedBand, column: int, locked: Mapping[int, frozenset[Wish]]
 ) -> tuple[object, ...]:
     """A key that is equal for equal columns with equal locks."""
     facade = before.facade
     nodes = np.concatenate([np.arange(part, facade.end[part]) for part in (*band.gaps[column], *band.columns[column])])
-    shape = facade.axis[nodes], facade.label[nodes], np.round(before.wanted[nodes] / facade.size[0], 9)
-    held = frozenset((place, locked[node]) for place, node in enumerate(nodes.tolist()) if node in locked)
-    return (len(band.gaps[column]), held, *(each.tobytes() for each in shape))
+    shape = facade.axis[nodes], facade.label[nodes], np.round(before.target[nodes] / facade.size[0], 9)
+    node_locks = frozenset((offset, locked[node]) for offset, node in enumerate(nodes.tolist()) if node in locked)
+    return (len(band.gaps[column]), node_locks, *(values.tobytes() for values in shape))
 
 
 def _tree(repeats: Repeats, columns: Sequence[int]) -> tuple[Ints, Ints, Ints]:
     """[N] sources and parents of a new tree, and the column of each node; -2 outside of bands."""
     facade, bands = repeats.before.facade, {band.node: band for band in repeats.bands}
     whole = [0] if 0 in bands else [-1, *facade.children[0].tolist()]
-    source, parent, place = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    source, parent, positions = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     start = 0
 
-    def add(nodes: Ints, above: int, at: int) -> None:
+    def add(nodes: Ints, above: int, position: int) -> None:
         nonlocal start
         source.append(nodes)
         parent.append(np.append(above, facade.parent[nodes[1:]] - nodes[0] + start))
-        place.append(np.full(len(nodes), at))
+        positions.append(np.full(len(nodes), position))
         start += len(nodes)
 
     for node in whole:
@@ -237,12 +239,12 @@ def _tree(repeats: Repeats, columns: Sequence[int]) -> tuple[Ints, Ints, Ints]:
             raise FacadeError("A band needs at least two parts: keep more columns.")
         top = start
         add(np.array([node]), 0 if node else -1, -2)
-        for at, part in parts:
-            add(np.arange(part, facade.end[part]), top, at)
-    return np.concatenate(source), np.concatenate(parent), np.concatenate(place)
+        for position, part in parts:
+            add(np.arange(part, facade.end[part]), top, position)
+    return np.concatenate(source), np.concatenate(parent), np.concatenate(positions)
 
 
-def _grid(repeats: Repeats, grid: Grid, columns: Sequence[int], source: Ints, place: Ints) -> Grid | None:
+def _grid(repeats: Repeats, grid: Grid, columns: Sequence[int], source: Ints, position: Ints) -> Grid | None:
     """A grid with all copies of its elements, each repetition in separate columns; None if it is empty.
 
     Args:
@@ -250,24 +252,24 @@ def _grid(repeats: Repeats, grid: Grid, columns: Sequence[int], source: Ints, pl
         grid: a grid of the edited facade.
         columns: the sequence of columns.
         source: [N] node of that facade that each new node copies.
-        place: [N] index of its column in the sequence.
+        position: [N] index of its column in the sequence.
     """
     element = np.full(len(repeats.before.facade), -1, dtype=np.int64)
     element[grid.node] = np.arange(len(grid.node))
     node = np.flatnonzero(element[source] >= 0)
     if not node.size:
         return None
-    which = element[source[node]]
-    old, at = _columns(grid, repeats.along)[which], place[node]
+    elements = element[source[node]]
+    old_column, new_column = _columns(grid, repeats.along)[elements], position[node]
     # Elements outside of bands belong to the first repetition of their column.
-    for each in np.unique(old[at == -2]).tolist():
+    for column in np.unique(old_column[new_column == -2]).tolist():
         same = (
-            columns.index(each)
+            columns.index(column)
             if grid.name == repeats.grid
-            else at[(old == each) & (at > -2)].min(initial=len(columns))
+            else new_column[(old_column == column) & (new_column > -2)].min(initial=len(columns))
         )
-        at[(at == -2) & (old == each)] = same
-    _, line = np.unique(np.stack([at, old]), axis=1, return_inverse=True)
+        new_column[(new_column == -2) & (old_column == column)] = same
+    _, line = np.unique(np.stack([new_column, old_column]), axis=1, return_inverse=True)
     if repeats.along == X:
-        return Grid(grid.name, node, np.unique(grid.row[which], return_inverse=True)[1], line)
-    return Grid(grid.name, node, line.max() - line, np.unique(grid.column[which], return_inverse=True)[1])
+        return Grid(grid.name, node, np.unique(grid.row[elements], return_inverse=True)[1], line)
+    return Grid(grid.name, node, line.max() - line, np.unique(grid.column[elements], return_inverse=True)[1])

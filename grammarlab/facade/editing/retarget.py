@@ -19,14 +19,14 @@ from grammarlab.facade.editing.springs import (
     Box,
     SpringRows,
     Strips,
+    best_counts,
     energy_beside,
-    fewest,
     least_energy,
     origin_of,
     springs,
 )
 from grammarlab.facade.editing.variations import Variation, edits, inherited, lost, unedited
-from grammarlab.facade.sizes.constraints import ALIKE, Weights, leaf_weights
+from grammarlab.facade.sizes.constraints import SIMILAR_SIZE_TOLERANCE, Weights, leaf_weights
 from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH
 from grammarlab.facade.sizes.size_wishes import Aspect, Size, Wish, checked
 from grammarlab.facade.sizes.solve import Resized, resize
@@ -34,11 +34,11 @@ from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
 
 MOST_STEPS = 20
 """Largest number of added or removed columns or rows along one axis."""
-_BEAM = 4
+_BEAM_WIDTH = 4
 """Number of variations that are continued after each step."""
-_WORSE = 2
+_MAX_WORSE_STEPS = 2
 """Number of consecutive steps that may increase the deformation."""
-_WORK = 150_000
+_MAX_LEAVES = 150_000
 """Largest number of leaves of all variations along one axis: some seconds; large facades get fewer or none."""
 
 
@@ -67,21 +67,23 @@ def _along(facade: Facade, start: Variation, wish: Size, grid: str, locks: Seque
         solved = resize(variation.facade, [wish, *inherited(locks, variation)], origin_of(facade, variation))
         return bool(solved.conflict), sum(solved.energy)
 
-    best, least, beam, worse, work = start, cost(start), (start,), 0, _WORK
+    best, least, beam, worse, work = start, cost(start), (start,), 0, _MAX_LEAVES
     for _ in range(MOST_STEPS):
         beam = beam[: affordable(beam[0].facade, grid, wish.axis, work)]
         if not beam:
             break
         work -= len(beam) * _effort(beam[0].facade, grid, wish.axis)
-        tried = sequences(facade, grid, wish.axis, step, also=also, start=beam)
-        found = [each for each in tried if not each.missing and not lost(facade, locks, each)]
-        beam = tuple(sorted(found, key=strain)[:_BEAM])
-        costs = [cost(each) for each in beam]
+        variations = sequences(facade, grid, wish.axis, step, also=also, start=beam)
+        candidates = [
+            candidate for candidate in variations if not candidate.missing and not lost(facade, locks, candidate)
+        ]
+        beam = tuple(sorted(candidates, key=strain)[:_BEAM_WIDTH])
+        costs = [cost(candidate) for candidate in beam]
         worse = 0 if costs and min(costs) < least else worse + 1
         if costs and not worse:
             least = min(costs)
             best = beam[costs.index(least)]
-        if not beam or worse > _WORSE:
+        if not beam or worse > _MAX_WORSE_STEPS:
             break
     return best
 
@@ -96,10 +98,10 @@ def _effort(facade: Facade, grid: str, axis: int) -> int:
     return len(facade.leaves) * sum(1 for _ in edits(facade, (grid,), axis))
 
 
-GAP = 1e-3
+OPTIMALITY_GAP = 1e-3
 """Tolerances: relative to the least deformation, plus the energy of a deviation of each leaf by this fraction of its
 size, which is invisible."""
-EVENNESS = 0.1
+EVENNESS_DEVIATION = 0.1
 """Relative deviation of each leaf of a column that costs as much as one column too many or too few."""
 
 Build = Callable[[Repeats, Sequence[int]], Variation]
@@ -121,7 +123,7 @@ class Repetition:
     bound: float
     """Lower bound of the deformation for all numbers of columns."""
     proven: bool
-    """Whether the deformation is within `GAP` of the bound."""
+    """Whether the deformation is within `OPTIMALITY_GAP` of the bound."""
     tries: int
     """Number of combinations of columns that sizes were solved for."""
 
@@ -167,8 +169,8 @@ def retarget(
 
     Args:
         facade: a facade with grids.
-        width: metres; free when left out.
-        height: metres; free when left out.
+        width: target width, metres; free when left out.
+        height: target height, metres; free when left out.
         grids: names of grids whose columns and rows may be repeated; all by default.
         weights: weights of deviations.
         build: makes the facade of given columns; its sizes must be those of the sources.
@@ -190,13 +192,15 @@ def retarget(
     variation, choices = unedited(facade), []
     for wish in wishes:
         active = [grid for grid in variation.facade.grids if grid.name in (names if grids is None else grids)]
-        held = inherited(locks, variation)
-        options = [each for grid in active if (each := find_repeats(variation, grid, wish.axis, held)) is not None]
+        fixed = inherited(locks, variation)
+        options = [
+            repeats for grid in active if (repeats := find_repeats(variation, grid, wish.axis, fixed)) is not None
+        ]
         if options:
             choice, variation = _chosen(options, facade, wish, weights, build, most_tries, locks)
             choices.append(choice)
-    held = (*wishes, *inherited(locks, variation))
-    resized = resize(variation.facade, held, origin_of(facade, variation), weights)
+    fixed = (*wishes, *inherited(locks, variation))
+    resized = resize(variation.facade, fixed, origin_of(facade, variation), weights)
     return Retargeted(variation, resized, tuple(choices))
 
 
@@ -210,21 +214,21 @@ def _chosen(
     locks: Sequence[Wish],
 ) -> tuple[Repetition, Variation]:
     """The best numbers of columns of one grid, and the facade with them."""
-    rows = [_rows(each, facade, wish, weights, tied=False) for each in options]
-    unchanged = [np.bincount(each.kind) for each in options]
+    rows = [_rows(option, facade, wish, weights, tied=False) for option in options]
+    unchanged = [np.bincount(option.kind) for option in options]
     uneven = [kinds[0].unevenness(counts) for kinds, counts in zip(rows, unchanged, strict=True)]
     # Columns of the other grids do not change.
-    others = [sum(uneven) - each for each in uneven]
-    slack = GAP**2 * len(facade.leaves)
+    others = [sum(uneven) - cost for cost in uneven]
+    slack = OPTIMALITY_GAP**2 * len(facade.leaves)
 
-    def best(held: Sequence[int]) -> BestCounts:
+    def best(row_kinds: Sequence[int]) -> BestCounts:
         def solve(owner: int, counts: Ints) -> float:
             try:
-                made = build(options[owner], options[owner].spread(counts))
+                candidate = build(options[owner], options[owner].spread(counts))
             except FacadeError:
                 return np.inf
-            fixed = [lock for lock in inherited(locks, made) if isinstance(lock, Size) and lock.axis == wish.axis]
-            energy = least_energy(made.facade, origin_of(facade, made), [wish, *fixed], weights, held)
+            fixed = [lock for lock in inherited(locks, candidate) if isinstance(lock, Size) and lock.axis == wish.axis]
+            energy = least_energy(candidate.facade, origin_of(facade, candidate), [wish, *fixed], weights, row_kinds)
             return energy + rows[owner][0].unevenness(counts) + others[owner]
 
         boxes = [
@@ -232,29 +236,29 @@ def _chosen(
             for owner, option in enumerate(options)
             for box in _boxes(
                 option,
-                _rows(option, facade, wish, weights, tied=SYMMETRY in held),
-                others[owner] + energy_beside(option, facade, wish, weights, held),
+                _rows(option, facade, wish, weights, tied=SYMMETRY in row_kinds),
+                others[owner] + energy_beside(option, facade, wish, weights, row_kinds),
                 owner,
             )
         ]
-        return fewest(boxes, solve, unchanged[0], GAP, slack, most_tries)
+        return best_counts(boxes, solve, unchanged[0], OPTIMALITY_GAP, slack, most_tries)
 
     # If no sizes satisfy symmetry, it is dropped; if no sizes satisfy alignment either, it is dropped too.
-    found = best((WISH, ALIGNMENT, SYMMETRY))
-    for held in ((WISH, ALIGNMENT), (WISH,)):
-        found = found if np.isfinite(found.cost) else best(held)
-    repeats = options[found.owner]
-    columns = repeats.spread(found.counts)
+    result = best((WISH, ALIGNMENT, SYMMETRY))
+    for row_kinds in ((WISH, ALIGNMENT), (WISH,)):
+        result = result if np.isfinite(result.cost) else best(row_kinds)
+    repeats = options[result.owner]
+    columns = repeats.spread(result.counts)
     choice = Repetition(
         grid=repeats.grid,
         along=wish.axis,
         columns=columns,
         counts=tuple(np.bincount(columns, minlength=len(repeats.kind)).tolist()),
-        deformation=found.cost,
-        bound=found.bound,
-        proven=found.cost * (1.0 - GAP) - slack <= found.bound < np.inf
+        deformation=result.cost,
+        bound=result.bound,
+        proven=result.cost * (1.0 - OPTIMALITY_GAP) - slack <= result.bound < np.inf
         and not any(isinstance(lock, Aspect) for lock in locks),
-        tries=found.tries,
+        tries=result.tries,
     )
     return choice, build(repeats, columns)
 
@@ -270,19 +274,19 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, *, tie
         tied: whether parts that are like a locked one change with it.
     """
     before, along, bands = repeats.before, wish.axis, repeats.bands
-    leaf, wanted = before.facade.leaves, before.wanted[:, along]
-    weight = leaf_weights(before.wanted[leaf], facade.size[0], weights)[:, along]
-    spring = springs(before.facade, along, wanted, weight, _held(repeats, tied=tied))
+    leaf, target = before.facade.leaves, before.target[:, along]
+    weight = leaf_weights(before.target[leaf], facade.size[0], weights)[:, along]
+    spring = springs(before.facade, along, target, weight, _locked_sizes(repeats, tied=tied))
     # Targets do not depend on locks; nor does the give of a strip, which is a bound without those inside it.
-    free = springs(before.facade, along, wanted, weight)
+    free = springs(before.facade, along, target, weight)
     occurs, columns = np.bincount(repeats.kind), np.unique(repeats.kind, return_index=True)[1].tolist()
-    units = [[(*band.gaps[each], *band.columns[each]) for each in columns] for band in bands]
+    units = [[(*band.gaps[column], *band.columns[column]) for column in columns] for band in bands]
     margins = [(*band.before, *band.after) for band in bands]
     # Cost of losing a leaf's whole size, summed over the leaves of each subtree.
     whole = np.zeros(1 + len(before.facade))
-    whole[1 + leaf] = np.square(weight * wanted[leaf])
+    whole[1 + leaf] = np.square(weight * target[leaf])
     whole = np.cumsum(whole)
-    price = EVENNESS**2 * _sums(whole[before.facade.end] - whole[:-1], units).sum(axis=0) / occurs
+    price = EVENNESS_DEVIATION**2 * _sums(whole[before.facade.end] - whole[:-1], units).sum(axis=0) / occurs
 
     def rows(first: int) -> SpringRows:
         gaps = [band.gaps[first] for band in bands]
@@ -311,27 +315,29 @@ def _rows(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, *, tie
     return [rows(first) for first in columns]
 
 
-def _held(repeats: Repeats, *, tied: bool) -> dict[int, float]:
+def _locked_sizes(repeats: Repeats, *, tied: bool) -> dict[int, float]:
     """Sizes of nodes that follow from locks, metres: of locked nodes, and of those that are like one if they are tied.
 
     Only parts that are like a locked one without others between them are tied to it in every repetition.
     """
-    facade, size = repeats.before.facade, repeats.before.wanted[:, repeats.along]
-    held: dict[int, float] = {}
+    facade, size = repeats.before.facade, repeats.before.target[:, repeats.along]
+    sizes: dict[int, float] = {}
     for lock in repeats.locks:
-        if not isinstance(lock, Size) or lock.axis != repeats.along or lock.node in held:
+        if not isinstance(lock, Size) or lock.axis != repeats.along or lock.node in sizes:
             continue
-        held[lock.node] = lock.metres
+        sizes[lock.node] = lock.metres
         for grid in facade.grids if tied else ():
             if lock.node in grid.node:
                 small, large = (
                     np.minimum(size[grid.node], size[lock.node]),
                     np.maximum(size[grid.node], size[lock.node]),
                 )
-                alike = (facade.label[grid.node] == facade.label[lock.node]) & (large <= (1.0 + ALIKE) * small)
-                ratio = size[grid.node[alike]] / size[lock.node]
-                held |= dict(zip(grid.node[alike].tolist(), (lock.metres * ratio).tolist(), strict=True))
-    return held
+                similar = (facade.label[grid.node] == facade.label[lock.node]) & (
+                    large <= (1.0 + SIMILAR_SIZE_TOLERANCE) * small
+                )
+                ratio = size[grid.node[similar]] / size[lock.node]
+                sizes |= dict(zip(grid.node[similar].tolist(), (lock.metres * ratio).tolist(), strict=True))
+    return sizes
 
 
 def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: int) -> list[Box]:
@@ -344,12 +350,12 @@ def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: i
         owner: index of the grid.
     """
     kinds, boxes = np.arange(len(rows)), []
-    for first, each in enumerate(rows):
+    for first, spring_rows in enumerate(rows):
         least = repeats.least(first)
-        fitting = np.ceil(2.0 * each.size / each.length.min(axis=0)).astype(np.int64)
+        fitting = np.ceil(2.0 * spring_rows.size / spring_rows.length.min(axis=0)).astype(np.int64)
         most = np.where(kinds < first, 0, np.maximum(fitting, least))
         if (least <= most).all():
-            boxes.append(Box(replace(each, fixed_rest=each.fixed_rest + others), least, most, owner))
+            boxes.append(Box(replace(spring_rows, fixed_rest=spring_rows.fixed_rest + others), least, most, owner))
     return boxes
 
 

@@ -31,8 +31,8 @@ from grammarlab.facade.sizes.model import build_model
 from grammarlab.facade.sizes.size_wishes import Size
 from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, X
 
-_STIFF = 1e-6
-"""Give of a held spring, as a fraction of its own: 0 would not allow parallel held springs."""
+_LOCKED_GIVE = 1e-6
+"""Give of a locked spring, as a fraction of its own: 0 would not allow parallel locked springs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,30 +52,32 @@ class Springs:
 
 
 def springs(
-    facade: Facade, along: int, wanted: Floats, weight: Floats, held: Mapping[int, float] | None = None
+    facade: Facade, along: int, target: Floats, weight: Floats, locked: Mapping[int, float] | None = None
 ) -> Springs:
     """Each node of a facade as a spring.
 
     Args:
         facade: the facade.
         along: 0 for widths, 1 for heights.
-        wanted: [N] target sizes of leaves, metres.
-        weight: [L] weights of leaves, as in `leaf_weights`.
-        held: locked sizes of nodes, metres; their springs have hardly any give.
+        target: [N] target sizes of leaves, metres.
+        weight: [L] weights of leaves, from `leaf_weights`.
+        locked: locked sizes of nodes, metres; their springs have hardly any give.
     """
-    held = held or {}
+    locked = locked or {}
     parent, axis = facade.parent.tolist(), facade.axis.tolist()
     length, give, rest = ([0.0] * len(facade) for _ in range(3))
     stiffness, pull, square = ([0.0] * len(facade) for _ in range(3))
-    for leaf, size, least in zip(facade.leaves.tolist(), wanted[facade.leaves].tolist(), weight.tolist(), strict=True):
-        length[leaf], give[leaf] = size, 1.0 / least**2
+    for leaf, size, leaf_weight in zip(
+        facade.leaves.tolist(), target[facade.leaves].tolist(), weight.tolist(), strict=True
+    ):
+        length[leaf], give[leaf] = size, 1.0 / leaf_weight**2
     for node in range(len(facade) - 1, -1, -1):
         if axis[node] not in {LEAF, along}:
             length[node], give[node] = pull[node] / stiffness[node], 1.0 / stiffness[node]
             rest[node] += max(square[node] - pull[node] * length[node], 0.0)
-        if node in held:
-            rest[node] += (held[node] - length[node]) ** 2 / give[node]
-            length[node], give[node] = held[node], _STIFF * give[node]
+        if node in locked:
+            rest[node] += (locked[node] - length[node]) ** 2 / give[node]
+            length[node], give[node] = locked[node], _LOCKED_GIVE * give[node]
         above = parent[node]
         if node == 0:
             break
@@ -96,11 +98,11 @@ _ROUNDING = 1e-9
 
 def origin_of(facade: Facade, variation: Variation) -> LineOrigin:
     """Target sizes and source positions of the nodes of a variation."""
-    return LineOrigin(facade.position[variation.source], variation.wanted, facade.size[0])
+    return LineOrigin(facade.position[variation.source], variation.target, facade.size[0])
 
 
 def least_energy(
-    facade: Facade, origin: LineOrigin, wishes: Sequence[Size], weights: Weights, held: Sequence[int]
+    facade: Facade, origin: LineOrigin, wishes: Sequence[Size], weights: Weights, row_kinds: Sequence[int]
 ) -> float:
     """Energy of the best sizes along one axis under these kinds of rows; infinite if there are none."""
     # One unit for all variations of a facade, so that rounding errors choose the same anchors in all of them.
@@ -108,17 +110,17 @@ def least_energy(
     weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, along]
     axis = build_axis(facade, along, origin, weight, scale)
     model = build_model([axis], wishes, scale)
-    kept = np.isin(model.kind, held)
-    sums, still = model.program.rows, model.program.still[kept]
-    program = replace(model.program, rows=Sums(sums.line[kept], sums.factor[kept]), still=still)
-    place = program.solve(model.value[kept])
-    if place is None:
+    selected = np.isin(model.kind, row_kinds)
+    sums, is_zero = model.program.rows, model.program.is_zero[selected]
+    program = replace(model.program, rows=Sums(sums.line[selected], sums.factor[selected]), is_zero=is_zero)
+    position = program.solve(model.value[selected])
+    if position is None:
         return np.inf
-    size = axis.lines.laid(model.lines(place)[0])[1]
+    size = axis.lines.spans(model.lines(position)[0])[1]
     return float(np.square(weight * (size[leaf] - origin.size[leaf, along])).sum())
 
 
-def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, held: Sequence[int]) -> float:
+def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, row_kinds: Sequence[int]) -> float:
     """Lower bound of the energy of the parts beside the bands, for any columns; without strips.
 
     Of the rows for these parts, only those that do not depend on columns are kept: equal sizes, and alignment in
@@ -129,43 +131,43 @@ def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights
         facade: facade of the original sizes.
         wish: target of the whole facade.
         weights: weights of deviations.
-        held: kinds of rows.
+        row_kinds: kinds of rows.
     """
-    before, other = repeats.before, {*(band.node for band in repeats.bands), *repeats.strips}
+    before, repeated = repeats.before, {*(band.node for band in repeats.bands), *repeats.strips}
     whole = before.facade
-    beside = [part for part in whole.children[0].tolist() if part not in other] if 0 not in other else []
-    if not beside:
+    parts = [part for part in whole.children[0].tolist() if part not in repeated] if 0 not in repeated else []
+    if not parts:
         return 0.0
-    source = np.concatenate([np.arange(part, int(whole.end[part])) for part in beside])
-    if len(beside) > 1:
+    source = np.concatenate([np.arange(part, int(whole.end[part])) for part in parts])
+    if len(parts) > 1:
         source = np.append(0, source)
-    place = np.full(len(whole), -1, dtype=np.int64)
-    place[source] = np.arange(len(source))
-    parent = place[whole.parent[source]]
+    new_index = np.full(len(whole), -1, dtype=np.int64)
+    new_index[source] = np.arange(len(source))
+    parent = new_index[whole.parent[source]]
     parent[0] = -1
-    wanted = before.wanted[source]
-    alone = take(whole, parent, whole.axis[source], source, wanted)
-    grids = [_grid_beside(grid, place, wish.axis) for grid in whole.grids]
-    alone = replace(alone, grids=tuple(grid for grid in grids if len(grid.node)))
-    origin = LineOrigin(facade.position[before.source[source]], wanted, facade.size[0])
-    return least_energy(alone, origin, [wish], weights, held) * (1.0 - _ROUNDING)
+    target = before.target[source]
+    reduced = take(whole, parent, whole.axis[source], source, target)
+    grids = [_grid_beside(grid, new_index, wish.axis) for grid in whole.grids]
+    reduced = replace(reduced, grids=tuple(grid for grid in grids if len(grid.node)))
+    origin = LineOrigin(facade.position[before.source[source]], target, facade.size[0])
+    return least_energy(reduced, origin, [wish], weights, row_kinds) * (1.0 - _ROUNDING)
 
 
-def _grid_beside(grid: Grid, place: Ints, along: int) -> Grid:
+def _grid_beside(grid: Grid, new_index: Ints, along: int) -> Grid:
     """The elements of a grid beside bands; in a line of their own if other elements of the line are in a band."""
-    left = place[grid.node] >= 0
+    is_outside = new_index[grid.node] >= 0
     line = grid.column if along == X else grid.row
-    mixed = np.isin(line, line[~left])
-    line = np.where(mixed, line.max(initial=-1) + 1 + np.arange(len(line)), line)[left]
-    row, column = (grid.row[left], line) if along == X else (line, grid.column[left])
-    return Grid(grid.name, place[grid.node[left]], row, column)
+    mixed = np.isin(line, line[~is_outside])
+    line = np.where(mixed, line.max(initial=-1) + 1 + np.arange(len(line)), line)[is_outside]
+    row, column = (grid.row[is_outside], line) if along == X else (line, grid.column[is_outside])
+    return Grid(grid.name, new_index[grid.node[is_outside]], row, column)
 
 
 _HALVINGS = 40
 """Number of halvings of the range of u; any u gives a valid bound."""
-_IMPOSSIBLE = 10
+_MAX_IMPOSSIBLE = 10
 """Number of consecutive impossible counts after which the search ends."""
-_BOXES = 20
+_BOXES_PER_TRIAL = 20
 """Number of boxes that are halved per trial."""
 
 
@@ -207,6 +209,7 @@ class SpringRows:
     fixed_give: Floats
     """[R] give of the fixed part; below 0 if the first repetition has less give than the others."""
     fixed_rest: float
+    """Energy of the fixed parts at rest, summed over rows."""
     size: float
     """Size of each row, metres."""
     share: Floats
@@ -222,9 +225,10 @@ class SpringRows:
     def energy(self, counts: Ints) -> float:
         """Energy of counts [S] without ties between rows, and without unevenness; that of strips at least."""
         missing, give = self.size - self.fixed_length - self.length @ counts, self.fixed_give + self.give @ counts
-        return float(self.fixed_rest + counts @ self.rest + (missing**2 / give).sum()) + self.beside(counts, counts)
+        energy = float(self.fixed_rest + counts @ self.rest + (missing**2 / give).sum())
+        return energy + self.strip_bound(counts, counts)
 
-    def beside(self, least: Ints, most: Ints) -> float:
+    def strip_bound(self, least: Ints, most: Ints) -> float:
         """Lower bound of the energy of strips for counts in these ranges [S]."""
         return self.strips.bound(self.size, least, most) if self.strips else 0.0
 
@@ -237,15 +241,15 @@ class SpringRows:
         best = -np.inf
         for _ in range(_HALVINGS):
             u = 0.5 * (low + high)
-            each = self.rest - 2.0 * u * length - u**2 * give
-            counts = np.clip(np.rint(self.share - 0.5 * each / self.price), least, most)
-            cost = float(counts @ each + self.price @ (counts - self.share) ** 2)
+            unit_cost = self.rest - 2.0 * u * length - u**2 * give
+            counts = np.clip(np.rint(self.share - 0.5 * unit_cost / self.price), least, most)
+            cost = float(counts @ unit_cost + self.price @ (counts - self.share) ** 2)
             best = max(best, self.fixed_rest + 2.0 * u * missing - u**2 * fixed_give + cost)
             if missing - counts @ length > u * (fixed_give + counts @ give):
                 low = u
             else:
                 high = u
-        return best + self.beside(least, most)
+        return best + self.strip_bound(least, most)
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,6 +257,7 @@ class Box:
     """Ranges of counts."""
 
     rows: SpringRows
+    """Rows whose counts are searched."""
     least: Ints
     """[S] least counts."""
     most: Ints
@@ -266,7 +271,7 @@ class Box:
             return self.rows.energy(self.least) + self.rows.unevenness(self.least)
         return self.rows.bound(self.least, self.most)
 
-    def uneven(self) -> float:
+    def least_unevenness(self) -> float:
         """Least unevenness of counts in the box."""
         return float(np.abs(np.clip(self.rows.share, self.least, self.most) - self.rows.share).sum())
 
@@ -295,7 +300,7 @@ class BestCounts:
     """Number of counts that were solved for."""
 
 
-def fewest(
+def best_counts(
     boxes: Sequence[Box], solve: Callable[[int, Ints], float], start: Ints, gap: float, slack: float, most_tries: int
 ) -> BestCounts:
     """Counts whose cost is within a gap of the least cost.
@@ -309,23 +314,28 @@ def fewest(
         most_tries: largest number of counts to solve for, and of boxes to halve for each.
     """
     best, owner, cost, tries, halved = start, boxes[0].owner, solve(boxes[0].owner, start), 1, 0
-    heap = [(box.bound(), box.uneven(), number, box) for number, box in enumerate(boxes)]
+    heap = [(box.bound(), box.least_unevenness(), number, box) for number, box in enumerate(boxes)]
     heapify(heap)
     number = len(heap)
     bound = cost
     while heap:
         bound, _, _, box = heappop(heap)
-        hopeless = tries >= _IMPOSSIBLE and np.isinf(cost)
-        if bound >= cost * (1.0 - gap) - slack or tries >= most_tries or halved >= _BOXES * most_tries or hopeless:
+        hopeless = tries >= _MAX_IMPOSSIBLE and np.isinf(cost)
+        if (
+            bound >= cost * (1.0 - gap) - slack
+            or tries >= most_tries
+            or halved >= _BOXES_PER_TRIAL * most_tries
+            or hopeless
+        ):
             break
         if (box.least == box.most).all():
-            found, tries = solve(box.owner, box.least), tries + 1
-            if found < cost:
-                best, owner, cost = box.least, box.owner, found
+            new_cost, tries = solve(box.owner, box.least), tries + 1
+            if new_cost < cost:
+                best, owner, cost = box.least, box.owner, new_cost
             continue
         halved += 1
         for half in box.halves():
-            heappush(heap, (half.bound(), half.uneven(), number, half))
+            heappush(heap, (half.bound(), half.least_unevenness(), number, half))
             number += 1
     else:
         bound = cost

@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.editing.column_insertion import At, Insertion, inserted, stretched, unreachable
+from grammarlab.facade.editing.column_insertion import Insertion, Placement, inserted, stretched, unreachable
 from grammarlab.facade.editing.grid_proposals import unused
 from grammarlab.facade.editing.grids import following, grid_of, kinds
-from grammarlab.facade.editing.pieces import NEW, AxisView, FacadePart, JoinedParts, assembled, reaching, take
+from grammarlab.facade.editing.pieces import NEW, AxisView, FacadePart, JoinedParts, assembled, stretched_targets, take
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes.size_wishes import Position, Wish
 from grammarlab.facade.tree import Facade, X, check
 
 
-def removed(wall: AxisView, gone: Set[int], *, last: bool) -> FacadePart | None:
+def removed(wall: AxisView, elements: Set[int], *, last: bool) -> FacadePart | None:
     """The wall without some elements of its grids; None if nothing remains.
 
     A part of a row without other elements is removed whole, with the gap up to the next element: removal is the inverse
@@ -32,64 +32,66 @@ def removed(wall: AxisView, gone: Set[int], *, last: bool) -> FacadePart | None:
 
     Args:
         wall: the edited facade.
-        gone: the elements to remove.
+        elements: the elements to remove.
         last: whether they have the highest coordinates of their grids: then the gap before them is removed first.
     """
-    return _reduced(wall, 0, gone, -1 if last else 1)
+    return _reduced(wall, 0, elements, -1 if last else 1)
 
 
-def _reduced(wall: AxisView, node: int, gone: Set[int], step: int) -> FacadePart | None:
-    if node in gone:
+def _reduced(wall: AxisView, node: int, elements: Set[int], step: int) -> FacadePart | None:
+    if node in elements:
         return None
-    if not wall.has(node, gone):
+    if not wall.has(node, elements):
         return wall.whole(node)
     children = wall.children[node]
     if wall.axis[node] != wall.along:
-        return stretched(wall, node, children, [_reduced(wall, child, gone, step) for child in children], fresh=False)
-    dropped = [wall.has(child, gone) and not _keeps(wall, child, gone) for child in children]
+        return stretched(
+            wall, node, children, [_reduced(wall, child, elements, step) for child in children], fresh=False
+        )
+    is_removed = [wall.has(child, elements) and not _has_others(wall, child, elements) for child in children]
     gaps = [not wall.has_elements(child) for child in children]
-    for place in [place for place, drop in enumerate(dropped) if drop]:
-        for gap in _gap_beside(place, step, gaps, dropped):
-            dropped[gap] = True
-    kept = [child for child, drop in zip(children, dropped, strict=True) if not drop]
-    return stretched(wall, node, kept, [_reduced(wall, child, gone, step) for child in kept], fresh=False)
+    for index in [index for index, drop in enumerate(is_removed) if drop]:
+        for gap in _gap_beside(index, step, gaps, is_removed):
+            is_removed[gap] = True
+    remaining = [child for child, drop in zip(children, is_removed, strict=True) if not drop]
+    return stretched(wall, node, remaining, [_reduced(wall, child, elements, step) for child in remaining], fresh=False)
 
 
-def _keeps(wall: AxisView, node: int, gone: Set[int]) -> bool:
+def _has_others(wall: AxisView, node: int, elements: Set[int]) -> bool:
     """Whether a node contains elements that stay."""
     inside = wall.elements_before[wall.end[node]] - wall.elements_before[node]
-    for each in gone:
-        if node <= each < wall.end[node]:
-            inside -= wall.elements_before[wall.end[each]] - wall.elements_before[each]
+    for element in elements:
+        if node <= element < wall.end[node]:
+            inside -= wall.elements_before[wall.end[element]] - wall.elements_before[element]
     return inside > 0
 
 
-def _gap_beside(place: int, step: int, gaps: Sequence[bool], dropped: Sequence[bool]) -> list[int]:
+def _gap_beside(index: int, step: int, gaps: Sequence[bool], is_removed: Sequence[bool]) -> list[int]:
     """The gap on one side of a removed part, up to the next element; on the other side, if there is no next element.
 
     Without any other element, only one of both gaps is removed, so that a wall remains.
     """
-    first, second = _gap(place, step, gaps, dropped), _gap(place, -step, gaps, dropped)
+    first, second = _gap(index, step, gaps, is_removed), _gap(index, -step, gaps, is_removed)
     for gap, ends_at_element in (first, second):
         if ends_at_element:
             return gap
     return first[0] if second[0] else []
 
 
-def _gap(place: int, step: int, gaps: Sequence[bool], dropped: Sequence[bool]) -> tuple[list[int], bool]:
+def _gap(index: int, step: int, gaps: Sequence[bool], is_removed: Sequence[bool]) -> tuple[list[int], bool]:
     """The parts without elements next to a place, and whether another part follows them."""
     gap = []
-    place += step
-    while 0 <= place < len(gaps) and gaps[place] and not dropped[place]:
-        gap.append(place)
-        place += step
-    return gap, 0 <= place < len(gaps)
+    index += step
+    while 0 <= index < len(gaps) and gaps[index] and not is_removed[index]:
+        gap.append(index)
+        index += step
+    return gap, 0 <= index < len(gaps)
 
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-_DEEPEST = 200
+_MAX_DEPTH = 200
 """Largest depth of a tree for edits; real facades have about ten levels."""
 
 
@@ -98,20 +100,20 @@ class Edit:
     """One column (or row) of some grids, added or removed."""
 
     grids: tuple[str, ...]
-    """Active grids; all have this line and place."""
+    """Active grids; all have this line and position."""
     axis: int
     """X for columns, Y for rows."""
     line: int
     """Column from 0 at the left, or row from 0 at the top, to repeat or remove."""
-    place: int | None = None
+    position: int | None = None
     """Number of columns (rows) before the new one; None to remove."""
 
     def __str__(self) -> str:
         name = "column" if self.axis == X else "row"
-        what = f"{' and '.join(self.grids)}: {name} {self.line + 1}"
-        if self.place is None:
-            return f"{what} removed"
-        return f"{what} repeated " + (f"after {name} {self.place}" if self.place else f"before {name} 1")
+        text = f"{' and '.join(self.grids)}: {name} {self.line + 1}"
+        if self.position is None:
+            return f"{text} removed"
+        return f"{text} repeated " + (f"after {name} {self.position}" if self.position else f"before {name} 1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,13 +121,13 @@ class Variation:
     """A facade made from another one by edits."""
 
     facade: Facade
-    """The edited facade, laid out from `wanted`; its sizes are initial values, not a solution."""
+    """The edited facade, laid out from `target`; its sizes are initial values, not a solution."""
     source: Ints
     """[N] node of the original facade that each node is or copies; -1 for new inner nodes."""
-    wanted: Floats
+    target: Floats
     """[N, 2] target sizes of leaves, metres: those of their sources, of the visible parts of cut leaves, and of changed
     rows for bands over them."""
-    shown: Floats
+    visible: Floats
     """[N, 4] left, bottom, right, top of the visible part of a leaf's source."""
     edits: tuple[Edit, ...] = ()
     missing: tuple[str, ...] = ()
@@ -141,7 +143,7 @@ class Variation:
 class Variations:
     """Results of edits, and edits without a result."""
 
-    found: tuple[Variation, ...]
+    variations: tuple[Variation, ...]
     discarded: tuple[str, ...]
     """Each impossible edit, with the reason."""
 
@@ -174,15 +176,15 @@ def vary(
     """
     before = unedited(start) if isinstance(start, Facade) else start
     names = (grid, *(following(before.facade, grid) if also is None else also))
-    found, discarded = [], []
+    variations, discarded = [], []
     wall = _wall(before.facade, axis)
     for edit in edits(before.facade, names, axis):
-        if insertions if edit.place is not None else removals:
+        if insertions if edit.position is not None else removals:
             try:
-                found.append(_applied(before, wall, edit))
+                variations.append(_applied(before, wall, edit))
             except FacadeError as error:
                 discarded.append(f"{edit}: {error}")
-    return Variations(tuple(found), tuple(discarded))
+    return Variations(tuple(variations), tuple(discarded))
 
 
 def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
@@ -192,15 +194,15 @@ def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
         FacadeError: If the grids have different numbers of columns (rows).
     """
     lines = [_lines(grid_of(facade, name), axis) for name in grids]
-    if len({len(each) for each in lines}) != 1:
+    if len({len(grid_lines) for grid_lines in lines}) != 1:
         raise FacadeError(
             f"Grids {', '.join(grids)}: expected the same number of {'columns' if axis == X else 'rows'} in each."
         )
     kind = np.append(kinds(facade), -1)
-    contents = [tuple(kind[places[line]].tobytes() for places in lines) for line in range(len(lines[0]))]
+    contents = [tuple(kind[grid_lines[line]].tobytes() for grid_lines in lines) for line in range(len(lines[0]))]
     for line, content in enumerate(contents):
         if content not in contents[:line]:
-            yield from (Edit(tuple(grids), axis, line, place) for place in range(len(contents) + 1))
+            yield from (Edit(tuple(grids), axis, line, position) for position in range(len(contents) + 1))
     if len(contents) > 1:
         yield from (Edit(tuple(grids), axis, line) for line in range(len(contents)))
 
@@ -218,48 +220,48 @@ def _wall(facade: Facade, axis: int) -> AxisView:
     depth = [0] * len(facade)
     for node, above in enumerate(facade.parent.tolist()[1:], start=1):
         depth[node] = depth[above] + 1
-    if max(depth) > _DEEPEST:
+    if max(depth) > _MAX_DEPTH:
         raise FacadeError(
-            f"The facade has {max(depth)} levels of nested parts; expected at most {_DEEPEST} to edit it."
+            f"The facade has {max(depth)} levels of nested parts; expected at most {_MAX_DEPTH} to edit it."
         )
     return AxisView(facade, axis)
 
 
 def _applied(before: Variation, wall: AxisView, edit: Edit) -> Variation:
-    if edit.place is None:
-        top, added, missing = _without(wall, edit), {}, []
+    if edit.position is None:
+        top, added, missing = _line_removed(wall, edit), {}, []
     else:
-        top, added, missing = _with(wall, edit, edit.place)
+        top, added, missing = _line_added(wall, edit, edit.position)
     tree = assembled(wall, top)
-    facade, source, wanted, shown = _taken(before, wall, tree)
+    facade, source, target, visible = _as_facade(before, wall, tree)
     grids = _grids(wall, edit, tree, added)
     facade = check(replace(facade, grids=grids))
-    missing = [f"{edit}: {each}" for each in missing]
-    return Variation(facade, source, wanted, shown, (*before.edits, edit), (*before.missing, *missing))
+    missing = [f"{edit}: {reason}" for reason in missing]
+    return Variation(facade, source, target, visible, (*before.edits, edit), (*before.missing, *missing))
 
 
-def _without(wall: AxisView, edit: Edit) -> FacadePart:
+def _line_removed(wall: AxisView, edit: Edit) -> FacadePart:
     lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
-    gone = {node for each in lines for node in each[edit.line].tolist()} - {-1}
+    elements = {node for grid_lines in lines for node in grid_lines[edit.line].tolist()} - {-1}
     # Rows count from the top, coordinates from the bottom.
-    top = removed(wall, gone, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
+    top = removed(wall, elements, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
     if top is None:
         raise FacadeError("The edit would remove the whole facade.")
     return top
 
 
-def _with(wall: AxisView, edit: Edit, place: int) -> tuple[FacadePart, dict[str, Ints], list[str]]:
+def _line_added(wall: AxisView, edit: Edit, position: int) -> tuple[FacadePart, dict[str, Ints], list[str]]:
     """The wall with a new line, the sources of that line in each grid, and the elements that could not be inserted."""
     added, missing, insertions = {}, [], []
     for name in edit.grids:
         lines = _lines(grid_of(wall.facade, name), edit.axis)
         sources = lines[edit.line].copy()
         for cross, source in enumerate(sources.tolist()):
-            insertion = _insertion(lines[:, cross].tolist(), source, place, edit.axis)
+            insertion = _insertion(lines[:, cross].tolist(), source, position, edit.axis)
             if source >= 0 and (insertion is None or unreachable(wall, insertion)):
                 kind = "row" if edit.axis == X else "column"
-                why = "the place beside it is empty" if insertion is None else "its neighbours are not aligned"
-                missing.append(f"nothing in {kind} {cross + 1} of {name}, {why}")
+                reason = "the place beside it is empty" if insertion is None else "its neighbours are not aligned"
+                missing.append(f"nothing in {kind} {cross + 1} of {name}, {reason}")
                 sources[cross] = -1
             elif insertion is not None:
                 insertions.append(insertion)
@@ -271,18 +273,18 @@ def _with(wall: AxisView, edit: Edit, place: int) -> tuple[FacadePart, dict[str,
     return inserted(wall, list(dict.fromkeys(insertions))), added, missing
 
 
-def _insertion(line: Sequence[int], source: int, place: int, axis: int) -> Insertion | None:
+def _insertion(line: Sequence[int], source: int, position: int, axis: int) -> Insertion | None:
     """Source and position in one row; None if the source or an anchor is a phantom."""
-    first = min(max(place - 1, 0), max(len(line) - 2, 0))
+    first = min(max(position - 1, 0), max(len(line) - 2, 0))
     anchors = line[first : first + 2]
     if source < 0 or min(anchors) < 0:
         return None
-    at = At.BEFORE if place == 0 else At.AFTER if place == len(line) else At.BETWEEN
+    placement = Placement.BEFORE if position == 0 else Placement.AFTER if position == len(line) else Placement.BETWEEN
     if axis != X:
         # Rows count from the top, coordinates from the bottom.
         anchors = anchors[::-1]
-        at = {At.BEFORE: At.AFTER, At.AFTER: At.BEFORE}.get(at, at)
-    return Insertion(source, anchors[0], anchors[-1], at)
+        placement = {Placement.BEFORE: Placement.AFTER, Placement.AFTER: Placement.BEFORE}.get(placement, placement)
+    return Insertion(source, anchors[0], anchors[-1], placement)
 
 
 def _lines(grid: Grid, axis: int) -> Ints:
@@ -290,20 +292,20 @@ def _lines(grid: Grid, axis: int) -> Ints:
     return grid.places().T if axis == X else grid.places()
 
 
-def _taken(before: Variation, wall: AxisView, tree: JoinedParts) -> tuple[Facade, Ints, Floats, Floats]:
-    """A tree as a facade without grids, with the columns `source`, `wanted` and `shown` of `Variation`."""
-    given, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
-    wanted = before.wanted[given].copy()
-    wanted[:, axis] *= tree.shown[:, 1] - tree.shown[:, 0]
-    wanted[:, axis] = reaching(wall, tree, wanted[:, axis])
-    wanted[:, 1 - axis] *= tree.scale
-    part = np.tile([0.0, 0.0, 1.0, 1.0], (len(given), 1))
-    part[:, [axis, axis + 2]] = tree.shown
-    shown = before.shown[given]
-    low, extent = shown[:, :2], shown[:, 2:] - shown[:, :2]
-    shown = np.hstack([low + part[:, :2] * extent, low + part[:, 2:] * extent])
-    source = np.where(tree.source == NEW, NEW, before.source[given])
-    return take(before.facade, tree.parent, tree.axis, tree.source, wanted, part), source, wanted, shown
+def _as_facade(before: Variation, wall: AxisView, tree: JoinedParts) -> tuple[Facade, Ints, Floats, Floats]:
+    """A tree as a facade without grids, with the columns `source`, `target` and `visible` of `Variation`."""
+    node, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
+    target = before.target[node].copy()
+    target[:, axis] *= tree.visible[:, 1] - tree.visible[:, 0]
+    target[:, axis] = stretched_targets(wall, tree, target[:, axis])
+    target[:, 1 - axis] *= tree.scale
+    part = np.tile([0.0, 0.0, 1.0, 1.0], (len(node), 1))
+    part[:, [axis, axis + 2]] = tree.visible
+    visible = before.visible[node]
+    low, extent = visible[:, :2], visible[:, 2:] - visible[:, :2]
+    visible = np.hstack([low + part[:, :2] * extent, low + part[:, 2:] * extent])
+    source = np.where(tree.source == NEW, NEW, before.source[node])
+    return take(before.facade, tree.parent, tree.axis, tree.source, target, part), source, target, visible
 
 
 def _grids(wall: AxisView, edit: Edit, tree: JoinedParts, added: dict[str, Ints]) -> tuple[Grid, ...]:
@@ -312,12 +314,12 @@ def _grids(wall: AxisView, edit: Edit, tree: JoinedParts, added: dict[str, Ints]
     copy_of = np.full(len(wall.facade), -1, dtype=np.int64)
     grids: list[Grid] = []
     for grid in wall.facade.grids:
-        node, lines, cross = tree.kept[grid.node], *_split(grid, edit.axis)
-        if grid.name in added and edit.place is not None:
+        node, lines, cross = tree.new_node[grid.node], *_split(grid, edit.axis)
+        if grid.name in added and edit.position is not None:
             new = np.flatnonzero(added[grid.name] >= 0)
             copy_of[tree.source[copies]] = copies
             node = np.append(node, copy_of[added[grid.name][new]])
-            lines = np.append(lines + (lines >= edit.place), np.full(len(new), edit.place))
+            lines = np.append(lines + (lines >= edit.position), np.full(len(new), edit.position))
             cross = np.append(cross, new)
         grids += _compressed(grid.name, node, lines, cross, edit.axis)
     sources = np.concatenate([*added.values(), np.zeros(0, dtype=np.int64)])
@@ -337,13 +339,13 @@ def _split(grid: Grid, axis: int) -> tuple[Ints, Ints]:
 
 def _compressed(name: str, node: Ints, lines: Ints, cross: Ints, axis: int) -> list[Grid]:
     """The grid of the remaining nodes, without empty rows and columns; none if no node remains."""
-    left = np.flatnonzero(node >= 0)
-    if not left.size:
+    remaining = np.flatnonzero(node >= 0)
+    if not remaining.size:
         return []
-    left = left[np.argsort(node[left])]
-    lines, cross = (np.unique(each[left], return_inverse=True)[1] for each in (lines, cross))
+    remaining = remaining[np.argsort(node[remaining])]
+    lines, cross = (np.unique(values[remaining], return_inverse=True)[1] for values in (lines, cross))
     row, column = (cross, lines) if axis == X else (lines, cross)
-    return [Grid(name, node[left], row, column)]
+    return [Grid(name, node[remaining], row, column)]
 
 
 _WHOLE = [0.0, 0.0, 1.0, 1.0]
@@ -358,14 +360,14 @@ def inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
         locks: locks of the original facade.
         variation: a variation of that facade.
     """
-    whole = np.isclose(variation.shown, _WHOLE).all(axis=1)
-    found: list[Wish] = []
+    whole = np.isclose(variation.visible, _WHOLE).all(axis=1)
+    copies: list[Wish] = []
     for lock in locks:
         if isinstance(lock, Position):
             continue
         nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
-        found += [replace(lock, node=node) for node in nodes]
-    return tuple(found)
+        copies += [replace(lock, node=node) for node in nodes]
+    return tuple(copies)
 
 
 def lost(facade: Facade, locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
@@ -376,12 +378,14 @@ def lost(facade: Facade, locks: Sequence[Wish], variation: Variation) -> tuple[W
         locks: its locks; positions are not lost, since they do not apply to variations.
         variation: a variation of that facade.
     """
-    left = {_alike(variation.facade, lock) for lock in inherited(locks, variation)}
+    remaining = {_lock_key(variation.facade, lock) for lock in inherited(locks, variation)}
     return tuple(
-        lock for lock in locks if lock.node and not isinstance(lock, Position) and _alike(facade, lock) not in left
+        lock
+        for lock in locks
+        if lock.node and not isinstance(lock, Position) and _lock_key(facade, lock) not in remaining
     )
 
 
-def _alike(facade: Facade, lock: Wish) -> tuple[int, Wish]:
+def _lock_key(facade: Facade, lock: Wish) -> tuple[int, Wish]:
     """The label of a locked part, and its lock without the number of the node."""
     return int(facade.label[lock.node]), replace(lock, node=0)

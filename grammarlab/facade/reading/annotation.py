@@ -14,9 +14,11 @@ from grammarlab.facade.tree import Floats, Ints
 from grammarlab.facade.values import is_unicode
 
 MOST_BOXES = 100_000
+"""Largest number of boxes of a facade."""
 FARTHEST = 1e9
 """Largest valid coordinate, in any unit."""
 LONGEST_NAME = 200
+"""Largest number of characters of a label."""
 BACKGROUND = ("facade", "wall", "background")
 """Labels of boxes that only mark the area of the wall."""
 
@@ -68,10 +70,12 @@ def annotate(
         boxes: [N, 4] left, bottom, right, top.
         names: [N] labels.
         unit: unit of the coordinates.
-        outlines: [N] as in `BoxAnnotation`; left out if all boxes are rectangles.
+        outlines: [N] corners [P, 2] of each outline that is not rectangular, empty otherwise; left out if all
+            boxes are rectangles.
         bounds: [2, 2] area of the picture, or the box around the wall; no limits when left out.
         picture: name of the picture file that fills the bounds.
-        wall: as in `BoxAnnotation`; with a wall, the facade fills the bounds, otherwise the box around all boxes.
+        wall: [P, 2] corners of the outline of the wall; with a wall, the facade fills the bounds, otherwise the box
+            around all boxes.
         notes: notes so far.
 
     Raises:
@@ -89,20 +93,20 @@ def annotate(
         remarks.append(
             f"{int(empty.sum())} boxes without width or height are left out: {_box_text(boxes, names, empty)}"
         )
-    kept = np.flatnonzero(~empty)
-    low, high = boxes[kept, :2], boxes[kept, 2:]
+    nonempty = np.flatnonzero(~empty)
+    low, high = boxes[nonempty, :2], boxes[nonempty, 2:]
     if wall is not None and bounds is not None:
         frame = bounds
-    elif len(kept):
+    elif len(nonempty):
         frame = np.stack([low.min(axis=0), high.max(axis=0)])
     else:
         raise FacadeError("There is no box with a width and a height in this file.")
     return BoxAnnotation(
         low=low,
         high=high,
-        names=tuple(names[each] for each in kept.tolist()),
-        number=kept + 1,
-        outlines=tuple(outlines[each] if outlines else np.zeros((0, 2)) for each in kept.tolist()),
+        names=tuple(names[box] for box in nonempty.tolist()),
+        number=nonempty + 1,
+        outlines=tuple(outlines[box] if outlines else np.zeros((0, 2)) for box in nonempty.tolist()),
         frame=frame,
         unit=unit,
         picture=picture,
@@ -135,21 +139,21 @@ def check_count(number: int) -> None:
 
 
 def _check_numbers(boxes: Floats, names: Sequence[str]) -> None:
-    if (wrong := np.any(~np.isfinite(boxes), axis=1)).any():
-        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a coordinate that is not a finite number.")
-    if (wrong := np.any(np.abs(boxes) > FARTHEST, axis=1)).any():
-        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a coordinate beyond {FARTHEST:g}.")
-    if (wrong := np.array([len(name) > LONGEST_NAME for name in names], dtype=bool)).any():
-        raise FacadeError(f"{_box_text(boxes, names, wrong)}: a label has at most {LONGEST_NAME} characters.")
-    if (wrong := np.array([not is_unicode(name) for name in names], dtype=bool)).any():
-        raise FacadeError(f"{_box_text(boxes, names, wrong)}: expected Unicode text, found half of a character.")
-    if (wrong := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
-        raise FacadeError(f"{_box_text(boxes, names, wrong)} has a negative width or height.")
+    if (invalid := np.any(~np.isfinite(boxes), axis=1)).any():
+        raise FacadeError(f"{_box_text(boxes, names, invalid)} has a coordinate that is not a finite number.")
+    if (invalid := np.any(np.abs(boxes) > FARTHEST, axis=1)).any():
+        raise FacadeError(f"{_box_text(boxes, names, invalid)} has a coordinate beyond {FARTHEST:g}.")
+    if (invalid := np.array([len(name) > LONGEST_NAME for name in names], dtype=bool)).any():
+        raise FacadeError(f"{_box_text(boxes, names, invalid)}: a label has at most {LONGEST_NAME} characters.")
+    if (invalid := np.array([not is_unicode(name) for name in names], dtype=bool)).any():
+        raise FacadeError(f"{_box_text(boxes, names, invalid)}: expected Unicode text, found half of a character.")
+    if (invalid := np.any(boxes[:, 2:] < boxes[:, :2], axis=1)).any():
+        raise FacadeError(f"{_box_text(boxes, names, invalid)} has a negative width or height.")
 
 
-def _box_text(boxes: Floats, names: Sequence[str], which: NDArray[Any]) -> str:
+def _box_text(boxes: Floats, names: Sequence[str], mask: NDArray[Any]) -> str:
     """The first of some boxes, in words."""
-    first = int(np.flatnonzero(which)[0])
+    first = int(np.flatnonzero(mask)[0])
     name = "".join(letter if letter.isprintable() else "\ufffd" for letter in names[first][:40])
     return f"Box {first + 1} ({name or 'without label'}: {_area_text(boxes[first].reshape(2, 2))})"
 

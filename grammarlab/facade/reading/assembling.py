@@ -44,16 +44,16 @@ def snap(low: Floats, high: Floats, frame: Floats, tolerance: float) -> Snapped:
         low: [N, 2] lower left corners, inside the frame.
         high: [N, 2] upper right corners, larger than `low`.
         frame: [2, 2] lower left and upper right corner of the facade, which do not move.
-        tolerance: in the units of the boxes, >= 0.
+        tolerance: largest distance of sides on one line, in the units of the boxes, >= 0.
     """
     low, high = np.vstack([low, frame[:1]]), np.vstack([high, frame[1:]])
     sides = [_snapped_axis(low[:, axis], high[:, axis], tolerance) for axis in (0, 1)]
     lows, highs = np.stack([side[0] for side in sides], axis=1), np.stack([side[1] for side in sides], axis=1)
     lines = sides[0][2], sides[1][2]
     moved = max(
-        float(np.abs(lines[axis][lines_of[:, axis]] - before[:, axis]).max())
+        float(np.abs(lines[axis][line_index[:, axis]] - before[:, axis]).max())
         for axis in (0, 1)
-        for lines_of, before in ((lows, low), (highs, high))
+        for line_index, before in ((lows, low), (highs, high))
     )
     return Snapped(lows[:-1], highs[:-1], lines, moved)
 
@@ -72,10 +72,10 @@ def _snapped_axis(low: Floats, high: Floats, tolerance: float) -> tuple[Ints, In
 
 
 def _other_side_before(box: Ints) -> Ints:
-    """[2 N] place of the other side of the same box if it comes first, else -1."""
-    places = np.argsort(box, kind="stable").reshape(-1, 2)
+    """[2 N] position of the other side of the same box if it comes first, else -1."""
+    sides = np.argsort(box, kind="stable").reshape(-1, 2)
     before = np.full(len(box), -1)
-    before[places[:, 1]] = places[:, 0]
+    before[sides[:, 1]] = sides[:, 0]
     return before
 
 
@@ -96,17 +96,17 @@ def _starts(values: Floats, before: Ints, tolerance: float) -> Ints:
     return np.sort(np.array(starts))
 
 
-DRAWN, MEASURED = 0.01, 0.001
+DRAWN_TOLERANCE, MEASURED_TOLERANCE = 0.01, 0.001
 """Tolerances for boxes drawn on pictures and for boxes in metres, as fractions of the shorter side of the facade."""
-USUAL_WIDTH = 20.0
+DEFAULT_WIDTH_M = 20.0
 """Default width of a facade whose annotation is in pixels, metres."""
 LARGEST = 10_000.0
 """Largest side of a facade, metres."""
 OUTSIDE = "outside"
 """Label of the area beyond the outline of a wall that is not rectangular."""
-_FLATTEST = 1e-9
+_LEAST_ASPECT = 1e-9
 """Least ratio of the sides of the area of all boxes; also its least side, in the unit of the boxes."""
-_SLIVER = 1e-6
+_NEGLIGIBLE_SHARE = 1e-6
 """Largest negligible part of a leaf."""
 
 
@@ -135,10 +135,10 @@ def assemble(
 
     Args:
         annotation: the boxes.
-        width: metres; if left out, it follows from other data, see `_scale`.
-        height: metres; if left out, it follows from other data, see `_scale`.
+        width: width of the facade, metres; if left out, it follows from other data, see `_scale`.
+        height: height of the facade, metres; if left out, it follows from other data, see `_scale`.
         tolerance: sides with a smaller distance are moved to one line, as a fraction of the shorter side of the facade;
-            `DRAWN` or `MEASURED` when left out.
+            `DRAWN_TOLERANCE` or `MEASURED_TOLERANCE` when left out.
         split: whether boxes of a pinwheel may be cut; otherwise a pinwheel is an error.
         picture: the picture named by `annotation.picture`, if it exists; leaves show their parts of it.
         pixels: width and height of the picture, if known.
@@ -147,34 +147,34 @@ def assemble(
         FacadeError: If boxes form a pinwheel, or sizes are out of bounds.
     """
     if tolerance is None:
-        tolerance = MEASURED if annotation.unit == "metres" else DRAWN
+        tolerance = MEASURED_TOLERANCE if annotation.unit == "metres" else DRAWN_TOLERANCE
     if not 0.0 <= tolerance <= 0.1:
         raise FacadeError(f"Tolerance: expected a fraction of the facade from 0 to 0.1, found {tolerance}.")
     scale, notes = _scale(annotation, width, height, pixels)
     origin = annotation.frame[0]
     frame = (annotation.frame - origin) * scale
-    named = [name.strip().lower() for name in annotation.names]
-    kept = np.array([place for place, name in enumerate(named) if name not in BACKGROUND], dtype=np.int64)
-    names = [named[each] for each in kept.tolist()]
-    low, high = ((side[kept] - origin) * scale for side in (annotation.low, annotation.high))
+    labels = [name.strip().lower() for name in annotation.names]
+    foreground = np.array([index for index, name in enumerate(labels) if name not in BACKGROUND], dtype=np.int64)
+    names = [labels[box] for box in foreground.tolist()]
+    low, high = ((side[foreground] - origin) * scale for side in (annotation.low, annotation.high))
     snapped = snap(low, high, frame, tolerance * float(frame[1].min()))
     pieces = uncovered(np.hstack([snapped.low, snapped.high]), names)
     last = [len(lines) - 1 for lines in snapped.lines]
     try:
         tiles, source = fill(pieces, (0, 0, last[X], last[Y]), split=split)
     except PinwheelError as error:
-        text = pinwheel_text(error.sources, low, high, names, annotation.number[kept])
+        text = pinwheel_text(error.sources, low, high, names, annotation.number[foreground])
         raise FacadeError(f"{text} Or allow cuts through it (--split).") from error
     facade, tile = cut(
-        *_corners(tiles, snapped.lines), [names[each] if each != WALL else "wall" for each in source.tolist()]
+        *_corners(tiles, snapped.lines), [names[box] if box != WALL else "wall" for box in source.tolist()]
     )
     leaf_source = np.where(tile >= 0, source[tile], WALL)
-    lost = len(kept) - len(np.unique(source[source != WALL]))
-    if lost:
-        notes.append(f"{lost} boxes that are fully hidden by others are left out")
-    notes += _split_notes(source, pieces, names, annotation.number[kept])
-    outlines = [(annotation.outlines[each] - origin) * scale for each in kept.tolist()]
-    outlines = _followed(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
+    num_hidden = len(foreground) - len(np.unique(source[source != WALL]))
+    if num_hidden:
+        notes.append(f"{num_hidden} boxes that are fully hidden by others are left out")
+    notes += _split_notes(source, pieces, names, annotation.number[foreground])
+    outlines = [(annotation.outlines[box] - origin) * scale for box in foreground.tolist()]
+    outlines = _moved_outlines(outlines, (low, high), _corners(np.hstack([snapped.low, snapped.high]), snapped.lines))
     facade = _with_outlines(facade, leaf_source, outlines, (annotation.wall - origin) * scale)
     if picture is not None:
         facade = _with_picture(facade, picture, (annotation.picture_area - origin) * scale)
@@ -187,8 +187,8 @@ def _split_notes(source: Ints, pieces: VisiblePieces, names: list[str], number: 
     cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
     if not cut_up:
         return []
-    shown = ", ".join(f"{names[each]} {number[each]}" for each in cut_up[:8])
-    return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {shown}{', …' if len(cut_up) > 8 else ''}"]
+    listing = ", ".join(f"{names[box]} {number[box]}" for box in cut_up[:8])
+    return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {listing}{', …' if len(cut_up) > 8 else ''}"]
 
 
 def _scale(
@@ -209,14 +209,14 @@ def _scale(
     elif annotation.unit == "parts" and (width is None or height is None):
         notes.append("the aspect ratio of the picture is unknown: assumed to be 1; give a width and a height")
     extent = (annotation.frame[1] - annotation.frame[0]) * shape
-    if extent.min() < _FLATTEST * max(1.0, extent.max()):
+    if extent.min() < _LEAST_ASPECT * max(1.0, extent.max()):
         raise FacadeError(f"The boxes span {extent[X]:g} x {extent[Y]:g} {annotation.unit}: that is no facade.")
     if annotation.unit == "metres" and width is None and height is None:
         if extent.max() > LARGEST:
             raise FacadeError(f"The facade is {extent.max():g} metres large; expected at most {LARGEST:,.0f}.")
         return shape, notes
     if width is None and height is None:
-        width = USUAL_WIDTH
+        width = DEFAULT_WIDTH_M
         hint = "give the width or height (--width, --height)"
         notes.append(f"the size of the facade is unknown: assuming a width of {width:g} m; {hint}")
     across = width / extent[X] if width is not None else None
@@ -230,10 +230,12 @@ def _corners(boxes: Ints, lines: tuple[Floats, Floats]) -> tuple[Floats, Floats]
     return low, np.stack([lines[X][boxes[:, 2]], lines[Y][boxes[:, 3]]], axis=1)
 
 
-def _followed(outlines: list[Floats], before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> list[Floats]:
+def _moved_outlines(
+    outlines: list[Floats], before: tuple[Floats, Floats], after: tuple[Floats, Floats]
+) -> list[Floats]:
     """Outlines moved with their boxes, from the corners of the boxes before and after snapping."""
     scale = (after[1] - after[0]) / (before[1] - before[0])
-    return [after[0][k] + (each - before[0][k]) * scale[k] for k, each in enumerate(outlines)]
+    return [after[0][k] + (outline - before[0][k]) * scale[k] for k, outline in enumerate(outlines)]
 
 
 def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: Floats) -> Facade:
@@ -259,11 +261,11 @@ def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: F
             polygon = around
         else:
             continue
-        shown = _shown(polygon, low, size)
-        if shown is None:
+        visible = _clipped_outline(polygon, low, size)
+        if visible is None:
             outside.append(node)
-        elif len(shown):
-            points[node] = shown
+        elif len(visible):
+            points[node] = visible
     counts = np.zeros(len(facade), dtype=np.int64)
     for node, corners in points.items():
         counts[node] = len(corners)
@@ -281,18 +283,18 @@ def _with_outlines(facade: Facade, source: Ints, outlines: list[Floats], wall: F
     )
 
 
-def _shown(polygon: shapely.Polygon, low: Floats, size: Floats) -> Floats | None:
+def _clipped_outline(polygon: shapely.Polygon, low: Floats, size: Floats) -> Floats | None:
     """Corners [P, 2] of a polygon inside a leaf, as fractions of it, anticlockwise; empty for all, None for nothing."""
     if not polygon.is_valid:
         return np.zeros((0, 2))
     high = low + size
-    rest = shapely.intersection(polygon, shapely.box(low[X], low[Y], high[X], high[Y]))
-    part = rest.area / size.prod()
-    if part < _SLIVER:
+    visible = shapely.intersection(polygon, shapely.box(low[X], low[Y], high[X], high[Y]))
+    area_share = visible.area / size.prod()
+    if area_share < _NEGLIGIBLE_SHARE:
         return None
-    if part > 1.0 - _SLIVER or not isinstance(rest, shapely.Polygon) or rest.interiors:
+    if area_share > 1.0 - _NEGLIGIBLE_SHARE or not isinstance(visible, shapely.Polygon) or visible.interiors:
         return np.zeros((0, 2))
-    corners = shapely.get_coordinates(shapely.geometry.polygon.orient(rest).exterior)[:-1]
+    corners = shapely.get_coordinates(shapely.geometry.polygon.orient(visible).exterior)[:-1]
     return np.clip((corners - low) / size, 0.0, 1.0)
 
 

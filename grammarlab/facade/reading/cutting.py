@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, Floats, Ints, X, Y, check, plain
 
-_NAMED = 8
+_MAX_LISTED = 8
 """Largest number of rectangles of a pinwheel in a message."""
 
 
@@ -43,43 +43,44 @@ def pinwheel(boxes: Ints) -> Ints:
     Args:
         boxes: [N, 4] left, bottom, right, top, as integers, that do not overlap and cannot be divided by cuts.
     """
-    left = _undivided(boxes)
-    assert left is not None, "these rectangles can be divided"  # noqa: S101  # the caller has tried
-    size = max(1, len(left) // 2)
+    members = _undivided(boxes)
+    assert members is not None, "these rectangles can be divided"  # noqa: S101  # the caller has tried
+    size = max(1, len(members) // 2)
     while size:
         start = 0
-        while start < len(left):
-            fewer = np.delete(left, slice(start, start + size))
+        while start < len(members):
+            fewer = np.delete(members, slice(start, start + size))
             smaller = _undivided(boxes[fewer])
             if smaller is None:
                 start += size
             else:
-                left, start = np.sort(fewer[smaller]), 0 if len(smaller) < len(fewer) else start
+                members, start = np.sort(fewer[smaller]), 0 if len(smaller) < len(fewer) else start
         size //= 2
-    hull_low, hull_high = boxes[left, :2].min(axis=0), boxes[left, 2:].max(axis=0)
+    hull_low, hull_high = boxes[members, :2].min(axis=0), boxes[members, 2:].max(axis=0)
     inside = (boxes[:, :2] >= hull_low).all(axis=1) & (boxes[:, 2:] <= hull_high).all(axis=1)
     return np.flatnonzero(inside)
 
 
-def pinwheel_text(found: Ints, low: Floats, high: Floats, names: Sequence[str], number: Ints) -> str:
+def pinwheel_text(members: Ints, low: Floats, high: Floats, names: Sequence[str], number: Ints) -> str:
     """Message on rectangles that no line divides.
 
     Args:
-        found: rectangles of the pinwheel.
+        members: rectangles of the pinwheel.
         low: [N, 2] lower left corners of all rectangles, metres.
         high: [N, 2] upper right corners.
         names: [N] labels.
         number: [N] numbers for the user.
     """
-    shown = [
-        f"{names[each] or 'rectangle'} {number[each]} at ({low[each, X]:.6g}, {low[each, Y]:.6g}) to "
-        f"({high[each, X]:.6g}, {high[each, Y]:.6g})"
-        for each in found.tolist()
+    descriptions = [
+        f"{names[box] or 'rectangle'} {number[box]} at ({low[box, X]:.6g}, {low[box, Y]:.6g}) to "
+        f"({high[box, X]:.6g}, {high[box, Y]:.6g})"
+        for box in members.tolist()
     ]
-    more = f"; and {len(shown) - _NAMED} more" if len(shown) > _NAMED else ""
+    more = f"; and {len(descriptions) - _MAX_LISTED} more" if len(descriptions) > _MAX_LISTED else ""
     return (
-        f"No straight cut divides these {len(shown)} rectangles, which form a pinwheel: "
-        f"{'; '.join(shown[:_NAMED])}{more}. Change one of them so that a line from side to side crosses none of them."
+        f"No straight cut divides these {len(descriptions)} rectangles, which form a pinwheel: "
+        f"{'; '.join(descriptions[:_MAX_LISTED])}{more}. "
+        "Change one of them so that a line from side to side crosses none of them."
     )
 
 
@@ -121,29 +122,31 @@ def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
     _check_area(low, high)
     ranks_low, ranks_high = _ranks(low, high)
     levels = [_Depth(np.zeros(1, np.int64), np.array([len(low)]), np.full(1, -1), LEAF)]
-    order, at, piece = np.arange(len(low)), np.arange(len(low)), np.zeros(len(low), dtype=np.int64)
+    order, active, piece = np.arange(len(low)), np.arange(len(low)), np.zeros(len(low), dtype=np.int64)
     along = Y
-    while len(at) and len(low) > 1:
-        new, sorted_boxes = _parts(ranks_low[order[at], along], ranks_high[order[at], along], piece, order[at])
+    while len(active) and len(low) > 1:
+        new, sorted_boxes = _parts(
+            ranks_low[order[active], along], ranks_high[order[active], along], piece, order[active]
+        )
         whole = np.bincount(piece, weights=new) == 1
         if whole.any():
             if len(levels) == 1 and along == Y:  # the first axis is a choice
                 along = X
                 continue
-            stuck = order[at][whole[piece]]
-            stuck = stuck[: np.bincount(piece)[whole][0]]
-            found = stuck[pinwheel(np.hstack([ranks_low, ranks_high])[stuck])]
-            raise FacadeError(pinwheel_text(found, low, high, names, np.arange(len(low))))
-        order[at] = sorted_boxes
+            undivided = order[active][whole[piece]]
+            undivided = undivided[: np.bincount(piece)[whole][0]]
+            members = undivided[pinwheel(np.hstack([ranks_low, ranks_high])[undivided])]
+            raise FacadeError(pinwheel_text(members, low, high, names, np.arange(len(low))))
+        order[active] = sorted_boxes
         first = np.flatnonzero(new)
-        counts = np.diff(np.append(first, len(at)))
+        counts = np.diff(np.append(first, len(active)))
         parents = np.flatnonzero(levels[-1].count > 1)[piece[first]]
-        levels.append(_Depth(at[first], counts, parents, along))
+        levels.append(_Depth(active[first], counts, parents, along))
         if len(levels) > MOST_LEVELS:
             raise FacadeError(f"These rectangles need more than {MOST_LEVELS} levels of cuts.")
-        kept = np.repeat(counts > 1, counts)
-        piece = np.repeat(np.cumsum(counts > 1) - 1, counts)[kept]
-        at, along = at[kept], 1 - along
+        divisible = np.repeat(counts > 1, counts)
+        piece = np.repeat(np.cumsum(counts > 1) - 1, counts)[divisible]
+        active, along = active[divisible], 1 - along
     return _tree(levels, order, low, high, names)
 
 
@@ -183,8 +186,8 @@ def _check_area(low: Floats, high: Floats) -> None:
         raise FacadeError("A facade needs at least one rectangle, found none.")
     covered, whole = (high - low).prod(axis=1).sum(), (high.max(axis=0) - low.min(axis=0)).prod()
     if not abs(covered - whole) <= 4.0 * TOLERANCE * whole:
-        what = "overlap" if covered > whole else "leave gaps"
-        raise FacadeError(f"The rectangles {what}: they cover {covered:.6g} of {whole:.6g} square metres.")
+        defect = "overlap" if covered > whole else "leave gaps"
+        raise FacadeError(f"The rectangles {defect}: they cover {covered:.6g} of {whole:.6g} square metres.")
 
 
 def _tree(levels: list[_Depth], order: Ints, low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
@@ -204,9 +207,9 @@ def _tree(levels: list[_Depth], order: Ints, low: Floats, high: Floats, names: S
     leaf = count == 1
     box = np.where(leaf, order[start], -1)
     position, size = _extents(order, start, count, low, high)
-    called = [str(names[each]) if each >= 0 else "" for each in box.tolist()]
+    labels = [str(names[rectangle]) if rectangle >= 0 else "" for rectangle in box.tolist()]
     axis = np.where(leaf, LEAF, axes[depth]).astype(np.int8)
-    return check(plain(parent, axis, position - low.min(axis=0), size, called)), box
+    return check(plain(parent, axis, position - low.min(axis=0), size, labels)), box
 
 
 def _extents(order: Ints, start: Ints, count: Ints, low: Floats, high: Floats) -> tuple[Floats, Floats]:

@@ -47,22 +47,22 @@ def fill(pieces: VisiblePieces, frame: Rectangle, *, split: bool = False) -> tup
     """
     rows = np.column_stack([pieces.boxes, pieces.source]).tolist()
     boxes: list[Box] = [(*row, bool(whole)) for row, whole in zip(rows, pieces.whole.tolist(), strict=True)]
-    found: list[tuple[int, int, int, int, int]] = []
-    left: list[tuple[Rectangle, list[Box]]] = [(frame, boxes)]
+    tiles: list[tuple[int, int, int, int, int]] = []
+    pending: list[tuple[Rectangle, list[Box]]] = [(frame, boxes)]
     levels = 0
-    while left:
+    while pending:
         levels += 1
         if levels > MOST_LEVELS:
             raise FacadeError(f"These boxes need more than {MOST_LEVELS} levels of cuts.")
-        pieces_before, left = left, []
-        for around, inside in pieces_before:
+        level_pieces, pending = pending, []
+        for around, inside in level_pieces:
             if not inside:
-                found.append((*around, WALL))
+                tiles.append((*around, WALL))
             elif len(inside) == 1 and inside[0][:4] == around:
-                found.append((*around, inside[0][4]))
+                tiles.append((*around, inside[0][4]))
             else:
-                left += _divided(around, inside, Y) or _divided(around, inside, X) or _forced(around, inside, split)
-    table = np.array(found, dtype=np.int64)
+                pending += _divided(around, inside, Y) or _divided(around, inside, X) or _forced(around, inside, split)
+    table = np.array(tiles, dtype=np.int64)
     return table[:, :4], table[:, 4]
 
 
@@ -84,29 +84,34 @@ def _divided(around: Rectangle, inside: list[Box], along: int) -> list[tuple[Rec
     if len(parts) == 1:
         return []
     ends = [start for start, _, _ in parts[1:]] + [around[along + 2]]
-    return [(_between(around, along, start, end), some) for (start, _, some), end in zip(parts, ends, strict=True)]
+    return [
+        (_between(around, along, start, end), members) for (start, _, members), end in zip(parts, ends, strict=True)
+    ]
 
 
 def _between(around: Rectangle, along: int, low: int, high: int) -> Rectangle:
-    left, bottom, right, top = around
-    return (low, bottom, high, top) if along == X else (left, low, right, high)
+    x_low, y_low, x_high, y_high = around
+    return (low, y_low, high, y_high) if along == X else (x_low, low, x_high, high)
 
 
 def _forced(around: Rectangle, inside: list[Box], split: bool) -> list[tuple[Rectangle, list[Box]]]:
     """Both sides of the line that crosses the fewest boxes that should stay whole, then the fewest others."""
     table = np.array([box[:4] for box in inside])
     whole = np.array([box[5] for box in inside])
-    found: list[tuple[int, int, int, int, int]] = []  # whole ones crossed, all crossed, imbalance, axis, line
+    options: list[tuple[int, int, int, int, int]] = []  # whole ones crossed, all crossed, imbalance, axis, line
     for along in (Y, X):
         low, high = table[:, along], table[:, along + 2]
         lines = np.unique(np.concatenate([low, high]))
         lines = lines[(lines > around[along]) & (lines < around[along + 2])]
         if len(lines):
             crossed, below = _crossed(low, high, lines)
-            uneven = np.abs(2 * below + crossed - len(table))
-            first = int(np.lexsort((lines, uneven, crossed, must := _crossed(low[whole], high[whole], lines)[0]))[0])
-            found.append((int(must[first]), int(crossed[first]), int(uneven[first]), -along, int(lines[first])))
-    best = min(found, default=None)
+            imbalance = np.abs(2 * below + crossed - len(table))
+            whole_crossed, _ = _crossed(low[whole], high[whole], lines)
+            first = int(np.lexsort((lines, imbalance, crossed, whole_crossed))[0])
+            options.append(
+                (int(whole_crossed[first]), int(crossed[first]), int(imbalance[first]), -along, int(lines[first]))
+            )
+    best = min(options, default=None)
     if best is None or (best[0] and not split):
         sources = np.array([box[4] for box in inside])
         raise PinwheelError(np.unique(sources[pinwheel(table)]))
@@ -123,9 +128,9 @@ def _crossed(low: Ints, high: Ints, lines: Ints) -> tuple[Ints, Ints]:
 
 def _clipped(inside: list[Box], along: int, low: int, high: int) -> list[Box]:
     """Boxes between two lines of an axis, clipped."""
-    found: list[Box] = []
+    clipped: list[Box] = []
     for box in inside:
         start, end = max(box[along], low), min(box[along + 2], high)
         if start < end:
-            found.append((*_between(box[:4], along, start, end), box[4], box[5]))
-    return found
+            clipped.append((*_between(box[:4], along, start, end), box[4], box[5]))
+    return clipped

@@ -28,7 +28,7 @@ MOST_OVERLAPS = 2_000_000
 """Largest number of pairs of boxes that overlap."""
 _MOST_CELLS = 20_000_000
 """Largest number of cells of all boxes with hidden parts."""
-_AT_ONCE = 200
+_BOXES_PER_QUERY = 200
 """Number of boxes whose overlaps are found together, since all boxes of a file may overlap."""
 
 
@@ -55,19 +55,19 @@ def uncovered(boxes: Ints, names: Sequence[str]) -> VisiblePieces:
         FacadeError: If more than `MOST_OVERLAPS` pairs overlap.
     """
     front, behind = _overlaps(boxes, names)
-    kept = np.setdiff1d(np.arange(len(boxes)), behind)
-    pieces, sources, cells = [boxes[kept]], [kept], 0
+    visible = np.setdiff1d(np.arange(len(boxes)), behind)
+    pieces, sources, cells = [boxes[visible]], [visible], 0
     order = np.argsort(behind, kind="stable")
-    losers, first = np.unique(behind[order], return_index=True)
-    for loser, hiding in zip(losers.tolist(), np.split(front[order], first)[1:], strict=True):
-        rest, taken = _rest(boxes[loser], boxes[hiding])
-        cells += taken
+    hidden, first = np.unique(behind[order], return_index=True)
+    for hidden_box, covers in zip(hidden.tolist(), np.split(front[order], first)[1:], strict=True):
+        rest, num_cells = _rest(boxes[hidden_box], boxes[covers])
+        cells += num_cells
         if cells > _MOST_CELLS:
-            raise FacadeError(f"The box {names[loser]!r} and others have too many visible pieces: leave them out.")
+            raise FacadeError(f"The box {names[hidden_box]!r} and others have too many visible pieces: leave them out.")
         pieces.append(rest)
-        sources.append(np.full(len(rest), loser))
+        sources.append(np.full(len(rest), hidden_box))
     whole = np.zeros(sum(map(len, pieces)), dtype=bool)
-    whole[: len(kept)] = [names[each] not in BANDS for each in kept.tolist()]
+    whole[: len(visible)] = [names[box] not in BANDS for box in visible.tolist()]
     return VisiblePieces(np.vstack(pieces), np.concatenate(sources), whole)
 
 
@@ -75,56 +75,56 @@ def _overlaps(boxes: Ints, names: Sequence[str]) -> tuple[Ints, Ints]:
     """Pairs of overlapping boxes: those in front, and those behind."""
     inner = shapely.box(boxes[:, 0] + 0.25, boxes[:, 1] + 0.25, boxes[:, 2] - 0.25, boxes[:, 3] - 0.25)
     tree, pairs, count = shapely.STRtree(inner), [np.zeros((2, 0), dtype=np.int64)], 0
-    for start in range(0, len(boxes), _AT_ONCE):
-        found = tree.query(inner[start : start + _AT_ONCE])
-        found[0] += start
-        found = found[:, found[0] < found[1]]
-        pairs.append(found)
-        count += found.shape[1]
+    for start in range(0, len(boxes), _BOXES_PER_QUERY):
+        hits = tree.query(inner[start : start + _BOXES_PER_QUERY])
+        hits[0] += start
+        hits = hits[:, hits[0] < hits[1]]
+        pairs.append(hits)
+        count += hits.shape[1]
         if count > MOST_OVERLAPS:
             raise FacadeError(f"More than {MOST_OVERLAPS:,} pairs of boxes overlap; facades have few such pairs.")
     a, b = np.hstack(pairs)
-    beside = FRONT.index("window")
-    depth = np.array([FRONT.index(name) if name in FRONT else beside for name in names], dtype=np.int64)
+    window_depth = FRONT.index("window")
+    depth = np.array([FRONT.index(name) if name in FRONT else window_depth for name in names], dtype=np.int64)
     area = (boxes[:, 2:] - boxes[:, :2]).prod(axis=1)
     first = (depth[a] < depth[b]) | ((depth[a] == depth[b]) & (area[a] <= area[b]))
-    a_in_b, b_in_a = _lies_in(boxes[a], boxes[b]), _lies_in(boxes[b], boxes[a])
+    a_in_b, b_in_a = _is_inside(boxes[a], boxes[b]), _is_inside(boxes[b], boxes[a])
     first = np.where(a_in_b == b_in_a, first, a_in_b)
     return np.where(first, a, b), np.where(first, b, a)
 
 
-def _lies_in(inner: Ints, outer: Ints) -> NDArray[Any]:
+def _is_inside(inner: Ints, outer: Ints) -> NDArray[Any]:
     return np.all((inner[:, :2] >= outer[:, :2]) & (inner[:, 2:] <= outer[:, 2:]), axis=1)
 
 
-def _rest(box: Ints, hiding: Ints) -> tuple[Ints, int]:
+def _rest(box: Ints, covers: Ints) -> tuple[Ints, int]:
     """[M, 4] rectangles of the visible parts of a box, and the number of cells examined."""
-    clipped = np.clip(hiding, np.tile(box[:2], 2), np.tile(box[2:], 2))
+    clipped = np.clip(covers, np.tile(box[:2], 2), np.tile(box[2:], 2))
     columns = np.unique(np.concatenate([box[[0, 2]], clipped[:, 0], clipped[:, 2]]))
     rows = np.unique(np.concatenate([box[[1, 3]], clipped[:, 1], clipped[:, 3]]))
     cells = (len(columns) - 1) * (len(rows) - 1)
     if cells > _MOST_CELLS:
         return np.zeros((0, 4), dtype=np.int64), cells
-    seen = np.ones((len(columns) - 1, len(rows) - 1), dtype=bool)
+    visible = np.ones((len(columns) - 1, len(rows) - 1), dtype=bool)
     left, right = (np.searchsorted(columns, clipped[:, side]).tolist() for side in (0, 2))
     bottom, top = (np.searchsorted(rows, clipped[:, side]).tolist() for side in (1, 3))
-    for place in range(len(clipped)):
-        seen[left[place] : right[place], bottom[place] : top[place]] = False
-    across, upright = _runs(seen.T)[:, [1, 0, 3, 2]], _runs(seen)
+    for index in range(len(clipped)):
+        visible[left[index] : right[index], bottom[index] : top[index]] = False
+    across, upright = _runs(visible.T)[:, [1, 0, 3, 2]], _runs(visible)
     best = across if len(across) <= len(upright) else upright
     return np.stack([columns[best[:, 0]], rows[best[:, 1]], columns[best[:, 2]], rows[best[:, 3]]], axis=1), cells
 
 
-def _runs(seen: NDArray[np.bool_]) -> Ints:
+def _runs(visible: NDArray[np.bool_]) -> Ints:
     """[M, 4] cells as rectangles: runs along the second axis, merged with equal runs of neighbours."""
-    found: list[list[int]] = []
+    rectangles: list[list[int]] = []
     open_runs: dict[tuple[int, int], list[int]] = {}
-    for place, line in enumerate(seen):
+    for row, line in enumerate(visible):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], line, [False]]).astype(np.int8)))
         runs = [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-        still = {run: open_runs.get(run) or [place, run[0], place, run[1]] for run in runs}
-        found.extend(rectangle for run, rectangle in still.items() if run not in open_runs)
-        for rectangle in still.values():
-            rectangle[2] = place + 1
-        open_runs = still
-    return np.array(found, dtype=np.int64).reshape(-1, 4)
+        current = {run: open_runs.get(run) or [row, run[0], row, run[1]] for run in runs}
+        rectangles.extend(rectangle for run, rectangle in current.items() if run not in open_runs)
+        for rectangle in current.values():
+            rectangle[2] = row + 1
+        open_runs = current
+    return np.array(rectangles, dtype=np.int64).reshape(-1, 4)

@@ -22,7 +22,7 @@ from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes.lines import Lines, Sums, find_lines
 from grammarlab.facade.tree import Facade, Floats, Ints, X
 
-ALIKE = 0.1
+SIMILAR_SIZE_TOLERANCE = 0.1
 """Parts of one label are similar if each is larger than the next smaller one by at most this fraction."""
 ANCHORS = np.array([0.0, 0.5, 1.0])
 """The eps of Equation 2; the first is taken if all three vary equally."""
@@ -50,9 +50,9 @@ def alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats,
         position: [N] original positions along the axis, metres.
         size: [N] original sizes along the axis, metres.
     """
-    node, of_grid, group, other = _members(grids, along)
+    node, grid_index, group, other = _members(grids, along)
     order = np.lexsort((other, group))
-    node, of_grid, group = node[order], of_grid[order], group[order]
+    node, grid_index, group = node[order], grid_index[order], group[order]
     anchors = position[node, None] + ANCHORS * size[node, None]
     eps = ANCHORS[_least_variance(anchors, group)][group]
     first = np.flatnonzero(group[1:] == group[:-1])
@@ -63,7 +63,7 @@ def alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats,
     moves = (lines.low[ahead] != lines.low[behind]) & (share < 1.0)
     moves |= (lines.high[ahead] != lines.high[behind]) & (share > 0.0)
     sums = lines.reach(ahead, share).minus(lines.reach(behind, share))
-    return Rows(Sums(sums.line[moves], sums.factor[moves]), value[moves], of_grid[first][moves])
+    return Rows(Sums(sums.line[moves], sums.factor[moves]), value[moves], grid_index[first][moves])
 
 
 def symmetry(grids: Sequence[Grid], lines: Lines, along: int, label: Ints, size: Floats) -> Rows:
@@ -76,49 +76,51 @@ def symmetry(grids: Sequence[Grid], lines: Lines, along: int, label: Ints, size:
         label: [N] label of each node.
         size: [N] original sizes along the axis, metres, > 0.
     """
-    node, of_grid, _, _ = _members(grids, along)
+    node, grid_index, _, _ = _members(grids, along)
     # Nodes between the same lines have equal sizes without a row.
-    _, first = np.unique(np.stack([of_grid, label[node], lines.low[node], lines.high[node]]), axis=1, return_index=True)
-    node, of_grid = node[first], of_grid[first]
-    order = np.lexsort((size[node], label[node], of_grid))
-    node, of_grid = node[order], of_grid[order]
-    alike = (of_grid[1:] == of_grid[:-1]) & (label[node[1:]] == label[node[:-1]])
-    alike &= size[node[1:]] <= (1.0 + ALIKE) * size[node[:-1]]
-    small, large = node[:-1][alike], node[1:][alike]
+    _, first = np.unique(
+        np.stack([grid_index, label[node], lines.low[node], lines.high[node]]), axis=1, return_index=True
+    )
+    node, grid_index = node[first], grid_index[first]
+    order = np.lexsort((size[node], label[node], grid_index))
+    node, grid_index = node[order], grid_index[order]
+    similar = (grid_index[1:] == grid_index[:-1]) & (label[node[1:]] == label[node[:-1]])
+    similar &= size[node[1:]] <= (1.0 + SIMILAR_SIZE_TOLERANCE) * size[node[:-1]]
+    small, large = node[:-1][similar], node[1:][similar]
     sums = lines.extent(large).minus(lines.extent(small).times(size[large] / size[small]))
-    return Rows(sums, np.zeros(len(small)), of_grid[1:][alike])
+    return Rows(sums, np.zeros(len(small)), grid_index[1:][similar])
 
 
 def _members(grids: Sequence[Grid], along: int) -> tuple[Ints, Ints, Ints, Ints]:
     """[E] of all grids: node, grid, column or row numbered over all grids, and index within it."""
     if not grids:
-        nothing = np.zeros(0, dtype=np.int64)
-        return nothing, nothing, nothing, nothing
+        empty = np.zeros(0, dtype=np.int64)
+        return empty, empty, empty, empty
     node = np.concatenate([grid.node for grid in grids])
-    of_grid: Ints = np.repeat(np.arange(len(grids)), [len(grid.node) for grid in grids])
+    grid_index: Ints = np.repeat(np.arange(len(grids)), [len(grid.node) for grid in grids])
     column, row = np.concatenate([grid.column for grid in grids]), np.concatenate([grid.row for grid in grids])
     group, other = (column, row) if along == X else (row, column)
     counts = np.array([grid.num_columns if along == X else grid.num_rows for grid in grids])
-    return node, of_grid, group + (np.cumsum(counts) - counts)[of_grid], other
+    return node, grid_index, group + (np.cumsum(counts) - counts)[grid_index], other
 
 
 def _least_variance(anchors: Floats, group: Ints) -> NDArray[np.intp]:
     """[G] index of the anchor [E, 3] that varies least within each group [E]."""
     counts = np.maximum(np.bincount(group), 1)
     variance = np.empty((len(counts), len(ANCHORS)))
-    for which in range(len(ANCHORS)):
-        mean = np.bincount(group, anchors[:, which]) / counts
-        variance[:, which] = np.bincount(group, (anchors[:, which] - mean[group]) ** 2)
+    for anchor in range(len(ANCHORS)):
+        mean = np.bincount(group, anchors[:, anchor]) / counts
+        variance[:, anchor] = np.bincount(group, (anchors[:, anchor] - mean[group]) ** 2)
     # Rounding errors must not determine the choice.
     return (variance > variance.min(axis=1, keepdims=True) + 1e-18 * np.square(anchors).max(initial=0.0)).argmin(axis=1)
 
 
 Weights = Literal["default", "paper"]
-SMALLEST = 1e-3
+_LEAST_SIZE_RATIO = 1e-3
 """Least size of a leaf, as a fraction of its target."""
-_LIGHTEST = 1e-3
+_LEAST_WEIGHTED_SIZE = 1e-3
 """Least size, as a fraction of the facade, for default weights; smaller leaves have the weight of this size."""
-_CAP = 10.0
+_MAX_PAPER_WEIGHT = 10.0
 """Largest weight of the paper."""
 
 
@@ -166,8 +168,8 @@ def leaf_weights(size: Floats, whole: Floats, weights: Weights) -> Floats:
         weights: kind of weights.
     """
     if weights == "paper":
-        return np.repeat(np.minimum(whole.prod() / size.prod(axis=1), _CAP)[:, None], 2, axis=1)
-    return 1.0 / np.maximum(size, _LIGHTEST * whole.max())
+        return np.repeat(np.minimum(whole.prod() / size.prod(axis=1), _MAX_PAPER_WEIGHT)[:, None], 2, axis=1)
+    return 1.0 / np.maximum(size, _LEAST_WEIGHTED_SIZE * whole.max())
 
 
 def build_axis(facade: Facade, along: int, origin: LineOrigin, weight: Floats, scale: float) -> Axis:
@@ -185,7 +187,7 @@ def build_axis(facade: Facade, along: int, origin: LineOrigin, weight: Floats, s
     _, first, pair = np.unique(lines.low[leaf] * lines.num + lines.high[leaf], return_index=True, return_inverse=True)
     weights = np.bincount(pair, weight**2)
     least = np.zeros(len(first))
-    np.maximum.at(least, pair, SMALLEST * size[leaf])
+    np.maximum.at(least, pair, _LEAST_SIZE_RATIO * size[leaf])
     return Axis(
         along=along,
         lines=lines,

@@ -45,9 +45,9 @@ class Sums:
         """[K, T] sums over lines whose indices are larger by a constant."""
         return Sums(self.line + first, self.factor)
 
-    def at(self, place: Floats) -> Floats:
+    def evaluate(self, position: Floats) -> Floats:
         """[K] values of the sums for lines at these positions [M]."""
-        return (self.factor * place[self.line]).sum(axis=1)
+        return (self.factor * position[self.line]).sum(axis=1)
 
     def over(self, merged: Ints) -> Sums:
         """[K, T] sums over merged lines, without repeated lines in a sum.
@@ -79,13 +79,13 @@ class Sums:
 
 def stacked(sums: Sequence[Sums]) -> Sums:
     """[K, T] concatenated lists of sums, with the number of terms of the longest."""
-    shape = sum(len(each) for each in sums), max(each.line.shape[1] for each in sums)
+    shape = sum(len(block) for block in sums), max(block.line.shape[1] for block in sums)
     line, factor = np.zeros(shape, dtype=np.int64), np.zeros(shape)
     start = 0
-    for each in sums:
-        line[start : start + len(each), : each.line.shape[1]] = each.line
-        factor[start : start + len(each), : each.line.shape[1]] = each.factor
-        start += len(each)
+    for block in sums:
+        line[start : start + len(block), : block.line.shape[1]] = block.line
+        factor[start : start + len(block), : block.line.shape[1]] = block.factor
+        start += len(block)
     return Sums(line, factor)
 
 
@@ -108,24 +108,24 @@ class Lines:
         """[K, 2] the size of each of K nodes: alpha."""
         return Sums(np.stack([self.low[node], self.high[node]], axis=1), np.tile([-1.0, 1.0], (len(node), 1)))
 
-    def laid(self, place: Floats) -> tuple[Floats, Floats]:
+    def spans(self, line_position: Floats) -> tuple[Floats, Floats]:
         """[N] position and [N] size of each node for lines at these positions [M]."""
-        return place[self.low], place[self.high] - place[self.low]
+        return line_position[self.low], line_position[self.high] - line_position[self.low]
 
-    def places(self, position: Floats, size: Floats) -> Floats:
+    def positions(self, position: Floats, size: Floats) -> Floats:
         """[M] positions of the lines of a facade whose nodes have these positions [N] and sizes [N]."""
-        place = np.zeros(self.num)
-        place[self.high] = position + size
-        place[self.low] = position
-        return place
+        line_position = np.zeros(self.num)
+        line_position[self.high] = position + size
+        line_position[self.low] = position
+        return line_position
 
 
 def find_lines(parent: Ints, axis: NDArray[np.int8], along: int) -> Lines:
     """The lines of a tree.
 
     Args:
-        parent: [N] as in `Facade`.
-        axis: [N] as in `Facade`.
+        parent: [N] parent of each node, as in `Facade`; -1 for the root.
+        axis: [N] axis along which each node is divided, as in `Facade`.
         along: 0 for the lines from the left to the right, 1 for those from the bottom to the top.
     """
     num_nodes = len(parent)

@@ -29,11 +29,11 @@ from grammarlab.facade.sizes.lines import Sums, stacked
 from grammarlab.facade.sizes.size_wishes import Aspect, Position, Size, Wish
 from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
 
-EXACT = 1e-9
+EXACT_TOLERANCE = 1e-9
 """Largest violation of rows and bounds, as a fraction of the facade's size."""
-_NEAR = 1e-8
+_APPROXIMATE_TOLERANCE = 1e-8
 """Largest violation if no accurate solution was found."""
-_REGULAR = 1e-8
+_REGULARISATION = 1e-8
 """Regularisation for linearly dependent rows; iterative refinement removes its effect."""
 _MOST_REFINEMENTS = 30
 
@@ -55,7 +55,7 @@ class QuadraticProgram:
     """[P] target sizes of parts."""
     rows: Sums
     """[R] equations; they may be linearly dependent."""
-    still: NDArray[np.bool_]
+    is_zero: NDArray[np.bool_]
     """[R] whether the value is always 0."""
     bounds: Sums
     """[K] left-hand sides of inequalities."""
@@ -65,62 +65,62 @@ class QuadraticProgram:
     def solve(self, value: Floats) -> Floats | None:
         """[M] the optimal positions for values [R] of the rows; None if no valid solution was found."""
         merged, line, row = self._merged
-        place = merged._solved(value[row])
-        if place is None or self.misses(place[line], value) > _NEAR:
+        position = merged._solved(value[row])
+        if position is None or self.max_violation(position[line], value) > _APPROXIMATE_TOLERANCE:
             return None
-        return place[line]
+        return position[line]
 
-    def energy(self, place: Floats) -> float:
+    def energy(self, position: Floats) -> float:
         """The objective at these positions [M]."""
-        return float(np.square(self.weight * (self.parts.at(place) - self.target)).sum())
+        return float(np.square(self.weight * (self.parts.evaluate(position) - self.target)).sum())
 
-    def deviation(self, place: Floats) -> float:
+    def deviation(self, position: Floats) -> float:
         """Largest difference of a size from its target at these positions [M]."""
-        return float(np.abs(self.parts.at(place) - self.target).max())
+        return float(np.abs(self.parts.evaluate(position) - self.target).max())
 
-    def misses(self, place: Floats, value: Floats) -> float:
+    def max_violation(self, position: Floats, value: Floats) -> float:
         """Largest violation of the rows, with these values [R], and of bounds; infinite for NaN."""
-        rows = np.abs(self.rows.at(place) - value).max(initial=0.0)
-        missed = float(max(rows, (self.least - self.bounds.at(place)).max(initial=0.0)))
-        return missed if np.isfinite(place).all() else np.inf
+        rows = np.abs(self.rows.evaluate(position) - value).max(initial=0.0)
+        violation = float(max(rows, (self.least - self.bounds.evaluate(position)).max(initial=0.0)))
+        return violation if np.isfinite(position).all() else np.inf
 
     @cached_property
     def _merged(self) -> tuple[QuadraticProgram, Ints, Ints]:
         """The programme with lines of constant distance merged, [M] merged line of each line, and its rows."""
         line = np.arange(self.num_lines)
-        fixed = Sums(self.rows.line[self.still], self.rows.factor[self.still])
+        fixed = Sums(self.rows.line[self.is_zero], self.rows.factor[self.is_zero])
         while True:
-            one, other = fixed.over(line).equal_pairs()
-            if not one.size:
+            first, second = fixed.over(line).equal_pairs()
+            if not first.size:
                 break
-            graph = sparse.coo_array((np.ones(len(one)), (one, other)), shape=(self.num_lines, self.num_lines))
+            graph = sparse.coo_array((np.ones(len(first)), (first, second)), shape=(self.num_lines, self.num_lines))
             line = connected_components(graph, directed=False)[1][line].astype(np.int64)
         rows = self.rows.over(line)
-        row = np.flatnonzero(~self.still | (rows.factor != 0.0).any(axis=1))
+        row = np.flatnonzero(~self.is_zero | (rows.factor != 0.0).any(axis=1))
         merged = replace(
             self,
             num_lines=int(line.max()) + 1,
             parts=self.parts.over(line),
             rows=Sums(rows.line[row], rows.factor[row]),
-            still=self.still[row],
+            is_zero=self.is_zero[row],
             bounds=self.bounds.over(line),
         )
         return merged, line, row
 
     def _solved(self, value: Floats) -> Floats | None:
         """[M] see `solve`, without merging lines."""
-        place = self._under_rows(value)
-        if place is None or self.misses(place, value) <= EXACT:
-            return place
-        near, pressed = self._interior_point(value)
-        missed = self.misses(near, value)
-        if missed > _NEAR:
+        position = self._under_rows(value)
+        if position is None or self.max_violation(position, value) <= EXACT_TOLERANCE:
+            return position
+        approximate, active = self._interior_point(value)
+        violation = self.max_violation(approximate, value)
+        if violation > _APPROXIMATE_TOLERANCE:
             return None
-        rows = stacked([self.rows, Sums(self.bounds.line[pressed], self.bounds.factor[pressed])])
-        exact = replace(self, rows=rows)._under_rows(np.concatenate([value, self.least[pressed]]))
-        if exact is None or self.misses(exact, value) > max(EXACT, missed):
-            return near
-        return exact if self.energy(exact) <= (1.0 + EXACT) * self.energy(near) else near
+        rows = stacked([self.rows, Sums(self.bounds.line[active], self.bounds.factor[active])])
+        exact = replace(self, rows=rows)._under_rows(np.concatenate([value, self.least[active]]))
+        if exact is None or self.max_violation(exact, value) > max(EXACT_TOLERANCE, violation):
+            return approximate
+        return exact if self.energy(exact) <= (1.0 + EXACT_TOLERANCE) * self.energy(approximate) else approximate
 
     @cached_property
     def _matrix(self) -> sparse.csr_array:
@@ -146,7 +146,7 @@ class QuadraticProgram:
     @cached_property
     def _factor(self) -> SuperLU:
         """The factorised optimality conditions; they do not depend on the values of rows."""
-        below = -_REGULAR * sparse.eye_array(len(self.rows))
+        below = -_REGULARISATION * sparse.eye_array(len(self.rows))
         system = sparse.block_array([[self._quadratic, self._matrix.T], [self._matrix, below]], format="csc")
         # Quasi-definite: any order is stable without pivoting.
         return splu(system, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
@@ -154,17 +154,17 @@ class QuadraticProgram:
     def _under_rows(self, value: Floats) -> Floats | None:
         """[M] the optimum under the equations alone; None if they contradict each other."""
         num = self.num_lines
-        solution, miss = np.zeros(num + len(value)), np.inf
+        solution, error = np.zeros(num + len(value)), np.inf
         for _ in range(_MOST_REFINEMENTS):
-            place, multiplier = solution[:num], solution[num:]
-            pull = -self._linear - self._quadratic @ place - self._matrix.T @ multiplier
-            residual = np.concatenate([pull, value - self._matrix @ place])
-            before, miss = miss, np.abs(residual).max()
-            if miss <= 1e-16 or miss > 0.5 * before:
+            position, multiplier = solution[:num], solution[num:]
+            stationarity = -self._linear - self._quadratic @ position - self._matrix.T @ multiplier
+            residual = np.concatenate([stationarity, value - self._matrix @ position])
+            previous_error, error = error, np.abs(residual).max()
+            if error <= 1e-16 or error > 0.5 * previous_error:
                 break
             solution = solution + self._factor.solve(residual)
-        place = solution[:num]
-        return place if np.abs(self._matrix @ place - value).max(initial=0.0) <= EXACT else None
+        position = solution[:num]
+        return position if np.abs(self._matrix @ position - value).max(initial=0.0) <= EXACT_TOLERANCE else None
 
     def _interior_point(self, value: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """[M] the optimum to about eight digits, and [K] the active bounds."""
@@ -174,8 +174,8 @@ class QuadraticProgram:
         rows, bounds = _sorted(self._matrix), _sorted(self.bounds.matrix(self.num_lines))
         solver.setup(_sorted(self._quadratic), self._linear, rows, value, bounds, self.least, upper)
         solver.solve()
-        place = np.asarray(solver.result.x)
-        return place, np.asarray(solver.result.z_l) > self.bounds.at(place) - self.least
+        position = np.asarray(solver.result.x)
+        return position, np.asarray(solver.result.z_l) > self.bounds.evaluate(position) - self.least
 
 
 def _sorted(matrix: sparse.csr_array | sparse.csc_array) -> sparse.csc_matrix:
@@ -187,7 +187,7 @@ def _sorted(matrix: sparse.csr_array | sparse.csc_array) -> sparse.csc_matrix:
 
 SYMMETRY, ALIGNMENT, WISH = 0, 1, 2
 """Kinds of rows, in the order of relaxation."""
-_STILL = 1e-12
+_ZERO_LENGTH = 1e-12
 """Largest distance, as a fraction of the facade's size, that counts as 0."""
 _NONE = Sums(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)))
 
@@ -211,20 +211,20 @@ class SizeModel:
     bound_source: Ints
     """[K] index of the wish for the bounds of an aspect ratio; -1 for least sizes of leaves."""
 
-    def lines(self, place: Floats) -> list[Floats]:
+    def lines(self, position: Floats) -> list[Floats]:
         """[M] for each axis, positions of its lines, metres, the first at 0."""
-        each = np.split(place, np.cumsum([axis.lines.num for axis in self.axes])[:-1])
-        return [(lines - lines[0]) * self.scale for lines in each]
+        axis_positions = np.split(position, np.cumsum([axis.lines.num for axis in self.axes])[:-1])
+        return [(lines - lines[0]) * self.scale for lines in axis_positions]
 
-    def places(self, facade: Facade) -> Floats:
+    def line_positions(self, facade: Facade) -> Floats:
         """[M] positions of the lines of a facade of the same tree."""
         sides = [(axis.lines, facade.position[:, axis.along], facade.size[:, axis.along]) for axis in self.axes]
-        return np.concatenate([lines.places(position, size) for lines, position, size in sides]) / self.scale
+        return np.concatenate([lines.positions(position, size) for lines, position, size in sides]) / self.scale
 
-    def wanted(self, wishes: Sequence[Wish]) -> Floats:
+    def row_values(self, wishes: Sequence[Wish]) -> Floats:
         """[R] values of the rows for wishes that differ from those of the model only in lengths."""
-        value, of_wish = self.value.copy(), self.kind == WISH
-        value[of_wish] = _values([wishes[at] for at in self.source[of_wish]], self.scale)
+        value, is_wish = self.value.copy(), self.kind == WISH
+        value[is_wish] = _values([wishes[index] for index in self.source[is_wish]], self.scale)
         return value
 
 
@@ -240,12 +240,12 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
     ties = [(SYMMETRY, axis.symmetry, axis.along, first) for axis, first in zip(axes, firsts, strict=False)]
     ties += [(ALIGNMENT, axis.alignment, axis.along, first) for axis, first in zip(axes, firsts, strict=False)]
     lengths = [
-        (at, _length(axis, wish).shifted(first))
+        (index, _length(axis, wish).shifted(first))
         for axis, first in zip(axes, firsts, strict=False)
-        for at, wish in enumerate(wishes)
+        for index, wish in enumerate(wishes)
         if isinstance(wish, Size | Position) and wish.axis == axis.along
     ]
-    aspects = [(at, wish) for at, wish in enumerate(wishes) if isinstance(wish, Aspect) and len(axes) > 1]
+    aspects = [(index, wish) for index, wish in enumerate(wishes) if isinstance(wish, Aspect) and len(axes) > 1]
     ranges = [_aspect(axes, firsts, wish) for _, wish in aspects]
     sizes = stacked([axis.extent.shifted(first) for axis, first in zip(axes, firsts, strict=False)])
     weight = np.concatenate([axis.weight for axis in axes]) * scale
@@ -253,7 +253,9 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
     pins = Sums(np.array(firsts[:-1])[:, None], np.ones((len(axes), 1)))
     counts = [*(len(tie.value) for _, tie, _, _ in ties), len(lengths)]
     kind = np.repeat([*(kind for kind, *_ in ties), WISH], counts)
-    value = np.concatenate([*(tie.value for _, tie, _, _ in ties), _values([wishes[at] for at, _ in lengths], scale)])
+    value = np.concatenate(
+        [*(tie.value for _, tie, _, _ in ties), _values([wishes[index] for index, _ in lengths], scale)]
+    )
     rows = stacked([_NONE, *(tie.sums.shifted(first) for _, tie, _, first in ties), *(row for _, row in lengths)])
     program = QuadraticProgram(
         num_lines=firsts[-1],
@@ -261,7 +263,7 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
         weight=np.append(weight, np.full(len(axes), weight.max())),
         target=np.append(np.concatenate([axis.target for axis in axes]), np.zeros(len(axes))),
         rows=rows,
-        still=(np.abs(value) <= _STILL) & (kind != WISH),
+        is_zero=(np.abs(value) <= _ZERO_LENGTH) & (kind != WISH),
         bounds=stacked([sizes, *ranges]),
         least=np.concatenate([*(axis.least for axis in axes), np.zeros(2 * len(aspects))]),
     )
@@ -269,11 +271,11 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
         axes=tuple(axes),
         program=program,
         scale=scale,
-        value=np.where(program.still, 0.0, value),
+        value=np.where(program.is_zero, 0.0, value),
         kind=kind,
         along=np.repeat([*(along for _, _, along, _ in ties), X], counts),
-        source=np.concatenate([*(tie.grid for _, tie, _, _ in ties), [at for at, _ in lengths]]).astype(np.int64),
-        bound_source=np.repeat([-1, *(at for at, _ in aspects)], [len(sizes), *(2 for _ in aspects)]),
+        source=np.concatenate([*(tie.grid for _, tie, _, _ in ties), [index for index, _ in lengths]]).astype(np.int64),
+        bound_source=np.repeat([-1, *(index for index, _ in aspects)], [len(sizes), *(2 for _ in aspects)]),
     )
 
 

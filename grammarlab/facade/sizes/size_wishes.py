@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import SHORTEST, Facade, X, Y
 
-LARGEST = 1000.0
+MAX_LENGTH_RATIO = 1000.0
 """Largest length of a wish, as a multiple of the larger side of the facade."""
-MOST_ASPECT = 1e6
+MAX_ASPECT = 1e6
 """Largest ratio of the sides of a part, in both directions."""
 
 
@@ -19,10 +19,11 @@ class Size:
     """A node with a given size along one axis; node 0 is the facade itself."""
 
     node: int
+    """Index of the node."""
     axis: int
     """0 for the width, 1 for the height."""
     metres: float
-    """> 0"""
+    """Size, metres, > 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +31,11 @@ class Position:
     """A node with a given distance of its edge from the left or the bottom of the facade."""
 
     node: int
+    """Index of the node."""
     axis: int
     """0 for the left edge, 1 for the lower edge."""
     metres: float
-    """>= 0"""
+    """Distance, metres, >= 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +43,11 @@ class Aspect:
     """A node with a range of the ratio of width to height: the only wish that connects both axes."""
 
     node: int
+    """Index of the node."""
     least: float
-    """> 0"""
+    """Least ratio of width to height, > 0."""
     most: float
-    """At least `least`."""
+    """Largest ratio of width to height, at least `least`."""
 
 
 Wish = Size | Position | Aspect
@@ -66,15 +69,15 @@ def checked(wishes: Sequence[Wish], facade: Facade) -> tuple[Wish, ...]:
     Raises:
         FacadeError: If a node does not exist, or a length or range is out of range.
     """
-    largest = LARGEST * max(facade.width, facade.height)
+    largest = MAX_LENGTH_RATIO * max(facade.width, facade.height)
     for wish in wishes:
         if not 0 <= wish.node < len(facade):
             raise FacadeError(f"A wish for node {wish.node}: expected 0 to {len(facade) - 1}.")
         if isinstance(wish, Aspect):
-            if not 1.0 / MOST_ASPECT <= wish.least <= wish.most <= MOST_ASPECT:
+            if not 1.0 / MAX_ASPECT <= wish.least <= wish.most <= MAX_ASPECT:
                 raise FacadeError(
                     f"{in_words(wish, facade)}: expected a range above 0, the smaller number first, from "
-                    f"{1.0 / MOST_ASPECT:g} to {MOST_ASPECT:,.0f}."
+                    f"{1.0 / MAX_ASPECT:g} to {MAX_ASPECT:,.0f}."
                 )
         elif wish.axis not in {X, Y}:
             raise FacadeError(f"A wish along axis {wish.axis}: expected {X} for x or {Y} for y.")

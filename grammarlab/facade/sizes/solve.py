@@ -24,7 +24,7 @@ from grammarlab.facade.tree import Facade, Floats, X, Y, decomposition_misses
 
 _CONTRADICTION = 1e-7
 """Least violation, as a fraction of the facade's size, that counts as a contradiction."""
-_TIGHTEST = 1e-10
+_LP_TOLERANCE = 1e-10
 """Tolerance of the linear programmes."""
 
 Tie = tuple[int, int, int]
@@ -35,7 +35,7 @@ Tie = tuple[int, int, int]
 class Compromise:
     """Positions of lines that are closest to the wishes."""
 
-    place: Floats
+    position: Floats
     """[V] positions."""
     conflict: tuple[str, ...]
     """Wishes, then grids, of a minimal contradiction: without any one of them, the others can hold."""
@@ -53,23 +53,23 @@ def compromise(model: SizeModel, value: Floats, facade: Facade, wishes: Sequence
         wishes: wishes of the rows.
     """
     ties = _ties(model)
-    place, _ = _least_slack(
+    position, _ = _least_slack(
         model, value, ties, [[tie for tie in ties if tie[0] == kind] for kind in (WISH, ALIGNMENT, SYMMETRY)]
     )
-    rows, bounds = model.program.rows.at(place), model.program.bounds.at(place)
-    gave, short = np.abs(rows - value), model.program.least - bounds
+    rows, bounds = model.program.rows.evaluate(position), model.program.bounds.evaluate(position)
+    row_violation, bound_violation = np.abs(rows - value), model.program.least - bounds
     relaxed = []
     for tie in ties:
         row, bound = _members(model, [tie])
-        most = max(gave[row].max(initial=0.0), short[bound].max(initial=0.0))
-        if most > _CONTRADICTION:
-            relaxed.append(f"{_in_words(tie, facade, wishes)}: missed by {most * model.scale:.3g} m")
+        violation = max(row_violation[row].max(initial=0.0), bound_violation[bound].max(initial=0.0))
+        if violation > _CONTRADICTION:
+            relaxed.append(f"{_in_words(tie, facade, wishes)}: missed by {violation * model.scale:.3g} m")
     least = np.where(model.bound_source >= 0, np.minimum(model.program.least, bounds), model.program.least)
-    held = np.where(gave > _CONTRADICTION, rows, value)
-    solved = replace(model.program, least=least, still=np.zeros(len(held), dtype=bool)).solve(held)
+    attainable = np.where(row_violation > _CONTRADICTION, rows, value)
+    solved = replace(model.program, least=least, is_zero=np.zeros(len(attainable), dtype=bool)).solve(attainable)
     causes = sorted(_irreducible(model, value, ties), key=lambda tie: -tie[0]) if relaxed else []
     conflict = tuple(_in_words(tie, facade, wishes) for tie in causes)
-    return Compromise(place if solved is None else solved, conflict, tuple(relaxed))
+    return Compromise(position if solved is None else solved, conflict, tuple(relaxed))
 
 
 def _ties(model: SizeModel) -> list[Tie]:
@@ -77,7 +77,7 @@ def _ties(model: SizeModel) -> list[Tie]:
     rows = np.unique(np.stack([model.kind, model.along, model.source], axis=1), axis=0)
     aspects = np.unique(model.bound_source[model.bound_source >= 0])
     return [(int(kind), int(along), int(source)) for kind, along, source in rows] + [
-        (WISH, X, int(at)) for at in aspects
+        (WISH, X, int(wish)) for wish in aspects
     ]
 
 
@@ -93,12 +93,12 @@ def _members(model: SizeModel, ties: Sequence[Tie]) -> tuple[NDArray[np.bool_], 
 def _irreducible(model: SizeModel, value: Floats, ties: list[Tie]) -> list[Tie]:
     """A minimal set of contradicting groups, found by dropping one after the other."""
     kinds = [[tie for tie in ties if tie[0] == kind] for kind in (SYMMETRY, ALIGNMENT)]
-    kept = ties
-    for out in [*kinds, *([tie] for tie in ties)]:
-        without = [tie for tie in kept if tie not in out]
-        if len(without) < len(kept) and _least_slack(model, value, without, [without])[1] > _CONTRADICTION:
-            kept = without
-    return kept
+    remaining = ties
+    for dropped in [*kinds, *([tie] for tie in ties)]:
+        without = [tie for tie in remaining if tie not in dropped]
+        if len(without) < len(remaining) and _least_slack(model, value, without, [without])[1] > _CONTRADICTION:
+            remaining = without
+    return remaining
 
 
 def _least_slack(
@@ -112,32 +112,32 @@ def _least_slack(
         ties: groups to include; others are left out.
         stages: groups to satisfy first, second, and so on.
     """
-    kept, soft = _members(model, ties)
+    included, soft = _members(model, ties)
     hard = soft | (model.bound_source < 0)
-    num_places, num_rows = model.program.num_lines, int(kept.sum())
-    rows = model.program.rows.matrix(num_places)[kept]
-    bounds = model.program.bounds.matrix(num_places)[hard]
-    short = sparse.csr_array(np.eye(len(soft))[hard][:, soft])
+    num_lines, num_rows = model.program.num_lines, int(included.sum())
+    rows = model.program.rows.matrix(num_lines)[included]
+    bounds = model.program.bounds.matrix(num_lines)[hard]
+    bound_slack = sparse.csr_array(np.eye(len(soft))[hard][:, soft])
     eye = sparse.eye_array(num_rows)
-    equal = sparse.hstack([rows, -eye, eye, sparse.csr_array((num_rows, int(soft.sum())))], format="csc")
-    below = -sparse.hstack(
-        [bounds, sparse.csr_array((len(model.program.least[hard]), 2 * num_rows)), short], format="csr"
+    equality = sparse.hstack([rows, -eye, eye, sparse.csr_array((num_rows, int(soft.sum())))], format="csc")
+    inequality = -sparse.hstack(
+        [bounds, sparse.csr_array((len(model.program.least[hard]), 2 * num_rows)), bound_slack], format="csr"
     )
-    most = -model.program.least[hard]
-    limits = np.tile([0.0, np.inf], (num_places + 2 * num_rows + int(soft.sum()), 1))
-    limits[:num_places, 0] = -np.inf
-    options = {"primal_feasibility_tolerance": _TIGHTEST, "dual_feasibility_tolerance": _TIGHTEST}
-    place, missed = np.zeros(num_places), 0.0
+    upper = -model.program.least[hard]
+    limits = np.tile([0.0, np.inf], (num_lines + 2 * num_rows + int(soft.sum()), 1))
+    limits[:num_lines, 0] = -np.inf
+    options = {"primal_feasibility_tolerance": _LP_TOLERANCE, "dual_feasibility_tolerance": _LP_TOLERANCE}
+    position, total = np.zeros(num_lines), 0.0
     for stage in stages:
         row, bound = _members(model, stage)
-        cost = np.concatenate([np.zeros(num_places), row[kept], row[kept], bound[soft]])
-        found = linprog(cost, below, most, equal, value[kept], limits, options=options)
-        if found.x is None:
+        cost = np.concatenate([np.zeros(num_lines), row[included], row[included], bound[soft]])
+        solution = linprog(cost, inequality, upper, equality, value[included], limits, options=options)
+        if solution.x is None:
             raise FacadeError("No sizes were found for these wishes: try other or fewer wishes.")
-        place, missed = found.x[:num_places], missed + float(found.fun)
-        below = sparse.vstack([below, sparse.csr_array(cost[None])], format="csr")
-        most = np.append(most, found.fun + _TIGHTEST)
-    return place, missed
+        position, total = solution.x[:num_lines], total + float(solution.fun)
+        inequality = sparse.vstack([inequality, sparse.csr_array(cost[None])], format="csr")
+        upper = np.append(upper, solution.fun + _LP_TOLERANCE)
+    return position, total
 
 
 def _in_words(tie: Tie, facade: Facade, wishes: Sequence[Wish]) -> str:
@@ -150,7 +150,7 @@ def _in_words(tie: Tie, facade: Facade, wishes: Sequence[Wish]) -> str:
     return f"the {'columns' if along == X else 'rows'} of grid '{name}' stay aligned"
 
 
-_UNMOVED = 1e-12
+_UNMOVED_TOLERANCE = 1e-12
 """Largest violation, as a fraction of the facade's size, of sizes that are kept without a solution."""
 
 
@@ -218,16 +218,18 @@ class Sizing:
         conflict: list[str] = []
         relaxed: list[str] = []
         for model in self.models:
-            value = model.wanted(wishes)
-            start = model.places(self.facade)
-            if max(model.program.misses(start, value), model.program.deviation(start)) <= _UNMOVED:
+            value = model.row_values(wishes)
+            start = model.line_positions(self.facade)
+            if max(model.program.max_violation(start, value), model.program.deviation(start)) <= _UNMOVED_TOLERANCE:
                 continue
-            place = model.program.solve(value)
-            if place is None:
-                found = compromise(model, value, self.facade, wishes)
-                place, conflict, relaxed = found.place, [*conflict, *found.conflict], [*relaxed, *found.relaxed]
-            for axis, lines in zip(model.axes, model.lines(place), strict=True):
-                position[:, axis.along], size[:, axis.along] = axis.lines.laid(lines)
+            line_position = model.program.solve(value)
+            if line_position is None:
+                closest = compromise(model, value, self.facade, wishes)
+                line_position = closest.position
+                conflict += closest.conflict
+                relaxed += closest.relaxed
+            for axis, lines in zip(model.axes, model.lines(line_position), strict=True):
+                position[:, axis.along], size[:, axis.along] = axis.lines.spans(lines)
         facade = replace(self.facade, position=position, size=size)
         return Resized(facade, self._energy(facade), self._residuals(facade, wishes), tuple(conflict), tuple(relaxed))
 
@@ -239,30 +241,31 @@ class Sizing:
     def _residuals(self, facade: Facade, wishes: Sequence[Wish]) -> Residuals:
         worst = np.zeros(3)
         for model in self.models:
-            place = model.places(facade)
-            gaps = np.abs(model.program.rows.at(place) - model.wanted(wishes)) * model.scale
-            short = (model.program.least - model.program.bounds.at(place))[model.bound_source >= 0] * model.scale
-            np.maximum.at(worst, model.kind, gaps)
-            np.maximum.at(worst, np.full(len(short), WISH), short)
+            line_position = model.line_positions(facade)
+            row_violation = np.abs(model.program.rows.evaluate(line_position) - model.row_values(wishes)) * model.scale
+            bound_violation = (model.program.least - model.program.bounds.evaluate(line_position)) * model.scale
+            bound_violation = bound_violation[model.bound_source >= 0]
+            np.maximum.at(worst, model.kind, row_violation)
+            np.maximum.at(worst, np.full(len(bound_violation), WISH), bound_violation)
         decomposition = float(decomposition_misses(facade)[0].max(initial=0.0))
         return Residuals(decomposition, float(worst[ALIGNMENT]), float(worst[SYMMETRY]), float(worst[WISH]))
 
 
 def prepare(
-    facade: Facade, wishes: Sequence[Wish], wanted: LineOrigin | None = None, weights: Weights = "default"
+    facade: Facade, wishes: Sequence[Wish], targets: LineOrigin | None = None, weights: Weights = "default"
 ) -> Sizing:
     """A facade prepared for several solutions, for wishes that differ only in metres.
 
     Args:
         facade: a facade with its grids.
         wishes: fixed properties.
-        wanted: target sizes of its nodes, if they differ from the current ones, as after insertions.
+        targets: target sizes of its nodes, if they differ from the current ones, as after insertions.
         weights: kind of weights: relative deviations, or those of the paper.
 
     Raises:
         FacadeError: If a wish does not apply to this facade.
     """
-    origin = wanted or LineOrigin(facade.position, facade.size, facade.size[0])
+    origin = targets or LineOrigin(facade.position, facade.size, facade.size[0])
     if origin.size.shape != facade.size.shape or not (np.isfinite(origin.size).all() and (origin.size > 0.0).all()):
         raise FacadeError(f"Wanted sizes: expected {facade.size.shape} finite numbers above 0.")
     weight = leaf_weights(origin.size[facade.leaves], origin.whole, weights)
@@ -270,20 +273,20 @@ def prepare(
 
 
 def resize(
-    facade: Facade, wishes: Sequence[Wish], wanted: LineOrigin | None = None, weights: Weights = "default"
+    facade: Facade, wishes: Sequence[Wish], targets: LineOrigin | None = None, weights: Weights = "default"
 ) -> Resized:
     """The facade under these wishes.
 
     Args:
         facade: a facade with its grids; alignments and equal sizes of these are preserved.
         wishes: fixed properties; other sizes follow.
-        wanted: target sizes of its nodes, if they differ from the current ones, as after insertions.
+        targets: target sizes of its nodes, if they differ from the current ones, as after insertions.
         weights: kind of weights: relative deviations, or those of the paper.
 
     Raises:
         FacadeError: If a wish does not apply to this facade.
     """
-    return prepare(facade, wishes, wanted, weights).resized(wishes)
+    return prepare(facade, wishes, targets, weights).resized(wishes)
 
 
 def _kind(wish: Wish) -> Wish:

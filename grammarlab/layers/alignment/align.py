@@ -26,35 +26,35 @@ EMPTY_TEXT = "ε"
 
 def named_columns(words: Sequence[Word], cells: Sequence[Sequence[Element]]) -> list[list[str]]:
     """[n][m] the elements as text, see `Alignment.columns`."""
-    split = [{at for element in row for at, part in element if part} for row in cells]
+    split = [{index for element in row for index, part in element if part} for row in cells]
     occurs = Counter(letter.symbol for word in dict.fromkeys(words) for letter in word)
-    between = " " if any(len(symbol) > 1 for symbol in occurs) else ""
+    separator = " " if any(len(symbol) > 1 for symbol in occurs) else ""
     numbers: dict[str, dict[tuple[tuple[str, ...], ...], int]] = {}
     columns = []
     for column in zip(*cells, strict=True):
         whole = tuple(
-            tuple(word[at].symbol for at, _ in element if at not in parts)
+            tuple(word[index].symbol for index, _ in element if index not in parts)
             for word, element, parts in zip(words, column, split, strict=True)
         )
         names = []
         for word, element, parts in zip(words, column, split, strict=True):
             texts = []
-            for at, _ in element:
-                letter, number = word[at], ""
-                if at in parts and (letter.size is not None or occurs[letter.symbol] > 1):
-                    known = numbers.setdefault(letter.symbol, {})
-                    number = str(known.setdefault(whole, len(known) + 1))
+            for index, _ in element:
+                letter, number = word[index], ""
+                if index in parts and (letter.size is not None or occurs[letter.symbol] > 1):
+                    numbering = numbers.setdefault(letter.symbol, {})
+                    number = str(numbering.setdefault(whole, len(numbering) + 1))
                 texts.append(letter.symbol + number)
-            names.append(between.join(texts) or EMPTY_TEXT)
+            names.append(separator.join(texts) or EMPTY_TEXT)
         columns.append(names)
     return columns
 
 
-_PRICE = 1_000_000
+_LENGTH_PRICE = 1_000_000
 """Integer weight of one unit of length."""
-_DEAREST = 1 << 200
+_MAX_COST = 1 << 200
 """An upper bound of the cost of any alignment."""
-_SHORTEST, _LONGEST = 1e-100, 1e100
+_MIN_CANVAS, _MAX_CANVAS = 1e-100, 1e100
 """Smallest and largest canvas: its unit and all prices are finite numbers."""
 
 
@@ -144,7 +144,7 @@ def align(
 
     Args:
         words: m words, from the top layer down.
-        canvas: metres, > 0.
+        canvas: length of the canvas, metres, > 0.
         weights: weights of omega and merged letters.
         count: largest number of alignments.
         tolerance: mu, largest difference of the span and the canvas and largest error of a column, metres, >= 0.
@@ -152,7 +152,8 @@ def align(
             unproven.
         cutoff: largest energy of an alignment.
         sizing: weight of `Alignment.strain` in the energy.
-        gaps: see `size_letters`; used only with `sizing`.
+        gaps: whether elements with letters that are not opaque keep their size, see `size_letters`; used only with
+            `sizing`.
         finest: whether to leave out alignments that look like another alignment with finer columns, which has less
             energy.
         problem: the result of `problem_of` for these words, if several searches share it.
@@ -160,10 +161,10 @@ def align(
     Raises:
         FacadeError: If the canvas, the tolerance or the count is out of range.
     """
-    if not (_SHORTEST <= canvas <= _LONGEST and 0.0 <= tolerance <= _LONGEST and count >= 1):
+    if not (_MIN_CANVAS <= canvas <= _MAX_CANVAS and 0.0 <= tolerance <= _MAX_CANVAS and count >= 1):
         raise FacadeError(
-            f"Alignment: expected a canvas above 0, from {_SHORTEST:g} to {_LONGEST:g} m, a tolerance of at least 0 "
-            f"and a count of at least 1, found {canvas}, {tolerance} and {count}."
+            f"Alignment: expected a canvas above 0, from {_MIN_CANVAS:g} to {_MAX_CANVAS:g} m, "
+            f"a tolerance of at least 0 and a count of at least 1, found {canvas}, {tolerance} and {count}."
         )
     if not any(words):
         return Aligned((), math.inf, done=True)
@@ -171,15 +172,15 @@ def align(
     problem = problem or problem_of(
         words, canvas, weights, tolerance=tolerance, sizing=sizing, gaps=gaps, finest=finest
     )
-    highest = _DEAREST if cutoff == math.inf else math.floor(cutoff / unit * _PRICE) + 1
-    found = search(problem, count, effort, highest)
-    bound = found.bound * unit / _PRICE
-    made = []
-    for paths, proven in ((found.paths, True), (found.guessed, False)):
+    highest = _MAX_COST if cutoff == math.inf else math.floor(cutoff / unit * _LENGTH_PRICE) + 1
+    result = search(problem, count, effort, highest)
+    bound = result.bound * unit / _LENGTH_PRICE
+    best = []
+    for paths, proven in ((result.paths, True), (result.guessed, False)):
         for _, path in paths:
-            one = _alignment(problem, tuple(words), path, canvas, unit, weights)
-            made.append(one if proven else replace(one, bound=min(bound, one.energy), proven=False))
-    return Aligned(tuple(made), bound, found.done, found.steps)
+            alignment = _alignment(problem, tuple(words), path, canvas, unit, weights)
+            best.append(alignment if proven else replace(alignment, bound=min(bound, alignment.energy), proven=False))
+    return Aligned(tuple(best), bound, result.done, result.steps)
 
 
 def problem_of(
@@ -194,7 +195,11 @@ def problem_of(
 ) -> PairProblem:
     """The search problem in integer units; arguments as for `align`."""
     unit = unit_of(canvas)
-    prices = Prices(round(weights.omega * _PRICE), max(round(weights.merge / unit * _PRICE), 1), sizing * unit * _PRICE)
+    prices = Prices(
+        round(weights.omega * _LENGTH_PRICE),
+        max(round(weights.merge / unit * _LENGTH_PRICE), 1),
+        sizing * unit * _LENGTH_PRICE,
+    )
     least, most = math.floor((canvas - tolerance) / unit), math.ceil((canvas + tolerance) / unit)
     return PairProblem(
         rows=build_rows(words, unit),
@@ -223,12 +228,12 @@ def _alignment(
             if after is None:
                 raise AssertionError("A path of an alignment has widths for its letters.")
             widths, strain = after
-            worst = max(worst, strain, strains.of(states, column))
+            worst = max(worst, strain, strains.least_cost(states, column))
         states = [step.state for step in column]
     cells: list[tuple[Element, ...]] = [()] * len(words)
     merged = 0
-    for at, row in enumerate(problem.rows):
-        elements = _elements([column[at] for column in path])
+    for index, row in enumerate(problem.rows):
+        elements = _elements([column[index] for column in path])
         merged += len(row.layers) * sum(len(element) - 1 for element in elements if element)
         for layer in row.layers:
             cells[layer] = elements
@@ -260,7 +265,7 @@ def _elements(steps: Sequence[RowStep]) -> tuple[Element, ...]:
         is_open, read, until = bool(state % 2), (state + 1) // 2, (step.state + 1) // 2
         part = part + 1 if is_open else 0
         continued = ((read - 1, part),) if is_open else ()
-        elements.append((*continued, *((at, 0) for at in range(read, until))))
+        elements.append((*continued, *((letter, 0) for letter in range(read, until))))
         if until > read:
             part = 0
         state = step.state

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from grammarlab.layers.alignment.align import Alignment, Element
 from grammarlab.layers.design import Letter, Word
 
-_EXACT = 1e-9
+_ROUNDING = 1e-9
 """Largest rounding error of sums of sizes, as a fraction of the canvas."""
 
 
@@ -19,43 +19,43 @@ def violations(alignment: Alignment, canvas: float, tolerance: float) -> list[st
 
     Args:
         alignment: an alignment from any source.
-        canvas: metres.
+        canvas: length of the canvas, metres.
         tolerance: largest difference of the span and the canvas and largest error of a column, metres.
     """
     words, cells = alignment.words, alignment.cells
     if len(words) != len(cells) or len({len(row) for row in cells}) > 1:
         return ["the matrix does not have one row for each word, with the same number of elements in each row"]
-    found = [text for word, row in zip(words, cells, strict=True) for text in _row(word, row)]
-    if found:
-        return found
-    for one, word in enumerate(words):
-        if cells[words.index(word)] != cells[one]:
-            found.append(f"row {one + 1} differs from the row of an equal word above it")
+    violated = [text for word, row in zip(words, cells, strict=True) for text in _row(word, row)]
+    if violated:
+        return violated
+    for row_index, word in enumerate(words):
+        if cells[words.index(word)] != cells[row_index]:
+            violated.append(f"row {row_index + 1} differs from the row of an equal word above it")
     columns = list(zip(*cells, strict=True))
     for number, column in enumerate(columns):
-        found += [f"column {number + 1}: {text}" for text in _column(words, cells, column, number)]
-    return found + _numbers(alignment, canvas, tolerance) + _spreads(alignment, canvas, tolerance)
+        violated += [f"column {number + 1}: {text}" for text in _column(words, cells, column, number)]
+    return violated + _numbers(alignment, canvas, tolerance) + _spreads(alignment, canvas, tolerance)
 
 
 def _row(word: Word, row: Sequence[Element]) -> list[str]:
     """Violations of one row: it spells its word, splits no visible letter and has no gap where none is allowed."""
-    found = []
+    violated = []
     parts = [part for element in row for part in element]
     order: dict[int, list[int]] = {}
-    for at, part in parts:
-        order.setdefault(at, []).append(part)
-    if [at for at, part in parts if part == 0] != list(range(len(word))) or parts != sorted(parts):
-        found.append("a row does not spell its word")
+    for index, part in parts:
+        order.setdefault(index, []).append(part)
+    if [index for index, part in parts if part == 0] != list(range(len(word))) or parts != sorted(parts):
+        violated.append("a row does not spell its word")
     if any(numbers != list(range(len(numbers))) for numbers in order.values()):
-        found.append("parts of a letter are not in order")
-    if any(len(numbers) > 1 and not word[at].transparent for at, numbers in order.items() if at < len(word)):
-        found.append("a visible letter is split")
+        violated.append("parts of a letter are not in order")
+    if any(len(numbers) > 1 and not word[index].transparent for index, numbers in order.items() if index < len(word)):
+        violated.append("a visible letter is split")
     for before, after in itertools.pairwise(row):
         if before and not after and _at_edge(word[before[-1][0]]):
-            found.append(f"no gap is allowed after {word[before[-1][0]].symbol}")
+            violated.append(f"no gap is allowed after {word[before[-1][0]].symbol}")
         if after and not before and _at_edge(word[after[0][0]]):
-            found.append(f"no gap is allowed before {word[after[0][0]].symbol}")
-    return found
+            violated.append(f"no gap is allowed before {word[after[0][0]].symbol}")
+    return violated
 
 
 def _at_edge(letter: Letter) -> bool:
@@ -63,7 +63,7 @@ def _at_edge(letter: Letter) -> bool:
 
 
 def _letters(word: Word, element: Element) -> list[Letter]:
-    return [word[at] for at, _ in element]
+    return [word[index] for index, _ in element]
 
 
 def _opaque(letters: Sequence[Letter]) -> bool:
@@ -73,85 +73,87 @@ def _opaque(letters: Sequence[Letter]) -> bool:
 def _column(
     words: Sequence[Word], cells: Sequence[Sequence[Element]], column: Sequence[Element], number: int
 ) -> list[str]:
-    found = []
+    violated = []
     letters = [_letters(word, element) for word, element in zip(words, column, strict=True)]
-    if not any(_opaque(each) for each in letters):
-        found.append("no element is opaque")
-    for each in letters:
-        if len({letter.transparent for letter in each}) > 1:
-            found.append("transparent letters share an element with others")
-    for below, each in enumerate(letters):
-        if not any(letter.unoccludable and not letter.transparent for letter in each):
+    if not any(_opaque(group) for group in letters):
+        violated.append("no element is opaque")
+    for group in letters:
+        if len({letter.transparent for letter in group}) > 1:
+            violated.append("transparent letters share an element with others")
+    for below, group in enumerate(letters):
+        if not any(letter.unoccludable and not letter.transparent for letter in group):
             continue
-        for at, above in enumerate(letters[:below]):
-            seen = above and not all(letter.transparent for letter in above)
+        for upper, above in enumerate(letters[:below]):
+            is_visible = above and not all(letter.transparent for letter in above)
             # The same letters on another layer are in the same position, and hide only each other.
-            if seen and not _opaque(above) and words[at] != words[below]:
-                found.append("an element that covers only a part lies over an unoccludable letter")
+            if is_visible and not _opaque(above) and words[upper] != words[below]:
+                violated.append("an element that covers only a part lies over an unoccludable letter")
     wide = column_widths(words, cells, number)[2]
-    if not wide and any(not each and not any(map(_opaque, letters[:at])) for at, each in enumerate(letters)):
-        found.append("a column that takes the remaining length has an unexplained gap")
-    return found
+    if not wide and any(not group and not any(map(_opaque, letters[:upper])) for upper, group in enumerate(letters)):
+        violated.append("a column that takes the remaining length has an unexplained gap")
+    return violated
 
 
 def column_widths(words: Sequence[Word], cells: Sequence[Sequence[Element]], number: int) -> tuple[float, float, bool]:
     """Error of a column and its width, both in metres, and whether an element fixes its width."""
     exact, least, hidden = [], [0.0], False
-    space = []
+    gap_sizes = []
     for word, row in zip(words, cells, strict=True):
         element = row[number]
-        split = {at for other in row for at, part in other if part}
-        sizes = [None if at in split else word[at].size for at, _ in element]
+        split = {index for other in row for index, part in other if part}
+        sizes = [None if index in split else word[index].size for index, _ in element]
         total = math.fsum(size for size in sizes if size is not None)
         least.append(total)
         if not element:
             if not hidden:
-                space.append(0.0)
+                gap_sizes.append(0.0)
         elif None not in sizes:
             exact.append(total)
         hidden = hidden or _opaque(_letters(word, element))
-    smallest = min(exact + space, default=None)
+    smallest = min(exact + gap_sizes, default=None)
     return (0.0 if smallest is None else max(least) - smallest), max(least), bool(exact)
 
 
 def _numbers(alignment: Alignment, canvas: float, tolerance: float) -> list[str]:
     """Violations of the numbers: they must follow from the matrix."""
-    columns = [column_widths(alignment.words, alignment.cells, at) for at in range(alignment.num_columns)]
+    columns = [column_widths(alignment.words, alignment.cells, number) for number in range(alignment.num_columns)]
     omega, span = math.fsum(error for error, _, _ in columns), math.fsum(width for _, width, _ in columns)
     if not all(exact for _, _, exact in columns):
         span = max(span, canvas)
-    exact = _EXACT * max(canvas, omega, span)
-    found = [
-        f"the error of column {at + 1} is {error}"
-        for at, (error, _, _) in enumerate(columns)
+    exact = _ROUNDING * max(canvas, omega, span)
+    violated = [
+        f"the error of column {number + 1} is {error}"
+        for number, (error, _, _) in enumerate(columns)
         if error > tolerance + exact
     ]
     merged = sum(len(element) - 1 for row in alignment.cells for element in row if element)
     if abs(span - canvas) > tolerance + exact:
-        found.append(f"the span of {span} misses the canvas of {canvas} by more than {tolerance}")
-    for name, stated, measured in (("omega", alignment.omega, omega), ("span", alignment.span, span)):
-        if abs(stated - measured) > exact:
-            found.append(f"{name} is {measured}, not {stated}")
+        violated.append(f"the span of {span} misses the canvas of {canvas} by more than {tolerance}")
+    for name, reported, measured in (("omega", alignment.omega, omega), ("span", alignment.span, span)):
+        if abs(reported - measured) > exact:
+            violated.append(f"{name} is {measured}, not {reported}")
     if merged != alignment.merged:
-        found.append(f"{merged} letters are merged, not {alignment.merged}")
-    return found
+        violated.append(f"{merged} letters are merged, not {alignment.merged}")
+    return violated
 
 
 def _spreads(alignment: Alignment, canvas: float, tolerance: float) -> list[str]:
     """Violations of spreads: letters of one symbol without a width of their own cover about the same length."""
     words, cells = alignment.words, alignment.cells
     rows = {word: row for row, word in enumerate(words)}
-    often = Counter(letter.symbol for word in rows for letter in word if letter.size is None)
+    occurrences = Counter(letter.symbol for word in rows for letter in word if letter.size is None)
     least: dict[str, list[float]] = {}
     most: dict[str, list[float]] = {}
     for word, row in rows.items():
-        split = {at for element in cells[row] for at, part in element if part}
-        for at, letter in enumerate(word):
-            if not (at in split and letter.size is not None) and (letter.size is not None or often[letter.symbol] < 2):
+        split = {index for element in cells[row] for index, part in element if part}
+        for index, letter in enumerate(word):
+            if not (index in split and letter.size is not None) and (
+                letter.size is not None or occurrences[letter.symbol] < 2
+            ):
                 continue
             low = high = 0.0
             for column, element in enumerate(cells[row]):
-                if at not in {other for other, _ in element}:
+                if index not in {other for other, _ in element}:
                     continue
                 loose = [other for other, _ in element if other in split or word[other].size is None]
                 _, width, exact = column_widths(words, cells, column)
@@ -164,5 +166,5 @@ def _spreads(alignment: Alignment, canvas: float, tolerance: float) -> list[str]
     return [
         f"letters {symbol} cover {min(most[symbol])} and {max(least[symbol])}"
         for symbol in least
-        if max(least[symbol]) - min(most[symbol]) > tolerance + _EXACT * canvas
+        if max(least[symbol]) - min(most[symbol]) > tolerance + _ROUNDING * canvas
     ]

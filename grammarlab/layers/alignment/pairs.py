@@ -50,12 +50,12 @@ class PairProblem:
 
     def bounds(self, one: int, other: int, limit: int) -> tuple[Bounds, int]:
         """`pair_bounds` of this limit or of a larger one that was computed before."""
-        known = self._bounds.get((one, other))
-        if known is not None and known[0] >= limit:
-            return known[1], 0
-        found, looked = pair_bounds(self, one, other, limit)
-        self._bounds[one, other] = limit, found
-        return found, looked
+        cached = self._bounds.get((one, other))
+        if cached is not None and cached[0] >= limit:
+            return cached[1], 0
+        result, num_visited = pair_bounds(self, one, other, limit)
+        self._bounds[one, other] = limit, result
+        return result, num_visited
 
     def over(self, above: int, below: int) -> bool:
         """Whether a layer of one row is above a layer of another one."""
@@ -63,40 +63,40 @@ class PairProblem:
 
     def slack(self, row: int) -> int:
         """Units of columns in which a row can be empty."""
-        return self.most - self.rows[row].left[0]
+        return self.most - self.rows[row].remaining[0]
 
 
 def pair_bounds(problem: PairProblem, one: int, other: int, limit: int) -> tuple[Bounds, int]:
     """Bounds for two rows, one < other, on paths up to a limit, and the number of visited pairs of steps."""
     pair = _Pair(problem, one, other)
     first, second = pair.first, pair.second
-    paid: list[dict[int, int]] = [{} for _ in range(first.last + 1)]
-    paid[0][0] = 0
+    forward_costs: list[dict[int, int]] = [{} for _ in range(first.last + 1)]
+    forward_costs[0][0] = 0
     moves: list[dict[int, list[tuple[int, int, int]]]] = [{} for _ in range(first.last + 1)]
-    looked = 0
-    for at in range(first.last + 1):
-        here = paid[at]
-        for to in range(second.last + 1):
-            so_far = here.get(to)
+    num_visited = 0
+    for first_state in range(first.last + 1):
+        row_costs = forward_costs[first_state]
+        for second_state in range(second.last + 1):
+            so_far = row_costs.get(second_state)
             if so_far is None:
                 continue
-            made = moves[at][to] = list(pair.moves(at, to, limit - so_far))
-            looked += len(made) + 1
-            for cost, next_at, next_to in made:
-                ahead = paid[next_at]
-                if ahead.get(next_to, limit + 1) > so_far + cost:
-                    ahead[next_to] = so_far + cost
+            next_moves = moves[first_state][second_state] = list(pair.moves(first_state, second_state, limit - so_far))
+            num_visited += len(next_moves) + 1
+            for cost, next_first, next_second in next_moves:
+                next_costs = forward_costs[next_first]
+                if next_costs.get(next_second, limit + 1) > so_far + cost:
+                    next_costs[next_second] = so_far + cost
     bounds: Bounds = [{} for _ in range(first.last + 1)]
     bounds[first.last][second.last] = 0
-    for at in range(first.last, -1, -1):
-        here = bounds[at]
-        for to in sorted(moves[at], reverse=True):
-            best = here.get(to, limit + 1)
-            for cost, next_at, next_to in moves[at][to]:
-                best = min(best, cost + bounds[next_at].get(next_to, limit + 1))
-            if best + paid[at][to] <= limit:
-                here[to] = best
-    return bounds, looked
+    for first_state in range(first.last, -1, -1):
+        row_costs = bounds[first_state]
+        for second_state in sorted(moves[first_state], reverse=True):
+            best = row_costs.get(second_state, limit + 1)
+            for cost, next_first, next_second in moves[first_state][second_state]:
+                best = min(best, cost + bounds[next_first].get(next_second, limit + 1))
+            if best + forward_costs[first_state][second_state] <= limit:
+                row_costs[second_state] = best
+    return bounds, num_visited
 
 
 class _Pair:
@@ -111,31 +111,31 @@ class _Pair:
         # Other rows may explain gaps of both rows, so that empty elements have any size.
         self.excused = (
             any(row.hides for row in problem.rows[:one]),
-            any(row.hides for at, row in enumerate(problem.rows[:other]) if at != one),
+            any(row.hides for index, row in enumerate(problem.rows[:other]) if index != one),
         )
         self.counts = len(self.first.layers), len(self.second.layers)
 
-    def moves(self, at: int, to: int, limit: int) -> Iterator[tuple[int, int, int]]:
+    def moves(self, first_state: int, second_state: int, limit: int) -> Iterator[tuple[int, int, int]]:
         """Cost of a column and the states after it, for columns up to a limit."""
-        ones, others = self.first.steps(at), self.second.steps(to)
+        first_steps, second_steps = self.first.steps(first_state), self.second.steps(second_state)
         error, merge = self.prices.error, self.prices.merge
         widest = min(limit // error, self.tolerance) if error else self.tolerance
-        fixed_ones = ones.fixed[: bisect_right(ones.fixed_merged, limit // (merge * self.counts[0]))]
-        most = bisect_right(others.fixed_merged, limit // (merge * self.counts[1]))
-        for one in (*((ones.empty,) if ones.empty else ()), *fixed_ones, *ones.elastic):
+        fixed_ones = first_steps.fixed[: bisect_right(first_steps.fixed_merged, limit // (merge * self.counts[0]))]
+        most = bisect_right(second_steps.fixed_merged, limit // (merge * self.counts[1]))
+        for one in (*((first_steps.empty,) if first_steps.empty else ()), *fixed_ones, *first_steps.elastic):
             base = merge * self.counts[0] * one.merged
             if base > limit:
                 continue
-            if others.empty is not None:
-                yield from self._priced(one, others.empty, base, limit)
-            fixed, elastic = others.fixed[:most], others.elastic
+            if second_steps.empty is not None:
+                yield from self._priced(one, second_steps.empty, base, limit)
+            fixed, elastic = second_steps.fixed[:most], second_steps.elastic
             if one.kind != EMPTY:
-                first = bisect_left(others.fixed_sizes, one.size - widest) if one.fixed else 0
-                fixed = fixed[first : bisect_right(others.fixed_sizes, one.size + widest)]
+                first = bisect_left(second_steps.fixed_sizes, one.size - widest) if one.fixed else 0
+                fixed = fixed[first : bisect_right(second_steps.fixed_sizes, one.size + widest)]
                 if one.fixed:
-                    elastic = elastic[: bisect_right(others.elastic_sizes, one.size + widest)]
+                    elastic = elastic[: bisect_right(second_steps.elastic_sizes, one.size + widest)]
             if not one.fixed:
-                fixed = others.fixed[:most]
+                fixed = second_steps.fixed[:most]
             for other in (*fixed, *elastic):
                 yield from self._priced(one, other, base, limit)
 
@@ -176,32 +176,32 @@ class Strains:
 
     def __init__(self, problem: PairProblem) -> None:
         self.problem = problem
-        self.known: dict[tuple[int, int, int, int, int, int], int] = {}
+        self.costs: dict[tuple[int, int, int, int, int, int], int] = {}
 
-    def of(self, states: Sequence[int], column: Sequence[RowStep]) -> int:
+    def least_cost(self, states: Sequence[int], column: Sequence[RowStep]) -> int:
         """Least cost of equal widths of the narrowest and the widest fixed element of a column from these states.
 
         Sizes with a total difference of d become equal at a cost of at least d^2 / |c|^2, where c is the difference of
         the counts of each symbol.
         """
         fixed = [
-            (step.size, at)
-            for at, step in enumerate(column)
+            (step.size, row)
+            for row, step in enumerate(column)
             if step.fixed and step.kind != EMPTY and not (self.problem.gaps and step.kind == PARTIAL)
         ]
         if len(fixed) < 2:
             return 0
-        (low, one), (high, other) = min(fixed), max(fixed)
+        (low, narrow), (high, wide) = min(fixed), max(fixed)
         if low == high:
             return 0
-        key = (one, states[one], column[one].state, other, states[other], column[other].state)
-        found = self.known.get(key)
-        if found is None:
-            often = self._symbols(one, states[one], column[one])
-            often.subtract(self._symbols(other, states[other], column[other]))
-            square = sum(times**2 for times in often.values())
-            found = self.known[key] = int(self.problem.prices.strain * (high - low) ** 2 / square)
-        return found
+        key = (narrow, states[narrow], column[narrow].state, wide, states[wide], column[wide].state)
+        cost = self.costs.get(key)
+        if cost is None:
+            counts = self._symbols(narrow, states[narrow], column[narrow])
+            counts.subtract(self._symbols(wide, states[wide], column[wide]))
+            square = sum(times**2 for times in counts.values())
+            cost = self.costs[key] = int(self.problem.prices.strain * (high - low) ** 2 / square)
+        return cost
 
     def _symbols(self, row: int, state: int, step: RowStep) -> Counter[str]:
         word = self.problem.rows[row].word

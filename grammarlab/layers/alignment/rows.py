@@ -2,8 +2,7 @@
 
 A row is an automaton. Its state is the number of letters read, and whether the last of them, a transparent letter,
 continues in the next column. State 2p is p letters read; state 2p - 1 is the same with the last letter still open.
-States
-never decrease, and each matrix of an alignment is one path for each row.
+States never decrease, and each matrix of an alignment is one path for each row.
 
 Columns of an alignment while it is searched for: what their elements so far allow and cost.
 """
@@ -64,7 +63,7 @@ class AlignedRow:
     """Indices of the layers, from the top down."""
     sizes: tuple[int, ...]
     """Size of each letter, units; 0 for an unsized letter."""
-    left: tuple[int, ...]
+    remaining: tuple[int, ...]
     """[2n + 1] units that surely remain after each state."""
     most: int
     """Largest number of letters of an element."""
@@ -82,10 +81,10 @@ class AlignedRow:
 
     def steps(self, state: int) -> Steps:
         """Possible next elements of the row in this state."""
-        found = self._steps.get(state)
-        if found is None:
-            found = self._steps[state] = _steps(self, state)
-        return found
+        cached = self._steps.get(state)
+        if cached is None:
+            cached = self._steps[state] = _steps(self, state)
+        return cached
 
 
 def unit_of(canvas: float) -> float:
@@ -99,12 +98,12 @@ def build_rows(words: Sequence[Word], unit: float) -> list[AlignedRow]:
     for layer, word in enumerate(words):
         layers.setdefault(tuple(word), []).append(layer)
     rows = []
-    for word, where in layers.items():
+    for word, row_layers in layers.items():
         sizes = tuple(0 if letter.size is None else max(round(letter.size / unit), 1) for letter in word)
-        left = [0]
+        remaining = [0]
         for letter, size in zip(reversed(word), reversed(sizes), strict=True):
-            left += [left[-1], left[-1] + (0 if letter.transparent else size)]
-        rows.append(AlignedRow(word, tuple(where), sizes, tuple(reversed(left)), len(word) or 1))
+            remaining += [remaining[-1], remaining[-1] + (0 if letter.transparent else size)]
+        rows.append(AlignedRow(word, tuple(row_layers), sizes, tuple(reversed(remaining)), len(word) or 1))
     return rows
 
 
@@ -117,10 +116,10 @@ def _steps(row: AlignedRow, state: int) -> Steps:
     word, read, is_open = row.word, (state + 1) // 2, bool(state % 2)
     empty = RowStep(0, state, EMPTY, False, 0) if not is_open and may_be_empty(word, read) else None
     transparent = is_open or (read < len(word) and word[read].transparent)
-    found = _transparent(row, read, is_open) if transparent else _seen(row, read)
-    found.sort(key=lambda step: (step.size, step.merged, step.state))
-    fixed = tuple(step for step in found if step.fixed)
-    elastic = tuple(step for step in found if not step.fixed)
+    elements = _transparent(row, read, is_open) if transparent else _visible(row, read)
+    elements.sort(key=lambda step: (step.size, step.merged, step.state))
+    fixed = tuple(step for step in elements if step.fixed)
+    elastic = tuple(step for step in elements if not step.fixed)
     merged = tuple(accumulate((step.merged for step in reversed(fixed)), min))[::-1]
     return Steps(
         empty, fixed, tuple(step.size for step in fixed), merged, elastic, tuple(step.size for step in elastic)
@@ -129,37 +128,37 @@ def _steps(row: AlignedRow, state: int) -> Steps:
 
 def _transparent(row: AlignedRow, read: int, is_open: bool) -> list[RowStep]:
     """Elements of transparent letters; the first and the last letter may be parts."""
-    found: list[RowStep] = []
+    elements: list[RowStep] = []
     size, letters = 0, int(is_open)
     loose: tuple[int, ...] = (read - 1,) if is_open else ()
     if is_open:
-        found += [RowStep(0, state, TRANSPARENT, False, 0, loose) for state in (2 * read, 2 * read - 1)]
-    for at in range(read, len(row.word)):
-        if not row.word[at].transparent or letters >= row.most:
+        elements += [RowStep(0, state, TRANSPARENT, False, 0, loose) for state in (2 * read, 2 * read - 1)]
+    for index in range(read, len(row.word)):
+        if not row.word[index].transparent or letters >= row.most:
             break
         # An open letter continues in the next column; a closed one ends in this column.
-        found.append(RowStep(size, 2 * at + 1, TRANSPARENT, False, letters, (*loose, at)))
-        size += row.sizes[at]
-        loose = (*loose, at) if row.word[at].size is None else loose
-        found.append(RowStep(size, 2 * at + 2, TRANSPARENT, False, letters, loose))
+        elements.append(RowStep(size, 2 * index + 1, TRANSPARENT, False, letters, (*loose, index)))
+        size += row.sizes[index]
+        loose = (*loose, index) if row.word[index].size is None else loose
+        elements.append(RowStep(size, 2 * index + 2, TRANSPARENT, False, letters, loose))
         letters += 1
-    return found
+    return elements
 
 
-def _seen(row: AlignedRow, read: int) -> list[RowStep]:
+def _visible(row: AlignedRow, read: int) -> list[RowStep]:
     """Elements of letters that are not transparent."""
-    found: list[RowStep] = []
+    elements: list[RowStep] = []
     size, kind, protected = 0, OPAQUE, False
     loose: tuple[int, ...] = ()
-    for at in range(read, min(len(row.word), read + row.most)):
-        letter: Letter = row.word[at]
+    for index in range(read, min(len(row.word), read + row.most)):
+        letter: Letter = row.word[index]
         if letter.transparent:
             break
-        size += row.sizes[at]
+        size += row.sizes[index]
         kind = kind if letter.hides else PARTIAL
-        protected, loose = protected or letter.unoccludable, (*loose, at) if letter.size is None else loose
-        found.append(RowStep(size, 2 * at + 2, kind, protected, at - read, loose))
-    return found
+        protected, loose = protected or letter.unoccludable, (*loose, index) if letter.size is None else loose
+        elements.append(RowStep(size, 2 * index + 2, kind, protected, index - read, loose))
+    return elements
 
 
 class Column(NamedTuple):

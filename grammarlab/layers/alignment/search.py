@@ -2,9 +2,8 @@
 
 Paths that cost more than a limit are cut off by the bounds of `pairs.py`; while no path is found, the limit grows. So
 the first path found is the cheapest, and a tight limit keeps the bounds cheap, since only nearby states are visited.
-The
-used length of the canvas is part of the state. Of two paths to the same state, the one that used less and costs less is
-kept.
+The used length of the canvas is part of the state. Of two paths to the same state, the one that used less and costs
+less is kept.
 
 Alignments without search, for words that are too long for an exact one: all words follow the longest word.
 
@@ -33,7 +32,7 @@ Path = tuple[tuple[RowStep, ...], ...]
 def rough_paths(problem: PairProblem) -> Iterator[Path]:
     """Candidate paths with ever wider columns; the rules of columns are not checked."""
     solid = [all(letter.hides for letter in row.word) for row in problem.rows]
-    lead = max(range(len(problem.rows)), key=lambda at: (solid[at], len(problem.rows[at].word)))
+    lead = max(range(len(problem.rows)), key=lambda index: (solid[index], len(problem.rows[index].word)))
     row = problem.rows[lead]
     letters = len(row.word)
     for together in dict.fromkeys(-(-letters // num) for num in range(letters, 0, -1)):
@@ -41,27 +40,32 @@ def rough_paths(problem: PairProblem) -> Iterator[Path]:
         if leading is None:
             continue
         widths = [step.size for step in leading]
-        paths = [leading if at == lead else _followed(problem, each, widths) for at, each in enumerate(problem.rows)]
+        paths = [
+            leading if index == lead else _fitted(problem, follower, widths)
+            for index, follower in enumerate(problem.rows)
+        ]
         if all(path is not None for path in paths):
             yield tuple(zip(*(path for path in paths if path is not None), strict=True))
 
 
 def _columns(row: AlignedRow, together: int) -> list[RowStep] | None:
     """A row with the given number of letters per element; None if these letters cannot share an element."""
-    found: list[RowStep] = []
+    elements: list[RowStep] = []
     state = 0
     while state < row.last:
-        aim = min(state + 2 * together, row.last)
+        target_state = min(state + 2 * together, row.last)
         steps = row.steps(state)
-        step = next((each for each in (*steps.fixed, *steps.elastic) if each.state == aim), None)
+        step = next(
+            (candidate for candidate in (*steps.fixed, *steps.elastic) if candidate.state == target_state), None
+        )
         if step is None:
             return None
-        found.append(step)
-        state = aim
-    return found
+        elements.append(step)
+        state = target_state
+    return elements
 
 
-def _followed(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> list[RowStep] | None:
+def _fitted(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> list[RowStep] | None:
     """The elements of a row that fit columns best; None if none fit."""
     best: dict[int, tuple[int, tuple[RowStep, ...]]] = {0: (0, ())}
     for width in widths:
@@ -73,9 +77,9 @@ def _followed(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> l
                 if error > problem.tolerance:
                     continue
                 # Squares spread the error over columns: a single large error may exceed the tolerance.
-                paid = cost + problem.prices.error * error**2 // problem.most + problem.prices.merge * step.merged
-                if step.state not in after or paid < after[step.state][0]:
-                    after[step.state] = paid, (*path, step)
+                total = cost + problem.prices.error * error**2 // problem.most + problem.prices.merge * step.merged
+                if step.state not in after or total < after[step.state][0]:
+                    after[step.state] = total, (*path, step)
         best = after
     return list(best[row.last][1]) if row.last in best else None
 
@@ -87,16 +91,16 @@ def _error(step: RowStep, width: int) -> int:
     return max(step.size - width, 0)
 
 
-_ALL_PAIRS = 6
+_MAX_ROWS_OF_ALL_PAIRS = 6
 """Largest number of rows for which all pairs are bounded; with more rows, only pairs with the longest row are."""
-_FIRST = 1000
-"""Largest error with the first limit, as a fraction of the canvas."""
+_FIRST_LIMIT_DIVISOR = 1000
+"""Inverse of the largest error within the first limit, as a fraction of the canvas."""
 _GROWTH = 2
 """Growth factor of the limit."""
 
 
 @dataclass(frozen=True, slots=True)
-class FoundPaths:
+class SearchResult:
     """Result of a search."""
 
     paths: tuple[tuple[int, Path], ...]
@@ -114,7 +118,7 @@ class FoundPaths:
 class _Node(NamedTuple):
     """A state of all rows."""
 
-    guess: int
+    lower_bound: int
     """Lower bound of the cost of the cheapest path through it."""
     ahead: int
     """Order of nodes with the same bound: smaller is nearer to the end."""
@@ -131,122 +135,121 @@ class _Node(NamedTuple):
     column: tuple[RowStep, ...]
 
 
-def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> FoundPaths:
+def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> SearchResult:
     """The `count` cheapest paths through the rows that cost at most `cutoff`."""
     prices, rows = problem.prices, problem.rows
-    if any(row.left[0] > problem.most for row in rows):
-        return FoundPaths((), 0, done=True)
+    if any(row.remaining[0] > problem.most for row in rows):
+        return SearchResult((), 0, done=True)
     if count == 1 and len(rows) == 1 and all(letter.hides for letter in rows[0].word):
         return _alone(problem, rows[0])
     letters = sum(len(row.layers) * len(row.word) for row in rows)
     ceiling = min(prices.error * sum(sum(row.sizes) for row in rows) + 2 * prices.merge * letters, cutoff)
-    limit = min(
-        prices.error * problem.most // _FIRST + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling
-    )
-    watched = Spreads(problem), Strains(problem) if prices.strain else None
+    first_limit = prices.error * problem.most // _FIRST_LIMIT_DIVISOR
+    limit = min(first_limit + 3 * prices.merge * max(len(row.layers) for row in rows), ceiling)
+    trackers = Spreads(problem), Strains(problem) if prices.strain else None
     # The same steps of words are read in every search.
-    looked, bound, paths = letters, 0, ()
+    num_visited, bound, paths = letters, 0, ()
     while True:
-        tree = _Tree(problem, limit, count, effort - looked, watched)
-        found = tree.run()
-        looked += tree.looked
-        bound, paths = max(found.bound, bound), max(found.paths, paths, key=len)
-        if found.done and (len(found.paths) == count or limit == ceiling):
-            return FoundPaths(paths, bound, done=True, steps=looked)
-        if not found.done or looked >= effort:
+        tree = _Tree(problem, limit, count, effort - num_visited, trackers)
+        result = tree.run()
+        num_visited += tree.num_visited
+        bound, paths = max(result.bound, bound), max(result.paths, paths, key=len)
+        if result.done and (len(result.paths) == count or limit == ceiling):
+            return SearchResult(paths, bound, done=True, steps=num_visited)
+        if not result.done or num_visited >= effort:
             guessed = () if paths else _guess(problem, ceiling)
-            looked += 0 if paths else letters * max(len(row.word) for row in rows)
-            return FoundPaths(paths, bound, done=False, guessed=guessed, steps=looked)
+            num_visited += 0 if paths else letters * max(len(row.word) for row in rows)
+            return SearchResult(paths, bound, done=False, guessed=guessed, steps=num_visited)
         limit = min(limit * _GROWTH, ceiling)
 
 
-def _alone(problem: PairProblem, row: AlignedRow) -> FoundPaths:
+def _alone(problem: PairProblem, row: AlignedRow) -> SearchResult:
     """One word that hides all layers below: each of its letters is a column without cost."""
-    if row.left[0] < problem.least and all(row.sizes):
-        return FoundPaths((), 0, done=True)
+    if row.remaining[0] < problem.least and all(row.sizes):
+        return SearchResult((), 0, done=True)
     path = tuple(
-        (RowStep(size, 2 * at + 2, OPAQUE, letter.unoccludable, 0, () if size else (at,)),)
-        for at, (letter, size) in enumerate(zip(row.word, row.sizes, strict=True))
+        (RowStep(size, 2 * index + 2, OPAQUE, letter.unoccludable, 0, () if size else (index,)),)
+        for index, (letter, size) in enumerate(zip(row.word, row.sizes, strict=True))
     )
-    return FoundPaths(((0, path),), 0, done=True)
+    return SearchResult(((0, path),), 0, done=True)
 
 
 def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
     """The cheapest valid one of the rough alignments."""
     tree = _Tree(problem, ceiling, 1, 0, (Spreads(problem), Strains(problem) if problem.prices.strain else None))
-    found = [(cost, path) for path in rough_paths(problem) if (cost := tree.price(path)) is not None]
-    return tuple(sorted(found, key=itemgetter(0))[:1])
+    valid = [(cost, path) for path in rough_paths(problem) if (cost := tree.price(path)) is not None]
+    return tuple(sorted(valid, key=itemgetter(0))[:1])
 
 
 class _Tree:
     """One search of paths that cost at most a limit."""
 
     def __init__(
-        self, problem: PairProblem, limit: int, count: int, effort: int, watched: tuple[Spreads, Strains | None]
+        self, problem: PairProblem, limit: int, count: int, effort: int, trackers: tuple[Spreads, Strains | None]
     ) -> None:
         self.problem, self.limit, self.count, self.effort = problem, limit, count, effort
         self.rows, self.prices = problem.rows, problem.prices
         self.num = len(self.rows)
-        self.looked = self.number = 0
-        self.spreads, self.strains = watched
+        self.num_visited = self.number = 0
+        self.spreads, self.strains = trackers
         self.over = [
             sum(1 << above for above in range(self.num) if problem.over(above, below)) for below in range(self.num)
         ]
         # If some row is wide enough by itself, the least span always holds, and less span is never worse.
-        self.wide = any(row.left[0] >= problem.least for row in self.rows)
+        self.wide = any(row.remaining[0] >= problem.least for row in self.rows)
         self.pairs: list[list[tuple[int, Bounds]]] = [[] for _ in self.rows]
         for one, other in self._pairs() if effort > 0 else ():
-            if self.looked > effort:
+            if self.num_visited > effort:
                 break
-            bounds, looked = problem.bounds(one, other, limit)
+            bounds, num_visited = problem.bounds(one, other, limit)
             self.pairs[other].append((one, bounds))
-            self.looked += looked
+            self.num_visited += num_visited
             if bounds[0].get(0, limit + 1) > limit:
                 break
 
     def _pairs(self) -> Iterator[tuple[int, int]]:
         """Pairs to bound; first those of the longest rows, which most often prove that a limit is too low."""
-        lengths = [row.left[0] for row in self.rows]
-        hub = max(range(self.num), key=lambda at: (self.rows[at].left[0] > 0, len(self.rows[at].word)))
+        lengths = [row.remaining[0] for row in self.rows]
+        hub = max(range(self.num), key=lambda index: (self.rows[index].remaining[0] > 0, len(self.rows[index].word)))
         pairs = [
             (one, other)
             for one, other in combinations(range(self.num), 2)
-            if self.num <= _ALL_PAIRS or hub in (one, other)
+            if self.num <= _MAX_ROWS_OF_ALL_PAIRS or hub in (one, other)
         ]
         return iter(sorted(pairs, key=lambda pair: -min(lengths[pair[0]], lengths[pair[1]])))
 
-    def run(self) -> FoundPaths:
+    def run(self) -> SearchResult:
         start = tuple(0 for _ in self.rows)
         root = self._rest(start)
         if root is None:
-            return FoundPaths((), self.limit + 1, done=True)
+            return SearchResult((), self.limit + 1, done=True)
         end = tuple(row.last for row in self.rows)
         heap = [self._first(root)]
         closed: dict[tuple[tuple[int, ...], bool, Widths], list[tuple[int, int, int]]] = {}
         paths: list[tuple[int, Path]] = []
         while heap:
             node = heapq.heappop(heap)
-            if self.looked > self.effort:
-                return FoundPaths(tuple(paths), node.guess, done=False)
+            if self.num_visited > self.effort:
+                return SearchResult(tuple(paths), node.lower_bound, done=False)
             if node.states == end:
                 if node.column and self._fills(node):
                     paths.append((node.cost, _path(node)))
                     if len(paths) == self.count:
-                        return FoundPaths(tuple(paths), node.cost, done=True)
+                        return SearchResult(tuple(paths), node.cost, done=True)
                 continue
             if self._dominated(closed.setdefault((node.states, node.elastic, node.widths), []), node):
                 continue
             for child in self._children(node):
                 heapq.heappush(heap, child)
-            if self.looked > self.effort:  # some columns may be missing
-                return FoundPaths(tuple(paths), node.guess, done=False)
-        return FoundPaths(tuple(paths), self.limit + 1, done=True)
+            if self.num_visited > self.effort:  # some columns may be missing
+                return SearchResult(tuple(paths), node.lower_bound, done=False)
+        return SearchResult(tuple(paths), self.limit + 1, done=True)
 
-    def _first(self, guess: int) -> _Node:
+    def _first(self, lower_bound: int) -> _Node:
         """The state before all columns."""
         start = tuple(0 for _ in self.rows)
         return _Node(
-            guess=guess,
+            lower_bound=lower_bound,
             ahead=0,
             number=0,
             cost=0,
@@ -264,8 +267,8 @@ class _Tree:
         node = self._first(0)
         for steps in path:
             column = START
-            for at, step in enumerate(steps):
-                wider = self._with(column, step, at)
+            for row, step in enumerate(steps):
+                wider = self._with(column, step, row)
                 if wider is None or self._error(wider) > self.problem.tolerance:
                     return None
                 column = wider
@@ -282,7 +285,7 @@ class _Tree:
     def _children(self, node: _Node) -> Iterator[_Node]:
         """States after each possible next column."""
         for column, states, least in self._columns(node):
-            self.looked += 1
+            self.num_visited += 1
             after = self._after(node, column, states, least)
             if after is not None:
                 yield after
@@ -299,14 +302,14 @@ class _Tree:
             widths, least_strain = after
             strain = max(strain, least_strain)
         if self.strains is not None:
-            strain = max(self.strains.of(node.states, column.steps), strain)
+            strain = max(self.strains.least_cost(node.states, column.steps), strain)
         more = strain - node.strain
         cost = node.cost + column.price + self.prices.error * self._error(column) + more
         if max(least + more, cost) > self.limit:
             return None
         self.number += 1
         return _Node(
-            guess=least + more,
+            lower_bound=least + more,
             ahead=-sum(states),
             number=self.number,
             cost=cost,
@@ -321,10 +324,10 @@ class _Tree:
 
     def _dominated(self, reached: list[tuple[int, int, int]], node: _Node) -> bool:
         """Whether `count` paths reached this state that dominate this node; if not, the node is recorded."""
-        easy = self.wide or node.elastic
+        span_is_free = self.wide or node.elastic
         paid = node.cost - node.strain
         better = sum(
-            cost <= paid and strain <= node.strain and (span <= node.span if easy else span == node.span)
+            cost <= paid and strain <= node.strain and (span <= node.span if span_is_free else span == node.span)
             for cost, strain, span in reached
         )
         if better >= self.count:
@@ -338,18 +341,18 @@ class _Tree:
     def _rest(self, states: tuple[int, ...]) -> int | None:
         """Lower bound of the remaining cost; None if it exceeds the limit."""
         most = 0
-        for at in range(self.num):
-            rest = self._rest_of(at, states)
+        for row in range(self.num):
+            rest = self._rest_of(row, states)
             if rest is None:
                 return None
             most = max(most, rest)
         return most
 
-    def _rest_of(self, at: int, states: tuple[int, ...]) -> int | None:
+    def _rest_of(self, row: int, states: tuple[int, ...]) -> int | None:
         """Lower bound of the remaining cost by the pairs of a row with those above it."""
         most = 0
-        for other, bounds in self.pairs[at]:
-            rest = bounds[states[other]].get(states[at])
+        for other, bounds in self.pairs[row]:
+            rest = bounds[states[other]].get(states[row])
             if rest is None:
                 return None
             most = max(most, rest)
@@ -363,51 +366,51 @@ class _Tree:
         yield from self._more(node, START, (), 0, 0)
 
     def _more(
-        self, node: _Node, column: Column, states: tuple[int, ...], rest: int, left: int
+        self, node: _Node, column: Column, states: tuple[int, ...], rest: int, least_remaining: int
     ) -> Iterator[tuple[Column, tuple[int, ...], int]]:
-        at = len(states)
-        if at == self.num:
+        row = len(states)
+        if row == self.num:
             if column.opaque and (column.fixed or column.low < 0):
                 if self.problem.finest and column.price and self._is_coarse(node.states, column.steps):
                     return
-                guess = node.cost + column.price + self.prices.error * self._error(column) + rest
-                yield column, states, max(guess, node.guess)
+                lower_bound = node.cost + column.price + self.prices.error * self._error(column) + rest
+                yield column, states, max(lower_bound, node.lower_bound)
             return
-        room = self.problem.most - node.span
-        for step in self._steps(node, column, at):
-            self.looked += 1
-            if self.looked > self.effort:
+        max_width = self.problem.most - node.span
+        for step in self._steps(node, column, row):
+            self.num_visited += 1
+            if self.num_visited > self.effort:
                 return
-            wider = self._with(column, step, at)
-            still = max(left, self.rows[at].left[step.state])
-            if wider is None or wider.high + still > room or self._error(wider) > self.problem.tolerance:
+            wider = self._with(column, step, row)
+            new_remaining = max(least_remaining, self.rows[row].remaining[step.state])
+            if wider is None or wider.high + new_remaining > max_width or self._error(wider) > self.problem.tolerance:
                 continue
             after = (*states, step.state)
-            further = self._rest_of(at, after)
-            if further is None:
+            row_rest = self._rest_of(row, after)
+            if row_rest is None:
                 continue
-            more = max(rest, further)
-            if node.cost + wider.price + self.prices.error * self._error(wider) + more <= self.limit:
-                yield from self._more(node, wider, after, more, still)
+            new_rest = max(rest, row_rest)
+            if node.cost + wider.price + self.prices.error * self._error(wider) + new_rest <= self.limit:
+                yield from self._more(node, wider, after, new_rest, new_remaining)
 
     def _is_coarse(self, states: Sequence[int], steps: Sequence[RowStep]) -> bool:
         """Whether a column can be cut between its letters: all elements with visible letters are the same."""
-        seen: set[tuple[str, ...]] = set()
+        contents: set[tuple[str, ...]] = set()
         for row, before, step in zip(self.rows, states, steps, strict=True):
             if step.kind == OPAQUE and step.fixed:
                 letters = row.word[(before + 1) // 2 : (step.state + 1) // 2]
-                seen.add(tuple(letter.symbol for letter in letters))
+                contents.add(tuple(letter.symbol for letter in letters))
             elif step.kind != EMPTY and (step.kind != TRANSPARENT or step.merged or len(step.loose) != 1):
                 return False
-        return len(seen) == 1
+        return len(contents) == 1
 
-    def _steps(self, node: _Node, column: Column, at: int) -> Iterator[RowStep]:
+    def _steps(self, node: _Node, column: Column, row: int) -> Iterator[RowStep]:
         """Elements of a row whose error is within the limit."""
-        steps = self.rows[at].steps(node.states[at])
+        steps = self.rows[row].steps(node.states[row])
         if steps.empty is not None:
             yield steps.empty
-        left = (self.limit - node.cost - column.price) // (self.prices.merge * len(self.rows[at].layers))
-        first, last, last_elastic = 0, bisect_right(steps.fixed_merged, left), len(steps.elastic)
+        max_merged = (self.limit - node.cost - column.price) // (self.prices.merge * len(self.rows[row].layers))
+        first, last, last_elastic = 0, bisect_right(steps.fixed_merged, max_merged), len(steps.elastic)
         if column.low >= 0:
             widest = self.problem.tolerance
             if self.prices.error:
@@ -418,16 +421,16 @@ class _Tree:
         yield from steps.fixed[first:last]
         yield from steps.elastic[:last_elastic]
 
-    def _with(self, column: Column, step: RowStep, at: int) -> Column | None:
+    def _with(self, column: Column, step: RowStep, row: int) -> Column | None:
         """A column with one more element; None if that is not allowed."""
-        low, bit = column.low, 1 << at
+        low, bit = column.low, 1 << row
         if step.kind == EMPTY:
             if not column.opaque:
                 low = 0
             return column._replace(steps=(*column.steps, step), low=low)
         if step.kind == PARTIAL and column.protected & bit:
             return None
-        if step.protected and column.partial & self.over[at]:
+        if step.protected and column.partial & self.over[row]:
             return None
         if step.fixed:
             low = step.size if low < 0 else min(low, step.size)
@@ -438,15 +441,15 @@ class _Tree:
             fixed=column.fixed or step.fixed,
             opaque=column.opaque or step.kind == OPAQUE,
             partial=column.partial | (bit if step.kind == PARTIAL else 0),
-            protected=column.protected | (self.over[at] if step.protected else 0),
-            price=column.price + self.prices.merge * len(self.rows[at].layers) * step.merged,
+            protected=column.protected | (self.over[row] if step.protected else 0),
+            price=column.price + self.prices.merge * len(self.rows[row].layers) * step.merged,
         )
 
 
 def _path(node: _Node) -> Path:
     columns = []
-    at: _Node | None = node
-    while at is not None and at.before is not None:
-        columns.append(at.column)
-        at = at.before
+    current: _Node | None = node
+    while current is not None and current.before is not None:
+        columns.append(current.column)
+        current = current.before
     return tuple(reversed(columns))

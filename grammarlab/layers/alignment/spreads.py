@@ -2,9 +2,8 @@
 
 Letters of one symbol get one size in the end. So the spreads of a symbol's unsized or split letters may differ by at
 most the tolerance, and from its preferred size, if it has one, by no more. If two of them share an element, each may
-have
-any part of it: a spread is an interval. If a letter is exactly as wide as known letters of other rows, the sizes of
-these have to change so that letters of one symbol are equal, and this change has a cost.
+have any part of it: a spread is an interval. If a letter is exactly as wide as known letters of other rows, the sizes
+of these have to change so that letters of one symbol are equal, and this change has a cost.
 """
 
 from __future__ import annotations
@@ -58,21 +57,21 @@ class Spreads:
     def __init__(self, problem: PairProblem) -> None:
         self.problem = problem
         letters = [letter for row in problem.rows for letter in row.word]
-        often = Counter(letter.symbol for letter in letters if letter.size is None)
+        occurrences = Counter(letter.symbol for letter in letters if letter.size is None)
         sized = {letter.symbol for letter in letters if letter.size is not None and letter.transparent}
-        symbols = sorted({*sized, *(symbol for symbol, times in often.items() if times > 1)})
-        number = {symbol: at for at, symbol in enumerate(symbols)}
+        symbols = sorted({*sized, *(symbol for symbol, times in occurrences.items() if times > 1)})
+        number = {symbol: index for index, symbol in enumerate(symbols)}
         start = [_ANY] * len(symbols)
         self.rows: list[Tracked] = []
-        for at, row in enumerate(problem.rows):
-            of: dict[int, int] = {}
-            for place, letter in enumerate(row.word):
+        for index, row in enumerate(problem.rows):
+            symbol_of_letter: dict[int, int] = {}
+            for position, letter in enumerate(row.word):
                 if letter.symbol in number and (letter.transparent or letter.size is None):
-                    of[place] = number[letter.symbol]
+                    symbol_of_letter[position] = number[letter.symbol]
                 if letter.symbol in sized and letter.size is not None:
-                    start[number[letter.symbol]] = (row.sizes[place], row.sizes[place])
-            if of:
-                self.rows.append(Tracked(at, of, _strict(row, of), _apart(row)))
+                    start[number[letter.symbol]] = (row.sizes[position], row.sizes[position])
+            if symbol_of_letter:
+                self.rows.append(Tracked(index, symbol_of_letter, _strict(row, symbol_of_letter), _apart(row)))
         # If a column can take the remaining length, spans do not bound the remaining columns.
         self.bounded = not any(letter.size is None and not letter.transparent for letter in letters)
         self.start = Widths(tuple(start), (_NONE,) * len(problem.rows))
@@ -83,11 +82,11 @@ class Spreads:
             for letter, size in zip(row.word, row.sizes, strict=True)
             if letter.size is not None
         }
-        self.units, self.place = tuple(units.values()), {symbol: at for at, symbol in enumerate(units)}
+        self.units, self.unit_index = tuple(units.values()), {symbol: index for index, symbol in enumerate(units)}
         if problem.prices.strain and self.rows:
             firsts = [self._counts([symbol]) if symbol in sized else None for symbol in symbols]
-            nothing = (0,) * len(units)
-            self.start = self.start._replace(firsts=tuple(firsts), begun=(nothing,) * len(problem.rows))
+            no_counts = (0,) * len(units)
+            self.start = self.start._replace(firsts=tuple(firsts), begun=(no_counts,) * len(problem.rows))
 
     def after(
         self,
@@ -119,18 +118,18 @@ class Spreads:
             step = column[tracked.row]
             share = high - step.size
             part: Interval = (share if len(step.loose) == 1 else 0, _ANY[1] if elastic else share)
-            goes_on = step.state // 2 if step.state % 2 else -1
-            for place, letter in enumerate(step.loose):
+            continued = step.state // 2 if step.state % 2 else -1
+            for index, letter in enumerate(step.loose):
                 spread = part
                 counts = self._rest(whole, tracked.row, before[tracked.row], step)
-                if place == 0:
+                if index == 0:
                     so_far = opened[tracked.row]
                     spread = (so_far[0] + part[0], so_far[1] + part[1])
                     opened[tracked.row] = _NONE
                     if firsts:
                         counts = _sum(begun[tracked.row], counts)
                         begun[tracked.row] = self.start.begun[tracked.row]
-                if letter == goes_on:
+                if letter == continued:
                     opened[tracked.row] = spread
                     if firsts:
                         begun[tracked.row] = counts
@@ -138,11 +137,11 @@ class Spreads:
                 if number is None:
                     continue
                 least, most = symbols[number]
-                known = (max(least, spread[0]), most if letter == goes_on else min(most, spread[1]))
-                if known[0] > known[1] + tolerance:
+                bounds = (max(least, spread[0]), most if letter == continued else min(most, spread[1]))
+                if bounds[0] > bounds[1] + tolerance:
                     return None
-                if letter != goes_on:
-                    symbols[number] = known
+                if letter != continued:
+                    symbols[number] = bounds
                     if firsts and counts is not None:
                         strain = max(strain, self._strain(firsts[number], counts))
                         firsts[number] = firsts[number] or counts
@@ -155,22 +154,22 @@ class Spreads:
     def _counts(self, symbols: Sequence[str]) -> tuple[int, ...]:
         counts = [0] * len(self.units)
         for symbol in symbols:
-            counts[self.place[symbol]] += 1
+            counts[self.unit_index[symbol]] += 1
         return tuple(counts)
 
     def _whole(self, before: Sequence[int], column: Sequence[RowStep]) -> Counts:
         """Counts that are exactly as wide as a column: those of its widest element whose letters all have sizes."""
         gaps = self.problem.gaps
         fixed = [
-            (step.size, -at)
-            for at, step in enumerate(column)
+            (step.size, -row)
+            for row, step in enumerate(column)
             if step.fixed and step.kind != EMPTY and not (gaps and step.kind == PARTIAL)
         ]
         if not fixed:
             return None
-        at = -max(fixed)[1]
-        word = self.problem.rows[at].word
-        return self._counts([letter.symbol for letter in word[(before[at] + 1) // 2 : (column[at].state + 1) // 2]])
+        row = -max(fixed)[1]
+        word = self.problem.rows[row].word
+        return self._counts([letter.symbol for letter in word[(before[row] + 1) // 2 : (column[row].state + 1) // 2]])
 
     def _rest(self, whole: Counts, row: int, before: int, step: RowStep) -> Counts:
         """Counts of the only letter without a fixed width in an element, in a column of this width."""
@@ -178,8 +177,10 @@ class Spreads:
         if whole is None or gapped or len(step.loose) > 1:
             return None
         word = self.problem.rows[row].word
-        own = [word[at].symbol for at in range((before + 1) // 2, (step.state + 1) // 2) if at not in step.loose]
-        return tuple(one - other for one, other in zip(whole, self._counts(own), strict=True)) if own else whole
+        sized = [
+            word[index].symbol for index in range((before + 1) // 2, (step.state + 1) // 2) if index not in step.loose
+        ]
+        return tuple(one - other for one, other in zip(whole, self._counts(sized), strict=True)) if sized else whole
 
     def _strain(self, one: Counts, other: tuple[int, ...]) -> int:
         """Lower bound of the cost of making two widths equal; see `Strains`."""
@@ -193,16 +194,16 @@ class Spreads:
         """Whether the remainder of a row can be as long as the remaining canvas."""
         row, state = self.problem.rows[tracked.row], column[tracked.row].state
         tolerance = self.problem.tolerance
-        least, most = row.left[state], 0
-        for at in range(state // 2, len(row.word)):
-            number = tracked.symbol.get(at)
+        least, most = row.remaining[state], 0
+        for index in range(state // 2, len(row.word)):
+            number = tracked.symbol.get(index)
             if number is None:
-                most += row.sizes[at] + tolerance
+                most += row.sizes[index] + tolerance
                 continue
             low, high = widths.symbols[number]
-            done = widths.opened[tracked.row] if state % 2 and at == state // 2 else _NONE
-            least += max(low - tolerance - done[1], 0)
-            most += max(high, row.sizes[at]) + tolerance - done[0]
+            covered = widths.opened[tracked.row] if state % 2 and index == state // 2 else _NONE
+            least += max(low - tolerance - covered[1], 0)
+            most += max(high, row.sizes[index]) + tolerance - covered[0]
         if span + least > self.problem.most:
             return False
         return not tracked.strict[state] or span + most >= self.problem.least
@@ -216,9 +217,9 @@ def _sum(one: Counts, other: Counts) -> Counts:
 
 def _strict(row: AlignedRow, tracked: dict[int, int]) -> tuple[bool, ...]:
     strict = [not may_be_empty(row.word, len(row.word))]
-    for at in range(len(row.word) - 1, -1, -1):
-        inside = strict[-1] and (row.word[at].size is not None or at in tracked)
-        strict += [inside, inside and not may_be_empty(row.word, at)]
+    for index in range(len(row.word) - 1, -1, -1):
+        inside = strict[-1] and (row.word[index].size is not None or index in tracked)
+        strict += [inside, inside and not may_be_empty(row.word, index)]
     return tuple(reversed(strict))
 
 

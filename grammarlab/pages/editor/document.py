@@ -55,7 +55,7 @@ def opened(facade: Facade, locks: tuple[Wish, ...] = ()) -> Document:
 
 def is_possible(sizing: Sizing, wishes: Sequence[Wish]) -> bool:
     """Whether wishes do not contradict each other, without an explanation, which would take longer."""
-    return all(model.program.solve(model.wanted(wishes)) is not None for model in sizing.models)
+    return all(model.program.solve(model.row_values(wishes)) is not None for model in sizing.models)
 
 
 def contradiction(conflict: Sequence[str]) -> str:
@@ -100,7 +100,7 @@ def varied(document: Document, variation: Variation, along: int) -> tuple[Docume
     """The document of a variation, with the resulting length along one axis, and the solution of its sizes."""
     size = document.facade.size[0]
     # Its origin is the current facade: a column copies the visible one.
-    origin = LineOrigin(document.facade.position[variation.source], variation.wanted, size)
+    origin = LineOrigin(document.facade.position[variation.source], variation.target, size)
     made = Document(variation.facade, origin, inherited(document.locks, variation))
     wishes = (Size(0, 1 - along, float(size[1 - along])), *made.locks)
     resized = prepare(made.facade, wishes, origin).resized(wishes)

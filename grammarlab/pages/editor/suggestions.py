@@ -69,7 +69,7 @@ def suggest(document: Document, grid: str, axis: int, *, more: bool, most: int) 
     order = [
         each
         for flawed in (False, True)
-        for each in ranked([one for one in tried.found if bool(one.missing) == flawed], kind, different=most)
+        for each in ranked([one for one in tried.variations if bool(one.missing) == flawed], kind, different=most)
     ]
     found = []
     for variation in order[:most]:

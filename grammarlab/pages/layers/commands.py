@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from grammarlab.errors import UsageError
-from grammarlab.layers.file import LARGEST, MOST_BYTES, SMALLEST
+from grammarlab.layers.file import MAX_SIZE_M, MIN_SIZE_M, MOST_BYTES
 from grammarlab.learning.designs.addresses import shown
 from grammarlab.pages.desktop import Message, Send
 from grammarlab.pages.layers.desk import Canvas, DesignDesk
@@ -107,9 +107,10 @@ def _done(desk: DesignDesk) -> Message:
 def _canvas(request: Request) -> Canvas:
     width, height = (request.number(name) for name in ("width", "height"))
     for name, metres in (("width", width), ("height", height)):
-        if not SMALLEST <= metres <= LARGEST:
+        if not MIN_SIZE_M <= metres <= MAX_SIZE_M:
             raise UsageError(
-                f"{name}: expected metres above 0, at least {SMALLEST:g} and at most {LARGEST:,.0f}, found {metres:g}."
+                f"{name}: expected metres above 0, at least {MIN_SIZE_M:g} and at most {MAX_SIZE_M:,.0f}, "
+                f"found {metres:g}."
             )
     return width, height
 

@@ -40,7 +40,7 @@ class Inferred:
     @property
     def cost(self) -> float:
         """Description length of the facade, in letters: that of the design plus that of misplaced elements."""
-        missed = max(self.score.elements, self.score.found) * (1.0 - self.score.quality)
+        missed = max(self.score.elements, self.score.other_elements) * (1.0 - self.score.quality)
         return self.length + _MISPLACED * missed
 
 
@@ -80,7 +80,8 @@ def save_inferred(found: Inferred, path: Path) -> Path:
     """Write a design, with its score as a comment."""
     score = found.score
     head = (
-        f"# Inferred: {score.area:.2%} of the area has the right label, {score.found} elements for {score.elements},\n"
+        f"# Inferred: {score.area:.2%} of the area has the right label, "
+        f"{score.other_elements} elements for {score.elements},\n"
         f"# which overlap those by {score.iou:.2%} on average; sides within {found.tolerance:.3g} m are in line.\n"
     )
     write_text(path, head + design_text(found.design))

@@ -28,7 +28,7 @@ def test_copies_have_outlines_and_parts_of_pictures_and_new_nodes_have_neither()
     )
     shown = np.array([[0, 0, 1, 1], [0, 0, 1, 1], [0.5, 0, 1, 0.5], [0, 0, 1, 1]])
     parent, axis = np.array([-1, 0, 0, 0]), np.array([X, LEAF, LEAF, LEAF], dtype=np.int8)
-    copy = check(take(first, parent, axis, np.array([NEW, 2, 1, 1]), shown=shown))
+    copy = check(take(first, parent, axis, np.array([NEW, 2, 1, 1]), visible=shown))
     assert [copy.name_of(node) for node in range(4)] == ["", "door", "arch", "arch"]
     assert [len(copy.outline(node)) for node in range(4)] == [0, 0, 3, 3]
     assert copy.picture.tolist() == [-1, 0, 0, 0]

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.editing.springs import Box, SpringRows, Strips, fewest
+from grammarlab.facade.editing.springs import Box, SpringRows, Strips, best_counts
 from grammarlab.facade.tree import Ints
 
 
@@ -65,7 +65,7 @@ def test_the_cheapest_counts_are_found_whatever_is_added_to_the_springs(
     def solve(_: int, counts: Ints) -> float:
         return cost(rows, counts) + float(extra[tuple(counts)])
 
-    found = fewest([Box(rows, least, most)], solve, least, 0.0, 1e-12, 10_000)
+    found = best_counts([Box(rows, least, most)], solve, least, 0.0, 1e-12, 10_000)
     assert np.isclose(found.cost, min(solve(0, counts) for counts in every(least, most)))
     assert found.cost == solve(0, found.counts)
     assert found.bound <= found.cost
@@ -85,7 +85,7 @@ def test_the_bound_that_is_left_is_reported() -> None:
         price=np.array([0.01, 0.01]),
     )
     box = Box(rows, np.array([1, 0]), np.array([9, 9]))
-    found = fewest([box], lambda _, counts: 1.0 + cost(rows, counts), np.array([1, 0]), 0.0, 0.0, 1)
+    found = best_counts([box], lambda _, counts: 1.0 + cost(rows, counts), np.array([1, 0]), 0.0, 0.0, 1)
     assert found.tries == 1
     assert found.bound < 1.0 < found.cost
 
@@ -103,7 +103,7 @@ def test_what_is_impossible_is_not_chosen() -> None:
         price=np.array([1.0]),
     )
     box = Box(rows, np.array([1]), np.array([9]))
-    found = fewest(
+    found = best_counts(
         [box], lambda _, counts: np.inf if counts[0] == 3 else cost(rows, counts), np.array([1]), 0.0, 0.0, 99
     )
     assert found.counts.tolist() == [4]

@@ -13,7 +13,7 @@ def test_a_lock_is_lost_with_the_last_copy_of_its_part_or_of_a_part_with_an_equa
     places = facade.grids[0].places()
     one, other = int(places[0, 0]), int(places[0, 2])
     locks = [Size(one, X, 1.0), Size(other, X, 1.0), Aspect(one, 0.5, 1.0), Size(0, Y, facade.height)]
-    removals = vary(facade, "window", X, insertions=False).found
+    removals = vary(facade, "window", X, insertions=False).variations
     assert len(removals) == 3
     for variation in removals:
         gone = not np.isin(one, variation.source)

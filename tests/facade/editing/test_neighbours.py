@@ -37,8 +37,8 @@ def test_the_graph_is_that_of_all_pairs_and_leads_back_to_the_same_tree(facade: 
     graph = neighbours(facade)
     low, size = facade.position[facade.leaves], facade.size[facade.leaves]
     expected = graph_of_boxes(np.hstack([low, low + size]).tolist())
-    assert edges(graph.beside) == edges(expected.beside)
-    assert edges(graph.above) == edges(expected.above)
+    assert edges(graph.x_pairs) == edges(expected.x_pairs)
+    assert edges(graph.y_pairs) == edges(expected.y_pairs)
     tree = tree_of(graph)
     assert tree.parent.tolist() == facade.parent.tolist()
     assert tree.axis.tolist() == facade.axis.tolist()
@@ -50,7 +50,7 @@ def test_the_names_of_leaves_do_not_matter_to_the_way_back(facade: Facade) -> No
     graph = neighbours(facade)
     shuffle = np.random.default_rng(0).permutation(len(graph.node))
     place = np.argsort(shuffle)
-    tree = tree_of(Neighbours(graph.node[shuffle], place[graph.beside], place[graph.above]))
+    tree = tree_of(Neighbours(graph.node[shuffle], place[graph.x_pairs], place[graph.y_pairs]))
     assert tree.parent.tolist() == facade.parent.tolist()
     assert graph.node[shuffle][tree.leaf[tree.leaf >= 0]].tolist() == facade.leaves.tolist()
 
@@ -94,8 +94,8 @@ def test_a_sliver_beside_a_box_takes_over_its_left_neighbours() -> None:
     facade = plain(parent, axis, *laid_out(parent, axis, wanted), [name.get(node, "") for node in range(14)])
     graph = neighbours(facade)
     called = [facade.name_of(int(node)) for node in graph.node]
-    beside = {(called[one], called[other]) for one, other in graph.beside.tolist()}
-    above = {(called[one], called[other]) for one, other in graph.above.tolist()}
+    beside = {(called[one], called[other]) for one, other in graph.x_pairs.tolist()}
+    above = {(called[one], called[other]) for one, other in graph.y_pairs.tolist()}
     assert {edge for edge in beside if "N" in edge} == {("1", "N"), ("2", "N"), ("N", "8")}
     assert {edge for edge in above if "N" in edge} == {("N", "4"), ("6", "N")}
 
@@ -110,7 +110,7 @@ def test_one_leaf_and_ten_thousand() -> None:
     axis[0], axis[1 :: rows + 1] = Y, X
     facade = plain(parent, axis, *laid_out(parent, axis, np.ones((len(parent), 2))), [""] * len(parent))
     graph = neighbours(facade)
-    assert len(graph.beside) == len(graph.above) == rows * (rows - 1)
+    assert len(graph.x_pairs) == len(graph.y_pairs) == rows * (rows - 1)
     assert tree_of(graph).parent.tolist() == facade.parent.tolist()
 
 

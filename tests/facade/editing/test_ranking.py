@@ -9,7 +9,7 @@ from tests.facade.samples import windows
 
 def test_columns_that_are_alike_give_one_variation() -> None:
     facade = windows(3, 4)
-    found = vary(facade, "window", X, removals=False).found
+    found = vary(facade, "window", X, removals=False).variations
     assert len(found) == 5
     assert len(distinct(found, kinds(facade))) == 1
     assert len(ranked(found, kinds(facade))) == 1
@@ -33,7 +33,7 @@ def test_each_look_appears_once_and_ten_different_ones_come_first() -> None:
 
 def test_the_best_comes_first_and_the_rest_in_order() -> None:
     facade = windows(2, 5, (1.0, 2.0, 3.0, 4.0, 5.0))
-    found = vary(facade, "window", X).found
+    found = vary(facade, "window", X).variations
     order = ranked(found, kinds(facade), lambda variation: -variation.facade.width, different=3)
     widths = [variation.facade.width for variation in order]
     assert widths[0] == max(widths)

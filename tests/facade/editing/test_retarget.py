@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.repeats import Repeats, find_repeats
-from grammarlab.facade.editing.retarget import EVENNESS, GAP, retarget
+from grammarlab.facade.editing.retarget import EVENNESS_DEVIATION, OPTIMALITY_GAP, retarget
 from grammarlab.facade.editing.springs import least_energy, origin_of
 from grammarlab.facade.editing.variations import inherited, lost, unedited
 from grammarlab.facade.grid import Grid
@@ -46,7 +46,7 @@ def unevenness(repeats: Repeats, counts: Sequence[int], factor: float, weights: 
         first = int(np.flatnonzero(repeats.kind == kind)[0])
         parts = [part for band in repeats.bands for part in (*band.gaps[first], *band.columns[first])]
         nodes = np.concatenate([np.arange(part, facade.end[part]) for part in parts])
-        price = EVENNESS**2 * np.square(weight[nodes] * facade.size[nodes, repeats.along]).sum()
+        price = EVENNESS_DEVIATION**2 * np.square(weight[nodes] * facade.size[nodes, repeats.along]).sum()
         total += price * (count - factor * occurs[kind]) ** 2 / occurs[kind]
     return float(total)
 
@@ -97,7 +97,7 @@ def test_an_element_beside_the_bands_keeps_its_column() -> None:
     gone = (grid.row == 2) & (grid.column != 1)
     partly = replace(facade, grids=(Grid("windows", grid.node[~gone], grid.row[~gone], grid.column[~gone]),))
     found = repeats_of(partly, X)
-    assert found.needed == (1,)
+    assert found.required == (1,)
     made = found.variation([0, 1, 1, 2]).facade
     assert made.grids[0].places()[2].tolist().count(-1) == 3
     assert made.grids[0].places()[2, 1] >= 0
@@ -123,13 +123,13 @@ def test_no_other_counts_deform_less(factor: float, along: int) -> None:
         except FacadeError:  # one storey is not a band
             assert len(columns) < 2
             continue
-        origin = LineOrigin(facade.position[made.source], made.wanted, facade.size[0])
+        origin = LineOrigin(facade.position[made.source], made.target, facade.size[0])
         solved = resize(made.facade, [Size(0, along, metres)], origin)
         assert not solved.conflict
         best = min(best, solved.energy[along] + unevenness(repeats, counts, factor))
-    slack = GAP**2 * len(facade.leaves)
+    slack = OPTIMALITY_GAP**2 * len(facade.leaves)
     assert found.proven
-    assert best * (1.0 - 1e-9) - 1e-12 <= found.deformation <= best * (1.0 + GAP) + 2.0 * slack
+    assert best * (1.0 - 1e-9) - 1e-12 <= found.deformation <= best * (1.0 + OPTIMALITY_GAP) + 2.0 * slack
     assert found.bound <= best * (1.0 + 1e-9) + 1e-12
 
 
@@ -205,7 +205,7 @@ def test_strips_beside_bands_are_as_long_as_any_number_of_columns(times: float, 
     num = round(times * len(repeats.kind))
     made = repeats.variation(repeats.spread(np.array([num])))
     for strip in repeats.strips:
-        grown = made.wanted[made.source == strip, along]
+        grown = made.target[made.source == strip, along]
         assert grown == pytest.approx(made.facade.size[0, along])
     assert len(repeats.strips) == (4 if along == X else 6)
     metres = made.facade.size[0, along]

@@ -85,7 +85,7 @@ def test_outer_and_inner_grids_are_edited_apart_and_together() -> None:
     outer = applied(unedited(facade), Edit(("window",), X, 0, 1))
     assert grid_of(outer.facade, "window").num_columns == 4
     assert [grid.num_columns for grid in outer.facade.grids[1:]] == [2] * 8
-    (inner,) = distinct(vary(facade, "pane", X, removals=False).found, kinds(facade))
+    (inner,) = distinct(vary(facade, "pane", X, removals=False).variations, kinds(facade))
     assert len(inner.edits[0].grids) == 6
     assert [grid.num_columns for grid in inner.facade.grids] == [3] + [3] * 6
     both = applied(inner, Edit(("window",), X, 0, 1))
@@ -106,7 +106,8 @@ def test_unlike_elements_of_one_grid_are_repeated_row_by_row() -> None:
     column = applied(unedited(facade), Edit(("all",), X, 1, 2)).facade
     assert line_names(column, "all", Y) == [["window"] * 4, ["arch"] * 4, ["door"] * 4]
     rows_of = {
-        tuple(each[0] for each in line_names(v.facade, "all", Y)) for v in vary(facade, "all", Y, removals=False).found
+        tuple(each[0] for each in line_names(v.facade, "all", Y))
+        for v in vary(facade, "all", Y, removals=False).variations
     }
     start = ["window", "arch", "door"]
     assert rows_of == {(*start[:p], item, *start[p:]) for item in start for p in range(4)}
@@ -137,14 +138,14 @@ def test_cut_copies_show_their_part_of_the_picture() -> None:
     facade = replace(facade, pictures=(Picture("wall.png", b""),), picture=np.zeros(len(facade), dtype=np.int64))
     low, high = facade.position / facade.size[0], (facade.position + facade.size) / facade.size[0]
     facade = replace(facade, window=np.hstack([low, high]))
-    for variation in vary(facade, "window", X).found + vary(facade, "window", Y).found:
+    for variation in vary(facade, "window", X).variations + vary(facade, "window", Y).variations:
         wall, first = variation.facade, facade.window[variation.source]
         expected = np.hstack(
             [
-                first[:, :2] + variation.shown[:, :2] * (first[:, 2:] - first[:, :2]),
-                first[:, :2] + variation.shown[:, 2:] * (first[:, 2:] - first[:, :2]),
+                first[:, :2] + variation.visible[:, :2] * (first[:, 2:] - first[:, :2]),
+                first[:, :2] + variation.visible[:, 2:] * (first[:, 2:] - first[:, :2]),
             ]
         )
         assert np.allclose(wall.window[wall.leaves], expected[wall.leaves])
-        cut += int((variation.shown != [0, 0, 1, 1]).any(axis=1).sum())
+        cut += int((variation.visible != [0, 0, 1, 1]).any(axis=1).sum())
     assert cut

@@ -46,20 +46,20 @@ def test_each_variation_is_a_facade_with_one_line_more_or_less_and_other_grids_a
 ) -> None:
     before = grid_of(facade, "one")
     other = grid_of(facade, "two")
-    for variation in vary(facade, "one", axis, also=[]).found:
+    for variation in vary(facade, "one", axis, also=[]).variations:
         check(variation.facade)
         areas = variation.facade.size[variation.facade.leaves].prod(axis=1)
         assert np.isclose(areas.sum(), variation.facade.width * variation.facade.height)
         (edit,) = variation.edits
         after = grid_of(variation.facade, "one")
         old, new = lines(before, axis), lines(after, axis)
-        if edit.place is None:
+        if edit.position is None:
             assert len(new) <= len(old) - 1
             continue
         assert len(new) == len(old) + 1
-        kept = np.delete(new, edit.place, axis=0)
+        kept = np.delete(new, edit.position, axis=0)
         assert np.array_equal(np.where(kept < 0, -1, variation.source[kept]), old)
-        line = new[edit.place]
+        line = new[edit.position]
         assert np.array_equal(variation.source[line[line >= 0]], old[edit.line][line >= 0])
         assert variation.missing or ((line < 0) == (old[edit.line] < 0)).all()
         same = grid_of(variation.facade, "two")
@@ -69,9 +69,9 @@ def test_each_variation_is_a_facade_with_one_line_more_or_less_and_other_grids_a
 
 @given(gridded(), axes)
 def test_new_elements_stand_between_their_anchors(facade: Facade, axis: int) -> None:
-    for variation in vary(facade, "one", axis, also=[], removals=False).found:
+    for variation in vary(facade, "one", axis, also=[], removals=False).variations:
         middle = variation.facade.position[:, axis] + variation.facade.size[:, axis] / 2
-        place = variation.edits[0].place
+        place = variation.edits[0].position
         assert place is not None
         new = lines(grid_of(variation.facade, "one"), axis)
         for cross in range(new.shape[1]):
@@ -85,13 +85,13 @@ def test_new_elements_stand_between_their_anchors(facade: Facade, axis: int) -> 
 def test_what_is_inserted_and_removed_leaves_no_trace(facade: Facade, axis: int) -> None:
     start = unedited(facade)
     for edit in edits(facade, ["one"], axis):
-        if edit.place is None:
+        if edit.position is None:
             continue
         try:
             more = applied(start, edit)
         except FacadeError:
             continue
-        less = applied(more, Edit(("one",), axis, edit.place))
+        less = applied(more, Edit(("one",), axis, edit.position))
         same_facade(less.facade, facade)
         assert less.source.tolist() == list(range(len(facade)))
 
@@ -112,19 +112,19 @@ def test_rows_are_columns_of_the_facade_turned_about_its_diagonal(facade: Facade
             column = applied(upright, other)
             same_facade(transposed(column.facade), row.facade)
             assert column.source.tolist() == row.source.tolist()
-            assert np.array_equal(column.shown[:, [1, 0, 3, 2]], row.shown)
+            assert np.array_equal(column.visible[:, [1, 0, 3, 2]], row.visible)
 
 
 def test_there_is_a_variation_for_each_different_column_at_each_place() -> None:
     facade = windows(3, 4, (1.0, 2.0, 3.0, 1.0))
     found = vary(facade, "window", X, removals=False)
-    assert len(found.found) == 3 * 5
+    assert len(found.variations) == 3 * 5
     assert found.discarded == ()
-    assert {(each.edits[0].line, each.edits[0].place) for each in found.found} == {
+    assert {(each.edits[0].line, each.edits[0].position) for each in found.variations} == {
         (line, place) for line in range(3) for place in range(5)
     }
-    assert len(vary(facade, "window", X, insertions=False).found) == 4
-    assert len(vary(facade, "window", Y, removals=False).found) == 1 * 4
+    assert len(vary(facade, "window", X, insertions=False).variations) == 4
+    assert len(vary(facade, "window", Y, removals=False).variations) == 1 * 4
 
 
 @pytest.mark.parametrize("bays", [False, True])
@@ -133,7 +133,7 @@ def test_all_sequences_of_columns_are_those_of_a_list(bays: bool) -> None:
 
     def widths(variation: Variation) -> tuple[float, ...]:
         first_row = grid_of(variation.facade, "window").places()[0]
-        return tuple(variation.wanted[first_row, X].tolist())
+        return tuple(variation.target[first_row, X].tolist())
 
     start = (1.0, 2.0, 4.0)
     expected = {start}
@@ -159,8 +159,8 @@ def test_all_sequences_of_columns_are_those_of_a_list(bays: bool) -> None:
 @pytest.mark.parametrize("axis", [X, Y])
 def test_even_a_facade_without_memory_returns_to_its_sizes(axis: int, bays: bool) -> None:
     facade = windows(3, 4, (1.0, 2.0, 3.0), bays=bays)
-    for variation in vary(facade, "window", axis, removals=False).found:
-        place = variation.edits[0].place
+    for variation in vary(facade, "window", axis, removals=False).variations:
+        place = variation.edits[0].position
         assert place is not None
         assert variation.facade.size[0, axis] > facade.size[0, axis]
         same_facade(applied(unedited(variation.facade), Edit(("window",), axis, place)).facade, facade)
@@ -173,25 +173,25 @@ def test_a_copy_has_the_neighbours_of_its_source_and_of_its_anchors(facade: Faca
     def around(wall: Facade) -> dict[int, set[tuple[int, int, int]]]:
         graph = neighbours(wall)
         links: dict[int, set[tuple[int, int, int]]] = {node: set() for node in graph.node.tolist()}
-        for along, pairs in ((X, graph.node[graph.beside]), (Y, graph.node[graph.above])):
+        for along, pairs in ((X, graph.node[graph.x_pairs]), (Y, graph.node[graph.y_pairs])):
             for one, other in pairs.tolist():
                 links[one].add((along, 1, other))
                 links[other].add((along, 0, one))
         return links
 
     before = around(facade)
-    for variation in vary(facade, "window", X, removals=False).found:
+    for variation in vary(facade, "window", X, removals=False).variations:
         edit, after = variation.edits[0], around(variation.facade)
         old, new = (grid_of(wall, "window").places() for wall in (facade, variation.facade))
-        assert edit.place is not None
+        assert edit.position is not None
         for row in range(2):
-            anchors = old[row, max(edit.place - 1, 0) : edit.place + 1].tolist()
+            anchors = old[row, max(edit.position - 1, 0) : edit.position + 1].tolist()
             allowed = set().union(*(before[node] for node in [*anchors, int(old[row, edit.line])]))
-            if edit.place in {0, 3}:
+            if edit.position in {0, 3}:
                 # At the ends the gap between the nearest two columns is repeated.
                 allowed |= before[int(old[row, 1])]
             found = {
-                (along, side, int(variation.source[node])) for along, side, node in after[int(new[row, edit.place])]
+                (along, side, int(variation.source[node])) for along, side, node in after[int(new[row, edit.position])]
             }
             assert found <= allowed
             assert {(along, side) for along, side, _ in found} == {(X, 0), (X, 1), (Y, 0), (Y, 1)}
@@ -201,7 +201,7 @@ def links(facade: Facade) -> dict[int, set[tuple[str, int]]]:
     """For each leaf, its neighbours and their sides."""
     graph = neighbours(facade)
     found: dict[int, set[tuple[str, int]]] = {node: set() for node in graph.node.tolist()}
-    sides = (("right", "left", graph.beside), ("above", "below", graph.above))
+    sides = (("right", "left", graph.x_pairs), ("above", "below", graph.y_pairs))
     for ahead, behind, pairs in sides:
         for one, other in graph.node[pairs].tolist():
             found[one].add((ahead, other))
@@ -226,7 +226,7 @@ def test_an_insertion_links_a_copy_as_the_edges_of_the_paper_do() -> None:
         (Edit(("row",), X, 1, 2), {("left", "9"), ("above", "5"), ("below", "7")}),
     ):
         wall = applied(unedited(facade), edit).facade
-        new = grid_of(wall, "row").node.tolist()[edit.place or 0]
+        new = grid_of(wall, "row").node.tolist()[edit.position or 0]
         assert {(side, wall.name_of(other)) for side, other in links(wall)[new]} == expected
         # Only the copy was added, and all other edges are unchanged.
         assert len(wall.leaves) == len(facade.leaves) + 1
@@ -253,7 +253,7 @@ def test_the_surroundings_come_along_and_bands_are_stretched() -> None:
     facade = windows(1, 2, (1.0, 2.0))
     (variation,) = [
         v
-        for v in vary(facade, "window", X, removals=False).found
+        for v in vary(facade, "window", X, removals=False).variations
         if str(v.edits[0]).endswith("1 repeated after column 1")
     ]
     wall = variation.facade
@@ -281,7 +281,7 @@ def test_what_cannot_be_edited_is_explained() -> None:
         vary(two, "window", X, also=["first"])
     alone = with_grid(built(leaf("window")), "window", [0])
     found = vary(alone, "window", X)
-    assert [grid.num_columns for variation in found.found for grid in variation.facade.grids] == [2, 2]
+    assert [grid.num_columns for variation in found.variations for grid in variation.facade.grids] == [2, 2]
     with pytest.raises(FacadeError, match="remove the whole facade"):
         applied(unedited(alone), Edit(("window",), X, 0))
 
@@ -294,6 +294,6 @@ def test_a_facade_that_is_too_deep_is_refused_and_one_of_a_hundred_levels_is_edi
         facade = built(inner)
         return with_grid(facade, "window", [node for node in facade.leaves if facade.name_of(node) == "window"])
 
-    assert vary(nested(150), "window", X).found
+    assert vary(nested(150), "window", X).variations
     with pytest.raises(FacadeError, match="201 levels of nested parts; expected at most 200"):
         vary(nested(201), "window", X)

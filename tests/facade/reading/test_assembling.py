@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.reading.annotation import BoxAnnotation, Unit, annotate
-from grammarlab.facade.reading.assembling import OUTSIDE, USUAL_WIDTH, assemble
+from grammarlab.facade.reading.assembling import DEFAULT_WIDTH_M, OUTSIDE, assemble
 from grammarlab.facade.tree import Facade, Picture
 from tests.facade.drawings import drawing
 from tests.facade.strategies import trees
@@ -65,12 +65,12 @@ def test_a_window_and_wall_around_it():
         ("metres", {"width": 8}, None, (8, 4), 0),
         ("metres", {"height": 8}, None, (16, 8), 0),
         ("metres", {"width": 3, "height": 8}, None, (3, 8), 0),
-        ("pixels", {}, None, (USUAL_WIDTH, USUAL_WIDTH / 2), 1),
+        ("pixels", {}, None, (DEFAULT_WIDTH_M, DEFAULT_WIDTH_M / 2), 1),
         ("pixels", {"width": 8}, None, (8, 4), 0),
         ("parts", {"width": 8}, (100, 300), (8, 12), 0),
         ("parts", {"width": 8}, None, (8, 4), 1),
         ("parts", {"width": 8, "height": 5}, None, (8, 5), 0),
-        ("parts", {}, (100, 100), (USUAL_WIDTH, USUAL_WIDTH / 2), 1),
+        ("parts", {}, (100, 100), (DEFAULT_WIDTH_M, DEFAULT_WIDTH_M / 2), 1),
     ],
 )
 def test_the_size_is_what_is_said_or_follows_from_the_picture(unit, given_size, pixels, expected, notes):

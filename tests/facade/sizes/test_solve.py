@@ -247,10 +247,10 @@ def test_what_was_inserted_gets_the_sizes_it_came_with() -> None:
 @pytest.mark.parametrize("along", [X, Y])
 def test_every_variation_of_a_grid_is_solved_for_any_size(along: int) -> None:
     facade = storeys(4, 3)
-    found = vary(facade, "windows", along).found
+    found = vary(facade, "windows", along).variations
     assert len(found) > 6
     for each in found:
-        came_from = LineOrigin(facade.position[each.source], each.wanted, facade.size[0])
+        came_from = LineOrigin(facade.position[each.source], each.target, facade.size[0])
         natural = resize(each.facade, [], came_from)
         assert max(natural.energy) <= 1e-12
         fitted = resize(each.facade, [width(facade.width), height(facade.height)], came_from)

@@ -76,7 +76,7 @@ def test_a_variation_keeps_the_other_side_and_hands_locks_on_to_copies():
     document = opened(windows(2, 3))
     node = int(document.facade.grids[0].node[0])
     held = locked(document, node, "width")
-    for variation in vary(document.facade, document.facade.grids[0].name, X).found:
+    for variation in vary(document.facade, document.facade.grids[0].name, X).variations:
         made, solved = varied(held, variation, X)
         check(made.facade)
         assert solved.conflict == ()
@@ -90,7 +90,7 @@ def test_a_variation_keeps_the_other_side_and_hands_locks_on_to_copies():
 
 def test_a_locked_width_of_the_whole_stays_when_a_column_comes():
     document = locked(opened(windows(2, 3)), 0, "width")
-    for variation in vary(document.facade, document.facade.grids[0].name, X, removals=False).found:
+    for variation in vary(document.facade, document.facade.grids[0].name, X, removals=False).variations:
         made, _ = varied(document, variation, X)
         assert made.facade.width == pytest.approx(document.facade.width, abs=1e-9)
         assert made.locks == document.locks
