@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammarlab.matching.library import named
+from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.plain import agreeing, compare
 from grammarlab.matching.scenes import SceneOptions, rectangles
 from grammarlab.runs.facade.match_files import match_elements
@@ -62,7 +62,7 @@ def _scores(options: SceneOptions, seed: int) -> list[list[float]]:
     names = ("adjusted_mutual_information", "kinds_found", "kinds", "sure", "sure_and_right")
     rows = []
     for method in ("kmeans", "default"):
-        match = match_elements(scene, named("rectangle"), method, 0)
+        match = match_elements(scene, templates_by_name("rectangle"), method, 0)
         found = compare(match, scene.truth)
         right, _ = agreeing(match, scene.truth)
         rows.append([*(float(found[name]) for name in names), float(right[hidden].sum()), float(hidden.sum())])

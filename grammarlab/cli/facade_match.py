@@ -95,12 +95,12 @@ def match(
     """
     with friendly_errors():
         from grammarlab.matching.corrections import load_corrections
-        from grammarlab.matching.library import named
+        from grammarlab.matching.library import templates_by_name
         from grammarlab.matching.scans.scan_files import load_elements
         from grammarlab.runs.facade.match_files import FILES, as_dict, match_elements, save_match
 
         check_overwrites((output / name for name in FILES), [elements, *filter(None, (boxes, corrections))])
-        chosen = named(templates)
+        chosen = templates_by_name(templates)
         said = load_corrections(corrections) if corrections else ()
         with wanted(elements, ELEMENTS, MESH):
             loaded = load_elements(elements, boxes, unit.value, up.axis)

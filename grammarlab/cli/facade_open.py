@@ -120,14 +120,14 @@ def _building(file: Path, output: Path | None) -> _Shown:
 
 def _scan(file: Path, output: Path | None, templates: str) -> _Shown:
     from grammarlab.extras import require
-    from grammarlab.matching.library import named
+    from grammarlab.matching.library import templates_by_name
     from grammarlab.matching.scans.scan_files import load_elements
     from grammarlab.pages.matcher import PAGE, Matcher
     from grammarlab.pages.scan_desk import ScanDesk
 
     require("jax")
     target = output or Path(f"{file.stem}.corrections.json")
-    matcher = Matcher(ScanDesk(file.name, load_elements(file), named(templates), target))
+    matcher = Matcher(ScanDesk(file.name, load_elements(file), templates_by_name(templates), target))
     return _Shown(matcher, PAGE, target, None, matcher.close)
 
 

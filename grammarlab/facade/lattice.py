@@ -9,11 +9,11 @@ import numpy as np
 from grammarlab.facade.editing.grids import lines
 from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints
 
-_REGULAR = 0.06
+_REGULARITY_TOLERANCE = 0.06
 """Largest difference of positions and a multiple of the pitch, as a fraction of the pitch."""
-_LARGER = 1.25
+_MAX_CELL_RATIO = 1.25
 """Size relative to most cells from which a cell beside a wide gap is too large: the gap gets its own row or column."""
-_THIN = 0.02
+_MIN_MARGIN_M = 0.02
 """Least width of a margin beside a grid, metres."""
 
 
@@ -55,14 +55,14 @@ def lattice(low: Floats, high: Floats, first: float, last: float) -> Lattice:
     lows, highs, member = lows[order], highs[order], rank[member]
     middle = (lows + highs) / 2.0
     step = _steps(middle, highs - lows)
-    apart = _apart(lows, highs) & (step == 1)
-    step[apart] += 1
-    place = np.concatenate([[0], np.cumsum(step)]).astype(np.int64)
-    pitch, regular = _pitch(place, middle)
-    line = _lines(place, lows, highs, apart, first, last)
-    line[0] = min(line[0], _edge(float(low.min()), _THIN, first, -1.0))
-    line[-1] = max(line[-1], _edge(float(high.max()), _THIN, last, 1.0))
-    return Lattice(line, pitch, regular, place[member])
+    is_gap = _apart(lows, highs) & (step == 1)
+    step[is_gap] += 1
+    index = np.concatenate([[0], np.cumsum(step)]).astype(np.int64)
+    pitch, regular = _pitch(index, middle)
+    line = _lines(index, lows, highs, is_gap, first, last)
+    line[0] = min(line[0], _edge(float(low.min()), _MIN_MARGIN_M, first, -1.0))
+    line[-1] = max(line[-1], _edge(float(high.max()), _MIN_MARGIN_M, last, 1.0))
+    return Lattice(line, pitch, regular, index[member])
 
 
 def _steps(middle: Floats, size: Floats) -> Ints:
@@ -72,7 +72,7 @@ def _steps(middle: Floats, size: Floats) -> Ints:
         return np.ones(len(gap), dtype=np.int64)
     pitch = float(np.median(gap))
     times = np.rint(gap / pitch)
-    fits = (times >= 2) & (np.abs(gap - times * pitch) <= _REGULAR * pitch)
+    fits = (times >= 2) & (np.abs(gap - times * pitch) <= _REGULARITY_TOLERANCE * pitch)
     # Large elements, such as shops, are far from others although no unit is missing.
     fits &= np.maximum(size[:-1], size[1:]) <= 1.25 * np.median(size)
     return np.where(fits, times, 1).astype(np.int64)
@@ -80,37 +80,39 @@ def _steps(middle: Floats, size: Floats) -> Ints:
 
 def _apart(low: Floats, high: Floats) -> Bools:
     """[K - 1] whether neighbours are so far apart that both of their cells would be larger than others."""
-    room = low[1:] - high[:-1]
-    if len(room) < 3:
-        return np.zeros(len(room), dtype=bool)
-    beside = np.concatenate([room[:1], room, room[-1:]])
-    cell = high - low + (beside[:-1] + beside[1:]) / 2.0
-    large = cell > _LARGER * np.median(cell)
-    return large[:-1] & large[1:] & (room > _LARGER * np.maximum(beside[:-2], beside[2:])) & (room > np.median(room))
+    gap = low[1:] - high[:-1]
+    if len(gap) < 3:
+        return np.zeros(len(gap), dtype=bool)
+    padded = np.concatenate([gap[:1], gap, gap[-1:]])
+    cell = high - low + (padded[:-1] + padded[1:]) / 2.0
+    large = cell > _MAX_CELL_RATIO * np.median(cell)
+    return (
+        large[:-1] & large[1:] & (gap > _MAX_CELL_RATIO * np.maximum(padded[:-2], padded[2:])) & (gap > np.median(gap))
+    )
 
 
-def _pitch(place: Ints, middle: Floats) -> tuple[float, bool]:
-    if len(place) < 2:
+def _pitch(index: Ints, middle: Floats) -> tuple[float, bool]:
+    if len(index) < 2:
         return 0.0, False
-    slope, start = np.polyfit(place, middle, 1)
-    regular = bool(np.abs(middle - start - slope * place).max() <= _REGULAR * slope)
+    slope, start = np.polyfit(index, middle, 1)
+    regular = bool(np.abs(middle - start - slope * index).max() <= _REGULARITY_TOLERANCE * slope)
     return float(slope), regular
 
 
-def _lines(place: Ints, low: Floats, high: Floats, apart: Bools, first: float, last: float) -> Floats:
+def _lines(index: Ints, low: Floats, high: Floats, is_gap: Bools, first: float, last: float) -> Floats:
     """[K + 1] lines halfway between neighbours; outer ones as far away as inner ones, but within the wall."""
-    line = np.zeros(place[-1] + 2)
-    for k in range(len(place) - 1):
-        here, there = (high[k] + low[k + 1]) / 2.0, place[k + 1] - place[k]
-        if apart[k]:
+    line = np.zeros(index[-1] + 2)
+    for k in range(len(index) - 1):
+        midpoint, steps = (high[k] + low[k + 1]) / 2.0, index[k + 1] - index[k]
+        if is_gap[k]:
             half = float(np.median(low[1:] - high[:-1])) / 2.0
-            line[place[k] + 1 : place[k] + 3] = high[k] + half, low[k + 1] - half
-        elif there == 1:
-            line[place[k] + 1] = here
+            line[index[k] + 1 : index[k] + 3] = high[k] + half, low[k + 1] - half
+        elif steps == 1:
+            line[index[k] + 1] = midpoint
         else:
-            pitch = (low[k + 1] + high[k + 1] - low[k] - high[k]) / 2.0 / there
-            line[place[k] + 1 : place[k + 1] + 1] = (low[k] + high[k]) / 2.0 + pitch * (np.arange(there) + 0.5)
-    if len(place) == 1:
+            pitch = (low[k + 1] + high[k + 1] - low[k] - high[k]) / 2.0 / steps
+            line[index[k] + 1 : index[k + 1] + 1] = (low[k] + high[k]) / 2.0 + pitch * (np.arange(steps) + 0.5)
+    if len(index) == 1:
         half = min((high[0] - low[0]) / 2.0, max(low[0] - first, 0.0) / 2.0, max(last - high[0], 0.0) / 2.0)
         before = after = half
     else:
@@ -122,8 +124,8 @@ def _lines(place: Ints, low: Floats, high: Floats, apart: Bools, first: float, l
 
 def _edge(side: float, room: float, end: float, sign: float) -> float:
     """End of the grid: as much room as inside, if the wall has it plus a margin; otherwise half of the room."""
-    there = max((end - side) * sign, 0.0)
-    if there <= _THIN:
+    available = max((end - side) * sign, 0.0)
+    if available <= _MIN_MARGIN_M:
         return end
-    room = max(room, _THIN / 2.0)
-    return side + sign * (room if room <= there - _THIN else there / 2.0)
+    room = max(room, _MIN_MARGIN_M / 2.0)
+    return side + sign * (room if room <= available - _MIN_MARGIN_M else available / 2.0)

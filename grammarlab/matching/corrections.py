@@ -27,10 +27,11 @@ from grammarlab.matching.template import Template
 FORMAT = "grammarlab corrections"
 LEFT_OUT = "it is left out by a correction"
 _VERSION = 1
-_MOST = 10_000
-_DOUBT = 1e-6
+_MAX_CORRECTIONS = 10_000
+"""Largest number of corrections of a file."""
+_MIN_FACTOR = 1e-6
 """Least factor on evidence that contradicts a correction."""
-_REFUSED = 1e6
+_EXCLUSION_COST = 1e6
 """Cost of templates that a correction excludes, nats."""
 _SIZES = ("width", "height")
 
@@ -62,7 +63,7 @@ def as_dict(correction: Correction) -> dict[str, Any]:
 
 def save_corrections(corrections: Corrections, path: Path) -> Path:
     """Write a file atomically, through a link to it."""
-    rows = ",\n".join(json.dumps(as_dict(each), ensure_ascii=False) for each in corrections)
+    rows = ",\n".join(json.dumps(as_dict(correction), ensure_ascii=False) for correction in corrections)
     rewrite_text(path, f'{{"format": "{FORMAT}", "version": {_VERSION}, "corrections": [\n{rows}\n]}}\n')
     return path
 
@@ -82,8 +83,8 @@ def load_corrections(path: Path) -> Corrections:
 def _corrections(document: Any) -> Corrections:
     if not isinstance(document, dict) or document.get("format") != FORMAT or document.get("version") != _VERSION:
         raise FacadeError(f'This is not a file of corrections: expected "format": "{FORMAT}", "version": {_VERSION}.')
-    listed = a_list(document.get("corrections"), "corrections", _MOST)
-    return tuple(correction_of(each, f"Correction {place}") for place, each in enumerate(listed))
+    listed = a_list(document.get("corrections"), "corrections", _MAX_CORRECTIONS)
+    return tuple(correction_of(entry, f"Correction {index}") for index, entry in enumerate(listed))
 
 
 def correction_of(value: Any, where: str) -> Correction:
@@ -94,7 +95,7 @@ def correction_of(value: Any, where: str) -> Correction:
     """
     values = an_object(value, where)
     listed = a_list(values.get("elements"), f"{where}, elements", MOST_ELEMENTS)
-    elements = tuple(sorted({a_whole_number(each, f"{where}, elements", 0, MOST_ELEMENTS) for each in listed}))
+    elements = tuple(sorted({a_whole_number(element, f"{where}, elements", 0, MOST_ELEMENTS) for element in listed}))
     present = [what for what in ("template", "same", "ignore", "share") if what in values]
     if len(present) != 1 or not elements:
         raise FacadeError(f"{where}: expected elements and one of template, same, ignore and share.")
@@ -120,92 +121,106 @@ def check_corrections(corrections: Corrections, number: int, templates: Sequence
     Raises:
         FacadeError: If there are unknown elements or templates, or corrections contradict each other.
     """
-    known = {template.base for template in templates} | {template.name for template in templates}
-    of: dict[int, str] = {}
-    for each in corrections:
-        if each.elements[-1] >= number:
-            raise FacadeError(f"Corrections: unknown element {each.elements[-1]}; expected 0 to {number - 1}.")
-        if each.what == "template":
-            if each.name not in known:
+    names = {template.base for template in templates} | {template.name for template in templates}
+    template_of_element: dict[int, str] = {}
+    for correction in corrections:
+        if correction.elements[-1] >= number:
+            raise FacadeError(f"Corrections: unknown element {correction.elements[-1]}; expected 0 to {number - 1}.")
+        if correction.what == "template":
+            if correction.name not in names:
                 raise FacadeError(
-                    f"Corrections: the template {each.name!r} is not among {', '.join(sorted(known)[:20])}; "
+                    f"Corrections: the template {correction.name!r} is not among {', '.join(sorted(names)[:20])}; "
                     "add it to --templates."
                 )
-            for element in each.elements:
-                if of.setdefault(element, each.name) != each.name:
-                    raise FacadeError(f"Corrections: element {element} cannot be {of[element]} and {each.name}.")
+            for element in correction.elements:
+                name = template_of_element.setdefault(element, correction.name)
+                if name != correction.name:
+                    raise FacadeError(f"Corrections: element {element} cannot be {name} and {correction.name}.")
 
 
-def left_out(corrections: Corrections) -> dict[int, str]:
+def ignored_elements(corrections: Corrections) -> dict[int, str]:
     """Ignored elements, with the reason."""
-    return {element: LEFT_OUT for each in corrections if each.what == "ignore" for element in each.elements}
+    return {
+        element: LEFT_OUT
+        for correction in corrections
+        if correction.what == "ignore"
+        for element in correction.elements
+    }
 
 
-def given_sizes(corrections: Corrections, which: Ints) -> list[tuple[int, float]]:
-    """Axis and metres of the given sizes of any of the elements [N]."""
-    sized = [each for each in corrections if each.value is not None and np.isin(which, each.elements).any()]
-    return [(_SIZES.index(each.name), each.value) for each in sized if each.value is not None]
+def fixed_sizes(corrections: Corrections, indices: Ints) -> list[tuple[int, float]]:
+    """Axis and metres of the fixed sizes of any of the elements [N]."""
+    sized = [
+        correction
+        for correction in corrections
+        if correction.value is not None and np.isin(indices, correction.elements).any()
+    ]
+    return [(_SIZES.index(correction.name), correction.value) for correction in sized if correction.value is not None]
 
 
-def with_templates(costs: Floats, which: Ints, templates: Sequence[Template], corrections: Corrections) -> Floats:
+def with_templates(costs: Floats, indices: Ints, templates: Sequence[Template], corrections: Corrections) -> Floats:
     """Costs [N, T + 1] of elements with corrections of their templates, or of common kinds.
 
     Args:
         costs: nats of each template, and of none last.
-        which: [N] indices of the elements.
+        indices: [N] indices of the elements.
         templates: the T templates.
         corrections: all corrections.
     """
     costs = costs.copy()
-    for each in corrections:
-        own = np.flatnonzero(np.isin(which, each.elements))
-        if each.what == "template" and len(own):
-            other = np.array([each.name not in {template.base, template.name} for template in templates] + [True])
-            least = np.minimum(costs[own][:, ~other], _REFUSED / 2)
-            costs[own] += _REFUSED * other
-            costs[np.ix_(own, np.flatnonzero(~other))] = least
-    for each in corrections:
-        own = np.flatnonzero(np.isin(which, each.elements))
-        if each.what == "same" and len(own):
-            costs[own] = costs[own].sum(axis=0)
+    for correction in corrections:
+        rows = np.flatnonzero(np.isin(indices, correction.elements))
+        if correction.what == "template" and len(rows):
+            is_excluded = np.array(
+                [correction.name not in {template.base, template.name} for template in templates] + [True]
+            )
+            least = np.minimum(costs[rows][:, ~is_excluded], _EXCLUSION_COST / 2)
+            costs[rows] += _EXCLUSION_COST * is_excluded
+            costs[np.ix_(rows, np.flatnonzero(~is_excluded))] = least
+    for correction in corrections:
+        rows = np.flatnonzero(np.isin(indices, correction.elements))
+        if correction.what == "same" and len(rows):
+            costs[rows] = costs[rows].sum(axis=0)
     return costs
 
 
-def with_sizes(maps: Maps, which: Ints, corrections: Corrections) -> Maps:
+def with_sizes(maps: Maps, indices: Ints, corrections: Corrections) -> Maps:
     """Evidence [N, A, B] with the corrections of sizes of the elements [N] applied."""
     logs = np.log(maps.evidence)
-    for each in corrections:
-        own = np.flatnonzero(np.isin(which, each.elements))
-        if not len(own):
+    for correction in corrections:
+        rows = np.flatnonzero(np.isin(indices, correction.elements))
+        if not len(rows):
             continue
-        if each.what == "same":
-            logs[own] = logs[own].sum(axis=0)
-        elif each.what == "share":
-            logs[own] = _shared(np.exp(logs[own] - logs[own].max(axis=(1, 2), keepdims=True)), maps, each)
+        if correction.what == "same":
+            logs[rows] = logs[rows].sum(axis=0)
+        elif correction.what == "share":
+            logs[rows] = _shared_log_evidence(
+                np.exp(logs[rows] - logs[rows].max(axis=(1, 2), keepdims=True)), maps, correction
+            )
     evidence = np.exp(logs - logs.max(axis=(1, 2), keepdims=True))
     evidence /= evidence.mean(axis=(1, 2), keepdims=True)
-    return replace(maps, evidence=(1.0 - _DOUBT) * evidence + _DOUBT)
+    return replace(maps, evidence=(1.0 - _MIN_FACTOR) * evidence + _MIN_FACTOR)
 
 
-def _shared(evidence: Floats, maps: Maps, correction: Correction) -> Floats:
+def _shared_log_evidence(evidence: Floats, maps: Maps, correction: Correction) -> Floats:
     """Log-evidence [M, A, B] of elements that share a size: joint for this size, separate for the other one."""
     axis = _SIZES.index(correction.name)
     other = np.log(evidence.mean(axis=1 + axis))
     if correction.value is None:
         size = np.log(evidence.mean(axis=2 - axis)).sum(axis=0)
     else:
-        places = (maps.widths, maps.heights)[axis]
-        size = np.where(np.arange(len(places)) == np.abs(places - correction.value).argmin(), 0.0, np.log(_DOUBT))
+        sizes = (maps.widths, maps.heights)[axis]
+        size = np.where(np.arange(len(sizes)) == np.abs(sizes - correction.value).argmin(), 0.0, np.log(_MIN_FACTOR))
     return other[:, None, :] + size[:, None] if axis == 0 else other[:, :, None] + size
 
 
-def united(posterior: Floats, which: Ints, corrections: Corrections) -> Floats:
+def united(posterior: Floats, indices: Ints, corrections: Corrections) -> Floats:
     """Posterior [N, K + 1] that is equal for elements that are of one kind by a correction."""
     posterior = posterior.copy()
-    for each in corrections:
-        own = np.flatnonzero(np.isin(which, each.elements))
-        if each.what == "same" and len(own):
-            logs = np.log(np.maximum(posterior[own], 1e-300)).mean(axis=0)
+    for correction in corrections:
+        rows = np.flatnonzero(np.isin(indices, correction.elements))
+        if correction.what == "same" and len(rows):
+            logs = np.log(np.maximum(posterior[rows], 1e-300)).mean(axis=0)
             joint = np.exp(logs - logs.max())
-            posterior[own] = joint / joint.sum()
+            posterior[rows] = joint / joint.sum()
     return posterior

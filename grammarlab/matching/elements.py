@@ -21,7 +21,7 @@ MOST_POINTS = 50_000_000
 FEWEST = 8
 """Least number of points of an element that can be matched."""
 FARTHEST = 1e9
-_COMMON = 0.2
+_COMMON_ERROR_RATIO = 0.2
 """Standard deviation of the common error of all sizes, in point distances: simulated openings came out up to .3 too
 large, the more the more of their jambs is scanned."""
 
@@ -71,9 +71,9 @@ class Elements:
     @property
     def common_error(self) -> float:
         """Standard deviation of an error that is the same for all sizes, metres: no element averages it out."""
-        return _COMMON * self.spacing
+        return _COMMON_ERROR_RATIO * self.spacing
 
-    def of(self, element: int) -> Floats:
+    def points_of(self, element: int) -> Floats:
         """[P, 2 or 3] points of an element."""
         return self.points[self.offsets[element] : self.offsets[element + 1]]
 
@@ -94,15 +94,15 @@ def check(elements: Elements) -> Elements:
     for name, values in (("point", elements.points), ("box", elements.low), ("box", elements.high)):
         wrong = ~(np.abs(values) <= FARTHEST).all(axis=1)
         if wrong.any():
-            place = int(np.flatnonzero(wrong)[0])
-            owner = int(row_of_value(elements.counts)[place]) if name == "point" else place
+            index = int(np.flatnonzero(wrong)[0])
+            owner = int(row_of_value(elements.counts)[index]) if name == "point" else index
             raise FacadeError(
                 f"Element {owner}: a {name} has a coordinate that is not a finite number within {FARTHEST:g} m."
             )
     flat = (elements.high <= elements.low).any(axis=1)
     if flat.any():
-        place = int(np.flatnonzero(flat)[0])
-        raise FacadeError(f"Element {place}: expected a box with a width and a height above 0.")
+        index = int(np.flatnonzero(flat)[0])
+        raise FacadeError(f"Element {index}: expected a box with a width and a height above 0.")
     if not elements.counts.any():
         raise FacadeError("All boxes are empty: no point lies in any of them. Give boxes and points in one frame.")
     return elements
@@ -117,7 +117,7 @@ def too_poor(elements: Elements) -> dict[int, str]:
     """Elements that cannot be matched, with the reasons."""
     reasons: dict[int, str] = {}
     for element in range(len(elements)):
-        points = elements.of(element)[:, :2]
+        points = elements.points_of(element)[:, :2]
         if not len(points):
             reasons[element] = "its box is empty"
         elif len(points) < FEWEST:
@@ -131,10 +131,11 @@ def too_poor(elements: Elements) -> dict[int, str]:
 
 MOST = 64
 """Largest number of points per element; a larger cloud is sampled evenly, and each point gets more weight."""
-_STEP = 16
-_HEAVIEST = 2.0
+_POINT_STEP = 16
+"""Step of the number of points, so that few sizes are compiled."""
+_MAX_WEIGHT = 2.0
 """Largest weight of a point: errors of nearby points are not independent."""
-_TRIM = 0.04
+_TRIM_SHARE = 0.04
 """Fraction of the points on each side that is ignored for the extent of an element."""
 
 
@@ -159,21 +160,21 @@ class Clouds:
         return len(self.element)
 
 
-def clouds_of(elements: Elements, which: Ints) -> Clouds:
+def clouds_of(elements: Elements, indices: Ints) -> Clouds:
     """The points of some elements."""
-    counts = elements.counts[which]
+    counts = elements.counts[indices]
     most = int(min(MOST, max(int(counts.max(initial=1)), 1)))
-    most = _STEP * -(-most // _STEP)
-    middle = (elements.low + elements.high)[which] / 2
-    points = np.zeros((len(which), most, 2))
-    weight = np.zeros((len(which), most))
-    reach = np.zeros((len(which), 2, 2))
-    for place, element in enumerate(which.tolist()):
-        own = elements.of(element)[:, :2] - middle[place]
-        reach[place] = np.quantile(own, (_TRIM, 1.0 - _TRIM), axis=0)
-        if len(own) > most:
+    most = _POINT_STEP * -(-most // _POINT_STEP)
+    middle = (elements.low + elements.high)[indices] / 2
+    points = np.zeros((len(indices), most, 2))
+    weight = np.zeros((len(indices), most))
+    reach = np.zeros((len(indices), 2, 2))
+    for index, element in enumerate(indices.tolist()):
+        cloud = elements.points_of(element)[:, :2] - middle[index]
+        reach[index] = np.quantile(cloud, (_TRIM_SHARE, 1.0 - _TRIM_SHARE), axis=0)
+        if len(cloud) > most:
             # Evenly over the file, since scanners write points in the order of their sweep.
-            own = own[np.linspace(0, len(own) - 1, most).astype(np.int64)]
-        points[place, : len(own)], weight[place, : len(own)] = own, min(counts[place] / len(own), _HEAVIEST)
-    area = (elements.high - elements.low)[which].prod(axis=1)
-    return Clouds(which, points, weight, middle, area, reach=reach)
+            cloud = cloud[np.linspace(0, len(cloud) - 1, most).astype(np.int64)]
+        points[index, : len(cloud)], weight[index, : len(cloud)] = cloud, min(counts[index] / len(cloud), _MAX_WEIGHT)
+    area = (elements.high - elements.low)[indices].prod(axis=1)
+    return Clouds(indices, points, weight, middle, area, reach=reach)

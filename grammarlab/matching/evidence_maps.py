@@ -23,7 +23,8 @@ Array: TypeAlias = jax.Array
 
 OUTLIERS = 0.05
 """e: fraction of outliers."""
-_LEAST = 1e-6
+_EPSILON = 1e-6
+"""Least slope of a segment along a normal, and least visible length, metres: avoids divisions by 0."""
 
 
 def visible(segments: Array, angle: Array, cut: Array) -> tuple[Array, Array]:
@@ -39,11 +40,11 @@ def visible(segments: Array, angle: Array, cut: Array) -> tuple[Array, Array]:
     length = jnp.sqrt((step**2).sum(-1) + 1e-12)
     slope = (step @ normal) / length
     room = cut - segments[:, 0] @ normal
-    edge = room / jnp.where(jnp.abs(slope) < _LEAST, _LEAST, slope)
-    start = jnp.where(slope < -_LEAST, jnp.clip(edge, 0.0, length), 0.0)
-    end = jnp.where(slope > _LEAST, jnp.clip(edge, 0.0, length), length)
-    seen = (jnp.abs(slope) > _LEAST) | (room >= 0.0)
-    return start, jnp.where(seen, jnp.maximum(end, start), start)
+    edge = room / jnp.where(jnp.abs(slope) < _EPSILON, _EPSILON, slope)
+    start = jnp.where(slope < -_EPSILON, jnp.clip(edge, 0.0, length), 0.0)
+    end = jnp.where(slope > _EPSILON, jnp.clip(edge, 0.0, length), length)
+    is_visible = (jnp.abs(slope) > _EPSILON) | (room >= 0.0)
+    return start, jnp.where(is_visible, jnp.maximum(end, start), start)
 
 
 def log_likelihood(
@@ -53,8 +54,8 @@ def log_likelihood(
 
     Args:
         segments: [S, 2, 2] outline; segments of length 0 are ignored.
-        angle: as in `visible`.
-        cut: as in `visible`.
+        angle: direction of the normal of the occluding half-plane, radians.
+        cut: distance of the half-plane from the origin along that normal, metres.
         noise: s, metres.
         points: [P, 2] points.
         weight: [P] weight of each point; 0 for padding.
@@ -70,18 +71,18 @@ def log_likelihood(
     inside = jax.lax.erf((along - start) * scale) - jax.lax.erf((along - end) * scale)
     near = jnp.exp(-((across * scale) ** 2)) * inside
     total = (end - start).sum()
-    density = near.sum(-1) * (0.5 * 0.3989423 / noise) / jnp.maximum(total, _LEAST)
+    density = near.sum(-1) * (0.5 * 0.3989423 / noise) / jnp.maximum(total, _EPSILON)
     value = (weight * jnp.log((1.0 - OUTLIERS) * density + OUTLIERS / area)).sum()
     return jnp.where(total > 1e-3, value, -1e9)
 
 
 FINEST = 0.01
 """Least distance of values, metres."""
-_MOST_VALUES = 200
+_MAX_VALUES = 200
 """Largest number of values along each axis."""
-_SPREAD = 0.5
+_KERNEL_RATIO = 0.5
 """Width of the kernel that smooths samples, as a multiple of the noise of an element's lines."""
-_FLOOR = 1e-4
+_UNIFORM_SHARE = 1e-4
 """Uniform part of the evidence, for sizes without samples."""
 
 
@@ -99,7 +100,7 @@ class Maps:
 
 def axis_values(low: float, high: float) -> Floats:
     """Values from low to high, one centimetre apart, or more if there would be too many."""
-    count = min(_MOST_VALUES, max(2, round((high - low) / FINEST) + 1))
+    count = min(_MAX_VALUES, max(2, round((high - low) / FINEST) + 1))
     return np.linspace(low, high, count)
 
 
@@ -115,11 +116,11 @@ def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) ->
     widths, heights = axis_values(low[0], high[0]), axis_values(low[1], high[1])
     shape = len(widths), len(heights)
     step = np.array([widths[1] - widths[0], heights[1] - heights[0]])
-    place = np.clip(np.rint((parameters - low) / step).astype(np.int64), 0, np.array(shape) - 1)
+    indices = np.clip(np.rint((parameters - low) / step).astype(np.int64), 0, np.array(shape) - 1)
     evidence = np.empty((len(parameters), *shape))
-    for element, each in enumerate(place):
-        counts = np.bincount(each[:, 0] * shape[1] + each[:, 1], minlength=shape[0] * shape[1]).reshape(shape)
-        width = np.maximum(_SPREAD * smoothing[element] / step, 0.7)
+    for element, cells in enumerate(indices):
+        counts = np.bincount(cells[:, 0] * shape[1] + cells[:, 1], minlength=shape[0] * shape[1]).reshape(shape)
+        width = np.maximum(_KERNEL_RATIO * smoothing[element] / step, 0.7)
         smooth = gaussian_filter(counts.astype(np.float64), width, mode="nearest")
-        evidence[element] = smooth * ((1.0 - _FLOOR) * smooth.size / smooth.sum()) + _FLOOR
+        evidence[element] = smooth * ((1.0 - _UNIFORM_SHARE) * smooth.size / smooth.sum()) + _UNIFORM_SHARE
     return Maps(widths, heights, evidence)

@@ -46,7 +46,7 @@ def outline(pieces: Array, parameters: Array) -> Array:
     # Chords lie inside of their arc; those of a slightly larger circle have the same mean distance.
     larger = 1.5 - 0.5 * jnp.cos(half * (pieces[:, 6, 0] - pieces[:, 5, 0]))
 
-    def at(part: Array) -> Array:
+    def points_at(part: Array) -> Array:
         angle = half * (2.0 * part - 1.0)
         along = 0.5 + 0.5 * larger * jnp.sin(angle) / jnp.sin(half)
         out = 0.5 * (larger * jnp.cos(angle) - jnp.cos(half)) / jnp.sin(half)
@@ -54,7 +54,7 @@ def outline(pieces: Array, parameters: Array) -> Array:
         out = jnp.where(straight, 0.0, out)
         return start + along[:, None] * chord + out[:, None] * across
 
-    return jnp.stack([at(pieces[:, 5, 0]), at(pieces[:, 6, 0])], axis=1)
+    return jnp.stack([points_at(pieces[:, 5, 0]), points_at(pieces[:, 6, 0])], axis=1)
 
 
 def nearest_piece(segments: Array, points: Array) -> Array:
@@ -97,15 +97,17 @@ def energy(state: Array, pieces: Array, points: Array, weight: Array, scale: Arr
 
 STEPS = 12
 """Number of Gauss-Newton steps."""
-_DIRECTIONS = 12
-_HIDING = 4.0
+_NUM_DIRECTIONS = 12
+"""Number of directions of half-planes that are tried."""
+_MIN_OCCLUSION_GAIN = 4.0
 """Least gain of an occluding half-plane, nats, since its free position explains some points by chance."""
-_LEAST_NOISE = 0.002
-_TOGETHER = 8
+_MIN_NOISE_M = 0.002
+"""Least noise of a fit, metres."""
+_BATCH_SIZE = 8
 """Number of elements of a batch."""
-_MANY = 16
+_MIN_TEMPLATES = 16
 """Number of templates from which those with few pieces are fitted separately."""
-_ENDS = (12, 32)
+_CLASS_ENDS = (12, 32)
 """Bounds of the classes of numbers of pieces."""
 
 
@@ -132,9 +134,9 @@ class Fits:
     distance: Floats
     """[N, T] mean distance of the points, metres: the data term of Equation 5.3."""
 
-    def of(self, which: NDArray[Any]) -> Fits:
+    def subset(self, selection: NDArray[Any]) -> Fits:
         """The fits of some elements."""
-        return Fits(**{each.name: getattr(self, each.name)[which] for each in fields(self)})
+        return Fits(**{field.name: getattr(self, field.name)[selection] for field in fields(self)})
 
 
 def fit_all(clouds: Clouds, stack: Stack) -> Fits:
@@ -142,38 +144,40 @@ def fit_all(clouds: Clouds, stack: Stack) -> Fits:
     number = len(clouds)
     # Whole batches of one size, so that one is compiled whatever the number of elements.
     batches = np.split(
-        np.arange(-(-number // _TOGETHER) * _TOGETHER) % max(number, 1), range(_TOGETHER, number, _TOGETHER)
+        np.arange(-(-number // _BATCH_SIZE) * _BATCH_SIZE) % max(number, 1), range(_BATCH_SIZE, number, _BATCH_SIZE)
     )
     groups = _by_size(stack.num_pieces)
-    made = []
-    for most, which in groups:
+    results = []
+    for most, indices in groups:
         columns = (stack.pieces[:, :most], stack.usual, stack.low, stack.high, stack.limits, stack.used)
-        templates = tuple(jnp.asarray(each[which], jnp.float32) for each in columns)
+        templates = tuple(jnp.asarray(column[indices], jnp.float32) for column in columns)
         fits = [_fit(_elements(clouds, batch), templates) for batch in batches]
-        made.append([np.concatenate(each, dtype=np.float64) for each in zip(*fits, strict=True)])
-    order = np.argsort(np.concatenate([which for _, which in groups]))
-    whole = (np.concatenate(each, axis=1) for each in zip(*made, strict=True))
-    return Fits(**{each.name: column[:number, order] for each, column in zip(fields(Fits), whole, strict=True)})
+        results.append([np.concatenate(column, dtype=np.float64) for column in zip(*fits, strict=True)])
+    order = np.argsort(np.concatenate([indices for _, indices in groups]))
+    stacked = (np.concatenate(column, axis=1) for column in zip(*results, strict=True))
+    return Fits(**{field.name: column[:number, order] for field, column in zip(fields(Fits), stacked, strict=True)})
 
 
-def _elements(clouds: Clouds, which: Ints) -> tuple[Array, ...]:
+def _elements(clouds: Clouds, batch: Ints) -> tuple[Array, ...]:
     columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
-    return tuple(jnp.asarray(each[which], jnp.float32) for each in columns)
+    return tuple(jnp.asarray(column[batch], jnp.float32) for column in columns)
 
 
 def _by_size(count: Ints) -> list[tuple[int, Ints]]:
     """Numbers of pieces and their templates; a few templates do not justify separate compilations."""
     ends = (
-        [int(count.max())] if len(count) < _MANY else [*(end for end in _ENDS if end < count.max()), int(count.max())]
+        [int(count.max())]
+        if len(count) < _MIN_TEMPLATES
+        else [*(end for end in _CLASS_ENDS if end < count.max()), int(count.max())]
     )
     group = np.searchsorted(ends, count)
-    return [(end, np.flatnonzero(group == place)) for place, end in enumerate(ends) if (group == place).any()]
+    return [(end, np.flatnonzero(group == index)) for index, end in enumerate(ends) if (group == index).any()]
 
 
 @jax.jit
 def _fit(clouds: tuple[Array, ...], templates: tuple[Array, ...]) -> tuple[Array, ...]:
-    one = jax.vmap(_fit_one, in_axes=(*(None,) * len(clouds), *(0,) * len(templates)))
-    return jax.lax.map(lambda each: one(*each, *templates), clouds)
+    fit_templates = jax.vmap(_fit_one, in_axes=(*(None,) * len(clouds), *(0,) * len(templates)))
+    return jax.lax.map(lambda cloud: fit_templates(*cloud, *templates), clouds)
 
 
 def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:
@@ -214,8 +218,8 @@ def _fit_one(
     def robust(value: Array, scale: Array) -> Array:
         return weight / (1.0 + (value / scale) ** 2) ** 2
 
-    def step(state: Array, place: Array) -> tuple[Array, None]:
-        scale = extent * jnp.maximum(0.2 * 0.7**place, 0.02)
+    def step(state: Array, iteration: Array) -> tuple[Array, None]:
+        scale = extent * jnp.maximum(0.2 * 0.7**iteration, 0.02)
         value, slopes = linear(state)
         weighted = slopes * robust(value, scale)[:, None]
         matrix, slope = weighted.T @ slopes, weighted.T @ value
@@ -234,7 +238,7 @@ def _fit_one(
     value, slopes = linear(state)
     near = robust(value, 0.05 * extent)
     noise = jnp.sqrt((near * value**2).sum() / jnp.maximum(near.sum(), 1.0))
-    noise = jnp.clip(1.1 * noise, _LEAST_NOISE, 0.2 * extent)
+    noise = jnp.clip(1.1 * noise, _MIN_NOISE_M, 0.2 * extent)
     close = weight * (jnp.abs(value) < 4.0 * noise)
     inside = close.sum() / weight.sum()
     segments = outline(pieces, state[2:]) + state[:2]
@@ -254,11 +258,11 @@ def _fit_one(
 def _inverse(matrix: Array) -> Array:
     """Inverse of a small positive definite matrix, by Gauss-Jordan elimination, which compiles faster than LAPACK."""
 
-    def eliminate(place: Array, matrix: Array) -> Array:
-        pivot = matrix[place, place]
-        row = (matrix[place] / pivot).at[place].set(1.0 / pivot)
-        column = matrix[:, place].at[place].set(0.0)
-        return (matrix - jnp.outer(column, row)).at[:, place].set(-column / pivot).at[place].set(row)
+    def eliminate(index: Array, matrix: Array) -> Array:
+        pivot = matrix[index, index]
+        row = (matrix[index] / pivot).at[index].set(1.0 / pivot)
+        column = matrix[:, index].at[index].set(0.0)
+        return (matrix - jnp.outer(column, row)).at[:, index].set(-column / pivot).at[index].set(row)
 
     return jax.lax.fori_loop(0, len(matrix), eliminate, matrix)
 
@@ -268,14 +272,14 @@ def _hiding(segments: Array, points: Array, close: Array, noise: Array) -> tuple
 
     A half-plane in a direction is just beyond the outermost point: nearer ones hide points, farther ones less outline.
     """
-    angles = 2.0 * jnp.pi * jnp.arange(_DIRECTIONS) / _DIRECTIONS
+    angles = 2.0 * jnp.pi * jnp.arange(_NUM_DIRECTIONS) / _NUM_DIRECTIONS
     normals = jnp.stack([jnp.cos(angles), jnp.sin(angles)], axis=1)
     cuts = jnp.where(close[:, None] > 0.0, points @ normals.T, -jnp.inf).max(axis=0) + 0.5 * noise
     start, end = jax.vmap(visible, in_axes=(None, 0, 0))(segments, angles, cuts)
     length = jnp.sqrt(((segments[:, 1] - segments[:, 0]) ** 2).sum(-1) + 1e-12).sum()
     gains = -close.sum() * jnp.log(jnp.maximum((end - start).sum(axis=1), 1e-3) / length)
     best = jnp.argmax(gains)
-    worth = gains[best] > _HIDING
+    worth = gains[best] > _MIN_OCCLUSION_GAIN
     return angles[best], jnp.where(worth, cuts[best], jnp.inf), worth
 
 

@@ -80,38 +80,39 @@ def drawn_parameters(match: Match, element: int) -> tuple[Template, Floats] | No
     return None if kind == UNKNOWN else (match.template_of(kind), match.parameters[element])
 
 
-_LIKELY = 0.05
+_MIN_PROBABILITY = 0.05
 """Least probability of another kind that is mentioned."""
-_SHOWN = 3
+_MAX_KINDS = 3
+"""Largest number of other kinds that are mentioned."""
 
 
 def sharing(match: Match, name: str, kind: int) -> list[int]:
     """Kinds of the same template that share one parameter value with a kind, including the kind itself."""
-    place = match.template_of(kind).parameters.index(name)
-    own = match.values[kind][place]
+    index = match.template_of(kind).parameters.index(name)
+    value = match.values[kind][index]
     same = match.kind_template == match.kind_template[kind]
-    return [each for each in np.flatnonzero(same).tolist() if match.values[each][place] == own]
+    return [other for other in np.flatnonzero(same).tolist() if match.values[other][index] == value]
 
 
 def sentences(match: Match) -> list[str]:
     """A sentence for each set of kinds that share a parameter: "20 windows, 0.95 m wide, in two heights: ..."."""
-    found: list[str] = []
+    texts: list[str] = []
     done: set[tuple[int, ...]] = set()
     for kind in range(len(match.values)):
         template = match.template_of(kind)
         shared = {name: tuple(sharing(match, name, kind)) for name in template.parameters}
         largest = max(shared.values(), key=len)
         if len(largest) == 1:
-            found.append(f"{_counted(match, [kind])}: {_sizes(match, kind, template.parameters)}")
+            texts.append(f"{_counted(match, [kind])}: {_sizes(match, kind, template.parameters)}")
             continue
         for name, kinds in shared.items():
             if len(kinds) > 1 and kinds not in done:
                 done.add(kinds)
-                others = [each for each in template.parameters if each != name]
-                parts = [f"{_sizes(match, each, others)} ({len(match.members(each))})" for each in kinds]
-                own = _sizes(match, kind, (name,))
-                found.append(f"{_counted(match, list(kinds))}, {own}, of {len(kinds)} kinds: {'; '.join(parts)}")
-    return found
+                others = [parameter for parameter in template.parameters if parameter != name]
+                parts = [f"{_sizes(match, member, others)} ({len(match.members(member))})" for member in kinds]
+                size = _sizes(match, kind, (name,))
+                texts.append(f"{_counted(match, list(kinds))}, {size}, of {len(kinds)} kinds: {'; '.join(parts)}")
+    return texts
 
 
 def _counted(match: Match, kinds: list[int]) -> str:
@@ -136,10 +137,10 @@ def doubt(match: Match, element: int) -> str:
     chance = match.posterior[element]
     if chance[match.kind[element]] >= SURE:
         return ""
-    others = [each for each in np.argsort(-chance).tolist() if chance[each] > _LIKELY][:_SHOWN]
+    others = [index for index in np.argsort(-chance).tolist() if chance[index] > _MIN_PROBABILITY][:_MAX_KINDS]
     last = len(chance) - 1
     names = [
-        f"{'none of the kinds' if each == last else match.name_of(each)} with {chance[each]:.2f}" for each in others
+        f"{'none of the kinds' if index == last else match.name_of(index)} with {chance[index]:.2f}" for index in others
     ]
     hidden = match.hidden[element]
     why = f"about {hidden:.0%} of its outline is probably hidden" if hidden > 0.02 else "its points are noisy or few"
@@ -148,15 +149,15 @@ def doubt(match: Match, element: int) -> str:
 
 def groups(match: Match) -> list[dict[str, Any]]:
     """Each kind for `--json`: its elements, its parameters, and the kinds that share them."""
-    made = []
+    rows = []
     for kind in range(len(match.values)):
         template = match.template_of(kind)
         shared = {
-            name: [match.name_of(each) for each in sharing(match, name, kind) if each != kind]
+            name: [match.name_of(other) for other in sharing(match, name, kind) if other != kind]
             for name in template.parameters
         }
         names = template.parameters
-        made.append(
+        rows.append(
             {
                 "kind": match.name_of(kind),
                 "template": template.name,
@@ -168,7 +169,7 @@ def groups(match: Match) -> list[dict[str, Any]]:
                 "shared_with": {name: others for name, others in shared.items() if others},
             }
         )
-    return made
+    return rows
 
 
 class Clock:

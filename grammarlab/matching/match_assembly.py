@@ -44,8 +44,8 @@ def couplings(owner: Ints, values: Floats, used: Floats, threshold: float) -> Fl
     replica = near.all(axis=0) & same
     coupled = np.zeros((len(used), values.shape[1], number, number))
     for template in range(len(used)):
-        own = same & (owner == template)[:, None]
-        coupled[template] = (near & own) | replica
+        members = same & (owner == template)[:, None]
+        coupled[template] = (near & members) | replica
         coupled[template] *= used[template][:, None, None]
     return coupled
 
@@ -56,7 +56,7 @@ def replicas(owner: Ints, values: Floats, threshold: float) -> Ints:
     return connected_components(csr_matrix(near), directed=False)[1].astype(np.int64)
 
 
-_LEAST_SPREAD = 5e-4
+_MIN_SPREAD_M = 5e-4
 """Least standard deviation, metres, due to the grid and the samples."""
 
 
@@ -95,27 +95,27 @@ def assemble(
     spreads: list[Floats] = []
     template: list[int] = []
     all_reasons = dict(reasons)
-    for place, part in enumerate(parts):
+    for index, part in enumerate(parts):
         first = len(values)
-        own_values, own_spreads = kind_values(part)
-        own_spreads = [np.hypot(each, elements.common_error) for each in own_spreads]
-        values += own_values
-        spreads += own_spreads
-        template += [place] * len(own_values)
+        part_values, part_spreads = kind_values(part)
+        part_spreads = [np.hypot(spread, elements.common_error) for spread in part_spreads]
+        values += part_values
+        spreads += part_spreads
+        template += [index] * len(part_values)
         chance = part.solution.posterior * part.sure[:, None]
         posterior[part.element] = 0.0
-        posterior[part.element, first : first + len(own_values)] = chance[:, :-1]
+        posterior[part.element, first : first + len(part_values)] = chance[:, :-1]
         posterior[part.element, -1] = 1.0 - chance[:, :-1].sum(axis=1)
         hidden[part.element] = part.hidden
         for row, element in enumerate(part.element.tolist()):
             best = int(part.solution.posterior[row].argmax())
-            if best == len(own_values):
+            if best == len(part_values):
                 all_reasons[element] = "its size matches no kind, and is too uncertain for a kind of its own"
                 continue
             kind[element] = first + best
-            parameters[element] = own_values[best]
-            deviations[element] = _deviation(part.solution.posterior[row, :-1], best, own_values, own_spreads)
-            corner[element] = part.middle[row] + _corner(part.samples, row, own_values[best])
+            parameters[element] = part_values[best]
+            deviations[element] = _deviation(part.solution.posterior[row, :-1], best, part_values, part_spreads)
+            corner[element] = part.middle[row] + _corner(part.samples, row, part_values[best])
     return Match(
         elements=elements,
         templates=tuple(part.template for part in parts),
@@ -142,27 +142,27 @@ def kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
     size = np.asarray(part.samples.parameters).shape[2]
     values = np.zeros((len(kinds), size))
     spreads = np.zeros((len(kinds), size))
-    for axis, (own, places) in enumerate(((kinds.width, part.maps.widths), (kinds.height, part.maps.heights))):
-        for value in np.unique(own):
-            which = np.flatnonzero(own == value)
+    for axis, (index, sizes) in enumerate(((kinds.width, part.maps.widths), (kinds.height, part.maps.heights))):
+        for value in np.unique(index):
+            members = np.flatnonzero(index == value)
             if axis == 0:
-                score = sum(weight[:, k] @ logs[:, :, kinds.height[k]] for k in which)
+                score = sum(weight[:, k] @ logs[:, :, kinds.height[k]] for k in members)
             else:
-                score = sum(weight[:, k] @ logs[:, kinds.width[k], :] for k in which)
-            values[which, axis], spreads[which, axis] = _peak(np.asarray(score), places, int(value))
+                score = sum(weight[:, k] @ logs[:, kinds.width[k], :] for k in members)
+            values[members, axis], spreads[members, axis] = _peak(np.asarray(score), sizes, int(value))
     for k in range(len(kinds)):
         values[k, 2:], spreads[k, 2:] = _further(part.samples, weight[:, k], values[k])
     return list(values), list(spreads)
 
 
-def _peak(score: Floats, places: Floats, value: int) -> tuple[float, float]:
+def _peak(score: Floats, sizes: Floats, value: int) -> tuple[float, float]:
     """Mean and standard deviation of a value near its index, of an unnormalised log-density on its axis."""
-    near = np.abs(np.arange(len(places)) - value) <= 8
+    near = np.abs(np.arange(len(sizes)) - value) <= 8
     chance = np.where(near, np.exp(np.minimum(score - score[value], 50.0)), 0.0)
     chance /= chance.sum()
-    mean = float(chance @ places)
-    step = places[1] - places[0]
-    return mean, float(np.sqrt(chance @ (places - mean) ** 2 + step**2 / 12.0 + _LEAST_SPREAD**2))
+    mean = float(chance @ sizes)
+    step = sizes[1] - sizes[0]
+    return mean, float(np.sqrt(chance @ (sizes - mean) ** 2 + step**2 / 12.0 + _MIN_SPREAD_M**2))
 
 
 def _further(samples: ParticleSamples, weight: Floats, value: Floats) -> tuple[Floats, Floats]:
@@ -172,7 +172,7 @@ def _further(samples: ParticleSamples, weight: Floats, value: Floats) -> tuple[F
         return np.zeros(0), np.zeros(0)
     near = _nearness(samples, value)
     mean = (near[:, :, None] * drawn).sum(axis=1)
-    variance = (near[:, :, None] * (drawn - mean[:, None]) ** 2).sum(axis=1) + _LEAST_SPREAD**2
+    variance = (near[:, :, None] * (drawn - mean[:, None]) ** 2).sum(axis=1) + _MIN_SPREAD_M**2
     precision = weight[:, None] / variance
     total = np.maximum(precision.sum(axis=0), 1e-9)
     return (precision * mean).sum(axis=0) / total, np.sqrt(1.0 / total)
@@ -196,5 +196,5 @@ def _deviation(chance: Floats, best: int, values: Sequence[Floats], spreads: Seq
 
 def _corner(samples: ParticleSamples, row: int, value: Floats) -> Floats:
     """[2] lower left corner of an element with the size of a kind, relative to the centre of its box."""
-    one = ParticleSamples(*(np.asarray(each)[row : row + 1] for each in samples))
-    return _nearness(one, value)[0] @ np.asarray(samples.corner)[row]
+    single = ParticleSamples(*(np.asarray(column)[row : row + 1] for column in samples))
+    return _nearness(single, value)[0] @ np.asarray(samples.corner)[row]

@@ -19,9 +19,9 @@ from grammarlab.matching.elements import Floats
 from grammarlab.matching.match import Match, drawn_parameters
 from grammarlab.matching.template import HEIGHT, WIDTH, Template, points_along
 
-_BORDER = 0.5
+_BORDER_M = 0.5
 """Width of the wall around the outermost elements, metres."""
-_SNAP = 0.0005
+_SNAP_RATIO = 0.0005
 """Largest distance of sides that are moved to one line, as a fraction of the shorter side of the facade."""
 
 
@@ -32,10 +32,10 @@ def completed(match: Match) -> Assembled | None:
     """
     boxes, names, outlines = [], [], []
     for element in range(len(match.kind)):
-        found = drawn_parameters(match, element)
-        if found is None:
+        drawing = drawn_parameters(match, element)
+        if drawing is None:
             continue
-        template, parameters = found
+        template, parameters = drawing
         corner, size = match.corner[element], parameters[[WIDTH, HEIGHT]]
         boxes.append([*corner, *(corner + size)])
         names.append(f"{match.name_of(int(match.kind[element]))} {_thing(template)}")
@@ -44,20 +44,20 @@ def completed(match: Match) -> Assembled | None:
         )
     if not boxes:
         return None
-    every = np.array(boxes)
-    bounds = np.stack([every[:, :2].min(axis=0) - _BORDER, every[:, 2:].max(axis=0) + _BORDER])
+    box_array = np.array(boxes)
+    bounds = np.stack([box_array[:, :2].min(axis=0) - _BORDER_M, box_array[:, 2:].max(axis=0) + _BORDER_M])
     if (bounds[1] - bounds[0]).max() > LARGEST:
         return None
-    boxes_and_wall = np.vstack([bounds.reshape(1, 4), every])
+    boxes_and_wall = np.vstack([bounds.reshape(1, 4), box_array])
     none = np.zeros((0, 2))
     annotation = annotate(boxes_and_wall, ["wall", *names], "metres", outlines=[none, *outlines], bounds=bounds)
-    return assemble(annotation, tolerance=_SNAP, split=True)
+    return assemble(annotation, tolerance=_SNAP_RATIO, split=True)
 
 
 def outer(template: Template, parameters: Floats) -> Floats:
     """[P, 2] corners, anticlockwise, of the area that the wires of a template enclose, within its width and height."""
     segments = points_along(template, parameters)
-    around = shapely.union_all([shapely.LineString(each) for each in segments]).convex_hull
+    around = shapely.union_all([shapely.LineString(segment) for segment in segments]).convex_hull
     inside = around.intersection(shapely.box(0.0, 0.0, parameters[WIDTH], parameters[HEIGHT]))
     if not isinstance(inside, shapely.Polygon) or inside.area <= 0.0:
         return np.zeros((0, 2))
@@ -79,9 +79,9 @@ def _thing(template: Template) -> str:
     return "window"
 
 
-_SPREAD = 2.0
+_NUM_SDS = 2.0
 """Half width of a random range, in standard deviations."""
-_GAP = 0.02
+_MIN_GAP_M = 0.02
 """Least distance between elements, metres."""
 
 """Width of the wall around all elements, metres."""
@@ -99,48 +99,48 @@ def write_terminals(match: Match) -> str | None:
     names, attributes, lines = RuleNames(), {}, ['version "2023.0"']
     rules = [names.new(rule_name(match.name_of(kind))) for kind in range(len(match.values))]
     for kind in range(len(match.values)):
-        for place, parameter in enumerate(match.template_of(kind).parameters):
-            key = (int(match.kind_template[kind]), parameter, float(match.values[kind][place]))
+        for index, parameter in enumerate(match.template_of(kind).parameters):
+            key = (int(match.kind_template[kind]), parameter, float(match.values[kind][index]))
             if key not in attributes:
                 attributes[key] = f"{parameter}_{1 + sum(parameter == other[1] for other in attributes)}"
-                middle, reach = key[2], _SPREAD * float(match.spread[kind][place])
+                middle, reach = key[2], _NUM_SDS * float(match.spread[kind][index])
                 low, high = max(middle - reach, 0.1 * middle), middle + reach
                 lines.append(f"attr {attributes[key]} = rand({number(low, 4)}, {number(high, 4)})")
-    width = max(match.corner[row, 0].max() + _size(match, row)[:, 0].max() for row in rows)
-    left = min(match.corner[row, 0].min() for row in rows)
+    right_edge = max(match.corner[row, 0].max() + _size(match, row)[:, 0].max() for row in rows)
+    left_edge = min(match.corner[row, 0].min() for row in rows)
     bands = _bands(match, rows)
-    height = bands[-1][1] + _BORDER - (bands[0][0] - _BORDER)
-    span = width - left + 2 * _BORDER
+    height = bands[-1][1] + _BORDER_M - (bands[0][0] - _BORDER_M)
+    span = right_edge - left_edge + 2 * _BORDER_M
     lines += [
         "@StartRule",
         f"Lot --> s({number(span, 3)}, {number(height, 3)}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}",
     ]
-    stories, below = [], bands[0][0] - _BORDER
-    for place, (row, (bottom, top)) in enumerate(zip(rows, bands, strict=True)):
-        name = names.new(f"Row{place + 1}")
-        stories += [f"~{number(max(bottom - below, _GAP), 3)} : Wall", f"{number(top - bottom, 3)} : {name}"]
+    stories, below = [], bands[0][0] - _BORDER_M
+    for index, (row, (bottom, top)) in enumerate(zip(rows, bands, strict=True)):
+        name = names.new(f"Row{index + 1}")
+        stories += [f"~{number(max(bottom - below, _MIN_GAP_M), 3)} : Wall", f"{number(top - bottom, 3)} : {name}"]
         below = top
-        parts, before = [], left - _BORDER
+        parts, before = [], left_edge - _BORDER_M
         for element in row.tolist():
             kind = int(match.kind[element])
             start = float(match.corner[element, 0])
-            parts.append(f"~{number(max(start - before, _GAP), 3)} : Wall")
+            parts.append(f"~{number(max(start - before, _MIN_GAP_M), 3)} : Wall")
             parts.append(f"{attributes[_key(match, kind, WIDTH)]} : {rules[kind]}")
             before = start + float(match.parameters[element][WIDTH])
-        parts.append(f"~{number(max(width + _BORDER - before, _GAP), 3)} : Wall")
+        parts.append(f"~{number(max(right_edge + _BORDER_M - before, _MIN_GAP_M), 3)} : Wall")
         lines.append(f"{name} --> split(x) {{ {' | '.join(parts)} }}")
-    stories.append(f"~{number(_BORDER, 3)} : Wall")
+    stories.append(f"~{number(_BORDER_M, 3)} : Wall")
     lines.append(f"Facade --> split(y) {{ {' | '.join(stories)} }}")
     for kind, rule in enumerate(rules):
-        own = attributes[_key(match, kind, HEIGHT)]
-        lines.append(f"{rule} --> split(y) {{ ~1 : Wall | {own} : {rule}Terminal | ~1 : Wall }}")
+        attribute = attributes[_key(match, kind, HEIGHT)]
+        lines.append(f"{rule} --> split(y) {{ ~1 : Wall | {attribute} : {rule}Terminal | ~1 : Wall }}")
         lines.append(f"{rule}Terminal --> {leaf_body('window')}")
     lines.append(f"Wall --> {leaf_body('wall')}")
     return format_grammar(Grammar.parse("\n".join(lines)))
 
 
-def _key(match: Match, kind: int, place: int) -> tuple[int, str, float]:
-    return int(match.kind_template[kind]), match.template_of(kind).parameters[place], float(match.values[kind][place])
+def _key(match: Match, kind: int, index: int) -> tuple[int, str, float]:
+    return int(match.kind_template[kind]), match.template_of(kind).parameters[index], float(match.values[kind][index])
 
 
 def _size(match: Match, row: np.ndarray) -> np.ndarray:
@@ -152,36 +152,39 @@ def _bands(match: Match, rows: list[np.ndarray]) -> list[tuple[float, float]]:
     bands: list[tuple[float, float]] = []
     for row in rows:
         low = match.corner[row, 1]
-        room = max(float(_SPREAD * match.spread[int(match.kind[each])][HEIGHT]) for each in row.tolist())
+        room = max(float(_NUM_SDS * match.spread[int(match.kind[element])][HEIGHT]) for element in row.tolist())
         bottom, top = float(low.min()) - room, float((low + _size(match, row)[:, 1]).max()) + room
-        if bands and bottom < bands[-1][1] + _GAP:
-            bottom, top = bands[-1][1] + _GAP, top + bands[-1][1] + _GAP - bottom
+        if bands and bottom < bands[-1][1] + _MIN_GAP_M:
+            bottom, top = bands[-1][1] + _MIN_GAP_M, top + bands[-1][1] + _MIN_GAP_M - bottom
         bands.append((bottom, top))
     return bands
 
 
 def _rows(match: Match) -> list[np.ndarray]:
     """Elements of each row from the left to the right, the lowest row first; overlapping elements are left out."""
-    known = [each for each in range(len(match.kind)) if match.kind[each] >= 0]
-    if not known:
+    elements = [element for element in range(len(match.kind)) if match.kind[element] >= 0]
+    if not elements:
         return []
-    size = _size(match, np.array(known))
-    middle = {each: float(match.corner[each, 1] + height / 2) for each, height in zip(known, size[:, 1], strict=True)}
+    size = _size(match, np.array(elements))
+    middle = {
+        element: float(match.corner[element, 1] + height / 2)
+        for element, height in zip(elements, size[:, 1], strict=True)
+    }
     rows: list[list[int]] = []
-    for element in sorted(known, key=lambda each: (middle[each], match.corner[each, 0])):
+    for element in sorted(elements, key=lambda element: (middle[element], match.corner[element, 0])):
         level = middle[element] - middle[rows[-1][0]] if rows else np.inf
         if level > 0.5 * float(np.median(size[:, 1])):
             rows.append([])
         rows[-1].append(element)
-    apart: list[np.ndarray] = []
+    bands: list[np.ndarray] = []
     for row in rows:
-        rest = sorted(row, key=lambda each: float(match.corner[each, 0]))
+        rest = sorted(row, key=lambda element: float(match.corner[element, 0]))
         while rest:
-            taken, end = [], -np.inf
+            selected, end = [], -np.inf
             for element in rest:
                 if match.corner[element, 0] >= end:
-                    taken.append(element)
+                    selected.append(element)
                     end = float(match.corner[element, 0] + match.parameters[element][WIDTH])
-            apart.append(np.array(taken))
-            rest = [each for each in rest if each not in taken]
-    return apart
+            bands.append(np.array(selected))
+            rest = [element for element in rest if element not in selected]
+    return bands

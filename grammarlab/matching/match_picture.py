@@ -10,11 +10,11 @@ from PIL import Image, ImageDraw
 from grammarlab.matching.match import SURE, Match, drawn_parameters
 from grammarlab.matching.template import points_along
 
-_LARGEST = 2400
+_MAX_SIDE_PIXELS = 2400
 """Largest side, pixels."""
-_FINEST = 120.0
+_MAX_PIXELS_PER_M = 120.0
 """Largest resolution, pixels per metre."""
-_SHOWN = 400
+_MAX_POINTS = 400
 """Largest number of points shown per element."""
 _PAPER, _POINT, _UNKNOWN = (255, 255, 255), (60, 60, 60), (200, 30, 30)
 
@@ -23,29 +23,31 @@ def picture(match: Match) -> Image.Image:
     """Elements from the front; uncertain ones have thin lines, unknown ones a red box."""
     low, high = match.elements.low.min(axis=0), match.elements.high.max(axis=0)
     extent = np.maximum(high - low, 1e-6)
-    scale = min(_FINEST, _LARGEST / float(extent.max()))
+    scale = min(_MAX_PIXELS_PER_M, _MAX_SIDE_PIXELS / float(extent.max()))
     size = np.maximum(np.ceil(extent * scale), 1.0).astype(int)
     drawing = Image.new("RGB", (int(size[0]), int(size[1])), _PAPER)
     pen = ImageDraw.Draw(drawing)
 
-    def at(points: np.ndarray) -> list[tuple[float, float]]:
+    def pixels(points: np.ndarray) -> list[tuple[float, float]]:
         moved = (points - low) * scale
         return [(x, size[1] - y) for x, y in moved.tolist()]
 
     for element in range(len(match.kind)):
-        found = drawn_parameters(match, element)
-        if found is None:
-            corners = at(np.stack([match.elements.low[element], match.elements.high[element]]))
-            (left, bottom), (right, top) = corners
-            pen.rectangle((left, top, right, bottom), outline=_UNKNOWN)
+        drawn = drawn_parameters(match, element)
+        if drawn is None:
+            corners = pixels(np.stack([match.elements.low[element], match.elements.high[element]]))
+            (x_low, y_low), (x_high, y_high) = corners
+            pen.rectangle((x_low, y_high, x_high, y_low), outline=_UNKNOWN)
         else:
             color = color_of(int(match.kind[element]))
             width = 4 if match.probability[element] >= SURE else 1
-            for segment in points_along(*found):
-                pen.line(at(segment + match.corner[element]), fill=color, width=width)
-        own = match.elements.of(element)[:, :2]
-        shown = own[np.linspace(0, len(own) - 1, min(len(own), _SHOWN)).astype(int)] if len(own) else own
-        for x, y in at(shown):
+            for segment in points_along(*drawn):
+                pen.line(pixels(segment + match.corner[element]), fill=color, width=width)
+        cloud = match.elements.points_of(element)[:, :2]
+        sample = (
+            cloud[np.linspace(0, len(cloud) - 1, min(len(cloud), _MAX_POINTS)).astype(int)] if len(cloud) else cloud
+        )
+        for x, y in pixels(sample):
             pen.ellipse((x - 2, y - 2, x + 2, y + 2), fill=_POINT)
     return drawing
 

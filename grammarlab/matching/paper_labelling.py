@@ -42,13 +42,13 @@ def energy(field: Field, labels: Ints) -> float:
     return float(data + smooth + field.cost[np.unique(field.owner[labels])].sum())
 
 
-_WHOLE = 1e6
+_MAX_INTEGER_ENERGY = 1e6
 """Integer energy of the largest energy of one element, for the solver."""
-_EFFORT = 10.0
+_TIME_LIMIT = 10.0
 """Deterministic time limit of the solver, about a second per unit; equal on any machine."""
 
 
-def least(field: Field, start: Ints) -> Ints:
+def least_energy_labels(field: Field, start: Ints) -> Ints:
     """Labels [N] of the least energy, or of the lowest one found within the time limit.
 
     Args:
@@ -59,33 +59,33 @@ def least(field: Field, start: Ints) -> Ints:
 
     model, (elements, labels) = cp_model.CpModel(), field.data.shape
     highest = max(float(field.data.max()), float(field.distance.max() * field.weight.max()), 1e-300)
-    scale = _WHOLE / highest
+    scale = _MAX_INTEGER_ENERGY / highest
 
-    def whole(costs: Floats) -> list[Any]:
+    def integers(costs: Floats) -> list[Any]:
         return np.rint(np.minimum(costs, elements * highest) * scale).astype(np.int64).tolist()
 
     takes = [[model.new_bool_var("") for _ in range(labels)] for _ in range(elements)]
     used = [model.new_bool_var("") for _ in field.cost]
-    terms, factors = list(used), whole(field.cost)
+    terms, factors = list(used), integers(field.cost)
     for element in range(elements):
         model.add_exactly_one(takes[element])
         terms += takes[element]
-        factors += whole(field.data[element])
-        for own in range(labels):
-            model.add_implication(takes[element][own], used[field.owner[own]])
-            model.add_hint(takes[element][own], own == start[element])
+        factors += integers(field.data[element])
+        for label in range(labels):
+            model.add_implication(takes[element][label], used[field.owner[label]])
+            model.add_hint(takes[element][label], label == start[element])
         for other in range(element):
-            costs = whole(field.weight[element, other] * field.distance)
+            costs = integers(field.weight[element, other] * field.distance)
             between = model.new_int_var(0, max(max(row) for row in costs), "")
-            for own in range(labels):
-                apart = cp_model.LinearExpr.weighted_sum(takes[other], costs[own])
-                model.add(between >= apart).only_enforce_if(takes[element][own])
+            for label in range(labels):
+                distance = cp_model.LinearExpr.weighted_sum(takes[other], costs[label])
+                model.add(between >= distance).only_enforce_if(takes[element][label])
             terms.append(between)
             factors.append(1)
     model.minimize(cp_model.LinearExpr.weighted_sum(terms, factors))
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
-    solver.parameters.max_deterministic_time = _EFFORT
+    solver.parameters.max_deterministic_time = _TIME_LIMIT
     if solver.solve(model) not in {cp_model.OPTIMAL, cp_model.FEASIBLE}:
         return start
     return np.array([[solver.value(take) for take in row] for row in takes]).argmax(axis=1)
@@ -93,7 +93,7 @@ def least(field: Field, start: Ints) -> Ints:
 
 FEW = 12
 """Largest number of elements for which the least energy is proven."""
-_SCALE = 1 << 40
+_CAPACITY_SCALE = 1 << 40
 """Integer scale of capacities; the sum of all costs of a cut stays far below 2^63."""
 
 
@@ -102,24 +102,24 @@ def label(field: Field) -> tuple[Ints, list[float]]:
     labels, energies = expanded(field, field.data.argmin(axis=1))
     if len(field.data) > FEW:
         return labels, energies
-    better, more = expanded(field, least(field, labels))
+    better, more = expanded(field, least_energy_labels(field, labels))
     return (better, [*energies, more[-1]]) if more[-1] < energies[-1] else (labels, energies)
 
 
 def expanded(field: Field, start: Ints) -> tuple[Ints, list[float]]:
     """Labels after expansions to every label, until none lowers the energy."""
     labels, energies = start.copy(), [energy(field, start)]
-    since = 0
-    while since < field.data.shape[1]:
+    idle = 0
+    while idle < field.data.shape[1]:
         for alpha in range(field.data.shape[1]):
             moved = _expand(field, labels, alpha)
-            found = energies[-1] if moved is None else energy(field, moved)
-            if moved is not None and found < energies[-1] - 1e-12:
-                labels, since = moved, 0
-                energies.append(found)
+            moved_energy = energies[-1] if moved is None else energy(field, moved)
+            if moved is not None and moved_energy < energies[-1] - 1e-12:
+                labels, idle = moved, 0
+                energies.append(moved_energy)
             else:
-                since += 1
-            if since >= field.data.shape[1]:
+                idle += 1
+            if idle >= field.data.shape[1]:
                 break
     return labels, energies
 
@@ -129,30 +129,30 @@ def _expand(field: Field, labels: Ints, alpha: int) -> Ints | None:
     free = _undecided(field, labels, alpha)
     if not len(free):
         return None
-    taken = _cut(field, labels, alpha, free)
-    if not taken.any():
+    is_moved = _cut(field, labels, alpha, free)
+    if not is_moved.any():
         return None
     moved = labels.copy()
-    moved[free[taken]] = alpha
+    moved[free[is_moved]] = alpha
     return moved
 
 
 def _undecided(field: Field, labels: Ints, alpha: int) -> Ints:
     """Elements that may change to a label in the best move; others would not gain even if all of these changed."""
-    every = np.arange(len(labels))
-    own, other = field.data[every, labels], field.data[:, alpha]
+    indices = np.arange(len(labels))
+    current_cost, alpha_cost = field.data[indices, labels], field.data[:, alpha]
     saved = np.where(field.owner[labels] != field.owner[alpha], field.cost[field.owner[labels]], 0.0)
-    apart = field.distance[labels, alpha]
+    alpha_distance = field.distance[labels, alpha]
     free = labels != alpha
     away = field.weight * field.distance[np.ix_(labels, labels)]
     while free.any():
         # With the free elements at alpha: the costs of keeping a label, and of changing it.
-        keep = own + (field.weight[:, free].sum(axis=1)) * apart + away[:, ~free].sum(axis=1)
-        take = other + field.weight[:, ~free] @ apart[~free]
-        still = free & (take < keep + saved)
-        if (still == free).all():
+        keep = current_cost + (field.weight[:, free].sum(axis=1)) * alpha_distance + away[:, ~free].sum(axis=1)
+        take = alpha_cost + field.weight[:, ~free] @ alpha_distance[~free]
+        is_gaining = free & (take < keep + saved)
+        if (is_gaining == free).all():
             break
-        free = still
+        free = is_gaining
     return np.flatnonzero(free)
 
 
@@ -170,20 +170,20 @@ def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
     weight = field.weight[free[first], free[second]]
     linked = weight > 0.0
     first, second, weight = first[linked], second[linked], weight[linked]
-    own = field.distance[labels[free], alpha]
+    alpha_distance = field.distance[labels[free], alpha]
     both = weight * field.distance[labels[free[first]], labels[free[second]]]
-    # A pair costs `both` if none changes, `one` if only the second does, `two` if only the first does.
-    one, two = weight * own[first], weight * own[second]
-    np.add.at(keep, first, both - two)
-    np.add.at(keep, second, two)
-    between = np.maximum(one + two - both, 0.0)
+    # A pair costs `both` if none changes, `second_only` if only the second does, `first_only` if only the first does.
+    second_only, first_only = weight * alpha_distance[first], weight * alpha_distance[second]
+    np.add.at(keep, first, both - first_only)
+    np.add.at(keep, second, first_only)
+    between = np.maximum(second_only + first_only - both, 0.0)
     tails, heads, sizes = [first], [second], [between]
     source, sink, nodes = number, number + 1, number + 2
     base = np.minimum(keep, take)
     tails += [np.full(number, source), np.arange(number)]
     heads += [np.arange(number), np.full(number, sink)]
     sizes += [take - base, keep - base]
-    infinite = 2.0 * float(sum(each.sum() for each in sizes) + field.cost.sum() + 1.0)
+    infinite = 2.0 * float(sum(size.sum() for size in sizes) + field.cost.sum() + 1.0)
     for template in np.unique(field.owner[labels]):
         members = np.flatnonzero(field.owner[labels[free]] == template)
         stays = (field.owner[labels[fixed]] == template).any()
@@ -200,9 +200,9 @@ def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
         sizes += [field.cost[field.owner[alpha]][None], np.full(number, infinite)]
         nodes += 1
     flow: Any = max_flow.SimpleMaxFlow()  # its stubs do not match the shapes of arrays
-    scale = _SCALE / infinite
+    scale = _CAPACITY_SCALE / infinite
     capacity = np.rint(np.concatenate(sizes) * scale).astype(np.int64)
-    first_ends, last_ends = (np.concatenate(each).astype(np.int32) for each in (tails, heads))
+    first_ends, last_ends = (np.concatenate(ends).astype(np.int32) for ends in (tails, heads))
     flow.add_arcs_with_capacity(first_ends, last_ends, capacity)
     flow.solve(source, sink)
     stay = np.zeros(nodes, dtype=bool)

@@ -32,8 +32,9 @@ from grammarlab.matching.template import Stack, Template, stack
 Array: TypeAlias = jax.Array
 
 W_SIM = 10.0
-_STEPS = 60
-_RATE = 0.02
+_NUM_STEPS = 60
+"""Number of steps of Adam."""
+_STEP_RATIO = 0.02
 """Initial step size of Adam, as a multiple of the scale."""
 
 
@@ -63,7 +64,7 @@ def deform(clouds: Clouds, stack: Stack, state: Floats, coupled: Floats, scale: 
     """
     share = coupled / np.maximum(coupled.sum(axis=(1, 3), keepdims=True).max(axis=2, keepdims=True), 1.0)
     numbers = (clouds.points, clouds.weight, stack.pieces, stack.low, stack.high, stack.used, state, share)
-    return np.asarray(_deform(*(jnp.asarray(each, jnp.float32) for each in numbers), scale), dtype=np.float64)
+    return np.asarray(_deform(*(jnp.asarray(values, jnp.float32) for values in numbers), scale), dtype=np.float64)
 
 
 @jax.jit
@@ -85,7 +86,7 @@ def _deform(
         fit = over_elements(state, pieces, points, weight, scale).sum()
         return fit + W_SIM * similarity_energy(state[:, :, 2:], coupled)
 
-    rate = optax.cosine_decay_schedule(_RATE * scale, _STEPS)
+    rate = optax.cosine_decay_schedule(_STEP_RATIO * scale, _NUM_STEPS)
     optimizer = optax.adam(rate)
     free = jnp.concatenate([jnp.ones((*used.shape[:-1], 2)), used], axis=-1)
 
@@ -95,7 +96,7 @@ def _deform(
         moved = state + jnp.asarray(change) * free
         return (moved.at[..., 2:].set(jnp.clip(moved[..., 2:], low, high)), memory), None
 
-    (state, _), _ = jax.lax.scan(step, (state, optimizer.init(state)), None, _STEPS)
+    (state, _), _ = jax.lax.scan(step, (state, optimizer.init(state)), None, _NUM_STEPS)
     return state
 
 
@@ -116,16 +117,16 @@ def place_labels(
         values: [L, D] parameters of each label.
         scale: largest distance of a point, metres.
     """
-    own = state[:, owner]  # [N, L, 2 + D]
-    room = own[:, :, None, 2:4] - values[None, :, None, :2]
-    corners = own[:, :, None, :2] + room * _ANCHORS
-    found = _distances(
-        *(jnp.asarray(each, jnp.float32) for each in (clouds.points, clouds.weight, corners)),
+    fits = state[:, owner]  # [N, L, 2 + D]
+    room = fits[:, :, None, 2:4] - values[None, :, None, :2]
+    corners = fits[:, :, None, :2] + room * _ANCHORS
+    distances = _distances(
+        *(jnp.asarray(array, jnp.float32) for array in (clouds.points, clouds.weight, corners)),
         jnp.asarray(stack.pieces[owner], jnp.float32),
         jnp.asarray(values, jnp.float32),
         jnp.asarray(scale, jnp.float32),
     )
-    distance = np.asarray(found, dtype=np.float64)
+    distance = np.asarray(distances, dtype=np.float64)
     best = distance.argmin(axis=2)
     picked = np.take_along_axis(corners, best[:, :, None, None], axis=2)[:, :, 0]
     return distance.min(axis=2), np.moveaxis(picked, 1, 0)
@@ -133,13 +134,15 @@ def place_labels(
 
 @jax.jit
 def _distances(points: Array, weight: Array, corners: Array, pieces: Array, values: Array, scale: Array) -> Array:
-    def one(corner: Array, pieces: Array, values: Array, points: Array, weight: Array) -> Array:
+    def distance_at(corner: Array, pieces: Array, values: Array, points: Array, weight: Array) -> Array:
         away = jnp.abs(residuals(jnp.concatenate([corner, values]), pieces, points))
         return (weight * jnp.minimum(away, scale)).sum() / weight.sum()
 
-    anchors = jax.vmap(one, in_axes=(0, None, None, None, None))
+    anchors = jax.vmap(distance_at, in_axes=(0, None, None, None, None))
     labels = jax.vmap(anchors, in_axes=(0, 0, 0, None, None))
-    return jax.lax.map(lambda each: labels(each[2], pieces, values, each[0], each[1]), (points, weight, corners))
+    return jax.lax.map(
+        lambda element: labels(element[2], pieces, values, element[0], element[1]), (points, weight, corners)
+    )
 
 
 ALPHA = 0.5
@@ -159,10 +162,10 @@ def lowest(matrix: Floats, dimensions: int) -> Floats:
 
 def merged(weights: Floats, dimensions: int) -> Floats:
     """[N, dimensions] common basis of the graphs [J, N, N]."""
-    laplacians = [laplacian(each) for each in weights]
+    laplacians = [laplacian(layer) for layer in weights]
     modified = np.sum(laplacians, axis=0)
-    for each in laplacians:
-        basis = lowest(each, dimensions)
+    for matrix in laplacians:
+        basis = lowest(matrix, dimensions)
         modified -= ALPHA * basis @ basis.T
     return lowest(modified, dimensions)
 
@@ -175,7 +178,7 @@ def weights_of(parameters: Floats, scale: float) -> Floats:
 
 def dimensions_of(weights: Floats) -> int:
     """Number of eigenvectors to keep: up to the largest gap between the mean eigenvalues of all graphs [T, N, N]."""
-    values = np.mean([np.linalg.eigvalsh(laplacian(each)) for each in weights], axis=0)
+    values = np.mean([np.linalg.eigvalsh(laplacian(layer)) for layer in weights], axis=0)
     # The value after the last one is that of another, distant element: so a few elements may all be separate.
     return 1 + int(np.argmax(np.diff(np.append(values, 1.0)[: MOST_DIMENSIONS + 2])))
 
@@ -195,7 +198,7 @@ BEST = 3
 W_S = 0.1
 _LABEL_COST = 0.2
 """Cost of a template, as a fraction of the mean data cost."""
-_SPACE = 4.0
+_SPACE_RATIO = 4.0
 """Unit of Equation 5.2, which the paper does not give, as a multiple of the similarity threshold."""
 
 
@@ -204,40 +207,40 @@ def match_as_paper(elements: Elements, templates: Sequence[Template]) -> Match:
     require("ortools")
     clock = Clock()
     reasons = too_poor(elements)
-    which = np.array([each for each in range(len(elements)) if each not in reasons], dtype=np.int64)
+    indices = np.array([element for element in range(len(elements)) if element not in reasons], dtype=np.int64)
     stacked = stack(templates)
-    clouds = clouds_of(elements, which)
+    clouds = clouds_of(elements, indices)
     fits = fit_all(clouds, stacked)
     fine = fitting(clouds, templates, fits)
     reasons |= unfit(clouds, templates, ~fine)
-    which = which[fine]
-    clouds = clouds_of(elements, which)
-    fits = fits.of(fine)
+    indices = indices[fine]
+    clouds = clouds_of(elements, indices)
+    fits = fits.subset(fine)
     clock.lap("fitting")
     threshold = THRESHOLD * float(np.linalg.norm(elements.high - elements.low, axis=1).max())
     state = np.concatenate([fits.corner, fits.parameters], axis=2)
-    owner, values, corner = np.zeros(len(which), dtype=np.int64), state[:, 0, 2:], state[:, 0, :2]
-    before: tuple[Ints, Ints] | None = None
+    owner, values, corner = np.zeros(len(indices), dtype=np.int64), state[:, 0, 2:], state[:, 0, :2]
+    previous: tuple[Ints, Ints] | None = None
     iterations = 0
-    while len(which) and iterations < MOST_ITERATIONS:
+    while len(indices) and iterations < MOST_ITERATIONS:
         iterations += 1
         field, label_values, label_corner = _field(clouds, templates, stacked, fits, state, threshold)
         clock.lap("subspace")
         labels, _ = label(field)
         clock.lap("labelling")
         owner, values = field.owner[labels], label_values[labels]
-        corner = label_corner[labels, np.arange(len(which))]
-        found = replicas(owner, values, threshold)
-        if before is not None and (before[0] == owner).all() and (before[1] == found).all():
+        corner = label_corner[labels, np.arange(len(indices))]
+        groups = replicas(owner, values, threshold)
+        if previous is not None and (previous[0] == owner).all() and (previous[1] == groups).all():
             break
-        before = owner, found
+        previous = owner, groups
         coupled = couplings(owner, values, stacked.used, threshold)
         clock.lap("similarity")
         state = deform(clouds, stacked, state, coupled, 10.0 * threshold)
         clock.lap("deformation")
     kind = replicas(owner, values, threshold)
     return from_labels(
-        elements, templates, which, kind, owner, values, corner, fits, reasons, iterations=iterations, clock=clock
+        elements, templates, indices, kind, owner, values, corner, fits, reasons, iterations=iterations, clock=clock
     )
 
 
@@ -245,25 +248,25 @@ def _field(
     clouds: Clouds, templates: Sequence[Template], stacked: Stack, fits: Fits, state: Floats, threshold: float
 ) -> tuple[Field, Floats, Floats]:
     """The field of Equation 5.3, the parameters [L, D] of its labels and their corners [L, N, 2] on each element."""
-    against = fits.noise.min(axis=1, keepdims=True) * _against(clouds, templates, fits)
-    best = np.argsort(against, axis=1)[:, :BEST]
+    misfit = fits.noise.min(axis=1, keepdims=True) * _misfit(clouds, templates, fits)
+    best = np.argsort(misfit, axis=1)[:, :BEST]
     element = np.repeat(np.arange(len(best)), best.shape[1])
     owner = best.reshape(-1).astype(np.int64)
     values = state[element, owner, 2:]
     data, corner = place_labels(clouds, stacked, state, owner, values, 10.0 * threshold)
-    data += np.minimum(against, 10.0 * threshold)[:, owner]
+    data += np.minimum(misfit, 10.0 * threshold)[:, owner]
     away = np.linalg.norm(values[:, None] - values[None], axis=2)
     other = max(float(away.max(initial=0.0)) / 2.0, 1e-3)
     same = owner[:, None] == owner[None]
     # A metric: the distance of labels of different templates is half of the largest distance within one.
     distance = np.where(same, np.minimum(away, 2.0 * other), other)
-    weights = weights_of(state[:, np.unique(owner), 2:], _SPACE * threshold)
+    weights = weights_of(state[:, np.unique(owner), 2:], _SPACE_RATIO * threshold)
     near = similarity(merged(weights, min(dimensions_of(weights), len(best))))
     cost = np.full(len(stacked.usual), _LABEL_COST * float(data.min(axis=1).mean()))
     return Field(data, W_S * near, distance, owner, cost), values, corner
 
 
-def _against(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Floats:
+def _misfit(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Floats:
     """[N, T] nats per point that each template describes an element worse by than the best one."""
     costs = description(clouds, templates, fits)[:, :-1]
     return (costs - costs.min(axis=1, keepdims=True)) / clouds.weight.sum(axis=1, keepdims=True)

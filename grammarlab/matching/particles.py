@@ -29,9 +29,9 @@ STEPS = TEMPERATURES * MOVES + LAST_MOVES
 NEAREST, FARTHEST = -0.3, 2.0
 """Range of the half-plane's distance from the centre of an element, in half extents; beyond 1 nothing is hidden."""
 
-_WIDE = 0.3
+_SIDE_MOVE_SHARE = 0.3
 """Fraction of moves of one side by up to the largest size: other samples do not help where a side is hidden."""
-_OUTERMOST = 4
+_NUM_OUTERMOST = 4
 """Number of outermost points in a direction at which a half-plane may begin; points beyond it are outliers."""
 
 
@@ -88,11 +88,11 @@ def _log_prior(state: Array, bounds: Bounds) -> Array:
     across, up = jnp.cos(angle), jnp.sin(angle)
     half = 0.5 * (jnp.abs(across) * parameters[0] + jnp.abs(up) * parameters[1])
     middle = 0.5 * (across * (state[0] + state[1]) + up * (state[2] + state[3]))
-    place = (cut - middle) / jnp.maximum(half, 1e-6)
+    relative_cut = (cut - middle) / jnp.maximum(half, 1e-6)
     inside = ((parameters >= bounds.low) & (parameters <= bounds.high)).all()
     # Equalities are two limits: a tolerance of half a centimetre lets samples move between them.
     inside &= (bounds.limits[:, 0] + bounds.limits[:, 1:] @ parameters >= -0.005).all()
-    inside &= (place > NEAREST) & (place < FARTHEST)
+    inside &= (relative_cut > NEAREST) & (relative_cut < FARTHEST)
     inside &= (log_noise > jnp.log(bounds.noise[0])) & (log_noise < jnp.log(bounds.noise[1]))
     return jnp.where(inside, -jnp.log(jnp.maximum(half, 1e-6)), -jnp.inf)
 
@@ -125,10 +125,10 @@ def _start(draw: Array, task: CenteredElement, bounds: Bounds) -> tuple[Array, A
     widths = jnp.stack([jnp.full(2, 2.0 * scale), 0.06 * extent])
     room = jnp.maximum(bounds.high[:2] - extent, 0.05 * extent)
     outward = jnp.array([[-1.0], [1.0]])
-    which = jnp.floor(3.0 * draw[0:4]).reshape(2, 2)
+    component = jnp.floor(3.0 * draw[0:4]).reshape(2, 2)
     part = draw[4:8].reshape(2, 2)
     normal = jax.scipy.special.ndtri(jnp.clip(part, 1e-4, 1.0 - 1e-4))
-    away = jnp.where(which == 0, normal * widths[0], jnp.where(which == 1, normal * widths[1], part * room))
+    away = jnp.where(component == 0, normal * widths[0], jnp.where(component == 1, normal * widths[1], part * room))
     sides = task.reach + outward * away
     near = jnp.exp(-0.5 * (away[None] / widths[:, None]) ** 2) / (2.5066283 * widths[:, None])
     far = jnp.where((away >= 0.0) & (away <= room), 1.0 / room, 0.0)
@@ -138,14 +138,14 @@ def _start(draw: Array, task: CenteredElement, bounds: Bounds) -> tuple[Array, A
     direction = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
     half = 0.5 * (jnp.abs(direction) @ jnp.abs(sides[1] - sides[0])) + 1e-6
     middle = direction @ (sides[0] + sides[1]) / 2
-    outermost = jax.lax.top_k(jnp.where(task.weight > 0.0, task.points @ direction, -jnp.inf), _OUTERMOST)[0]
-    choice = draw[9] * 2.0 * _OUTERMOST
-    beyond = outermost[jnp.minimum(choice.astype(jnp.int32), _OUTERMOST - 1)]
+    outermost = jax.lax.top_k(jnp.where(task.weight > 0.0, task.points @ direction, -jnp.inf), _NUM_OUTERMOST)[0]
+    choice = draw[9] * 2.0 * _NUM_OUTERMOST
+    beyond = outermost[jnp.minimum(choice.astype(jnp.int32), _NUM_OUTERMOST - 1)]
     beyond += 2.0 * scale * jax.scipy.special.ndtri(jnp.clip(draw[10], 1e-4, 1.0 - 1e-4))
-    cut = jnp.where(choice < _OUTERMOST, beyond, middle + (NEAREST + draw[10] * (FARTHEST - NEAREST)) * half)
+    cut = jnp.where(choice < _NUM_OUTERMOST, beyond, middle + (NEAREST + draw[10] * (FARTHEST - NEAREST)) * half)
     close = jnp.exp(-0.5 * ((cut - outermost) / (2.0 * scale)) ** 2).mean() / (2.5066283 * 2.0 * scale)
-    place = (cut - middle) / half
-    wide = jnp.where((place > NEAREST) & (place < FARTHEST), 1.0 / (half * (FARTHEST - NEAREST)), 0.0)
+    relative_cut = (cut - middle) / half
+    wide = jnp.where((relative_cut > NEAREST) & (relative_cut < FARTHEST), 1.0 / (half * (FARTHEST - NEAREST)), 0.0)
     density += jnp.log(0.5 * close + 0.5 * wide + 1e-30)
     log_noise = jnp.log(bounds.noise[0]) + draw[11] * jnp.log(bounds.noise[1] / bounds.noise[0])
     flat = jnp.stack([sides[0, 0], sides[1, 0], sides[0, 1], sides[1, 1]])
@@ -156,8 +156,8 @@ def _resampled(offset: Array, log_weight: Array) -> Array:
     """[Q] indices of the particles after systematic resampling; each of them once for equal weights."""
     number = len(log_weight)
     edges = jnp.cumsum(jax.nn.softmax(log_weight))
-    places = (jnp.arange(number) + 0.05 + 0.9 * offset) / number
-    return jnp.clip(jnp.searchsorted(edges, places), 0, number - 1)
+    positions = (jnp.arange(number) + 0.05 + 0.9 * offset) / number
+    return jnp.clip(jnp.searchsorted(edges, positions), 0, number - 1)
 
 
 def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces: Array) -> ParticleSamples:
@@ -166,52 +166,61 @@ def _sample(draws: ParticleDraws, task: CenteredElement, bounds: Bounds, pieces:
     dimension = 5 + size
     largest = jnp.concatenate([jnp.repeat(bounds.high[:2], 2), jnp.zeros(dimension - 4)])
 
-    def log_like(state: Array) -> Array:
+    def log_likelihood_of(state: Array) -> Array:
         corner = jnp.stack([state[0], state[2]])
         segments = outline(pieces, _parameters(state, size)) + corner
         return log_likelihood(segments, state[-3], state[-2], jnp.exp(state[-1]), task.points, task.weight, task.area)
 
     def measure(states: Array) -> tuple[Array, Array]:
-        priors = jax.vmap(lambda state: _log_prior(state, bounds))(states)
-        return priors, jnp.where(jnp.isfinite(priors), jax.vmap(log_like)(states), -1e9)
+        log_priors = jax.vmap(lambda state: _log_prior(state, bounds))(states)
+        return log_priors, jnp.where(jnp.isfinite(log_priors), jax.vmap(log_likelihood_of)(states), -1e9)
 
-    def step(carry: tuple, now: tuple) -> tuple[tuple, Array]:
+    def step(carry: tuple, inputs: tuple) -> tuple[tuple, Array]:
         """Weights, resampling, and one Metropolis step along differences of other samples or of one side."""
-        states, priors, likes, evidence = carry
-        offset, draw, before, after, first = now
-        log_weight = (after - before) * likes + first
+        states, log_priors, log_likelihoods, evidence = carry
+        offset, draw, before, after, first = inputs
+        log_weight = (after - before) * log_likelihoods + first
         evidence += jax.nn.logsumexp(log_weight) - jnp.log(number)
         chosen = _resampled(offset, log_weight)
-        states, priors, likes = states[chosen], priors[chosen], likes[chosen]
+        states, log_priors, log_likelihoods = states[chosen], log_priors[chosen], log_likelihoods[chosen]
         partner = (draw[:, 0:2] * number).astype(jnp.int32)
         part = 2.0 ** -jnp.floor(3.0 * draw[:, 2:3])
-        always = jnp.floor(draw[:, 3:4] * dimension) == jnp.arange(dimension)
-        moved = (draw[:, 8 : 8 + dimension] < part) | always
+        is_certain = jnp.floor(draw[:, 3:4] * dimension) == jnp.arange(dimension)
+        moved = (draw[:, 8 : 8 + dimension] < part) | is_certain
         count = moved.sum(axis=1, keepdims=True)
         away = 2.38 / jnp.sqrt(2.0 * count) * (states[partner[:, 0]] - states[partner[:, 1]])
         away += 4e-4 * (draw[:, 8 + dimension :] - 0.5)
-        far = largest * (jnp.floor(4.0 * draw[:, 6:7]) == jnp.arange(dimension)) * (2.0 * draw[:, 7:8] - 1.0) ** 3
-        proposed = states + jnp.where(draw[:, 5:6] < _WIDE, far, jnp.where(moved, away, 0.0))
-        new_priors, new_likes = measure(proposed)
-        taken = jnp.log(draw[:, 4]) < new_priors - priors + after * (new_likes - likes)
-        states = jnp.where(taken[:, None], proposed, states)
-        priors, likes = jnp.where(taken, new_priors, priors), jnp.where(taken, new_likes, likes)
-        return (states, priors, likes, evidence), states
+        side_move = largest * (jnp.floor(4.0 * draw[:, 6:7]) == jnp.arange(dimension)) * (2.0 * draw[:, 7:8] - 1.0) ** 3
+        proposed = states + jnp.where(draw[:, 5:6] < _SIDE_MOVE_SHARE, side_move, jnp.where(moved, away, 0.0))
+        new_log_priors, new_log_likelihoods = measure(proposed)
+        log_ratio = new_log_priors - log_priors + after * (new_log_likelihoods - log_likelihoods)
+        is_accepted = jnp.log(draw[:, 4]) < log_ratio
+        states = jnp.where(is_accepted[:, None], proposed, states)
+        log_priors, log_likelihoods = (
+            jnp.where(is_accepted, new_log_priors, log_priors),
+            jnp.where(is_accepted, new_log_likelihoods, log_likelihoods),
+        )
+        return (states, log_priors, log_likelihoods, evidence), states
 
     states, density = jax.vmap(lambda draw: _start(draw, task, bounds))(draws.begin)
-    priors, likes = measure(states)
+    log_priors, log_likelihoods = measure(states)
     heat = jnp.minimum(jnp.arange(STEPS + 1 + MOVES) // MOVES / TEMPERATURES, 1.0) ** 2
     heat = COLDEST + (1.0 - COLDEST) * heat
     # The first weights are the ratio of the first tempered posterior and the proposal density.
-    first = jnp.zeros((STEPS, len(states))).at[0].set(jnp.maximum(priors - density + COLDEST * likes, -1e9))
+    log_ratio = jnp.maximum(log_priors - density + COLDEST * log_likelihoods, -1e9)
+    first = jnp.zeros((STEPS, len(states))).at[0].set(log_ratio)
     # The first move at each temperature has weights; the others have the same temperature before and after.
     before, after = heat[MOVES - 1 : STEPS + MOVES - 1], heat[MOVES : STEPS + MOVES]
-    carry, kept = jax.lax.scan(
-        step, (states, priors, likes, jnp.zeros(())), (draws.resampling, draws.moves, before, after, first)
+    carry, samples = jax.lax.scan(
+        step,
+        (states, log_priors, log_likelihoods, jnp.zeros(())),
+        (draws.resampling, draws.moves, before, after, first),
     )
-    kept = kept[-LAST_MOVES:].reshape(-1, dimension)
-    parameters = jax.vmap(lambda state: _parameters(state, size))(kept)
-    return ParticleSamples(parameters, kept[:, jnp.array([0, 2])], kept[:, -3:-1], jnp.exp(kept[:, -1]), carry[-1])
+    samples = samples[-LAST_MOVES:].reshape(-1, dimension)
+    parameters = jax.vmap(lambda state: _parameters(state, size))(samples)
+    return ParticleSamples(
+        parameters, samples[:, jnp.array([0, 2])], samples[:, -3:-1], jnp.exp(samples[:, -1]), carry[-1]
+    )
 
 
 @jax.jit
@@ -224,4 +233,4 @@ def sample(draws: ParticleDraws, tasks: CenteredElement, bounds: Bounds, pieces:
         bounds: bounds of the template's parameters, the same for all.
         pieces: [S, 7, 1 + D] pieces of the template, see `outline`.
     """
-    return jax.lax.map(lambda each: _sample(each[0], each[1], bounds, pieces), (draws, tasks))
+    return jax.lax.map(lambda pair: _sample(pair[0], pair[1], bounds, pieces), (draws, tasks))

@@ -15,12 +15,13 @@ from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import UsageError
 from grammarlab.matching.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Floats, Ints, Truth
 
-_GAP = 0.6
+_GAP_M = 0.6
 """Distance between boxes, metres."""
-_MARGIN = 0.25
+_MARGIN_M = 0.25
 """Margin of a box around its element, metres."""
-_OUTLIERS = 0.05
-_APART = 0.05
+_OUTLIER_SHARE = 0.05
+"""Expected fraction of outliers."""
+_MIN_SIZE_STEP_M = 0.05
 """Least difference of sizes, metres; the largest is twice that. Windows of real facades differ by 5 cm."""
 
 
@@ -69,18 +70,18 @@ def rectangles(options: SceneOptions, seed: int) -> Elements:
     random = np.random.default_rng(seed)
     sizes = _shared_sizes(options.kinds, random)
     if options.rows:
-        of_row = random.integers(options.kinds, size=options.rows)
+        row_kind = random.integers(options.kinds, size=options.rows)
         columns = -(-options.elements // options.rows)
-        row, column = (each[: options.elements] for each in np.divmod(np.arange(options.rows * columns), columns))
+        row, column = (index[: options.elements] for index in np.divmod(np.arange(options.rows * columns), columns))
         agrees = random.uniform(size=options.elements) < options.agreement
-        kind = np.where(agrees, of_row[row], random.integers(options.kinds, size=options.elements))
+        kind = np.where(agrees, row_kind[row], random.integers(options.kinds, size=options.elements))
     else:
         row = column = np.full(options.elements, -1, dtype=np.int64)
         kind = random.permutation(np.arange(options.elements) % options.kinds)
     return _observed(_rectangles(sizes), kind, row, column, options, random)
 
 
-def of_sizes(sizes: Floats, kind: Ints, options: SceneOptions, seed: int) -> Elements:
+def scene_of_sizes(sizes: Floats, kind: Ints, options: SceneOptions, seed: int) -> Elements:
     """A scene of rectangles of given widths and heights.
 
     Args:
@@ -89,8 +90,8 @@ def of_sizes(sizes: Floats, kind: Ints, options: SceneOptions, seed: int) -> Ele
         options: noise, points, and hidden parts; counts and rows are not used.
         seed: seed of the scene.
     """
-    none = np.full(len(kind), -1, dtype=np.int64)
-    return _observed(_rectangles(sizes), kind, none, none, options, np.random.default_rng(seed))
+    no_line = np.full(len(kind), -1, dtype=np.int64)
+    return _observed(_rectangles(sizes), kind, no_line, no_line, options, np.random.default_rng(seed))
 
 
 def house(counts: Sequence[int] = (38, 4, 23, 23), noise: float = 0.01, seed: int = 0) -> Elements:
@@ -100,17 +101,17 @@ def house(counts: Sequence[int] = (38, 4, 23, 23), noise: float = 0.01, seed: in
         _Shape("arch", {"width": 1.0, "height": h}, _arch(1.0, h)) for h in (1.9, 1.3)
     ]
     kind = np.repeat(np.arange(4), counts)
-    none = np.full(len(kind), -1, dtype=np.int64)
+    no_line = np.full(len(kind), -1, dtype=np.int64)
     options = SceneOptions(elements=len(kind), kinds=4, noise=noise, occluded=0.0, points=80)
-    return _observed(shapes, kind, none, none, options, random)
+    return _observed(shapes, kind, no_line, no_line, options, random)
 
 
 def _shared_sizes(kinds: int, random: np.random.Generator) -> Floats:
     """[K, 2] widths and heights, metres, from few values, so that kinds share them."""
     num_widths = max(1, int(np.ceil(np.sqrt(kinds))))
     num_heights = -(-kinds // num_widths) if kinds != 5 else 3
-    widths = _apart(0.9, _APART, num_widths, random)
-    heights = _apart(1.4, _APART, num_heights, random)
+    widths = _spaced_sizes(0.9, _MIN_SIZE_STEP_M, num_widths, random)
+    heights = _spaced_sizes(1.4, _MIN_SIZE_STEP_M, num_heights, random)
     while True:
         cells = random.permutation(num_widths * num_heights)[:kinds]
         across, up = np.divmod(cells, num_heights)
@@ -118,7 +119,7 @@ def _shared_sizes(kinds: int, random: np.random.Generator) -> Floats:
             return np.stack([widths[across], heights[up]], axis=1)
 
 
-def _apart(least: float, gap: float, count: int, random: np.random.Generator) -> Floats:
+def _spaced_sizes(least: float, gap: float, count: int, random: np.random.Generator) -> Floats:
     return least + np.cumsum(random.uniform(gap, 2.0 * gap, size=count))
 
 
@@ -148,11 +149,11 @@ def _observed(
 ) -> Elements:
     number = len(kind)
     size = np.array([shape.outline.reshape(-1, 2).max(axis=0) for shape in shapes])
-    cell = size.max(axis=0) + 2 * _MARGIN + _GAP
+    cell = size.max(axis=0) + 2 * _MARGIN_M + _GAP_M
     columns = int(column.max()) + 1 if (column >= 0).all() else int(np.ceil(np.sqrt(number)))
     rows = -(-number // columns)
-    place = np.stack([np.arange(number) % columns, rows - 1 - np.arange(number) // columns], axis=1)
-    middle = (place + 0.5) * cell + random.uniform(-0.05, 0.05, size=(number, 2))
+    cell_index = np.stack([np.arange(number) % columns, rows - 1 - np.arange(number) // columns], axis=1)
+    middle = (cell_index + 0.5) * cell + random.uniform(-0.05, 0.05, size=(number, 2))
     hidden = random.uniform(size=number) < options.occluded
     tree = _behind_tree(middle, options.occluded) if options.tree else None
     clouds = []
@@ -168,12 +169,12 @@ def _observed(
             angle = random.uniform(0.0, 2.0 * np.pi)
             points = _cut(points, np.array([np.cos(angle), np.sin(angle)]), options.hidden, random)
         points = points + random.normal(scale=options.noise, size=points.shape) if options.noise else points
-        stray = random.binomial(len(points), _OUTLIERS) if options.noise else 0
-        reach = size[kind[element]] / 2 + _MARGIN
+        stray = random.binomial(len(points), _OUTLIER_SHARE) if options.noise else 0
+        reach = size[kind[element]] / 2 + _MARGIN_M
         clouds.append(np.vstack([points, middle[element] + random.uniform(-reach, reach, size=(stray, 2))]))
     names = tuple(shape.template for shape in shapes)
     truth = Truth(kind.astype(np.int64), names, tuple(shape.parameters for shape in shapes))
-    half = cell / 2 - _GAP / 2
+    half = cell / 2 - _GAP_M / 2
     counts = np.array([len(cloud) for cloud in clouds])
     return Elements(
         offsets=offsets_from_counts(counts),

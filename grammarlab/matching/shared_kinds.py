@@ -22,6 +22,7 @@ from grammarlab.matching.elements import Floats, Ints
 from grammarlab.matching.evidence_maps import Maps
 
 _SWEEPS = 8
+"""Number of updates of the posterior from that of the other elements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +47,15 @@ def shares(fit: Floats, share: Floats, groups: tuple[Groups, ...], unknown: floa
     prior = np.broadcast_to(share, fit.shape)
     if not groups or not fit.shape[1]:
         return prior
-    indicators = [_indicator(each.index) for each in groups]
+    indicators = [_indicator(group.index) for group in groups]
     for _ in range(_SWEEPS):
         joint = (1.0 - unknown) * prior * fit
         posterior = joint / (joint.sum(axis=1, keepdims=True) + unknown)
         logs = np.log(np.maximum(share, 1e-12))[None, :].repeat(len(fit), axis=0)
-        for each, member in zip(groups, indicators, strict=True):
-            of_kind = member.T @ (member @ posterior) - (member.sum(axis=0)[:, None] > 0) * posterior
-            total = of_kind.sum(axis=1, keepdims=True)
-            logs += np.log(of_kind / np.maximum(share, 1e-12) + each.kappa) - np.log(total + each.kappa)
+        for group, member in zip(groups, indicators, strict=True):
+            counts = member.T @ (member @ posterior) - (member.sum(axis=0)[:, None] > 0) * posterior
+            total = counts.sum(axis=1, keepdims=True)
+            logs += np.log(counts / np.maximum(share, 1e-12) + group.kappa) - np.log(total + group.kappa)
         odds = np.exp(logs - logs.max(axis=1, keepdims=True))
         prior = odds / odds.sum(axis=1, keepdims=True)
     return prior
@@ -69,12 +70,14 @@ UNKNOWN = 0.02
 """Fraction of elements without a kind."""
 VALUE_COST = 1.5
 """Cost of a width or height, as a multiple of log n."""
-_STEPS = 12
+_MAX_EM_STEPS = 12
 """Largest number of EM steps."""
-_ENOUGH = 1e-3
-_GUESSES = (0.05, 0.15, 0.35)
+_TOLERANCE_NATS = 1e-3
+"""Least gain of a step, nats; smaller ones end the search."""
+_INITIAL_SHARES = (0.05, 0.15, 0.35)
 """Initial shares of a new kind."""
-_ROUNDS = 40
+_MAX_ROUNDS = 40
+"""Budget of rounds of additions and of improvements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,14 +114,14 @@ def find_kinds(maps: Maps, groups: tuple[Groups, ...] = (), start: Kinds | None 
         groups: rows and columns whose elements tend to agree.
         start: initial kinds; none by default.
     """
-    none = np.zeros(0, dtype=np.int64)
-    best = _solve(maps, groups, start or Kinds(none, none, np.zeros(0)))
-    for _ in range(_ROUNDS):
+    empty = np.zeros(0, dtype=np.int64)
+    best = _solve(maps, groups, start or Kinds(empty, empty, np.zeros(0)))
+    for _ in range(_MAX_ROUNDS):
         before = best.length
         for proposed in _additions(maps, best):
             best = min(best, _solve(maps, groups, proposed), key=_length)
         best = _improved(maps, groups, best)
-        if best.length > before - _ENOUGH:
+        if best.length > before - _TOLERANCE_NATS:
             break
     return best
 
@@ -127,7 +130,7 @@ def _length(solution: Solution) -> float:
     return solution.length
 
 
-def _solve(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds, steps: int = _STEPS) -> Solution:
+def _solve(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds, steps: int = _MAX_EM_STEPS) -> Solution:
     """EM from given kinds: shares, and shared values, which move along their axes."""
     number = len(maps.evidence)
     solution = _evaluate(maps, groups, kinds)
@@ -137,18 +140,18 @@ def _solve(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds, steps: int = _S
         share = np.maximum(total, 1e-3) / max(float(np.maximum(total, 1e-3).sum()), 1e-9)
         moved = _settled(maps, Kinds(kinds.width, kinds.height, share), weight)
         better = _evaluate(maps, groups, moved)
-        if better.length > solution.length - _ENOUGH:
+        if better.length > solution.length - _TOLERANCE_NATS:
             break
         kinds, solution = moved, better
-    kept = solution.posterior[:, :-1].sum(axis=0) >= 0.5
-    if len(kinds) and not kept.all() and number:
-        return _solve(maps, groups, _only(kinds, kept), steps)
+    is_used = solution.posterior[:, :-1].sum(axis=0) >= 0.5
+    if len(kinds) and not is_used.all() and number:
+        return _solve(maps, groups, _only(kinds, is_used), steps)
     return solution
 
 
-def _only(kinds: Kinds, kept: np.ndarray) -> Kinds:
-    share = kinds.share[kept]
-    return Kinds(kinds.width[kept], kinds.height[kept], share / max(float(share.sum()), 1e-9))
+def _only(kinds: Kinds, is_selected: np.ndarray) -> Kinds:
+    share = kinds.share[is_selected]
+    return Kinds(kinds.width[is_selected], kinds.height[is_selected], share / max(float(share.sum()), 1e-9))
 
 
 def _evaluate(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds) -> Solution:
@@ -168,13 +171,13 @@ def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
     width, height = kinds.width.copy(), kinds.height.copy()
     logs = np.log(maps.evidence)
     for value in np.unique(width):
-        which = np.flatnonzero(width == value)
-        score = sum(weight[:, k] @ logs[:, :, height[k]] for k in which)
-        width[which] = int(np.argmax(score))
+        members = np.flatnonzero(width == value)
+        score = sum(weight[:, k] @ logs[:, :, height[k]] for k in members)
+        width[members] = int(np.argmax(score))
     for value in np.unique(height):
-        which = np.flatnonzero(height == value)
-        score = sum(weight[:, k] @ logs[:, width[k], :] for k in which)
-        height[which] = int(np.argmax(score))
+        members = np.flatnonzero(height == value)
+        score = sum(weight[:, k] @ logs[:, width[k], :] for k in members)
+        height[members] = int(np.argmax(score))
     return Kinds(width, height, kinds.share)
 
 
@@ -185,7 +188,7 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
     best: dict[str, tuple[float, Kinds]] = {}
     rows = np.unique(kinds.width)
     columns = np.unique(kinds.height)
-    for guess in _GUESSES if len(kinds) else (1.0,):
+    for guess in _INITIAL_SHARES if len(kinds) else (1.0,):
         mixed = (1.0 - UNKNOWN) * ((1.0 - guess) * fit[:, None, None] + guess * maps.evidence) + UNKNOWN
         gain = np.log(mixed).sum(axis=0)
         for name, across, up in (
@@ -197,9 +200,9 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
             part = gain[across][:, up]
             if not part.size:
                 continue
-            place = np.unravel_index(int(part.argmax()), part.shape)
-            w = int(np.arange(gain.shape[0])[across][place[0]])
-            h = int(np.arange(gain.shape[1])[up][place[1]])
+            cell = np.unravel_index(int(part.argmax()), part.shape)
+            w = int(np.arange(gain.shape[0])[across][cell[0]])
+            h = int(np.arange(gain.shape[1])[up][cell[1]])
             share = np.append(kinds.share * (1.0 - guess), guess)
             proposed = Kinds(np.append(kinds.width, w), np.append(kinds.height, h), share)
             if name not in best or part.max() > best[name][0]:
@@ -209,10 +212,10 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
 
 def _improved(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Solution:
     """The solution after deleting and merging kinds and reusing values, while that shortens the description."""
-    for _ in range(_ROUNDS):
-        tried = [_solve(maps, groups, each, 4) for each in _changes(solution.kinds)]
-        best = min(tried, key=_length, default=solution)
-        if best.length > solution.length - _ENOUGH:
+    for _ in range(_MAX_ROUNDS):
+        solutions = [_solve(maps, groups, proposed, 4) for proposed in _changes(solution.kinds)]
+        best = min(solutions, key=_length, default=solution)
+        if best.length > solution.length - _TOLERANCE_NATS:
             return solution
         solution = _solve(maps, groups, best.kinds)
     return solution
@@ -224,15 +227,15 @@ def _changes(kinds: Kinds) -> Iterator[Kinds]:
     for k in range(number if number > 1 else 0):
         yield _only(kinds, np.arange(number) != k)
     for axis in ("width", "height"):
-        own = getattr(kinds, axis)
-        values = np.unique(own)
+        indices = getattr(kinds, axis)
+        values = np.unique(indices)
         for first, second in pairwise(values.tolist()):
             for target in (first, second):
-                yield _with(kinds, axis, np.where((own == first) | (own == second), target, own))
+                yield _with(kinds, axis, np.where((indices == first) | (indices == second), target, indices))
         for k in range(number):
             for value in values:
-                if value != own[k] and (own == own[k]).sum() > 1:
-                    changed = own.copy()
+                if value != indices[k] and (indices == indices[k]).sum() > 1:
+                    changed = indices.copy()
                     changed[k] = value
                     yield _with(kinds, axis, changed)
 
@@ -247,12 +250,12 @@ def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
 
 def nearby(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Iterator[Solution]:
     """Different solutions one step away: one kind fewer, two values merged, another value, or one kind more."""
-    seen = {_key(solution.kinds)}
+    keys = {_key(solution.kinds)}
     for proposed in (*_changes(solution.kinds), *_additions(maps, solution)):
-        found = _solve(maps, groups, proposed, 4)
-        if _key(found.kinds) not in seen:
-            seen.add(_key(found.kinds))
-            yield found
+        neighbour = _solve(maps, groups, proposed, 4)
+        if _key(neighbour.kinds) not in keys:
+            keys.add(_key(neighbour.kinds))
+            yield neighbour
 
 
 def _key(kinds: Kinds) -> tuple[tuple[int, int], ...]:

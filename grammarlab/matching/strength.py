@@ -46,7 +46,7 @@ def _renamed(other: Floats, best: Floats) -> Floats:
 
 STRENGTHS = (0.25, 1.0, 4.0, 16.0)
 """Values of kappa to try, in addition to no prior."""
-_FEWEST = 2
+_MIN_GROUPS = 2
 """Least number of groups with several elements for a prior."""
 
 
@@ -65,12 +65,12 @@ def find_kinds_with(maps: Maps, row: Ints, column: Ints) -> tuple[Solution, int]
         priors.append(tuple(Groups(index, STRENGTHS[2]) for index in sides))
     chosen: tuple[Groups, ...] = ()
     for groups in priors:
-        found = find_kinds(maps, groups, plain.kinds)
-        if found.length < best.length:
-            best, chosen = found, groups
+        solution = find_kinds(maps, groups, plain.kinds)
+        if solution.length < best.length:
+            best, chosen = solution, groups
     return averaged(maps, chosen, best), 1 + len(priors)
 
 
 def _grouped(index: Ints) -> bool:
-    known = index[index >= 0].tolist()
-    return sum(known.count(each) > 1 for each in set(known)) >= _FEWEST
+    values = index[index >= 0].tolist()
+    return sum(values.count(value) > 1 for value in set(values)) >= _MIN_GROUPS

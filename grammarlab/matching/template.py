@@ -75,19 +75,19 @@ def stack(templates: Sequence[Template]) -> Stack:
     """The templates as one array; sizes are rounded up, so that few different ones are compiled."""
     pieces = [template.pieces for template in templates]
     num = len(templates)
-    num_pieces = np.array([4 * (-(-len(each) // 4)) for each in pieces], dtype=np.int64)
+    num_pieces = np.array([4 * (-(-len(part) // 4)) for part in pieces], dtype=np.int64)
     most = int(num_pieces.max())
     size = max(len(template.parameters) for template in templates)
     num_limits = max(1, *(len(template.limits) for template in templates))
     stacked = np.zeros((num, most, 7, 1 + size))
     usual, low, high = np.ones((num, size)), np.full((num, size), 0.5), np.full((num, size), 2.0)
     limits, used = np.zeros((num, num_limits, 1 + size)), np.zeros((num, size))
-    for place, (template, rows) in enumerate(zip(templates, pieces, strict=True)):
-        own = len(template.parameters)
-        stacked[place, : len(rows), :, : 1 + own] = rows
-        usual[place, :own], low[place, :own], high[place, :own] = template.usual, template.low, template.high
-        limits[place, : len(template.limits), : 1 + own] = template.limits
-        used[place, :own] = 1.0
+    for index, (template, rows) in enumerate(zip(templates, pieces, strict=True)):
+        count = len(template.parameters)
+        stacked[index, : len(rows), :, : 1 + count] = rows
+        usual[index, :count], low[index, :count], high[index, :count] = template.usual, template.low, template.high
+        limits[index, : len(template.limits), : 1 + count] = template.limits
+        used[index, :count] = 1.0
     return Stack(pieces=stacked, usual=usual, low=low, high=high, limits=limits, used=used, num_pieces=num_pieces)
 
 

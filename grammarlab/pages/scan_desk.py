@@ -101,7 +101,7 @@ class ScanDesk:
         }
 
     def _element(self, element: int) -> dict[str, Any]:
-        points = self.elements.of(element)[:, :2]
+        points = self.elements.points_of(element)[:, :2]
         shown = points[np.linspace(0, len(points) - 1, min(len(points), _POINTS)).astype(np.int64)]
         values: dict[str, Any] = {
             "box": [*self.elements.low[element].tolist(), *self.elements.high[element].tolist()],

@@ -20,7 +20,7 @@ from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, joined
 from grammarlab.synthesis.mesh.views import placed_from, plane_of
 from grammarlab.synthesis.units import BuildingCut, Knots, Stretch, row_knots
 
-_LEAST = 0.05
+_MIN_CELL_M = 0.05
 """Least width and height of a cell, metres."""
 
 
@@ -44,8 +44,8 @@ class Tiling:
     @property
     def depths(self) -> tuple[float, float]:
         """Least and largest depth of all units, relative to the plane, metres."""
-        used = [self.walls[each] for each in np.unique(self.sources[..., 0])]
-        return min(each.back - each.plane for each in used), max(each.front - each.plane for each in used)
+        used = [self.walls[wall] for wall in np.unique(self.sources[..., 0])]
+        return min(region.back - region.plane for region in used), max(region.front - region.plane for region in used)
 
     def cell(self, row: int, column: int) -> tuple[Floats, Floats]:
         """Lower left and upper right corner [2] of a cell, in metres."""
@@ -64,18 +64,20 @@ def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, 
         grid: labels of the new grid.
         regions: [R, C] index in `choice` of the preferred wall of each cell.
     """
-    known: dict[tuple[int, int, tuple[int, int, int, int]], tuple[int, int, int]] = {}
-    found = np.zeros((*grid.labels.shape, 3), dtype=np.int64)
+    cache: dict[tuple[int, int, tuple[int, int, int, int]], tuple[int, int, int]] = {}
+    sources = np.zeros((*grid.labels.shape, 3), dtype=np.int64)
     framed = np.pad(grid.labels, 1, constant_values=OUTSIDE).tolist()
     for row, column in np.ndindex(grid.labels.shape):
         label, first = int(grid.labels[row, column]), 0 if regions is None else int(regions[row, column])
         middle = framed[row + 1]
         key = label, first, (framed[row][column + 1], framed[row + 2][column + 1], middle[column], middle[column + 2])
-        if key not in known:
-            wall = next(each for each in (choice[first], *choice) if (walls[each].grid.labels == label).any())
-            known[key] = (wall, *walls[wall].source(label, key[2]))
-        found[row, column] = known[key]
-    return found
+        if key not in cache:
+            wall = next(
+                candidate for candidate in (choice[first], *choice) if (walls[candidate].grid.labels == label).any()
+            )
+            cache[key] = (wall, *walls[wall].source(label, key[2]))
+        sources[row, column] = cache[key]
+    return sources
 
 
 def natural(walls: Sequence[Region], sources: Ints) -> tuple[Floats, Floats]:
@@ -87,12 +89,12 @@ def natural(walls: Sequence[Region], sources: Ints) -> tuple[Floats, Floats]:
 
 def _most(lines: Ints) -> list[tuple[int, int, int]]:
     """The most frequent unit of each line [L, N, 3], the first in its wall of equally frequent ones."""
-    found = []
+    sources = []
     for line in lines:
-        units, often = np.unique(line, axis=0, return_counts=True)
-        wall, row, column = units[often.argmax()].tolist()
-        found.append((wall, row, column))
-    return found
+        units, counts = np.unique(line, axis=0, return_counts=True)
+        wall, row, column = units[counts.argmax()].tolist()
+        sources.append((wall, row, column))
+    return sources
 
 
 def stretch_for(
@@ -109,25 +111,25 @@ def stretch_for(
         FacadeError: If the box leaves no room for units.
     """
     main = example.main
-    beside = [each for each in example.regions if each.side % 2]
+    side_walls = [region for region in example.regions if region.side % 2]
     points = example.surface.points
     extent = np.ptp(points, axis=0)
     low, high = np.array([*main.low, points[:, 2].min()]), np.array([*main.high, points[:, 2].max()])
-    if beside:
-        largest = max(beside, key=lambda each: len(each.elements))
-        ends = sorted(plane_of(largest.side, 0, float(each[0])).at for each in (largest.low, largest.high))
+    if side_walls:
+        largest = max(side_walls, key=lambda region: len(region.elements))
+        ends = sorted(plane_of(largest.side, 0, float(corner[0])).position for corner in (largest.low, largest.high))
         low[2], high[2] = ends
     width, height = sizes
     size = np.array([width.sum(), height.sum(), high[2] - low[2]])
-    for axis, wanted in enumerate(box):
-        if wanted is not None:
-            size[axis] = wanted - (extent[axis] - (high - low)[axis])
-    least = np.array([len(width), len(height), 1]) * _LEAST
+    for axis, length in enumerate(box):
+        if length is not None:
+            size[axis] = length - (extent[axis] - (high - low)[axis])
+    least = np.array([len(width), len(height), 1]) * _MIN_CELL_M
     for axis, name in enumerate(("width", "height", "depth")):
         if size[axis] < least[axis]:
-            kept = extent[axis] - (high - low)[axis]
+            rest = extent[axis] - (high - low)[axis]
             raise FacadeError(
-                f"--box: a {name} of {box[axis]:g} m has no room for the units; the rest takes {kept:.2f} m of it, "
+                f"--box: a {name} of {box[axis]:g} m has no room for the units; the rest takes {rest:.2f} m of it, "
                 f"and units need {least[axis]:.2f} m. Use a larger box."
             )
     middle = (low + high) / 2.0
@@ -140,46 +142,46 @@ def stretch_for(
     return Stretch((across, row_knots(main.rows.line, rows), deep))
 
 
-def place_of(region: Region, stretch: Stretch) -> tuple[Floats, Floats, float]:
+def region_bounds(region: Region, stretch: Stretch) -> tuple[Floats, Floats, float]:
     """Low and high corner [2] of a region in the new building, and the depth of its wall, in its view."""
-    found = []
+    bounds = []
     for axis, ends in (
         (0, (region.low[0], region.high[0])),
         (1, (region.low[1], region.high[1])),
         (2, (region.plane,)),
     ):
         planes = [plane_of(region.side, axis, float(end)) for end in ends]
-        new = [float(stretch.along(each.axis, np.array([each.at]))[0]) for each in planes]
-        found.append([plane_of_view(region.side, axis, at) for at in new])
-    low = np.array([found[0][0], found[1][0]])
-    return low, np.array([found[0][1], found[1][1]]), found[2][0]
+        new = [float(stretch.along(plane.axis, np.array([plane.position]))[0]) for plane in planes]
+        bounds.append([plane_of_view(region.side, axis, position) for position in new])
+    low = np.array([bounds[0][0], bounds[1][0]])
+    return low, np.array([bounds[0][1], bounds[1][1]]), bounds[2][0]
 
 
-def plane_of_view(side: int, axis: int, at: float) -> float:
+def plane_of_view(side: int, axis: int, position: float) -> float:
     """Coordinate in a view of a plane of the building; the axis of the plane is that of the view's axis."""
-    sign = plane_of(side, axis, 1.0).at
-    return at * sign
+    sign = plane_of(side, axis, 1.0).position
+    return position * sign
 
 
 def counts_for(region: Region, stretch: Stretch) -> tuple[int, int]:
-    """Number of rows and columns that fit into the new place of a region."""
-    low, high, _ = place_of(region, stretch)
+    """Number of rows and columns that fit into the bounds of a region in the new building."""
+    low, high, _ = region_bounds(region, stretch)
     columns, rows = (high - low) / (region.high - region.low) * [len(region.columns), len(region.rows)]
     return max(1, round(float(rows))), max(1, round(float(columns)))
 
 
-def tile(walls: Sequence[Region], own: int, grid: LabelGrid, sources: Ints, stretch: Stretch) -> Tiling:
-    """The rows and columns of a grid in the new place of a region: in proportion to their natural sizes.
+def tile(walls: Sequence[Region], region_index: int, grid: LabelGrid, sources: Ints, stretch: Stretch) -> Tiling:
+    """The rows and columns of a grid in the new bounds of a region: in proportion to their natural sizes.
 
     Args:
         walls: walls that the units come from.
-        own: index of the region in `walls`.
+        region_index: index of the region in `walls`.
         grid: new labels.
         sources: [R, C, 3] the unit in each cell.
         stretch: stretch of the building.
     """
-    region = walls[own]
-    low, high, plane = place_of(region, stretch)
+    region = walls[region_index]
+    low, high, plane = region_bounds(region, stretch)
     lines = []
     for axis, sizes in enumerate(natural(walls, sources)):
         part = np.concatenate([[0.0], np.cumsum(sizes)]) / sizes.sum()
@@ -221,16 +223,16 @@ def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> U
             points[:, :2] = np.where(part == 1.0, new_high, new_low + part * (new_high - new_low))
             points[:, 2] = unit.points[:, 2] - tiling.walls[wall].plane + tiling.plane
             pieces.append(unit.moved(placed_from(tiling.region.side, points)))
-    return UnstitchedPieces(joined(pieces), np.cumsum([0, *(len(each.points) for each in pieces)]))
+    return UnstitchedPieces(joined(pieces), np.cumsum([0, *(len(piece.points) for piece in pieces)]))
 
 
 def facade_of(region: Region) -> Facade:
     """The wall of an example."""
     boxes, names = [], []
     for row, column in np.ndindex(region.grid.labels.shape):
-        found = region.elements_in(row, column)
-        boxes.append(found)
-        names += [_plain(region.grid.names[int(region.grid.labels[row, column])])] * len(found)
+        elements = region.elements_in(row, column)
+        boxes.append(elements)
+        names += [_plain(region.grid.names[int(region.grid.labels[row, column])])] * len(elements)
     return _facade(np.concatenate(boxes), names, region.wall)
 
 
@@ -248,7 +250,7 @@ def facade_of_tiling(tiling: Tiling, stretch: Stretch) -> Facade:
     wall = np.array(
         [
             [
-                plane_of_view(region.side, axis, float(stretch.along(plane.axis, np.array([plane.at]))[0]))
+                plane_of_view(region.side, axis, float(stretch.along(plane.axis, np.array([plane.position]))[0]))
                 for axis, plane in ((axis, plane_of(region.side, axis, float(corner[axis]))) for axis in (0, 1))
             ]
             for corner in region.wall

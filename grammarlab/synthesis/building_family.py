@@ -1,6 +1,6 @@
 """A new building as a stochastic grammar: buildings of other sizes with the rows and columns of its walls.
 
-Places in the buildings of a family as CGA: each axis grows between two planes with the size of the main wall.
+Positions in the buildings of a family as CGA: each axis grows between two planes with the size of the main wall.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from grammarlab.synthesis.analysis.example import Region
 from grammarlab.synthesis.assembly import Tiling
 from grammarlab.synthesis.building_grammar import (
     BuildingParts,
+    BuildingRules,
     Color,
     Terminal,
-    Written,
     halves,
     inserted_parts,
     unit_body,
@@ -48,57 +48,59 @@ class Growth:
     usual: float
     """Size of the main wall in that building, metres."""
 
-    def rate(self, at: float) -> float:
-        """Movement of a place per metre of growth, 0 to 1."""
-        return min(max((at - self.low) / (self.high - self.low), 0.0), 1.0)
+    def rate(self, position: float) -> float:
+        """Movement of a position per metre of growth, 0 to 1."""
+        return min(max((position - self.low) / (self.high - self.low), 0.0), 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Grown:
+class BuildingGrowth:
     """Growth of a building relative to the lower left corner of its main wall."""
 
     corner: Floats
     """[3] metres."""
     growths: tuple[Growth, ...]
 
-    def place(self, at: Floats) -> tuple[str, str, str]:
-        """CGA of a place [3], relative to the corner."""
-        x, y, z = (self._text(axis, float(at[axis] - self.corner[axis]), self._rate(axis, at)) for axis in range(3))
+    def position(self, point: Floats) -> tuple[str, str, str]:
+        """CGA of a point [3], relative to the corner."""
+        x, y, z = (
+            self._text(axis, float(point[axis] - self.corner[axis]), self._rate(axis, point)) for axis in range(3)
+        )
         return x, y, z
 
     def size(self, low: Floats, high: Floats) -> tuple[str, str, str]:
-        """CGA of the distances [3] between two places."""
+        """CGA of the distances [3] between two points."""
         x, y, z = (
             self._text(axis, float(high[axis] - low[axis]), self._rate(axis, high) - self._rate(axis, low))
             for axis in range(3)
         )
         return x, y, z
 
-    def _rate(self, axis: int, at: Floats) -> float:
-        return next((each.rate(float(at[axis])) for each in self.growths if each.axis == axis), 0.0)
+    def _rate(self, axis: int, point: Floats) -> float:
+        return next((growth.rate(float(point[axis])) for growth in self.growths if growth.axis == axis), 0.0)
 
     def _text(self, axis: int, value: float, rate: float) -> str:
         factor = number(rate, _RATE_DIGITS)
         if factor == "0":
             return number(value, _SIZE_DIGITS)
-        growth = next(each for each in self.growths if each.axis == axis)
+        growth = next(axis_growth for axis_growth in self.growths if axis_growth.axis == axis)
         start = number(value - rate * growth.usual, _SIZE_DIGITS)
         return f"{start} + {'' if factor == '1' else f'{factor} * '}{growth.attribute}"
 
 
-def grown(main: Tiling, rows: KindSequence, storeys: Storeys) -> Grown:
+def building_growth(main: Tiling, rows: KindSequence, storeys: Storeys) -> BuildingGrowth:
     """The growth of a building with the columns and rows of its main wall, which faces z.
 
     The two lowest rows and the highest one keep their sizes, as far as they occur in every facade.
 
     Args:
         main: the main wall of the building that the family is made from.
-        rows: its rows in kinds.
+        rows: sequence of the kinds of rows of the main wall.
         storeys: the possible numbers of turns of its runs of rows.
     """
-    lowest, highest = _kept(rows, storeys)
+    lowest, highest = _fixed_rows(rows, storeys)
     columns, lines = main.columns, main.rows
-    return Grown(
+    return BuildingGrowth(
         np.array([columns[0], lines[0], main.plane]),
         (
             Growth(0, float(columns[0]), float(columns[-1]), WIDTH, float(columns[-1] - columns[0])),
@@ -107,7 +109,7 @@ def grown(main: Tiling, rows: KindSequence, storeys: Storeys) -> Grown:
     )
 
 
-def _kept(rows: KindSequence, storeys: Storeys) -> tuple[int, int]:
+def _fixed_rows(rows: KindSequence, storeys: Storeys) -> tuple[int, int]:
     """Number of lowest and of highest rows that are the same in every facade."""
     num, fewest = len(rows.kind), len(rows.kind)
     below, above = num, num
@@ -128,7 +130,7 @@ _DIGITS = 6
 
 def building_family(
     parts: BuildingParts, tilings: Sequence[Tiling], stretch: Stretch, widths: Range, heights: Range
-) -> tuple[WrittenFamily, Written]:
+) -> tuple[WrittenFamily, BuildingRules]:
     """The family of a building, and the same rules with the meshes that they insert.
 
     The main wall gets other rows and columns; the other walls get as many as fit, and the rest is stretched with them.
@@ -147,11 +149,11 @@ def building_family(
     main = tilings[0]
 
     def around(rows: KindSequence) -> Around:
-        growth = grown(main, rows, storeys_of(rows, *heights))
+        growth = building_growth(main, rows, storeys_of(rows, *heights))
         return writer.around(tilings, growth)
 
     family = write_label_family(main.grid, writer.units(main), widths, heights, around)
-    return family, Written(family.text, tuple(writer.terminals))
+    return family, BuildingRules(family.text, tuple(writer.terminals))
 
 
 @dataclass
@@ -178,7 +180,7 @@ class _Writer:
         surface = self.parts.cell(wall, row, column)
         return unit_body(surface, region, row, column, self.colors, self.terminals, "family-")
 
-    def around(self, tilings: Sequence[Tiling], growth: Grown) -> Around:
+    def around(self, tilings: Sequence[Tiling], growth: BuildingGrowth) -> Around:
         """The other walls and the rest."""
         for name in (WIDTH, HEIGHT):
             self.names.new(name)
@@ -189,17 +191,17 @@ class _Writer:
             parts.append(_wall(tiling, growth, wall))
             lines += self._wall_rules(tiling, wall)
         pieces = [self.rest] if len(self.rest) else []
-        for each in growth.growths:
-            for at in (each.low, each.high):
-                pieces = [half for piece in pieces for half in halves(piece, each.axis, at)]
-        for place, piece in enumerate(pieces):
+        for axis_growth in growth.growths:
+            for position in (axis_growth.low, axis_growth.high):
+                pieces = [half for piece in pieces for half in halves(piece, axis_growth.axis, position)]
+        for index, piece in enumerate(pieces):
             name = self.names.new("Rest")
             parts.append(f"[ {name} ]")
             body = inserted_parts(
-                f"family-rest-{place}", piece, lambda a, b: _placed(growth, a, b), self.colors, self.terminals
+                f"family-rest-{index}", piece, lambda a, b: _placed(growth, a, b), self.colors, self.terminals
             )
             lines.append(f"{name} -->\n{body}")
-        x, y, z = (number(float(each), _DIGITS) for each in growth.corner - low - [0.0, 0.0, THICKNESS])
+        x, y, z = (number(float(offset), _DIGITS) for offset in growth.corner - low - [0.0, 0.0, THICKNESS])
         start = f"t({x}, {y}, {z})"
         return Around(start, rule, (f"{rule} --> {' '.join([*parts, 'NIL'])}", *lines), self.names)
 
@@ -216,19 +218,19 @@ class _Writer:
         return lines + [f"{units[label]} -->\n{body}" for label, body in bodies.items() if label in used]
 
 
-def _wall(tiling: Tiling, growth: Grown, rule: str) -> str:
+def _wall(tiling: Tiling, growth: BuildingGrowth, rule: str) -> str:
     """CGA of a wall: the front of a box behind it, which splits need."""
     side = tiling.region.side
     low, high = (np.array([tiling.columns[end], tiling.rows[end], tiling.plane]) @ VIEWS[side] for end in (0, -1))
     width, height, depth = growth.size(np.minimum(low, high), np.maximum(low, high))
     turn = f" r(0, {90 * side}, 0)" if side else ""
     size = f"{depth if side % 2 else width}, {height}, 1"
-    at = ", ".join(growth.place(low))
-    return f"[ t({at}){turn} t(0, 0, -1) s({size}) primitiveCube() comp(f) {{ front : {rule} }} ]"
+    position = ", ".join(growth.position(low))
+    return f"[ t({position}){turn} t(0, 0, -1) s({size}) primitiveCube() comp(f) {{ front : {rule} }} ]"
 
 
-def _placed(growth: Grown, low: Floats, high: Floats) -> tuple[str, str]:
-    return ", ".join(growth.place(low)), ", ".join(growth.size(low, high))
+def _placed(growth: BuildingGrowth, low: Floats, high: Floats) -> tuple[str, str]:
+    return ", ".join(growth.position(low)), ", ".join(growth.size(low, high))
 
 
 def _fitting(axis: str, lines: KindSequence, rules: Sequence[str]) -> str:
@@ -245,6 +247,6 @@ def _repeat(lines: KindSequence) -> Repeat | None:
     runs = repeated_runs(lines.kind)
     if runs:
         return max(runs, key=lambda run: run.period * run.turns)
-    free = [place for place, kind in enumerate(lines.kind) if not lines.doors[kind]]
-    inner = [place for place in free if 0 < place < len(lines.kind) - 1] or free
+    free = [index for index, kind in enumerate(lines.kind) if not lines.doors[kind]]
+    inner = [index for index in free if 0 < index < len(lines.kind) - 1] or free
     return Repeat(inner[len(inner) // 2], 1, 1) if inner else None

@@ -25,7 +25,7 @@ _CUT = 1_000_000_000
 """Material of the faces of cuts, until they get a material of their piece."""
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
 _SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-_FACES = np.array([each for a, b, c, d in _SIDES for each in ((a, b, c), (a, c, d))], dtype=np.uint64)
+_FACES = np.array([triangle for a, b, c, d in _SIDES for triangle in ((a, b, c), (a, c, d))], dtype=np.uint64)
 """[12, 3] triangles of a box, rows of `_CORNERS`, seen from outside."""
 
 
@@ -45,8 +45,8 @@ class BuildingParts:
             return self.stock.cut.cells[wall][row][column]
         region = self.stock.walls[wall]
         low, high = region.cell(row, column)
-        found = _painted(self.solids[wall] ^ _box_before(region, low, high))
-        return found.moved(seen_from(region.side, found.points))
+        surface = _painted(self.solids[wall] ^ _box_before(region, low, high))
+        return surface.moved(seen_from(region.side, surface.points))
 
 
 def parts_of(examples: Sequence[Example], stock: UnitStock) -> BuildingParts:
@@ -59,26 +59,26 @@ def parts_of(examples: Sequence[Example], stock: UnitStock) -> BuildingParts:
         if solid is None:
             return BuildingParts(stock, (), stock.cut.rest)
         for region in example.regions if number == 0 else [example.main]:
-            own, solid = solid.split(_box_before(region, region.low, region.high))
-            solids.append(own)
+            units, solid = solid.split(_box_before(region, region.low, region.high))
+            solids.append(units)
         if number == 0:
             rest = _painted(solid)
     return BuildingParts(stock, tuple(solids), rest)
 
 
-def halves(surface: Surface, axis: int, at: float) -> list[Surface]:
+def halves(surface: Surface, axis: int, position: float) -> list[Surface]:
     """The parts of a surface on both sides of a plane across an axis; closed if the surface is."""
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
-    if not low[axis] + SNAP < at < high[axis] - SNAP:
+    if not low[axis] + SNAP < position < high[axis] - SNAP:
         return [surface]
     solid = solid_of(surface)
     if solid is None:
-        surface = sliced(surface, axis, at, SNAP)
-        below = surface.points[surface.triangles, axis].mean(axis=1) < at
+        surface = sliced(surface, axis, position, SNAP)
+        below = surface.points[surface.triangles, axis].mean(axis=1) < position
         return [surface.part(below), surface.part(~below)]
     low, high = low - 1.0, high + 1.0
-    low[axis] = at
-    return [_painted(each) for each in solid.split(_box(low, high)) if not each.is_empty()]
+    low[axis] = position
+    return [_painted(half) for half in solid.split(_box(low, high)) if not half.is_empty()]
 
 
 def _box_before(region: Region, low: Floats, high: Floats) -> Manifold:
@@ -120,7 +120,7 @@ class Terminal:
 
 
 @dataclass(frozen=True, slots=True)
-class Written:
+class BuildingRules:
     """Rules and the meshes they insert."""
 
     text: str
@@ -133,7 +133,7 @@ def building_rules(
     stretch: Stretch,
     colors: Sequence[Color],
     title: str,
-) -> Written:
+) -> BuildingRules:
     """The rules of one building; its lowest corner lies at the corner of the lot."""
     rest = stretch.moved(cut.rest)
     origin = rest.points.min(axis=0) if len(rest) else np.zeros(3)
@@ -156,7 +156,7 @@ def building_rules(
         )
         rules += _rows(rule, cut, tiling, names, colors, terminals)
     head = f'// {title}\nversion "2023.0"\n\n@StartRule\nLot -->\n    ' + "\n    ".join([*start, "NIL"])
-    return Written("\n\n".join([head, *rules]) + "\n", tuple(terminals))
+    return BuildingRules("\n\n".join([head, *rules]) + "\n", tuple(terminals))
 
 
 def _rows(
@@ -168,14 +168,14 @@ def _rows(
     terminals: list[Terminal],
 ) -> list[str]:
     """The rules of one wall: its rows, each different row, each unit."""
-    units, place = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
-    places: Ints = place.reshape(tiling.grid.labels.shape)
+    units, inverse = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
+    cell_units: Ints = inverse.reshape(tiling.grid.labels.shape)
     unit = []
     for wall, row, column in units.tolist():
         grid = tiling.walls[wall].grid
         unit.append(names.new(f"{rule}{rule_name(grid.names[grid.labels[row, column]])}"))
     kinds: dict[tuple[int, ...], str] = {}
-    lines = [tuple(int(each) for each in line) for line in places]
+    lines = [tuple(int(unit_index) for unit_index in line) for line in cell_units]
     for line in lines:
         if line not in kinds:
             kinds[line] = names.new(f"{rule}Row{len(kinds) + 1}")
@@ -183,12 +183,12 @@ def _rows(
     parts = [(float(height), kinds[line]) for height, line in zip(heights, lines, strict=True)]
     rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
     for row, name in kinds.items():
-        split = _split([(float(width), unit[place]) for width, place in zip(widths, row, strict=True)])
+        split = _split([(float(width), unit[index]) for width, index in zip(widths, row, strict=True)])
         rules.append(f"{name} -->\n    split(x) {{ {split} }}")
     for name, source in zip(unit, units.tolist(), strict=True):
         wall, row, column = source
-        unit_of = tiling.walls[wall]
-        body = unit_body(cut.cells[wall][row][column], unit_of, row, column, colors, terminals)
+        region = tiling.walls[wall]
+        body = unit_body(cut.cells[wall][row][column], region, row, column, colors, terminals)
         rules.append(f"{name} -->\n{body}")
     return rules
 
@@ -206,9 +206,9 @@ def unit_body(
 
     Args:
         surface: the unit, in the coordinates of the view.
-        region: its wall.
-        row: its row in this wall.
-        column: its column.
+        region: the wall of the unit.
+        row: row of the unit in the wall.
+        column: column of the unit in the wall.
         colors: colors of materials.
         terminals: meshes so far.
         kind: start of the names of files.
@@ -218,21 +218,21 @@ def unit_body(
     low, high = region.cell(row, column)
     corner, cell = np.array([*low, region.plane]), high - low
 
-    def place(start: Floats, end: Floats) -> tuple[str, str]:
-        at, size = start - corner, end - start
+    def placement(start: Floats, end: Floats) -> tuple[str, str]:
+        offset, size = start - corner, end - start
         return (
-            _list([*(at[:2] / cell), at[2]], ("scope.sx * ", "scope.sy * ", "")),
+            _list([*(offset[:2] / cell), offset[2]], ("scope.sx * ", "scope.sy * ", "")),
             _list([*(size[:2] / cell), size[2]], ("'", "'", "")),
         )
 
     name = f"{kind}{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
-    return inserted_parts(name, surface, place, colors, terminals)
+    return inserted_parts(name, surface, placement, colors, terminals)
 
 
 def inserted_parts(
     file: str,
     surface: Surface,
-    place: Callable[[Floats, Floats], tuple[str, str]],
+    placement: Callable[[Floats, Floats], tuple[str, str]],
     colors: Sequence[Color],
     terminals: list[Terminal],
 ) -> str:
@@ -241,18 +241,18 @@ def inserted_parts(
     Args:
         file: name of its files, without the start and the end that all share.
         surface: the surface.
-        place: the CGA of the position and size in the scope of a box, given by its low and high corner [3].
+        placement: the CGA of the position and size in the scope of a box, given by its low and high corner [3].
         colors: colors of materials.
         terminals: meshes so far.
     """
     lines = []
     used = np.unique(surface.material).tolist()
-    for number_of, material in enumerate(used):
+    for part_index, material in enumerate(used):
         part = surface.part(surface.material == material)
-        name = f"unit-{file}{f'-{number_of}' if len(used) > 1 else ''}.glb"
+        name = f"unit-{file}{f'-{part_index}' if len(used) > 1 else ''}.glb"
         terminals.append(Terminal(name, part))
-        at, size = place(part.points.min(axis=0), part.points.max(axis=0))
-        lines.append(f'    [ color("{_hex(colors[material])}") t({at}) s({size}) i("{name}") Mesh. ]')
+        position, size = placement(part.points.min(axis=0), part.points.max(axis=0))
+        lines.append(f'    [ color("{_hex(colors[material])}") t({position}) s({size}) i("{name}") Mesh. ]')
     return "\n".join([*lines, "    NIL"])
 
 
@@ -265,4 +265,4 @@ def _list(values: Sequence[float] | Floats, before: Sequence[str] = ("", "", "")
 
 
 def _hex(color: Color) -> str:
-    return "#" + "".join(f"{round(255 * each):02X}" for each in color[:3])
+    return "#" + "".join(f"{round(255 * channel):02X}" for channel in color[:3])

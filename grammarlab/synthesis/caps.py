@@ -19,7 +19,7 @@ from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, without_emp
 from grammarlab.synthesis.mesh.views import Plane
 from grammarlab.synthesis.stitching import seam_edges
 
-_MOST_EDGES = 200_000
+_MAX_EDGES = 200_000
 """Largest number of open edges of one plane."""
 
 
@@ -42,27 +42,27 @@ def capped(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surfa
         planes: planes of the seams.
         tolerance: largest distance of a point on a plane, metres.
     """
-    places = {axis: np.unique([each.at for each in planes if each.axis == axis]) for axis in range(3)}
+    positions = {axis: np.unique([plane.position for plane in planes if plane.axis == axis]) for axis in range(3)}
     edges, times = seam_edges(surface, planes, tolerance)
-    points, made, materials = surface.points, [surface.triangles], [surface.material]
-    of_point = np.zeros(len(points), dtype=np.int64)
-    of_point[surface.triangles.ravel()] = np.repeat(surface.material, 3)
+    points, faces, materials = surface.points, [surface.triangles], [surface.material]
+    point_material = np.zeros(len(points), dtype=np.int64)
+    point_material[surface.triangles.ravel()] = np.repeat(surface.material, 3)
     for plane in planes:
-        on = (np.abs(points[:, plane.axis] - plane.at) <= tolerance)[edges].all(axis=1)
-        if not on.any() or on.sum() > _MOST_EDGES:
+        on = (np.abs(points[:, plane.axis] - plane.position) <= tolerance)[edges].all(axis=1)
+        if not on.any() or on.sum() > _MAX_EDGES:
             continue
         axes = [(plane.axis + 1) % 3, (plane.axis + 2) % 3]
-        walk = _closed(points[:, axes], edges[on], times[on], [places[axis] for axis in axes], tolerance)
+        walk = _closed(points[:, axes], edges[on], times[on], [positions[axis] for axis in axes], tolerance)
         flat, rows = _faces(walk)
         if not len(rows):
             continue
-        points, place, nearest = _placed(points, np.unique(edges), plane, flat, tolerance)
-        triangles = place[rows]
-        of_point = np.append(of_point, np.zeros(len(points) - len(of_point), dtype=np.int64))
-        made.append(triangles)
-        materials.append(of_point[nearest[rows[:, 0]]])
+        points, indices, nearest = _placed(points, np.unique(edges), plane, flat, tolerance)
+        triangles = indices[rows]
+        point_material = np.append(point_material, np.zeros(len(points) - len(point_material), dtype=np.int64))
+        faces.append(triangles)
+        materials.append(point_material[nearest[rows[:, 0]]])
         edges, times = _open(edges, times, triangles, len(points))
-    return without_empty(Surface(points, np.concatenate(made), np.concatenate(materials)))
+    return without_empty(Surface(points, np.concatenate(faces), np.concatenate(materials)))
 
 
 def _open(edges: Ints, times: Ints, triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
@@ -71,11 +71,11 @@ def _open(edges: Ints, times: Ints, triangles: Ints, num_points: int) -> tuple[I
     end = np.concatenate([edges[:, 1], np.roll(triangles, -1, axis=1).ravel()])
     count = np.concatenate([times, np.ones(triangles.size, dtype=np.int64)])
     key = np.minimum(start, end) * num_points + np.maximum(start, end)
-    unique, at = np.unique(key, return_inverse=True)
-    net = np.rint(np.bincount(at.ravel(), weights=np.where(start < end, count, -count))).astype(np.int64)
-    left = net != 0
-    edge = np.stack([unique // num_points, unique % num_points], axis=1)[left]
-    return np.where(net[left, None] > 0, edge, edge[:, ::-1]), np.abs(net[left])
+    unique, inverse = np.unique(key, return_inverse=True)
+    net = np.rint(np.bincount(inverse.ravel(), weights=np.where(start < end, count, -count))).astype(np.int64)
+    is_open = net != 0
+    edge = np.stack([unique // num_points, unique % num_points], axis=1)[is_open]
+    return np.where(net[is_open, None] > 0, edge, edge[:, ::-1]), np.abs(net[is_open])
 
 
 def _closed(points: Floats, edges: Ints, times: Ints, lines: Sequence[Floats], tolerance: float) -> _Walk:
@@ -86,8 +86,8 @@ def _closed(points: Floats, edges: Ints, times: Ints, lines: Sequence[Floats], t
     np.subtract.at(loose, edges[:, 0], times)
     for axis in (0, 1):
         ends = np.flatnonzero(loose)
-        for at in lines[axis] if len(ends) else ():
-            on = ends[np.abs(points[ends, axis] - at) <= tolerance]
+        for position in lines[axis] if len(ends) else ():
+            on = ends[np.abs(points[ends, axis] - position) <= tolerance]
             on = on[loose[on] != 0]
             if len(on) < 2 or loose[on].sum() != 0:
                 continue
@@ -134,12 +134,12 @@ def _winding(point: Floats, walk: _Walk) -> int:
     return int((walk.times * (rising & (side > 0.0))).sum() - (walk.times * (falling & (side < 0.0))).sum())
 
 
-def _placed(points: Floats, known: Ints, plane: Plane, flat: Floats, tolerance: float) -> tuple[Floats, Ints, Ints]:
+def _placed(points: Floats, existing: Ints, plane: Plane, flat: Floats, tolerance: float) -> tuple[Floats, Ints, Ints]:
     """Points [Q, 3] with new ones of a plane, the row [K] of each corner, and the nearest known row [K]."""
     corners = np.empty((len(flat), 3))
-    corners[:, plane.axis] = plane.at
+    corners[:, plane.axis] = plane.position
     corners[:, [(plane.axis + 1) % 3, (plane.axis + 2) % 3]] = flat
-    distance, nearest = KDTree(points[known]).query(corners)
+    distance, nearest = KDTree(points[existing]).query(corners)
     new = distance > tolerance
-    place = np.where(new, len(points) + np.cumsum(new) - 1, known[nearest])
-    return np.concatenate([points, corners[new]]), place, known[nearest]
+    indices = np.where(new, len(points) + np.cumsum(new) - 1, existing[nearest])
+    return np.concatenate([points, corners[new]]), indices, existing[nearest]

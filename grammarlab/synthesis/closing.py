@@ -18,8 +18,8 @@ from grammarlab.synthesis.mesh.surface import (
     Floats,
     Ints,
     Surface,
+    merged_points,
     naked_edges,
-    one_per_place,
     welded,
     without_empty,
     without_folds,
@@ -30,7 +30,7 @@ from grammarlab.synthesis.rims import smoothed
 from grammarlab.synthesis.separating import separated
 from grammarlab.synthesis.stitching import Matches, conformed, matches, nearest_pairs, seam_edges, stitched
 
-_MOST = 20_000
+_MAX_OPEN_EDGES = 20_000
 """Largest number of open edges; surfaces with more have large gaps, and stay open."""
 
 
@@ -40,7 +40,7 @@ def mended(surface: Surface) -> Surface:
     Open edges always form closed walks, since they are the boundary of a sum of triangles.
     """
     edges, times = naked_edges(surface.triangles, len(surface.points))
-    if not len(edges) or times.sum() > _MOST:
+    if not len(edges) or times.sum() > _MAX_OPEN_EDGES:
         return surface
     fans = [_fan(walk) for walk in _walks(np.repeat(edges, times, axis=0))]
     rows = np.concatenate(fans)
@@ -63,21 +63,21 @@ def _walks(edges: Ints) -> list[list[int]]:
     walks = []
     for start in sorted(following):
         while following[start]:
-            walk, place = [start], {start: 0}
+            walk, index = [start], {start: 0}
             while True:
                 point = following[walk[-1]].pop()
-                if point in place:
-                    first = place[point]
+                if point in index:
+                    first = index[point]
                     walks.append(walk[first:])
-                    for each in walk[first + 1 :]:
-                        del place[each]
+                    for visited in walk[first + 1 :]:
+                        del index[visited]
                     walk = walk[: first + 1]
                     if first == 0 and not following[start]:
                         break
                     if first == 0:
                         continue
                 else:
-                    place[point] = len(walk)
+                    index[point] = len(walk)
                     walk.append(point)
     return walks
 
@@ -90,13 +90,13 @@ def _fan(walk: list[int]) -> Ints:
 
 TOLERANCE = 1e-5
 """Tolerance of points on seams, and width of T-junctions that may remain, metres."""
-_LEAST_REACH, _MOST_REACH, _NOISES = 0.005, 0.05, 4.0
+_MIN_REACH_M, _MAX_REACH_M, _NOISE_FACTOR = 0.005, 0.05, 4.0
 """Largest move of a point by stitching: bounds in metres, and a multiple of the noise between them."""
-_FOLD = 0.001
+_FOLD_WIDTH_M = 0.001
 """Metres: where the example has sheets, what is less wide is none of them."""
 _ROUNDS = 3
 """Number of searches for nearest points."""
-_WORTH = 0.7
+_MAX_OPEN_RATIO = 0.7
 """Largest share of open edges left by a round of caps that makes another round worthwhile."""
 
 
@@ -122,21 +122,21 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
         noise: deviation of points of the example from their walls, metres.
         was_closed: whether the example has no open edges, so that the result must have none.
     """
-    reach = min(max(_LEAST_REACH, _NOISES * noise), _MOST_REACH)
+    reach = min(max(_MIN_REACH_M, _NOISE_FACTOR * noise), _MAX_REACH_M)
     planes = seams(tilings)
-    points, place = one_per_place(pieces.surface.points, TOLERANCE)
-    connected, moved = stitched(points, list(_pairs(points, place, pieces.first, tilings, reach)))
+    points, index = merged_points(pieces.surface.points, TOLERANCE)
+    connected, moved = stitched(points, list(_pairs(points, index, pieces.first, tilings, reach)))
     distance = np.linalg.norm(connected - points, axis=1)
-    surface = Surface(connected, place[pieces.surface.triangles], pieces.surface.material)
+    surface = Surface(connected, index[pieces.surface.triangles], pieces.surface.material)
     surface = welded(surface, TOLERANCE)
     sheets = len(without_folds(surface)) < len(surface)
-    bend = max(TOLERANCE, min(_NOISES * noise, _MOST_REACH))
+    bend = max(TOLERANCE, min(_NOISE_FACTOR * noise, _MAX_REACH_M))
     for _ in range(_ROUNDS if bend > TOLERANCE else 0):
         surface = _nearer(surface, planes, bend)
     surface = conformed(surface, planes, bend)
-    before = np.inf
-    while 0 < (left := len(seam_edges(surface, planes, bend)[0])) < _WORTH * before:
-        surface, before = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), left
+    previous = np.inf
+    while 0 < (num_open := len(seam_edges(surface, planes, bend)[0])) < _MAX_OPEN_RATIO * previous:
+        surface, previous = conformed(welded(capped(surface, planes, bend), TOLERANCE), planes, TOLERANCE), num_open
     if not was_closed:
         surface = smoothed(surface, planes, TOLERANCE)
     surface = rounded(surface, was_closed=was_closed, sheets=sheets)
@@ -147,9 +147,9 @@ def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
     """The surface with mutually nearest open points of seams merged."""
     edges = seam_edges(surface, planes, TOLERANCE)[0]
     pairs = nearest_pairs(surface.points, np.unique(edges), edges, reach)
-    place = np.arange(len(surface.points))
-    place[pairs.moved] = pairs.kept
-    return without_empty(Surface(surface.points, place[surface.triangles], surface.material))
+    index = np.arange(len(surface.points))
+    index[pairs.moved] = pairs.target
+    return without_empty(Surface(surface.points, index[surface.triangles], surface.material))
 
 
 def seams(tilings: Sequence[Tiling]) -> list[Plane]:
@@ -157,11 +157,11 @@ def seams(tilings: Sequence[Tiling]) -> list[Plane]:
     planes = []
     for tiling in tilings:
         side = tiling.region.side
-        planes += [plane_of(side, 0, float(at)) for at in tiling.columns]
-        planes += [plane_of(side, 1, float(at)) for at in tiling.rows]
+        planes += [plane_of(side, 0, float(position)) for position in tiling.columns]
+        planes += [plane_of(side, 1, float(position)) for position in tiling.rows]
         used = np.unique(tiling.sources[..., 0]).tolist()
         planes += [plane_of(side, 2, tiling.plane + tiling.walls[k].back - tiling.walls[k].plane) for k in used]
-    order = {(each.axis, round(each.at, 6)): each for each in planes}
+    order = {(plane.axis, round(plane.position, 6)): plane for plane in planes}
     return [order[key] for key in sorted(order)]
 
 
@@ -177,15 +177,15 @@ def rounded(surface: Surface, *, was_closed: bool, sheets: bool) -> Surface:
     surface = without_slivers(surface, TOLERANCE / 10.0)
     if was_closed:
         surface = without_slivers(mended(surface), TOLERANCE / 10.0)
-    return separated(without_folds(surface, _FOLD if sheets else np.inf))
+    return separated(without_folds(surface, _FOLD_WIDTH_M if sheets else np.inf))
 
 
-def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:
+def _pairs(points: Floats, index: Ints, first: Ints, tilings: Sequence[Tiling], reach: float) -> Iterator[Matches]:
     """Connection points of adjacent units that are not adjacent in the example.
 
     Args:
         points: [Q, 3] different points of all pieces.
-        place: [P] index of the different point for each point of a piece.
+        index: [P] index of the different point for each point of a piece.
         first: [N + 1] first point of each piece.
         tilings: tilings of the pieces.
         reach: largest move of a point, metres.
@@ -193,32 +193,36 @@ def _pairs(points: Floats, place: Ints, first: Ints, tilings: Sequence[Tiling], 
     piece = 1
     for tiling in tilings:
         rows, columns = tiling.grid.labels.shape
-        own = [np.unique(place[first[k] : first[k + 1]]) for k in range(piece, piece + rows * columns)]
+        members = [np.unique(index[first[k] : first[k + 1]]) for k in range(piece, piece + rows * columns)]
         piece += rows * columns
-        seen = seen_from(tiling.region.side, points)
-        rest = np.unique(place[: first[1]])
+        projected = seen_from(tiling.region.side, points)
+        rest = np.unique(index[: first[1]])
         for axis, (down, across), line in ((0, (0, 1), tiling.columns), (1, (1, 0), tiling.rows)):
             step = tiling.sources[down:, across:] - tiling.sources[: rows - down, : columns - across]
             for row, column in np.argwhere((step != [0, down, across]).any(axis=2)).tolist():
-                at = float(line[(column if axis == 0 else row) + 1])
-                here, there = own[row * columns + column], own[(row + down) * columns + column + across]
-                here, there = (each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (here, there))
+                position = float(line[(column if axis == 0 else row) + 1])
+                here, there = members[row * columns + column], members[(row + down) * columns + column + across]
+                here, there = (
+                    rows_of_side[np.abs(projected[rows_of_side, axis] - position) <= TOLERANCE]
+                    for rows_of_side in (here, there)
+                )
                 yield matches(points, here, there, reach)
-            within = _beside(seen[rest], tiling, axis, reach)
-            for at in (float(line[0]), float(line[-1])):
+            within = _is_adjacent(projected[rest], tiling, axis, reach)
+            for position in (float(line[0]), float(line[-1])):
                 ends = [
-                    each[np.abs(seen[each, axis] - at) <= TOLERANCE] for each in (np.concatenate(own), rest[within])
+                    rows_of_side[np.abs(projected[rows_of_side, axis] - position) <= TOLERANCE]
+                    for rows_of_side in (np.concatenate(members), rest[within])
                 ]
                 yield matches(points, np.unique(ends[0]), ends[1], reach)
 
 
-def _beside(seen: Floats, tiling: Tiling, axis: int, reach: float) -> Bools:
+def _is_adjacent(points: Floats, tiling: Tiling, axis: int, reach: float) -> Bools:
     """[K] whether points are beside a region along an axis, and at the depth of its units."""
     line = tiling.rows if axis == 0 else tiling.columns
-    depth, (back, front) = seen[:, 2] - tiling.plane, tiling.depths
+    depth, (back, front) = points[:, 2] - tiling.plane, tiling.depths
     return (
-        (seen[:, 1 - axis] >= line[0] - reach)
-        & (seen[:, 1 - axis] <= line[-1] + reach)
+        (points[:, 1 - axis] >= line[0] - reach)
+        & (points[:, 1 - axis] <= line[-1] + reach)
         & (depth >= back - reach)
         & (depth <= front + reach)
     )

@@ -24,8 +24,9 @@ from grammarlab.synthesis.mesh.surface import Surface
 from grammarlab.synthesis.mesh.views import seen_from
 
 _PIXELS = 400_000
+"""Approximate number of pixels of a picture."""
 _SKY = (236, 239, 242)
-_DEEP = 0.35
+_HALF_BRIGHTNESS_DEPTH_M = 0.35
 """Depth behind the plane of the wall at which brightness is halved, metres."""
 
 
@@ -45,7 +46,7 @@ def wall_picture(example: Example, region: Region) -> Image.Image:
     flat = np.abs(facing[:, 2]) / np.maximum(np.linalg.norm(facing, axis=1), 1e-12)
     chosen = rows[np.maximum(triangle, 0)]
     behind = np.clip(region.plane - np.where(triangle >= 0, depth, region.plane), 0.0, 2.0)
-    light = (0.55 + 0.45 * flat[chosen]) / (1.0 + behind / _DEEP * 0.5)
+    light = (0.55 + 0.45 * flat[chosen]) / (1.0 + behind / _HALF_BRIGHTNESS_DEPTH_M * 0.5)
     shaded = colors[example.surface.material[chosen]] * light[..., None]
     shaded[triangle < 0] = _SKY
     return Image.fromarray(np.clip(shaded[::-1], 0, 255).astype(np.uint8))
@@ -100,7 +101,7 @@ def triangle_batch(surface: Surface, colors: Sequence[tuple[float, float, float,
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     used, counts = np.unique(surface.material, return_counts=True)
     ends = np.concatenate([[0], np.cumsum(counts)])
-    channels = np.array([_channels(colors[each]) for each in used.tolist()])
+    channels = np.array([_channels(colors[material]) for material in used.tolist()])
     return TriangleBatch(
         num_models=1,
         materials=Materials(channels, ("",) * len(used)),

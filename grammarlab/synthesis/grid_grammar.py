@@ -86,25 +86,27 @@ def label_pattern(grid: LabelGrid, units: Units) -> tuple[KindPattern, dict[str,
     once = [label for label, alone in ground_labels([grid]) if alone]
     door = np.isin(grid.labels, once)
     columns, column = _lines(grid.labels.T, units.widths, np.any(door, axis=0))
-    place = grid.labels if units.unit is None else units.unit
-    rows, row = _lines(place[:, column], units.heights, np.any(door, axis=1))
-    names = _unit_names(grid, place, len(units.bodies))
-    cells = tuple(tuple(Cell(names[place[r, c]], LEAF, ()) for c in column) for r in row)
+    unit_grid = grid.labels if units.unit is None else units.unit
+    rows, row = _lines(unit_grid[:, column], units.heights, np.any(door, axis=1))
+    names = _unit_names(grid, unit_grid, len(units.bodies))
+    cells = tuple(tuple(Cell(names[unit_grid[r, c]], LEAF, ()) for c in column) for r in row)
     return KindPattern(columns, rows, cells), dict(zip(names, units.bodies, strict=True))
 
 
-def _unit_names(grid: LabelGrid, place: Labels, num_units: int) -> list[str]:
+def _unit_names(grid: LabelGrid, unit_grid: Labels, num_units: int) -> list[str]:
     """A name for each unit: its label, with a number if that is taken.
 
     Labels of walls, which are stretched and joined, get another name.
     """
     label = np.arange(num_units)
-    label[place.ravel()] = grid.labels.ravel()
+    label[unit_grid.ravel()] = grid.labels.ravel()
     names: list[str] = []
     for unit in label.tolist():
         name = f"unit {unit}" if look_of(grid.names[unit]).gives else grid.names[unit]
         free = (f"{name} {k}" for k in count(2))
-        names.append(name if name not in names else next(each for each in free if each not in names))
+        names.append(
+            name if name not in names else next(alternative for alternative in free if alternative not in names)
+        )
     return names
 
 
@@ -112,16 +114,16 @@ def _lines(labels: Labels, sizes: NDArray[np.float64], door: NDArray[np.bool_]) 
     """Classes of equal lines, with classes of their own for both end lines; and the first line of each class."""
     kinds: list[int] = []
     first: list[int] = []
-    known: dict[tuple[int, bytes], int] = {}
-    for place, line in enumerate(labels):
-        end = 1 if place == 0 else 2 if place == len(labels) - 1 else 0
+    class_index: dict[tuple[int, bytes], int] = {}
+    for index, line in enumerate(labels):
+        end = 1 if index == 0 else 2 if index == len(labels) - 1 else 0
         key = (end, np.ascontiguousarray(line).tobytes())
-        if key not in known:
-            known[key] = len(first)
-            first.append(place)
-        kinds.append(known[key])
-    size = tuple(float(sizes[place]) for place in first)
-    doors = tuple(bool(door[place]) for place in first)
+        if key not in class_index:
+            class_index[key] = len(first)
+            first.append(index)
+        kinds.append(class_index[key])
+    size = tuple(float(sizes[index]) for index in first)
+    doors = tuple(bool(door[index]) for index in first)
     ends = (kinds[0], kinds[-1]) if len(kinds) > 1 else ()
     return KindSequence(tuple(kinds), size, (True,) * len(first), doors, ends), first
 

@@ -79,7 +79,7 @@ class LabelGrid:
     """Unique name of each label."""
 
     @classmethod
-    def of(cls, labels: ArrayLike, names: Sequence[str] | None = None) -> LabelGrid:
+    def from_labels(cls, labels: ArrayLike, names: Sequence[str] | None = None) -> LabelGrid:
         """A checked grid; labels without given names are named by their number.
 
         Args:
@@ -101,18 +101,18 @@ class LabelGrid:
             )
         if not np.issubdtype(values.dtype, np.integer):
             raise FacadeError(f"labels: expected whole numbers, found {values.dtype}.")
-        found = values.astype(np.int64)
-        if found.min() < HOLE or found.max() >= MOST_CELLS:
-            raise FacadeError(f"labels: expected 0 to {MOST_CELLS - 1:,}, or {HOLE} for a hole; found {found.min()}.")
-        if found.max() < 0:
+        grid = values.astype(np.int64)
+        if grid.min() < HOLE or grid.max() >= MOST_CELLS:
+            raise FacadeError(f"labels: expected 0 to {MOST_CELLS - 1:,}, or {HOLE} for a hole; found {grid.min()}.")
+        if grid.max() < 0:
             raise FacadeError("labels: all cells are holes; label at least one.")
-        given = tuple(str(k) for k in range(int(found.max()) + 1)) if names is None else tuple(names)
-        if found.max() >= len(given):
-            raise FacadeError(f"labels: label {found.max()} has no name; {len(given)} names are given.")
-        if len(set(given)) < len(given):
+        label_names = tuple(str(k) for k in range(int(grid.max()) + 1)) if names is None else tuple(names)
+        if grid.max() >= len(label_names):
+            raise FacadeError(f"labels: label {grid.max()} has no name; {len(label_names)} names are given.")
+        if len(set(label_names)) < len(label_names):
             raise FacadeError("labels: a name occurs twice; each label needs a different name.")
-        found.setflags(write=False)
-        return cls(found, given)
+        grid.setflags(write=False)
+        return cls(grid, label_names)
 
     @property
     def rows(self) -> int:
@@ -134,10 +134,10 @@ class LabelGrid:
 
 
 def joined(examples: Sequence[LabelGrid]) -> list[LabelGrid]:
-    """The same grids with one numbering of names, in order of occurrence."""
+    """The grids with one numbering of names, in order of occurrence."""
     names = tuple(dict.fromkeys(name for example in examples for name in example.names))
-    found = []
+    grids = []
     for example in examples:
         number = np.array([names.index(name) for name in example.names] + [HOLE])  # index -1 is the hole's
-        found.append(LabelGrid.of(number[example.labels], names))
-    return found
+        grids.append(LabelGrid.from_labels(number[example.labels], names))
+    return grids

@@ -20,6 +20,7 @@ from grammarlab.synthesis.labels.ground_floor import storey_notes, with_upper_st
 from grammarlab.synthesis.labels.problem import MOST_COMPARED, bordered, energy, unbordered
 
 _WINDOW = 3
+"""Rows and columns of a window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,18 +49,18 @@ def quality_of(grid: Labels, examples: Sequence[LabelGrid]) -> Quality:
     """
     height = min(_WINDOW, grid.shape[0], *(example.rows for example in examples))
     width = min(_WINDOW, grid.shape[1], *(example.columns for example in examples))
-    own = np.unique(_windows(grid, height, width), axis=0, return_counts=True)
-    theirs = np.unique(
+    windows = np.unique(_windows(grid, height, width), axis=0, return_counts=True)
+    example_windows = np.unique(
         np.concatenate([_windows(e.labels, height, width) for e in examples]), axis=0, return_counts=True
     )
-    differ = _differences(own[0], theirs[0])
-    forth = float(np.average(differ.min(axis=1), weights=own[1]))
-    back = float(np.average(differ.min(axis=0), weights=theirs[1]))
+    differ = _differences(windows[0], example_windows[0])
+    forth = float(np.average(differ.min(axis=1), weights=windows[1]))
+    back = float(np.average(differ.min(axis=0), weights=example_windows[1]))
     return Quality(
         patch_similarity=1.0 - (forth + back) / (2 * height * width),
         cooccurrence=_distance([grid], [example.labels for example in examples], pairs=True),
         histogram=_distance([grid], [example.labels for example in examples], pairs=False),
-        novelty=float(np.average(differ.min(axis=1) > 0, weights=own[1])),
+        novelty=float(np.average(differ.min(axis=1) > 0, weights=windows[1])),
     )
 
 
@@ -69,24 +70,24 @@ def _windows(labels: Labels, height: int, width: int) -> Labels:
     return views.reshape(-1, height * width)
 
 
-def _differences(one: Labels, other: Labels) -> Labels:
+def _differences(a: Labels, b: Labels) -> Labels:
     """[len(one), len(other)] number of differing labels."""
-    found = np.zeros((len(one), len(other)), dtype=np.int64)
-    for here, there in zip(one.T, other.T, strict=True):
-        found += (here[:, None] != there) & (here[:, None] >= 0) & (there >= 0)
-    return found
+    count = np.zeros((len(a), len(b)), dtype=np.int64)
+    for label_a, label_b in zip(a.T, b.T, strict=True):
+        count += (label_a[:, None] != label_b) & (label_a[:, None] >= 0) & (label_b >= 0)
+    return count
 
 
-def _distance(one: Sequence[Labels], other: Sequence[Labels], pairs: bool) -> float:
+def _distance(a: Sequence[Labels], b: Sequence[Labels], pairs: bool) -> float:
     """Total variation distance of labels, or of pairs of neighbours, with horizontal and vertical pairs apart."""
     tables = []
-    for grids in (one, other):
+    for grids in (a, b):
         keys: dict[tuple[int, ...], float] = {}
         for labels in grids:
             for key in _keys(labels, pairs):
                 keys[key] = keys.get(key, 0.0) + 1.0
         total = sum(keys.values())
-        tables.append({key: often / total for key, often in keys.items()})
+        tables.append({key: frequency / total for key, frequency in keys.items()})
     mine, theirs = tables
     if not mine or not theirs:  # a single cell has no neighbours
         return float(bool(mine) != bool(theirs))
@@ -96,13 +97,13 @@ def _distance(one: Sequence[Labels], other: Sequence[Labels], pairs: bool) -> fl
 def _keys(labels: Labels, pairs: bool) -> list[tuple[int, ...]]:
     if not pairs:
         return [(label,) for label in labels[labels >= 0].tolist()]
-    found = []
+    keys = []
     for axis in (0, 1):
         view = labels if axis else labels.T
-        left, right = view[:, :-1].ravel(), view[:, 1:].ravel()
-        known = (left >= 0) & (right >= 0)
-        found += [(axis, *pair) for pair in zip(left[known].tolist(), right[known].tolist(), strict=True)]
-    return found
+        first, second = view[:, :-1].ravel(), view[:, 1:].ravel()
+        is_known = (first >= 0) & (second >= 0)
+        keys += [(axis, *pair) for pair in zip(first[is_known].tolist(), second[is_known].tolist(), strict=True)]
+    return keys
 
 
 Method = Literal["exact", "em"]
@@ -131,7 +132,7 @@ class Synthesis:
     """With method em, the paper's energy after each iteration; else empty."""
     quality: Quality
     notes: tuple[str, ...]
-    """What the example has too little for, and defaults that could not be kept, in words."""
+    """Missing storeys of the example, and defaults that could not be kept, in words."""
 
 
 def synthesize(
@@ -175,9 +176,9 @@ def synthesize(
     if not 1 <= count <= MOST_RESULTS:
         raise FacadeError(f"count: expected 1 to {MOST_RESULTS}, found {count}.")
     grids = joined(examples)
-    places = _checked(regions, rows, columns, len(grids))
-    plain = unbordered(grids, places)
-    problem = bordered(grids, places) if borders else plain
+    example_map = _checked(regions, rows, columns, len(grids))
+    plain = unbordered(grids, example_map)
+    problem = bordered(grids, example_map) if borders else plain
     if rows * columns * sum(len(patches) for patches in plain.patches) > MOST_COMPARED:
         raise FacadeError(
             f"examples: {sum(len(patches) for patches in plain.patches):,} different windows are too many for "
@@ -185,8 +186,8 @@ def synthesize(
         )
     mapped = regions is not None
     demands = demands_of(problem.domain, grids, wishes if borders else replace(wishes, keep=False), mapped=mapped)
-    starts = with_upper_storeys(grids, places) if borders else grids
-    notes = storey_notes(grids, places) if borders and method == "exact" else ()
+    starts = with_upper_storeys(grids, example_map) if borders else grids
+    notes = storey_notes(grids, example_map) if borders and method == "exact" else ()
     bound = 0
     runs: list[tuple[int, Labels, tuple[int, ...]]] = []
     if method == "em":
@@ -197,19 +198,19 @@ def synthesize(
         runs.sort(key=lambda run: run[0])
     else:
         try:
-            found = least_energy(problem, demands, starts, seed, count, effort)
+            bounded = least_energy(problem, demands, starts, seed, count, effort)
         except FacadeError:
             if len(demands.counts) == len(wishes.counts):
                 raise
             # Wishes take precedence over defaults.
             given_up = "the units of the ground floor could not all be kept with these wishes"
             demands = replace(demands_of(problem.domain, grids, replace(wishes, keep=False)), notes=(given_up,))
-            found = least_energy(problem, demands, starts, seed, count, effort)
-        bound = found.bound
-        runs = [(value, labels, ()) for value, labels in found.grids]
+            bounded = least_energy(problem, demands, starts, seed, count, effort)
+        bound = bounded.bound
+        runs = [(value, labels, ()) for value, labels in bounded.grids]
     return [
         Synthesis(
-            grid=LabelGrid.of(labels, grids[0].names),
+            grid=LabelGrid.from_labels(labels, grids[0].names),
             method=method,
             energy=value,
             bound=bound,
@@ -226,9 +227,11 @@ def synthesize(
 def _checked(regions: Labels | None, rows: int, columns: int, examples: int) -> Labels:
     if regions is None:
         return np.full((rows, columns), -1, dtype=np.int64)
-    found = np.asarray(regions)
-    if found.shape != (rows, columns) or not np.issubdtype(found.dtype, np.integer):
-        raise FacadeError(f"regions: expected {rows} x {columns} whole numbers, found {found.dtype} of {found.shape}.")
-    if found.min() < 0 or found.max() >= examples:
-        raise FacadeError(f"regions: expected examples 0 to {examples - 1}, found {found.min()} to {found.max()}.")
-    return found.astype(np.int64)
+    values = np.asarray(regions)
+    if values.shape != (rows, columns) or not np.issubdtype(values.dtype, np.integer):
+        raise FacadeError(
+            f"regions: expected {rows} x {columns} whole numbers, found {values.dtype} of {values.shape}."
+        )
+    if values.min() < 0 or values.max() >= examples:
+        raise FacadeError(f"regions: expected examples 0 to {examples - 1}, found {values.min()} to {values.max()}.")
+    return values.astype(np.int64)

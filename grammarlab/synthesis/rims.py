@@ -11,9 +11,9 @@ from mapbox_earcut import triangulate_float64
 from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, edge_table, without_empty
 from grammarlab.synthesis.mesh.views import Plane
 
-_MOST = 5_000
+_MAX_POINTS = 5_000
 """Points; where more are found, all stay."""
-_LEAST = 1e-5
+_MIN_HEIGHT_RATIO = 1e-5
 """Height of a triangle, and depth of what is flat, as parts of the longest side."""
 
 
@@ -22,15 +22,15 @@ def smoothed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Sur
 
     Args:
         surface: welded.
-        planes: of the seams.
+        planes: planes of the seams.
         tolerance: metres between a plane and a point on it, and between an edge and a point on it.
     """
     rims = _rims(surface)
     seam = np.zeros(len(surface.points), dtype=bool)
     for plane in planes:
-        seam |= np.abs(surface.points[:, plane.axis] - plane.at) <= tolerance
+        seam |= np.abs(surface.points[:, plane.axis] - plane.position) <= tolerance
     points = [point for point in rims if seam[point]]
-    if not points or len(points) > _MOST:
+    if not points or len(points) > _MAX_POINTS:
         return surface
     near = np.flatnonzero(
         np.isin(surface.triangles, [*points, *(end for point in points for end in rims[point])]).any(1)
@@ -48,9 +48,9 @@ def smoothed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Sur
             if not _straight(surface.points[[before, point, after]], tolerance):
                 continue
             if _refilled(surface.points, triangles, fans, point, before, after):
-                for one, other in ((before, after), (after, before)):
-                    if one in rims:
-                        rims[one] = _with(rims[one], point, other)
+                for neighbour, opposite in ((before, after), (after, before)):
+                    if neighbour in rims:
+                        rims[neighbour] = _with(rims[neighbour], point, opposite)
                 points.remove(point)
                 moved = True
     return without_empty(Surface(surface.points, triangles, surface.material))
@@ -60,9 +60,9 @@ def _rims(surface: Surface) -> dict[int, tuple[int, int]]:
     """Points with two open edges, and the other ends of these."""
     edges, count, _ = edge_table(surface.triangles, len(surface.points))
     ends: dict[int, list[int]] = defaultdict(list)
-    for one, other in edges[count == 1].tolist():
-        ends[one].append(other)
-        ends[other].append(one)
+    for first, second in edges[count == 1].tolist():
+        ends[first].append(second)
+        ends[second].append(first)
     return {point: (others[0], others[1]) for point, others in ends.items() if len(others) == 2}
 
 
@@ -73,9 +73,9 @@ def _with(ends: tuple[int, int], old: int, new: int) -> tuple[int, int]:
 
 def _straight(points: Floats, tolerance: float) -> bool:
     """Whether the second of three points [3, 3] lies between the others."""
-    along, own = points[2] - points[0], points[1] - points[0]
-    part = float(own @ along) / max(float(along @ along), 1e-12)
-    return 0.0 < part < 1.0 and float(np.linalg.norm(own - part * along)) <= tolerance
+    along, offset = points[2] - points[0], points[1] - points[0]
+    part = float(offset @ along) / max(float(along @ along), 1e-12)
+    return 0.0 < part < 1.0 and float(np.linalg.norm(offset - part * along)) <= tolerance
 
 
 def _refilled(points: Floats, triangles: Ints, fans: dict[int, set[int]], point: int, before: int, after: int) -> bool:
@@ -83,8 +83,8 @@ def _refilled(points: Floats, triangles: Ints, fans: dict[int, set[int]], point:
     rows = sorted(fans[point])
     following = {}
     for corners in triangles[rows].tolist():
-        place = corners.index(point)
-        following[corners[place - 2]] = corners[place - 1]
+        index = corners.index(point)
+        following[corners[index - 2]] = corners[index - 1]
     start, end = (before, after) if before in following else (after, before)
     ring = [start]
     while ring[-1] != end and ring[-1] in following and len(ring) <= len(rows):
@@ -93,21 +93,23 @@ def _refilled(points: Floats, triangles: Ints, fans: dict[int, set[int]], point:
     total = normals.sum(axis=0)
     longest = float(np.ptp(points[ring], axis=0).max())
     size = float(np.linalg.norm(total))
-    if ring[-1] != end or len(ring) != len(rows) + 1 or size <= _LEAST * longest**2:
+    if ring[-1] != end or len(ring) != len(rows) + 1 or size <= _MIN_HEIGHT_RATIO * longest**2:
         return False
-    if (np.abs((points[ring] - points[point]) @ (total / size)) > _LEAST * longest).any():
+    if (np.abs((points[ring] - points[point]) @ (total / size)) > _MIN_HEIGHT_RATIO * longest).any():
         return False
-    made = next((each for each in _fillings(points, np.array(ring), total) if _sound(points[each], total)), None)
-    if made is None or len(made) != len(rows) - 1:
+    filling = next(
+        (candidate for candidate in _fillings(points, np.array(ring), total) if _sound(points[candidate], total)), None
+    )
+    if filling is None or len(filling) != len(rows) - 1:
         return False
     for row in rows:
-        for each in triangles[row].tolist():
-            fans[each].discard(row)
+        for corner in triangles[row].tolist():
+            fans[corner].discard(row)
     triangles[rows[0]] = start
-    triangles[rows[1:]] = made
+    triangles[rows[1:]] = filling
     for row in rows[1:]:
-        for each in triangles[row].tolist():
-            fans[each].add(row)
+        for corner in triangles[row].tolist():
+            fans[corner].add(row)
     return True
 
 
@@ -117,15 +119,15 @@ def _fillings(points: Floats, ring: Ints, normal: Floats) -> Iterator[Ints]:
         yield np.stack([np.full(len(rest) - 1, end), rest[:-1], rest[1:]], axis=1)
     flat = points[ring][:, np.delete(np.arange(3), np.abs(normal).argmax())]
     cut = triangulate_float64(flat, np.array([len(ring)], dtype=np.uint32)).astype(np.int64).reshape(-1, 3)
-    made = ring[cut]
-    yield np.where((_normals(points[made]) @ normal < 0.0)[:, None], made[:, ::-1], made)
+    triangles = ring[cut]
+    yield np.where((_normals(points[triangles]) @ normal < 0.0)[:, None], triangles[:, ::-1], triangles)
 
 
 def _sound(corners: Floats, normal: Floats) -> bool:
     """Whether triangles [K, 3, 3] face one way, and none is nearly empty."""
-    own = _normals(corners)
+    normals = _normals(corners)
     longest = np.ptp(corners, axis=1).max(axis=1, initial=0.0)
-    return bool(((own @ normal > 0.0) & (np.linalg.norm(own, axis=1) > _LEAST * longest**2)).all())
+    return bool(((normals @ normal > 0.0) & (np.linalg.norm(normals, axis=1) > _MIN_HEIGHT_RATIO * longest**2)).all())
 
 
 def _normals(corners: Floats) -> Floats:

@@ -11,13 +11,13 @@ import numpy as np
 
 from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints, Surface, edge_table, split_triangles
 
-_APART = 2e-5
+_MIN_OFFSET_M = 2e-5
 """Metres by which points move, at least."""
-_SPACINGS = 8
+_MIN_FLOAT_STEPS = 8
 """Steps between 32-bit numbers of the size of the coordinates by which they move, at least."""
-_SAME_PLACE = 1e-6
+_MERGE_DISTANCE_M = 1e-6
 """Metres; readers of meshes take points to be one that are much nearer."""
-_SAME_ANGLE = 1e-6
+_ANGLE_TOLERANCE = 1e-6
 """Radians between triangles about an edge that count as one direction."""
 
 
@@ -25,7 +25,7 @@ def separated(surface: Surface) -> Surface:
     """The surface with two triangles at every edge that had an even number of them, half in each direction.
 
     Args:
-        surface: its coordinates are 32-bit numbers, as files keep them; so are those of the result.
+        surface: surface with coordinates that are 32-bit numbers, as in files; the result has such coordinates.
     """
     edges, count, sign = edge_table(surface.triangles, len(surface.points))
     crowded = edges[(count > 2) & (sign == 0)]
@@ -41,8 +41,8 @@ def separated(surface: Surface) -> Surface:
     key = np.concatenate([edge * number + along // 3, edge * number + against // 3])
     order = np.argsort(key)
     row, corner = np.nonzero(triangles >= first)
-    wanted = (triangles[row, corner] - first) * number + source[row]
-    copy = np.concatenate([pair, pair])[order][np.searchsorted(key[order], wanted)]
+    lookup_key = (triangles[row, corner] - first) * number + source[row]
+    copy = np.concatenate([pair, pair])[order][np.searchsorted(key[order], lookup_key)]
     triangles = triangles.copy()
     a, b, c = (points[triangles[row, k]] for k in range(3))
     inwards = np.zeros((len(edge), 3))
@@ -54,20 +54,20 @@ def separated(surface: Surface) -> Surface:
     return Surface(np.concatenate([surface.points, moved]), triangles, surface.material[source])
 
 
-def _apart(points: Floats, places: Floats, inwards: Floats) -> Floats:
-    """[M, 3] places moved in directions [M, 3], so far that none is at a point or at another."""
-    step = max(_APART, _SPACINGS * float(np.spacing(np.float32(np.abs(points).max()))))
-    times = np.ones(len(places))
+def _apart(points: Floats, positions: Floats, inwards: Floats) -> Floats:
+    """[M, 3] positions moved in directions [M, 3], so far that none is at a point or at another."""
+    step = max(_MIN_OFFSET_M, _MIN_FLOAT_STEPS * float(np.spacing(np.float32(np.abs(points).max()))))
+    times = np.ones(len(positions))
     while True:
-        moved = _single(places + (step * times)[:, None] * inwards)
-        digits = np.rint(np.concatenate([points, moved]) / _SAME_PLACE).astype(np.int64)
-        _, place, count = np.unique(digits, axis=0, return_inverse=True, return_counts=True)
-        place = place.ravel()[len(points) :]
-        same = np.flatnonzero(count[place] > 1)
+        moved = _single(positions + (step * times)[:, None] * inwards)
+        digits = np.rint(np.concatenate([points, moved]) / _MERGE_DISTANCE_M).astype(np.int64)
+        _, site, count = np.unique(digits, axis=0, return_inverse=True, return_counts=True)
+        site = site.ravel()[len(points) :]
+        same = np.flatnonzero(count[site] > 1)
         if not len(same):
             return moved
-        same = same[np.argsort(place[same], kind="stable")]
-        times[same] += 1 + np.arange(len(same)) - np.searchsorted(place[same], place[same])
+        same = same[np.argsort(site[same], kind="stable")]
+        times[same] += 1 + np.arange(len(same)) - np.searchsorted(site[same], site[same])
 
 
 def _single(points: Floats) -> Floats:
@@ -92,10 +92,10 @@ def _paired(points: Floats, triangles: Ints, crowded: Ints) -> tuple[Ints, Ints,
     start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     keys = crowded[:, 0] * number + crowded[:, 1]
     side_keys = np.minimum(start, end) * number + np.maximum(start, end)
-    place = np.minimum(np.searchsorted(keys, side_keys), len(keys) - 1)
-    sides = np.flatnonzero(keys[place] == side_keys)
-    place = place[sides]
-    low, high = crowded[place].T
+    edge_index = np.minimum(np.searchsorted(keys, side_keys), len(keys) - 1)
+    sides = np.flatnonzero(keys[edge_index] == side_keys)
+    edge_index = edge_index[sides]
+    low, high = crowded[edge_index].T
     upwards = start[sides] == low
     along = points[high] - points[low]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
@@ -103,12 +103,12 @@ def _paired(points: Floats, triangles: Ints, crowded: Ints) -> tuple[Ints, Ints,
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     third = points[triangles[:, [2, 0, 1]].ravel()[sides]] - points[low]
     angle = np.arctan2((third * np.cross(along, across)).sum(axis=1), (third * across).sum(axis=1))
-    step, half = np.rint(angle / _SAME_ANGLE).astype(np.int64), round(np.pi / _SAME_ANGLE)
+    step, half = np.rint(angle / _ANGLE_TOLERANCE).astype(np.int64), round(np.pi / _ANGLE_TOLERANCE)
     step[step <= -half] = half
-    order = np.lexsort((~upwards, step, place))
+    order = np.lexsort((~upwards, step, edge_index))
     pairs = []
-    for part in np.split(order, np.flatnonzero(np.diff(place[order])) + 1):
-        pairs += [(place[part[0]], *pair) for pair in _matched(sides[part], upwards[part])]
+    for part in np.split(order, np.flatnonzero(np.diff(edge_index[order])) + 1):
+        pairs += [(edge_index[part[0]], *pair) for pair in _matched(sides[part], upwards[part])]
     edge, up, down = np.array(pairs, dtype=np.int64).T
     return edge, up, down
 

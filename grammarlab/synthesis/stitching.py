@@ -23,7 +23,8 @@ from scipy.spatial import KDTree
 from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints, Surface, naked_edges, split_edges
 from grammarlab.synthesis.mesh.views import Plane
 
-_ROUNDS = 40
+_MAX_ROUNDS = 40
+"""Budget of rounds; each splits open edges at the point nearest to their middle."""
 
 
 def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surface:
@@ -34,7 +35,7 @@ def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Su
         planes: planes of the seams; T-junctions elsewhere are part of the example, and stay.
         tolerance: largest distance between an edge and a point on it, metres.
     """
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         edges = seam_edges(surface, planes, tolerance)[0]
         edge, via = _on_edges(surface.points, edges, tolerance)
         if not len(edge):
@@ -50,40 +51,40 @@ def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Su
 def seam_edges(surface: Surface, planes: Sequence[Plane], tolerance: float) -> tuple[Ints, Ints]:
     """[E, 2] directed edges on one of the planes without an opposite edge, and [E] their multiplicities."""
     points = surface.points
-    places = [np.unique([each.at for each in planes if each.axis == axis]) for axis in range(3)]
+    positions = [np.unique([plane.position for plane in planes if plane.axis == axis]) for axis in range(3)]
     near = np.zeros(len(points), dtype=bool)
-    for axis, at in enumerate(places):
-        near |= np.abs(points[:, axis] - _place(points[:, axis], at, tolerance)) <= tolerance
+    for axis, coordinates in enumerate(positions):
+        near |= np.abs(points[:, axis] - _next_position(points[:, axis], coordinates, tolerance)) <= tolerance
     # Only triangles with two points near planes have such edges, and all edges between such points are theirs.
     edges, times = naked_edges(surface.triangles[near[surface.triangles].sum(axis=1) >= 2], len(points))
     on = np.zeros(len(edges), dtype=bool)
-    for axis, at in enumerate(places):
+    for axis, coordinates in enumerate(positions):
         start, end = points[edges[:, 0], axis], points[edges[:, 1], axis]
-        place = _place(start, at, tolerance)
-        on |= (np.abs(start - place) <= tolerance) & (np.abs(end - place) <= tolerance)
+        nearest = _next_position(start, coordinates, tolerance)
+        on |= (np.abs(start - nearest) <= tolerance) & (np.abs(end - nearest) <= tolerance)
     return edges[on], times[on]
 
 
-def _place(values: Floats, places: Floats, tolerance: float) -> Floats:
+def _next_position(values: Floats, positions: Floats, tolerance: float) -> Floats:
     """[N] the lowest of some ascending positions not below each value; infinite if there are none."""
-    if not len(places):
+    if not len(positions):
         return np.full(len(values), np.inf)
-    return places[np.minimum(np.searchsorted(places, values - tolerance), len(places) - 1)]
+    return positions[np.minimum(np.searchsorted(positions, values - tolerance), len(positions) - 1)]
 
 
 def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints]:
     """Edges with points between their ends, and for each the point nearest to its middle."""
-    none = np.zeros(0, dtype=np.int64)
+    empty = np.zeros(0, dtype=np.int64)
     if not len(edges):
-        return none, none
+        return empty, empty
     candidates = np.unique(edges)
     tree = KDTree(points[candidates])
     start, end = points[edges[:, 0]], points[edges[:, 1]]
     length = np.linalg.norm(end - start, axis=1)
     near = tree.query_ball_point((start + end) / 2.0, length / 2.0 + tolerance, return_sorted=False)
-    count = np.array([len(each) for each in near])
+    count = np.array([len(neighbours) for neighbours in near])
     edge = np.repeat(np.arange(len(edges)), count)
-    via = candidates[np.concatenate([np.asarray(each, dtype=np.int64) for each in near])]
+    via = candidates[np.concatenate([np.asarray(neighbours, dtype=np.int64) for neighbours in near])]
     other = (via != edges[edge, 0]) & (via != edges[edge, 1])
     edge, via = edge[other], via[other]
     along = end[edge] - start[edge]
@@ -105,33 +106,33 @@ CLOSE = 1.5
 class Matches:
     """M pairs of points to merge."""
 
-    kept: Ints
+    target: Ints
     """[M] rows of the points that stay."""
     moved: Ints
     """[M] rows of the points that move onto them."""
 
 
-def matches(points: Floats, one: Ints, other: Ints, reach: float) -> Matches:
+def matches(points: Floats, first: Ints, second: Ints, reach: float) -> Matches:
     """The pairs of two sides to merge; the same for both orders of the sides.
 
     Args:
         points: [P, 3] metres.
-        one: [A] rows of the connection points of one side.
-        other: [B] rows of those of the adjacent side.
+        first: [A] rows of the connection points of one side.
+        second: [B] rows of those of the adjacent side.
         reach: largest move of a point, metres.
     """
-    none = np.zeros(0, dtype=np.int64)
-    if not len(one) or not len(other):
-        return Matches(none, none)
+    empty = np.zeros(0, dtype=np.int64)
+    if not len(first) or not len(second):
+        return Matches(empty, empty)
     # Of sets of equal size, the one with lexicographically smaller coordinates stays, whatever the order of arguments.
-    if (len(other), _first(points[other])) < (len(one), _first(points[one])):
-        one, other = other, one
-    found = KDTree(points[other]).query(points[one])
-    distance, nearest = (np.asarray(each) for each in found)
+    if (len(second), _first(points[second])) < (len(first), _first(points[first])):
+        first, second = second, first
+    neighbours = KDTree(points[second]).query(points[first])
+    distance, nearest = (np.asarray(column) for column in neighbours)
     low, high = float(distance.min()), float(distance.max())
     limit = high if high <= CLOSE * low or high == 0.0 else (low + high) / 2.0
     within = distance <= min(limit, reach)
-    return Matches(one[within], other[nearest[within]])
+    return Matches(first[within], second[nearest[within]])
 
 
 def nearest_pairs(points: Floats, rows: Ints, edges: Ints, reach: float) -> Matches:
@@ -145,21 +146,21 @@ def nearest_pairs(points: Floats, rows: Ints, edges: Ints, reach: float) -> Matc
         edges: [E, 2] pairs of points that must stay separate.
         reach: largest distance, metres.
     """
-    none = np.zeros(0, dtype=np.int64)
-    pairs = KDTree(points[rows]).query_pairs(reach, output_type="ndarray") if len(rows) else none
+    empty = np.zeros(0, dtype=np.int64)
+    pairs = KDTree(points[rows]).query_pairs(reach, output_type="ndarray") if len(rows) else empty
     if not len(pairs):
-        return Matches(none, none)
+        return Matches(empty, empty)
     pairs = np.sort(rows[pairs], axis=1)
     number = len(points)
-    apart = ~np.isin(pairs[:, 0] * number + pairs[:, 1], edges.min(axis=1) * number + edges.max(axis=1))
-    pairs = pairs[apart]
+    is_separate = ~np.isin(pairs[:, 0] * number + pairs[:, 1], edges.min(axis=1) * number + edges.max(axis=1))
+    pairs = pairs[is_separate]
     distance = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0], distance))]
-    place = np.arange(len(pairs))
+    rank = np.arange(len(pairs))
     best = np.full(number, len(pairs))
-    np.minimum.at(best, pairs[:, 0], place)
-    np.minimum.at(best, pairs[:, 1], place)
-    mutual = (best[pairs[:, 0]] == place) & (best[pairs[:, 1]] == place)
+    np.minimum.at(best, pairs[:, 0], rank)
+    np.minimum.at(best, pairs[:, 1], rank)
+    mutual = (best[pairs[:, 0]] == rank) & (best[pairs[:, 1]] == rank)
     return Matches(pairs[mutual, 0], pairs[mutual, 1])
 
 
@@ -172,15 +173,15 @@ def stitched(points: Floats, pairs: Sequence[Matches]) -> tuple[Floats, Bools]:
 
     Points connected by several pairs move to the one that most of the pairs keep.
     """
-    kept = np.concatenate([np.zeros(0, np.int64), *(each.kept for each in pairs)])
-    moved = np.concatenate([np.zeros(0, np.int64), *(each.moved for each in pairs)])
-    if not len(kept):
+    target = np.concatenate([np.zeros(0, np.int64), *(match.target for match in pairs)])
+    moved = np.concatenate([np.zeros(0, np.int64), *(match.moved for match in pairs)])
+    if not len(target):
         return points, np.zeros(len(points), dtype=bool)
-    graph = coo_matrix((np.ones(len(kept)), (kept, moved)), shape=(len(points), len(points)))
+    graph = coo_matrix((np.ones(len(target)), (target, moved)), shape=(len(points), len(points)))
     group = connected_components(graph, directed=False)[1]
-    times = np.bincount(kept, minlength=len(points)) - np.bincount(moved, minlength=len(points))
+    times = np.bincount(target, minlength=len(points)) - np.bincount(moved, minlength=len(points))
     order = np.lexsort((*points.T[::-1], -times, group))
     first = np.append(True, np.diff(group[order]) != 0)
     chosen = order[first][group]
-    found = points[chosen]
-    return found, (found != points).any(axis=1)
+    merged = points[chosen]
+    return merged, (merged != points).any(axis=1)

@@ -37,9 +37,9 @@ def cut_up(surface: Surface, regions: Sequence[Region]) -> BuildingCut:
         surface = _framed(surface, region)
     cells = []
     for region in regions:
-        own = _inside(surface, region)
-        part = surface.part(own)
-        surface = surface.part(~own)
+        is_inside = _inside(surface, region)
+        part = surface.part(is_inside)
+        surface = surface.part(~is_inside)
         cells.append(_cells(part.moved(seen_from(region.side, part.points)), region))
     return BuildingCut(tuple(cells), surface)
 
@@ -49,7 +49,7 @@ def _framed(surface: Surface, region: Region) -> Surface:
     planes = [plane_of(region.side, axis, float(end[axis])) for axis in (0, 1) for end in (region.low, region.high)]
     planes.append(plane_of(region.side, 2, region.back))
     for plane in planes:
-        surface = sliced(surface, plane.axis, plane.at, SNAP)
+        surface = sliced(surface, plane.axis, plane.position, SNAP)
     return surface
 
 
@@ -77,9 +77,10 @@ def _strips(part: Surface, axis: int, line: Floats) -> list[Surface]:
     return [*_strips(part.part(below), axis, line[: middle + 1]), *_strips(part.part(~below), axis, line[middle:])]
 
 
-_SAME_SIZE, _SAME_DEPTH = 0.02, 0.03
+_SIZE_TOLERANCE_M, _DEPTH_TOLERANCE_M = 0.02, 0.03
 """Largest differences of the elements of equal units of two examples, metres; wider with noise."""
-_NOISES = 4.0
+_NOISE_FACTOR = 4.0
+"""Multiple of the noise by which these differences are wider."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +99,7 @@ class UnitStock:
     @property
     def grids(self) -> list[LabelGrid]:
         """The grid of each example's main wall."""
-        return [self.walls[each].grid for each in self.choice]
+        return [self.walls[wall].grid for wall in self.choice]
 
 
 def stock_of(examples: Sequence[Example]) -> UnitStock:
@@ -124,25 +125,27 @@ def stock_of(examples: Sequence[Example]) -> UnitStock:
 
 def _named(stock: UnitStock) -> UnitStock:
     """The stock with one numbering of the labels of its main walls."""
-    seen: dict[str, tuple[int, int, int]] = {}
+    known_units: dict[str, tuple[int, int, int]] = {}
     walls = list(stock.walls)
     for wall in stock.choice:
         grid, names = walls[wall].grid, []
-        taken = {*seen, *grid.names}
+        reserved = {*known_units, *grid.names}
         for label, name in enumerate(grid.names):
             unit = (wall, *walls[wall].source(label)) if (grid.labels == label).any() else None
             # The name of another example is compared with window, window-2, window-3, ...
             head = _head(name)
-            alike = [each for each in seen if each not in names and _head(each) == head]
-            same = next((each for each in alike if unit and _same(stock, seen[each], unit)), None)
-            if same is None and name in seen:
-                same = next(new for k in range(2, 10_000) if (new := f"{head}-{k}") not in taken)
-                taken.add(same)
+            namesakes = [candidate for candidate in known_units if candidate not in names and _head(candidate) == head]
+            same = next(
+                (candidate for candidate in namesakes if unit and _same(stock, known_units[candidate], unit)), None
+            )
+            if same is None and name in known_units:
+                same = next(new for k in range(2, 10_000) if (new := f"{head}-{k}") not in reserved)
+                reserved.add(same)
             names.append(same or name)
             if unit:
-                seen.setdefault(names[-1], unit)
+                known_units.setdefault(names[-1], unit)
         walls[wall] = replace(walls[wall], grid=LabelGrid(grid.labels, tuple(names)))
-    for wall, grid in zip(stock.choice, joined([walls[each].grid for each in stock.choice]), strict=True):
+    for wall, grid in zip(stock.choice, joined([walls[index].grid for index in stock.choice]), strict=True):
         walls[wall] = replace(walls[wall], grid=grid)
     return replace(stock, walls=tuple(walls))
 
@@ -153,29 +156,29 @@ def _head(name: str) -> str:
     return head if head and number.isdigit() else name
 
 
-def _same(stock: UnitStock, one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
+def _same(stock: UnitStock, first: tuple[int, int, int], second: tuple[int, int, int]) -> bool:
     """Whether two cells, given by wall, row and column, have equal elements."""
-    noise = _NOISES * max(stock.walls[each[0]].noise for each in (one, other))
+    noise = _NOISE_FACTOR * max(stock.walls[source[0]].noise for source in (first, second))
     sizes, depths = [], []
-    for wall, row, column in (one, other):
+    for wall, row, column in (first, second):
         boxes = stock.walls[wall].elements_in(row, column)
         boxes = boxes[np.lexsort(boxes.T[::-1])]
         sizes.append(boxes[:, 2:] - boxes[:, :2])
         depth = stock.cut.cells[wall][row][column].points[:, 2] - stock.walls[wall].plane
         depths.append([depth.min(initial=0.0), depth.max(initial=0.0)])
-    if len(sizes[0]) != len(sizes[1]) or np.abs(np.subtract(*depths)).max() > _SAME_DEPTH + noise:
+    if len(sizes[0]) != len(sizes[1]) or np.abs(np.subtract(*depths)).max() > _DEPTH_TOLERANCE_M + noise:
         return False
-    return bool((np.abs(sizes[0] - sizes[1]) <= _SAME_SIZE + noise).all())
+    return bool((np.abs(sizes[0] - sizes[1]) <= _SIZE_TOLERANCE_M + noise).all())
 
 
 @dataclass(frozen=True, slots=True)
 class Knots:
-    """Places on an axis and their new places; the map between them is linear."""
+    """Positions on an axis and their new positions; the map between them is linear."""
 
     old: Floats
-    """[K] ascending places, metres."""
+    """[K] ascending positions, metres."""
     new: Floats
-    """[K] ascending new places, metres."""
+    """[K] ascending new positions, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,17 +187,17 @@ class Stretch:
 
     axes: tuple[Knots, Knots, Knots]
 
-    def along(self, axis: int, places: Floats) -> Floats:
+    def along(self, axis: int, positions: Floats) -> Floats:
         """[N] new positions on an axis."""
         old, new = self.axes[axis].old, self.axes[axis].new
-        outside = np.where(places < old[0], places - old[0] + new[0], places - old[-1] + new[-1])
-        return np.where((places < old[0]) | (places > old[-1]), outside, np.interp(places, old, new))
+        outside = np.where(positions < old[0], positions - old[0] + new[0], positions - old[-1] + new[-1])
+        return np.where((positions < old[0]) | (positions > old[-1]), outside, np.interp(positions, old, new))
 
     def moved(self, surface: Surface) -> Surface:
         """A stretched surface, cut at inner knots, so that points on an edge stay on it."""
         for axis, knots in enumerate(self.axes):
-            for at in knots.old[1:-1].tolist():
-                surface = sliced(surface, axis, at, SNAP)
+            for position in knots.old[1:-1].tolist():
+                surface = sliced(surface, axis, position, SNAP)
         return surface.moved(np.stack([self.along(axis, surface.points[:, axis]) for axis in range(3)], axis=1))
 
 
@@ -207,8 +210,8 @@ def row_knots(old: Floats, new: Floats) -> Knots:
         old: [R + 1] lines of the example's rows, metres.
         new: [S + 1] new lines, metres.
     """
-    kept = min(len(old), len(new)) - 2
-    lowest = min(2, (kept + 1) // 2)
-    highest = min(1, kept - lowest)
-    places = [0, *range(1, lowest + 1), *range(-1 - highest, -1), -1]
-    return Knots(old[places], new[places])
+    num_inner = min(len(old), len(new)) - 2
+    lowest = min(2, (num_inner + 1) // 2)
+    highest = min(1, num_inner - lowest)
+    indices = [0, *range(1, lowest + 1), *range(-1 - highest, -1), -1]
+    return Knots(old[indices], new[indices])

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from grammarlab.matching.library import named
+from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.scenes import SceneOptions, rectangles
 from grammarlab.pages import corrector as example_server
 from grammarlab.pages import matcher
@@ -110,7 +110,7 @@ def facade_pages(windows: Windows, serve: Serve, folder: Path) -> dict[str, Page
     (folder / "house.toml").write_text(RESIDENTIAL, encoding="utf-8")
     building = house(4, 3, 2, broad=((1, 0),)).write(folder / "house.obj")
     elements = rectangles(SceneOptions(elements=4, kinds=2, noise=0.005, occluded=0.0), 2)
-    desk = ScanDesk("scene.json", elements, named("rectangle"), folder / "corrections.json")
+    desk = ScanDesk("scene.json", elements, templates_by_name("rectangle"), folder / "corrections.json")
     pages = {
         "editor": windows(serve(Editor(facade, folder / "saved.facade.json"), editor_server.PAGE)),
         "layers": windows(serve(designer.Designer(folder / "house.toml", folder / "mine.toml"), designer.PAGE)),

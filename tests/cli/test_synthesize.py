@@ -189,7 +189,7 @@ def test_shipped_examples_make_buildings_that_trimesh_finds_closed(run, start: s
     made = synthesize(stock.grids, 3, 4)[0]
     random = np.random.default_rng(7)
     names = made.grid.names
-    shuffled = replace(made, grid=LabelGrid.of(random.integers(0, len(names), (3, 4)), names))
+    shuffled = replace(made, grid=LabelGrid.from_labels(random.integers(0, len(names), (3, 4)), names))
     for main in (made, shuffled):
         built = build(example, stock, main, None, (None, None, None), 0, before, {})
         assert built.watertight

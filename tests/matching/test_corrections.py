@@ -17,7 +17,7 @@ from grammarlab.matching.corrections import (
 )
 from grammarlab.matching.coupled import couple
 from grammarlab.matching.elements import Elements
-from grammarlab.matching.library import named
+from grammarlab.matching.library import templates_by_name
 
 SAID = (
     Correction("template", (0,), "diamond"),
@@ -45,7 +45,7 @@ def outlines():
 
 
 def test_what_a_person_says_holds_in_the_match():
-    bound = couple(outlines(), named("rectangle,diamond"), 0, SAID)
+    bound = couple(outlines(), templates_by_name("rectangle,diamond"), 0, SAID)
     assert bound.template_of(bound.kind[1]).name == "rectangle"
     assert bound.template_of(bound.kind[0]).name == "diamond"
     assert bound.kind[2] == bound.kind[3] >= 0
@@ -90,5 +90,5 @@ def test_mistakes_in_a_file_are_said_with_their_place(tmp_path, said, message):
 )
 def test_corrections_about_what_is_not_there_are_refused(said):
     with pytest.raises(FacadeError, match="Corrections"):
-        check_corrections(said, 7, named("rectangle,diamond"))
+        check_corrections(said, 7, templates_by_name("rectangle,diamond"))
     assert as_dict(said[0])["elements"]

@@ -7,13 +7,13 @@ import pytest
 
 from grammarlab.matching.coupled import couple
 from grammarlab.matching.elements import Elements
-from grammarlab.matching.library import named
+from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.match import Match, groups
 from grammarlab.matching.plain import compare, match_alone
-from grammarlab.matching.scenes import SceneOptions, of_sizes, rectangles
+from grammarlab.matching.scenes import SceneOptions, rectangles, scene_of_sizes
 
 FIGURE = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
-TEMPLATES = named("rectangle,diamond")
+TEMPLATES = templates_by_name("rectangle,diamond")
 """Of as many wires and parameters each, so that one sampler is compiled for both."""
 
 
@@ -21,7 +21,7 @@ def figure(noise: float) -> Elements:
     """The eight rectangles of Figure 5.2; noise is uniform, as a fraction of the distance between points."""
     points = 1500
     kind = np.repeat(np.arange(4), 2)
-    made = of_sizes(FIGURE, kind, SceneOptions(noise=0.0, occluded=0.0, points=points), 0)
+    made = scene_of_sizes(FIGURE, kind, SceneOptions(noise=0.0, occluded=0.0, points=points), 0)
     spacing = np.repeat(2.0 * FIGURE[kind].sum(axis=1) / points, made.counts)[:, None]
     away = np.random.default_rng(1).uniform(-noise, noise, size=made.points.shape)
     return replace(made, points=made.points + spacing * away)
@@ -48,7 +48,7 @@ def test_rectangles_of_figure_5_2_share_what_they_share_with_noise_of_four_spaci
 def test_heights_five_centimetres_apart_are_two_kinds_that_share_their_width():
     sizes = np.array([[0.95, 1.54], [0.95, 1.49]])
     options = SceneOptions(noise=0.01, occluded=0.0)
-    found = couple(of_sizes(sizes, np.array([0, 0, 0, 0, 0, 1, 1, 1]), options, 4), TEMPLATES, 0)
+    found = couple(scene_of_sizes(sizes, np.array([0, 0, 0, 0, 0, 1, 1, 1]), options, 4), TEMPLATES, 0)
     assert mislabelled(found) == 0
     assert [each["shared_parameters"] for each in groups(found)] == [["width"], ["width"]]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grammarlab.errors import LanguageError, UsageError
-from grammarlab.matching.library import named, shipped
+from grammarlab.matching.library import shipped, templates_by_name
 from grammarlab.matching.template import points_along, stack
 from grammarlab.matching.template_text import parse_templates
 
@@ -21,7 +21,7 @@ def test_templates_are_shipped_and_their_usual_sizes_meet_their_constraints():
 
 
 def test_arcs_lie_on_their_circle():
-    (arch,) = named("arch")
+    (arch,) = templates_by_name("arch")
     drawn = points_along(arch, np.array([1.0, 2.0]))
     top = drawn[3:].reshape(-1, 2) - [0.5, 1.5]
     assert np.allclose(np.linalg.norm(top, axis=1), 0.5, atol=0.01)
@@ -74,4 +74,4 @@ def test_mistakes_are_said_with_their_place(text, code):
 
 def test_unknown_names_of_templates_are_answered_with_near_ones():
     with pytest.raises(UsageError, match="rectangle"):
-        named("rectangel")
+        templates_by_name("rectangel")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from grammarlab.matching.fit import energy
-from grammarlab.matching.library import named
+from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.paper_loop import similarity_energy
 from grammarlab.matching.template import stack
 
 ENERGY, SLOPE = jax.jit(energy), jax.jit(jax.grad(energy))
-TEMPLATES = stack(named("rectangle,gable,segment_arch"))
+TEMPLATES = stack(templates_by_name("rectangle,gable,segment_arch"))
 
 
 @pytest.mark.parametrize("template", range(3))

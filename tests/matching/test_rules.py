@@ -7,7 +7,7 @@ import shapely
 from grammarlab.derivation import derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.language.grammar import Grammar
-from grammarlab.matching.library import named, templates_of_rules
+from grammarlab.matching.library import templates_by_name, templates_of_rules
 from grammarlab.matching.template import points_along
 from grammarlab.scene import realize, triangles
 
@@ -72,4 +72,4 @@ def test_rules_that_make_no_template_are_refused_with_the_reason(rules, message)
 def test_rules_are_named_like_other_templates(tmp_path):
     path = tmp_path / "casement.cga"
     path.write_text(CASEMENT)
-    assert len(named(f"rectangle,{path}")) == 4
+    assert len(templates_by_name(f"rectangle,{path}")) == 4

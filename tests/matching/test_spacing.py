@@ -6,12 +6,12 @@ import trimesh
 
 from grammarlab.matching.coupled import couple
 from grammarlab.matching.elements import Elements
-from grammarlab.matching.library import named
+from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.scans.scan_files import load_elements
 
 SIZE, DEPTH = np.array([1.2, 1.5]), 0.15
 CORNERS = np.stack(np.meshgrid(0.9 + 3.0 * np.arange(4), 0.75 + 3.0 * np.arange(3)), axis=2).reshape(-1, 2)
-TEMPLATES = named("rectangle,trapezium")
+TEMPLATES = templates_by_name("rectangle,trapezium")
 
 
 def scanned(folder, spacing: float, noise: float, seed: int) -> Elements:

@@ -11,7 +11,7 @@ NAMES = ("window", "corner", "shop", "door", "quoin", "window-2", "roof")
 
 def shop_house() -> LabelGrid:
     """Corners, a ground floor with one door, alternating windows, a roof line: 7 labels."""
-    return LabelGrid.of(
+    return LabelGrid.from_labels(
         [
             [1, 2, 3, 2, 2, 1],
             [4, 0, 5, 5, 0, 4],
@@ -28,17 +28,17 @@ def plain_house() -> LabelGrid:
     """The same ground floor below rows of equal windows."""
     labels = shop_house().labels.copy()
     labels[1:5, 1:5] = 0
-    return LabelGrid.of(labels, NAMES)
+    return LabelGrid.from_labels(labels, NAMES)
 
 
 def checker(rows: int = 6, columns: int = 6) -> LabelGrid:
-    return LabelGrid.of(np.indices((rows, columns)).sum(axis=0) % 2)
+    return LabelGrid.from_labels(np.indices((rows, columns)).sum(axis=0) % 2)
 
 
 def drawn(rows: int, columns: int, labels: int, seed: int) -> LabelGrid:
     """A grid of random labels."""
     found = np.random.default_rng(seed).integers(0, labels, (rows, columns))
-    return LabelGrid.of(np.unique(found, return_inverse=True)[1].reshape(rows, columns))
+    return LabelGrid.from_labels(np.unique(found, return_inverse=True)[1].reshape(rows, columns))
 
 
 def slow_energies(example: np.ndarray, grids: np.ndarray) -> np.ndarray:

@@ -36,7 +36,7 @@ def random_building(
     example = analyse(read_mesh(known.write(path / "house.obj")))
 
     def grid(region, shape):
-        return LabelGrid.of(random.integers(0, len(region.grid.names), shape), region.grid.names)
+        return LabelGrid.from_labels(random.integers(0, len(region.grid.names), shape), region.grid.names)
 
     first = grid(example.main, (rows, columns))
     walls = example.regions

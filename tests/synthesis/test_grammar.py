@@ -64,7 +64,9 @@ def test_every_sample_keeps_ground_floor_corners_and_door(house: LabelGrid) -> N
 
 def test_columns_follow_each_other_as_in_the_example() -> None:
     """Columns that are never adjacent in the example are never adjacent in a sample, unless a column repeats."""
-    house = LabelGrid.of([[0, 1, 2, 3, 1, 2, 3, 1, 4], [5, 6, 7, 8, 6, 7, 8, 6, 9], [5, 6, 7, 8, 6, 7, 8, 6, 9]])
+    house = LabelGrid.from_labels(
+        [[0, 1, 2, 3, 1, 2, 3, 1, 4], [5, 6, 7, 8, 6, 7, 8, 6, 9], [5, 6, 7, 8, 6, 7, 8, 6, 9]]
+    )
     written = write_label_family(house, units(house), (8.0, 60.0), (6.0, 6.0))
     pairs = set(zip(house.labels[0, :-1].tolist(), house.labels[0, 1:].tolist(), strict=True))
     seen = set()
@@ -74,7 +76,7 @@ def test_columns_follow_each_other_as_in_the_example() -> None:
 
 
 def test_one_size_alone_gives_back_the_example() -> None:
-    house = LabelGrid.of(np.arange(9).reshape(3, 3))
+    house = LabelGrid.from_labels(np.arange(9).reshape(3, 3))
     written = write_label_family(house, units(house), (6.0, 6.0), (9.0, 9.0))
     for grid in sampled(written.text, [f"Part{k}" for k in range(9)], num=3):
         assert np.array_equal(grid, house.labels)
@@ -82,7 +84,7 @@ def test_one_size_alone_gives_back_the_example() -> None:
 
 def test_units_are_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Sampled from the command line, the models are as large as their cells."""
-    house = LabelGrid.of(shop_house().labels, (*NAMES[:-1], "wall"))
+    house = LabelGrid.from_labels(shop_house().labels, (*NAMES[:-1], "wall"))
     (tmp_path / "assets").mkdir()
     for k in range(len(NAMES)):
         trimesh.creation.box((1.0, 1.0, 0.5)).export(tmp_path / "assets" / f"unit-{k}.glb")
@@ -126,4 +128,4 @@ def test_ranges_without_a_facade_say_what_there_is() -> None:
     labels = shop_house().labels.copy()
     labels[2, 2] = HOLE
     with pytest.raises(FacadeError, match="holes"):
-        write_label_family(LabelGrid.of(labels, NAMES), units(shop_house()), (8.0, 30.0), (9.0, 30.0))
+        write_label_family(LabelGrid.from_labels(labels, NAMES), units(shop_house()), (8.0, 30.0), (9.0, 30.0))

@@ -22,21 +22,21 @@ from grammarlab.synthesis.label_grid import HOLE, LabelGrid, joined
 )
 def test_what_is_no_grid_is_refused(labels: object, told: str) -> None:
     with pytest.raises(FacadeError, match=told):
-        LabelGrid.of(labels)  # type: ignore[arg-type]  # strangers give anything
+        LabelGrid.from_labels(labels)  # type: ignore[arg-type]  # strangers give anything
 
 
 def test_names_are_checked() -> None:
     with pytest.raises(FacadeError, match="label 1 has no name"):
-        LabelGrid.of([[0, 1]], ["a"])
+        LabelGrid.from_labels([[0, 1]], ["a"])
     with pytest.raises(FacadeError, match="twice"):
-        LabelGrid.of([[0, 1]], ["a", "a"])
+        LabelGrid.from_labels([[0, 1]], ["a", "a"])
     with pytest.raises(FacadeError, match="expected one of a, b"):
-        LabelGrid.of([[0, 1]], ["a", "b"]).label("c")
+        LabelGrid.from_labels([[0, 1]], ["a", "b"]).label("c")
 
 
 def test_grids_do_not_change() -> None:
     given = np.array([[0, 1]])
-    grid = LabelGrid.of(given)
+    grid = LabelGrid.from_labels(given)
     given[0, 0] = 1
     assert grid.labels.tolist() == [[0, 1]]
     with pytest.raises(ValueError, match="read-only"):
@@ -44,7 +44,10 @@ def test_grids_do_not_change() -> None:
 
 
 def test_joined_grids_keep_their_names() -> None:
-    one, other = LabelGrid.of([[0, 1, HOLE]], ["a", "b"]), LabelGrid.of([[0, 1], [1, 2]], ["c", "a", "b"])
+    one, other = (
+        LabelGrid.from_labels([[0, 1, HOLE]], ["a", "b"]),
+        LabelGrid.from_labels([[0, 1], [1, 2]], ["c", "a", "b"]),
+    )
     new = joined([one, other])
     assert new[0].names == new[1].names == ("a", "b", "c")
     for old, grid in zip((one, other), new, strict=True):

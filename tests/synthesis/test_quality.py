@@ -7,7 +7,7 @@ from tests.synthesis.grids import checker, drawn, shop_house
 
 
 def test_an_example_is_as_near_to_itself_as_can_be() -> None:
-    for example in (shop_house(), checker(), LabelGrid.of([[0]]), drawn(2, 5, 3, 0)):
+    for example in (shop_house(), checker(), LabelGrid.from_labels([[0]]), drawn(2, 5, 3, 0)):
         quality = quality_of(example.labels, [example])
         assert (quality.patch_similarity, quality.cooccurrence, quality.histogram, quality.novelty) == (1, 0, 0, 0)
 
@@ -18,7 +18,7 @@ def test_what_shares_nothing_is_as_far_as_can_be() -> None:
 
 
 def test_patch_similarity_goes_both_ways() -> None:
-    half = LabelGrid.of(np.hstack([np.zeros((6, 6), dtype=int), np.ones((6, 6), dtype=int)]))
+    half = LabelGrid.from_labels(np.hstack([np.zeros((6, 6), dtype=int), np.ones((6, 6), dtype=int)]))
     part = quality_of(np.zeros((6, 6), dtype=int), [half])
     assert part.novelty == 0.0
     assert part.patch_similarity < 1.0
@@ -29,7 +29,7 @@ def test_distances_are_those_of_the_definition() -> None:
     generator = np.random.default_rng(0)
     for _ in range(5):
         example, grid = generator.integers(0, 3, (4, 5)), generator.integers(0, 3, (6, 3))
-        quality = quality_of(grid, [LabelGrid.of(example)])
+        quality = quality_of(grid, [LabelGrid.from_labels(example)])
         of_labels = [np.bincount(each.ravel(), minlength=3) / each.size for each in (grid, example)]
         assert quality.histogram == pytest.approx(np.abs(of_labels[0] - of_labels[1]).sum() / 2)
         tables = []
@@ -44,6 +44,6 @@ def test_distances_are_those_of_the_definition() -> None:
 def test_holes_agree_with_everything() -> None:
     labels = checker().labels.copy()
     labels[2, 3] = HOLE
-    quality = quality_of(checker().labels, [LabelGrid.of(labels)])
+    quality = quality_of(checker().labels, [LabelGrid.from_labels(labels)])
     assert quality.novelty == 0.0
     assert quality.patch_similarity == 1.0

@@ -10,7 +10,12 @@ from tests.synthesis.grids import NAMES, checker, drawn, plain_house, shop_house
 @pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 12), (12, 1), (2, 2), (2, 9), (3, 3), (1, 2)])
 @pytest.mark.parametrize("method", ["exact", "em"])
 def test_grids_of_any_size(rows: int, columns: int, method: str) -> None:
-    for example in (shop_house(), drawn(2, 2, 3, 1), LabelGrid.of([[0]]), LabelGrid.of([[0, 1, 1, 0]])):
+    for example in (
+        shop_house(),
+        drawn(2, 2, 3, 1),
+        LabelGrid.from_labels([[0]]),
+        LabelGrid.from_labels([[0, 1, 1, 0]]),
+    ):
         found = synthesize([example], rows, columns, method=method)[0]  # type: ignore[arg-type]  # one of both
         assert found.grid.labels.shape == (rows, columns)
         assert found.bound <= found.energy
@@ -31,13 +36,13 @@ def test_a_single_column_has_a_ground_floor_and_a_roof() -> None:
 
 
 def test_one_cell_fills_everything() -> None:
-    found = synthesize([LabelGrid.of([[0]], ["window"])], 4, 7)[0]
+    found = synthesize([LabelGrid.from_labels([[0]], ["window"])], 4, 7)[0]
     assert (found.grid.labels == 0).all()
     assert (found.energy, found.proven, found.quality.histogram) == (0, True, 0.0)
 
 
 def test_examples_without_repetition_give_something() -> None:
-    example = LabelGrid.of(np.arange(16).reshape(4, 4))
+    example = LabelGrid.from_labels(np.arange(16).reshape(4, 4))
     found = synthesize([example], 5, 6)[0]
     assert 0 < found.bound <= found.energy
     assert synthesize([example], 4, 4)[0].grid.labels.tolist() == example.labels.tolist()
@@ -46,12 +51,12 @@ def test_examples_without_repetition_give_something() -> None:
 def test_holes_are_filled_and_never_chosen() -> None:
     labels = shop_house().labels.copy()
     labels[2, 2] = labels[0, 4] = labels[5, 0] = HOLE
-    found = synthesize([LabelGrid.of(labels, NAMES)], 6, 8, effort=0.2)[0]
+    found = synthesize([LabelGrid.from_labels(labels, NAMES)], 6, 8, effort=0.2)[0]
     assert (found.grid.labels >= 0).all()
     assert (found.grid.labels == 3).sum() == 1
     nearly = np.full((3, 3), HOLE)
     nearly[1, 1] = 0
-    assert (synthesize([LabelGrid.of(nearly)], 4, 4)[0].grid.labels == 0).all()
+    assert (synthesize([LabelGrid.from_labels(nearly)], 4, 4)[0].grid.labels == 0).all()
 
 
 def test_large_grids_take_bounded_work_and_say_the_gap() -> None:
@@ -62,8 +67,8 @@ def test_large_grids_take_bounded_work_and_say_the_gap() -> None:
 
 
 def test_regions_are_made_after_their_examples() -> None:
-    brick = LabelGrid.of(checker(4, 4).labels, ["brick", "brick-2"])
-    stone = LabelGrid.of(checker(4, 4).labels, ["stone", "stone-2"])
+    brick = LabelGrid.from_labels(checker(4, 4).labels, ["brick", "brick-2"])
+    stone = LabelGrid.from_labels(checker(4, 4).labels, ["stone", "stone-2"])
     regions = np.zeros((6, 10), dtype=np.int64)
     regions[:, 5:] = 1
     found = synthesize([brick, stone], 6, 10, regions=regions)[0]
@@ -124,7 +129,7 @@ def test_a_wish_goes_before_what_is_kept() -> None:
 
 
 def test_equal_corners_are_equal_where_the_example_leaves_a_choice() -> None:
-    example = LabelGrid.of([[0, 1], [1, 0], [0, 1]])
+    example = LabelGrid.from_labels([[0, 1], [1, 0], [0, 1]])
     for seed in range(4):
         labels = synthesize([example], 3, 5, wishes=Wishes(equal_corners=True), seed=seed)[0].grid.labels
         assert labels[0, 0] == labels[0, -1]

@@ -18,10 +18,11 @@ from grammarlab.matching.elements import MOST_ELEMENTS, MOST_POINTS, Elements, F
 
 FORMAT = "grammarlab elements"
 VERSION = 1
-_MARGIN = 0.1
+_MARGIN_RATIO = 0.1
 """Margin of a box made from the points of an element, as a fraction of its extent."""
-_MOST_KINDS = 10_000
-_MOST_UNPACKED = 1 << 31
+_MAX_KINDS = 10_000
+"""Largest number of kinds of a file."""
+_MAX_UNPACKED_BYTES = 1 << 31
 """Bytes of all arrays of an NPZ file, which may be packed a thousandfold."""
 _COLUMNS = {"offsets": "iu", "points": "iuf", "boxes": "iuf", "row": "iu", "column": "iu", "kind": "iu"}
 """Arrays of an NPZ file, and which kinds of numbers each may have."""
@@ -39,12 +40,12 @@ def dumps(elements: Elements) -> str:
             values["column"] = int(elements.column[element])
         if elements.truth is not None:
             values["kind"] = int(elements.truth.kind[element])
-        rows.append(json.dumps({**values, "points": elements.of(element).tolist()}))
+        rows.append(json.dumps({**values, "points": elements.points_of(element).tolist()}))
     truth = elements.truth
     kinds = [] if truth is None else list(zip(truth.names, truth.parameters, strict=True))
-    told = json.dumps([{"template": name, "parameters": values} for name, values in kinds])
+    kinds_text = json.dumps([{"template": name, "parameters": values} for name, values in kinds])
     joined = ",\n".join(rows)
-    return f'{{"format": "{FORMAT}", "version": {VERSION},\n"kinds": {told},\n"elements": [\n{joined}\n]}}\n'
+    return f'{{"format": "{FORMAT}", "version": {VERSION},\n"kinds": {kinds_text},\n"elements": [\n{joined}\n]}}\n'
 
 
 def save_elements(elements: Elements, path: Path) -> None:
@@ -79,24 +80,27 @@ def loads(content: bytes) -> Elements:
         raise FacadeError(f'This is not a file of elements: expected an object with "format": "{FORMAT}".')
     if document.get("version") != VERSION:
         raise FacadeError(f"Expected version {VERSION} of the format, found {document.get('version')!r}.")
-    found = a_list(document.get("elements"), "elements", MOST_ELEMENTS)
-    if not found:
+    entries = a_list(document.get("elements"), "elements", MOST_ELEMENTS)
+    if not entries:
         raise FacadeError("There are no elements: expected at least one box with points in it.")
-    clouds = [_points(an_object(each, f"Element {place}"), f"Element {place}") for place, each in enumerate(found)]
-    width = {each.shape[1] for each in clouds if len(each)}
+    clouds = [_points(an_object(entry, f"Element {index}"), f"Element {index}") for index, entry in enumerate(entries)]
+    width = {cloud.shape[1] for cloud in clouds if len(cloud)}
     if len(width) > 1:
         raise FacadeError("Points: expected 2 coordinates for every point, or 3 for every point.")
     size = width.pop() if width else 2
-    points = np.vstack([np.zeros((0, size)), *(each for each in clouds if len(each))])
+    points = np.vstack([np.zeros((0, size)), *(cloud for cloud in clouds if len(cloud))])
     boxes = np.array(
-        [_box(each, cloud, f"Element {place}") for place, (each, cloud) in enumerate(zip(found, clouds, strict=True))]
+        [
+            _box(entry, cloud, f"Element {index}")
+            for index, (entry, cloud) in enumerate(zip(entries, clouds, strict=True))
+        ]
     )
     row, column = (
-        np.array([_index(each, key, f"Element {place}, {key}") for place, each in enumerate(found)], dtype=np.int64)
+        np.array([_index(entry, key, f"Element {index}, {key}") for index, entry in enumerate(entries)], dtype=np.int64)
         for key in ("row", "column")
     )
-    offsets = offsets_from_counts(np.array([len(each) for each in clouds], dtype=np.int64))
-    truth = _truth(document, found)
+    offsets = offsets_from_counts(np.array([len(cloud) for cloud in clouds], dtype=np.int64))
+    truth = _truth(document, entries)
     return check(
         Elements(
             offsets=offsets, points=points, low=boxes[:, :2], high=boxes[:, 2:], row=row, column=column, truth=truth
@@ -110,13 +114,13 @@ def _points(values: dict[str, Any], where: str) -> Floats:
         return np.zeros((0, 2))
     size = len(listed[0]) if isinstance(listed[0], list) and len(listed[0]) in {2, 3} else 2
     try:
-        found = np.array(listed, dtype=np.float64)
+        points = np.array(listed, dtype=np.float64)
     except (ValueError, TypeError, OverflowError):
-        found = np.zeros(0)
-    if found.shape != (len(listed), size) or not np.isfinite(found).all():
-        for place, each in enumerate(listed):  # raises with its index
-            numbers(each, f"{where}, point {place}", size)
-    return found
+        points = np.zeros(0)
+    if points.shape != (len(listed), size) or not np.isfinite(points).all():
+        for index, point in enumerate(listed):  # raises with its index
+            numbers(point, f"{where}, point {index}", size)
+    return points
 
 
 def _box(values: dict[str, Any], points: Floats, where: str) -> list[float]:
@@ -125,7 +129,7 @@ def _box(values: dict[str, Any], points: Floats, where: str) -> list[float]:
     if not len(points):
         return [0.0, 0.0, 1.0, 1.0]
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    room = np.maximum(_MARGIN * (high - low), 1e-6)
+    room = np.maximum(_MARGIN_RATIO * (high - low), 1e-6)
     return [*(low - room).tolist(), *(high + room).tolist()]
 
 
@@ -133,24 +137,24 @@ def _index(values: dict[str, Any], key: str, where: str) -> int:
     return a_whole_number(values[key], where, 0, MOST_ELEMENTS) if values.get(key) is not None else -1
 
 
-def _truth(document: dict[str, Any], found: list[dict[str, Any]]) -> Truth | None:
-    told = ["kind" in each for each in found]
-    if not any(told):
+def _truth(document: dict[str, Any], entries: list[dict[str, Any]]) -> Truth | None:
+    has_kind = ["kind" in entry for entry in entries]
+    if not any(has_kind):
         return None
-    if not all(told):
-        raise FacadeError(f"Element {told.index(False)}: expected a kind, since other elements have one.")
+    if not all(has_kind):
+        raise FacadeError(f"Element {has_kind.index(False)}: expected a kind, since other elements have one.")
     kind = np.array(
-        [a_whole_number(each["kind"], f"Element {place}, kind", 0, _MOST_KINDS) for place, each in enumerate(found)],
+        [a_whole_number(entry["kind"], f"Element {index}, kind", 0, _MAX_KINDS) for index, entry in enumerate(entries)],
         dtype=np.int64,
     )
-    kinds = [an_object(each, "kinds") for each in a_list(document.get("kinds", []), "kinds", _MOST_KINDS)]
-    names = tuple(a_text(each.get("template"), "kinds, template") for each in kinds)
+    kinds = [an_object(definition, "kinds") for definition in a_list(document.get("kinds", []), "kinds", _MAX_KINDS)]
+    names = tuple(a_text(definition.get("template"), "kinds, template") for definition in kinds)
     parameters = tuple(
         {
             a_text(key, "kinds"): a_number(value, f"kinds, {key}")
-            for key, value in an_object(each.get("parameters", {}), "kinds").items()
+            for key, value in an_object(definition.get("parameters", {}), "kinds").items()
         }
-        for each in kinds
+        for definition in kinds
     )
     return Truth(kind, names, parameters)
 
@@ -178,7 +182,7 @@ def load_arrays(content: bytes) -> Elements:
         and points.ndim == 2
         and points.shape[1] in {2, 3}
         and row.shape == column.shape == (number,)
-        and (kind is None or (kind.shape == (number,) and ((kind >= 0) & (kind < _MOST_KINDS)).all()))
+        and (kind is None or (kind.shape == (number,) and ((kind >= 0) & (kind < _MAX_KINDS)).all()))
         and offsets[0] == 0
         and offsets[-1] == len(points)
         and (np.diff(offsets) >= 0).all()
@@ -201,12 +205,12 @@ def _columns(content: bytes) -> dict[str, np.ndarray]:
     """
     try:
         with zipfile.ZipFile(BytesIO(content)) as packed:
-            size = sum(each.file_size for each in packed.infolist())
-        fits = size <= _MOST_UNPACKED
+            size = sum(member.file_size for member in packed.infolist())
+        fits = size <= _MAX_UNPACKED_BYTES
         with np.load(BytesIO(content), allow_pickle=False) as archive:
             columns = {name: np.asarray(archive[name]) for name in _COLUMNS if fits and name in archive.files}
     except Exception as error:  # zipfile, zlib and NumPy raise whatever they trip over
         raise FacadeError(f"This is not an NPZ file that can be read: {error}.") from error
     if not fits:
-        raise FacadeError(f"This NPZ file unfolds to {size:,} bytes; expected at most {_MOST_UNPACKED:,}.")
+        raise FacadeError(f"This NPZ file unfolds to {size:,} bytes; expected at most {_MAX_UNPACKED_BYTES:,}.")
     return columns

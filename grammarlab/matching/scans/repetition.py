@@ -15,25 +15,25 @@ from grammarlab.facade.lattice import lattice
 from grammarlab.matching.elements import Floats, Ints
 from grammarlab.matching.scans.wall_cells import Bools, Cells
 
-_OFTEN = 4
+_MIN_REPEATS = 4
 """Least number of parts that repeat."""
-_MOST = 2_000
+_MAX_BOXES = 2_000
 """Largest number of parts; a wall with more is divided evenly."""
-_TOGETHER = 200
+_CHUNK_BOXES = 200
 """Number of boxes that are compared with others together."""
-_NEAR = 2.0
+_TOLERANCE_CELLS = 2.0
 """Largest distance of sides that agree, in cells."""
-_CORNERS = 3
+_MIN_ELEMENTS = 3
 """Least number of elements of a row and a column that lack one: translations complete a parallelogram."""
-_MANY, _CLEAR = 3.0, 5.0
+_MIN_POINTS, _MIN_RELIEF_SDS = 3.0, 5.0
 """Least mean number of points of cells that show an outline by themselves, and least relief, in standard deviations."""
-_AROUND = 3
+_MARGIN_CELLS = 3
 """Width of the surroundings of a part, in cells."""
-_SHARE = 0.25
+_MIN_CELL_SHARE = 0.25
 """Least share of the cells of a part with a kind of difference, such as relief, that marks its outline."""
-_BEYOND, _GOES_ON = 0.25, 0.8
+_EXTENSION_RATIO, _MIN_EXTENSION_SHARE = 0.25, 0.8
 """Part of a box, beyond its side, in which an opening goes on, and least visible part of its outline there."""
-_VISIBLE = 0.25
+_MIN_VISIBLE_SHARE = 0.25
 """Least visible part of the outline of an element that was not found by itself."""
 
 
@@ -44,14 +44,14 @@ def repeated(boxes: Floats, side: float) -> Bools:
         boxes: left, bottom, right, top, metres.
         side: side of the cells of the boxes, metres.
     """
-    if not _OFTEN <= len(boxes) <= _MOST:
+    if not _MIN_REPEATS <= len(boxes) <= _MAX_BOXES:
         return np.zeros(len(boxes), dtype=bool)
-    far = np.abs(boxes[:, None] - boxes) > _NEAR * side
+    differs = np.abs(boxes[:, None] - boxes) > _TOLERANCE_CELLS * side
     size = boxes[:, 2:] - boxes[:, :2]
-    equal = (np.abs(size[:, None] - size) <= _NEAR * side).all(axis=2)
-    in_line = ~far[:, :, [0, 2]].any(axis=2) | ~far[:, :, [1, 3]].any(axis=2)
+    equal = (np.abs(size[:, None] - size) <= _TOLERANCE_CELLS * side).all(axis=2)
+    in_line = ~differs[:, :, [0, 2]].any(axis=2) | ~differs[:, :, [1, 3]].any(axis=2)
     label = connected_components(equal & in_line, directed=False)[1]
-    return np.bincount(label)[label] >= _OFTEN
+    return np.bincount(label)[label] >= _MIN_REPEATS
 
 
 def completed(boxes: Floats, blocked: Floats, off: Bools, cells: Cells) -> tuple[Floats, Floats]:
@@ -75,15 +75,15 @@ def completed(boxes: Floats, blocked: Floats, off: Bools, cells: Cells) -> tuple
     for axis in (0, 1):
         ends = boxes[:, [axis, axis + 2]]
         member = lattice(ends[:, 0], ends[:, 1], float(cells.low[axis]), float(cells.high[axis])).member
-        usual, count = _usual(ends, member, _NEAR * cells.side)
-        near = np.abs(ends - usual[member]) <= _NEAR * cells.side
+        usual, count = _usual(ends, member, _TOLERANCE_CELLS * cells.side)
+        near = np.abs(ends - usual[member]) <= _TOLERANCE_CELLS * cells.side
         aligned[:, [axis, axis + 2]] = np.where(near, usual[member], ends)
         lines.append((usual, count))
     (column, of_column), (row, of_row) = lines
-    across, up = (each.ravel() for each in np.nonzero(of_column[:, None] + of_row >= _CORNERS))
-    places = np.stack([column[across, 0], row[up, 0], column[across, 1], row[up, 1]], axis=1)
-    free = places[~overlapping(places, np.vstack([aligned, blocked]))]
-    return aligned, np.array([each for each in free if _is_lacking(each, off, cells)]).reshape(-1, 4)
+    across, up = (index.ravel() for index in np.nonzero(of_column[:, None] + of_row >= _MIN_ELEMENTS))
+    candidates = np.stack([column[across, 0], row[up, 0], column[across, 1], row[up, 1]], axis=1)
+    free = candidates[~overlapping(candidates, np.vstack([aligned, blocked]))]
+    return aligned, np.array([box for box in free if _is_lacking(box, off, cells)]).reshape(-1, 4)
 
 
 def _usual(ends: Floats, member: Ints, near: float) -> tuple[Floats, Ints]:
@@ -97,30 +97,32 @@ def _usual(ends: Floats, member: Ints, near: float) -> tuple[Floats, Ints]:
     usual = np.zeros((int(member.max()) + 1, 2))
     count = np.zeros(len(usual), dtype=np.int64)
     for line in np.unique(member).tolist():
-        own = ends[member == line]
-        own = own[(np.abs(own - np.median(own, axis=0)) <= near).all(axis=1)]
-        usual[line], count[line] = (np.median(own, axis=0), len(own)) if len(own) else (np.nan, -len(member))
-    known = np.flatnonzero(count > 0)
+        members = ends[member == line]
+        members = members[(np.abs(members - np.median(members, axis=0)) <= near).all(axis=1)]
+        usual[line], count[line] = (
+            (np.median(members, axis=0), len(members)) if len(members) else (np.nan, -len(member))
+        )
+    filled_lines = np.flatnonzero(count > 0)
     lacking = np.setdiff1d(np.arange(len(usual)), member)
-    if not len(known):
+    if not len(filled_lines):
         count[lacking] = -len(member)
         return usual, count
     for end in (0, 1):
-        usual[lacking, end] = np.interp(lacking, known, usual[known, end])
+        usual[lacking, end] = np.interp(lacking, filled_lines, usual[filled_lines, end])
     return usual, count
 
 
 def overlapping(boxes: Floats, others: Floats) -> Bools:
     """[N] whether a box and one of the others share more than a tenth of the smaller one's area."""
-    found = [np.zeros(0, dtype=bool)]
+    parts = [np.zeros(0, dtype=bool)]
     other = (others[:, 2:] - others[:, :2]).prod(axis=1)
     # In parts, since thousands of boxes have millions of pairs.
-    for own in np.array_split(boxes, len(boxes) // _TOGETHER + 1):
-        low = np.maximum(own[:, None, :2], others[:, :2])
-        shared = np.maximum(np.minimum(own[:, None, 2:], others[:, 2:]) - low, 0.0).prod(axis=2)
-        area = (own[:, 2:] - own[:, :2]).prod(axis=1)
-        found.append((shared > 0.1 * np.minimum(area[:, None], other)).any(axis=1))
-    return np.concatenate(found)
+    for part in np.array_split(boxes, len(boxes) // _CHUNK_BOXES + 1):
+        low = np.maximum(part[:, None, :2], others[:, :2])
+        shared = np.maximum(np.minimum(part[:, None, 2:], others[:, 2:]) - low, 0.0).prod(axis=2)
+        area = (part[:, 2:] - part[:, :2]).prod(axis=1)
+        parts.append((shared > 0.1 * np.minimum(area[:, None], other)).any(axis=1))
+    return np.concatenate(parts)
 
 
 def visible_part(box: Floats, off: Bools, cells: Cells) -> float:
@@ -136,29 +138,29 @@ def _sides(box: Floats, off: Bools, cells: Cells) -> list[Bools]:
         count = max(round((high - low)[1 - axis] / cells.side) - 1, 1)
         along = np.linspace(low[1 - axis] + cells.side, high[1 - axis] - cells.side, count)
         for end, outward in ((low, -1.0), (high, 1.0)):
-            found = []
+            is_off = []
             for away in (-2.0, -1.0, 1.5, 2.5):
                 points = np.empty((len(along), 2))
                 points[:, axis], points[:, 1 - axis] = end[axis] + outward * away * cells.side, along
-                found.append(off[cells.place(points)])
-            sides.append((found[0] | found[1]) & ~(found[2] & found[3]))
+                is_off.append(off[cells.indices(points)])
+            sides.append((is_off[0] | is_off[1]) & ~(is_off[2] & is_off[3]))
     return sides
 
 
 def _is_lacking(box: Floats, off: Bools, cells: Cells) -> bool:
     """Whether enough of the outline of a box is visible, and no opening goes on beyond a side, as a door does."""
     sides = _sides(box, off, cells)
-    if np.concatenate(sides).mean() < _VISIBLE:
+    if np.concatenate(sides).mean() < _MIN_VISIBLE_SHARE:
         return False
     for side, (axis, sign) in zip(sides, ((0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0)), strict=True):
         beyond = box.copy()
-        length = max(_BEYOND * (box[axis + 2] - box[axis]), 5.0 * cells.side)
+        length = max(_EXTENSION_RATIO * (box[axis + 2] - box[axis]), 5.0 * cells.side)
         if sign < 0.0:
             beyond[axis], beyond[axis + 2] = box[axis] - length, box[axis]
         else:
             beyond[axis], beyond[axis + 2] = box[axis + 2], box[axis + 2] + length
         jambs = _sides(beyond, off, cells)[2 - 2 * axis : 4 - 2 * axis]
-        if side.mean() < _VISIBLE and np.concatenate(jambs).mean() > _GOES_ON:
+        if side.mean() < _MIN_VISIBLE_SHARE and np.concatenate(jambs).mean() > _MIN_EXTENSION_SHARE:
             return False
     return True
 
@@ -171,40 +173,42 @@ def borders(boxes: Floats, shallow: Bools, cells: Cells) -> Floats:
         shallow: [W, H] cells of shallow parts.
         cells: the wall.
     """
-    found = [np.zeros((0, 2))]
-    ends = np.stack([np.stack(cells.place(boxes[:, each]), axis=1) for each in ([0, 1], [2, 3])], axis=1)
+    points = [np.zeros((0, 2))]
+    ends = np.stack([np.stack(cells.indices(boxes[:, columns]), axis=1) for columns in ([0, 1], [2, 3])], axis=1)
     for low, high in ends.tolist():
         around = tuple(
-            slice(max(first - _AROUND, 0), last + _AROUND + 1) for first, last in zip(low, high, strict=True)
+            slice(max(first - _MARGIN_CELLS, 0), last + _MARGIN_CELLS + 1)
+            for first, last in zip(low, high, strict=True)
         )
         within = tuple(slice(first, last + 1) for first, last in zip(low, high, strict=True))
         inside = np.zeros_like(shallow[around])
-        start = np.array([each.start for each in around])
+        start = np.array([span.start for span in around])
         inside[
-            tuple(slice(each.start - first, each.stop - first) for each, first in zip(within, start, strict=True))
+            tuple(slice(span.start - first, span.stop - first) for span, first in zip(within, start, strict=True))
         ] = shallow[within]
         strength = _strength(inside, around, cells)
-        found.append(cells.low + cells.side * (start + 0.5 + _crossings(strength - 0.5)))
-    return np.vstack(found)
+        points.append(cells.low + cells.side * (start + 0.5 + _crossings(strength - 0.5)))
+    return np.vstack(points)
 
 
 def _strength(inside: Bools, around: tuple[slice, ...], cells: Cells) -> Floats:
     """[w, h] relief or lack of points near a part [w, h], as a fraction of the part's own."""
-    found = np.zeros(inside.shape)
-    relief, weak, lack, count = (each[around] for each in (cells.relief, cells.smooth, cells.lack, cells.count))
+    strength = np.zeros(inside.shape)
+    relief, weak, lack, count = (values[around] for values in (cells.relief, cells.smooth, cells.lack, cells.count))
     raised, sparse = inside & cells.raised[around] & (count > 0), inside & cells.sparse[around]
-    for which, sharp, smooth in ((raised, relief, weak), (sparse, lack, lack)):
-        if which.sum() > _SHARE * (raised | sparse).sum():
-            middle = which & (np.abs(smooth) >= np.median(np.abs(smooth[which])))
+    for mask, sharp, smooth in ((raised, relief, weak), (sparse, lack, lack)):
+        if mask.sum() > _MIN_CELL_SHARE * (raised | sparse).sum():
+            middle = mask & (np.abs(smooth) >= np.median(np.abs(smooth[mask])))
             number = max(float(count[middle].mean()), 1e-9)
             # Mean values over nine cells blur narrow frames, so they are used only where single cells are too noisy.
-            is_clear = number >= _MANY and np.abs(sharp[middle]).mean() >= _CLEAR * cells.noise / np.sqrt(number)
+            min_relief = _MIN_RELIEF_SDS * cells.noise / np.sqrt(number)
+            is_clear = number >= _MIN_POINTS and np.abs(sharp[middle]).mean() >= min_relief
             field = sharp if is_clear else smooth
-            own = float((field * np.sign(smooth))[middle].mean())
-            found = np.maximum(found, np.abs(field) / max(own, 1e-9))
-    found = np.where(ndimage.binary_dilation(_filled(inside), iterations=2), found, 0.0)
-    within = found > 0.5
-    return np.where(np.logical_and(ndimage.binary_erosion(_filled(within)), ~within), 1.0, found)
+            part_mean = float((field * np.sign(smooth))[middle].mean())
+            strength = np.maximum(strength, np.abs(field) / max(part_mean, 1e-9))
+    strength = np.where(ndimage.binary_dilation(_filled(inside), iterations=2), strength, 0.0)
+    within = strength > 0.5
+    return np.where(np.logical_and(ndimage.binary_erosion(_filled(within)), ~within), 1.0, strength)
 
 
 def _filled(part: Bools) -> Bools:
@@ -218,11 +222,11 @@ def _filled(part: Bools) -> Bools:
 
 def _crossings(values: Floats) -> Floats:
     """[Q, 2] places between neighbours of different sign where linear interpolation is 0, in cells."""
-    found = []
+    crossings = []
     for axis in (0, 1):
         before, after = (np.take(values, np.arange(k, values.shape[axis] - 1 + k), axis) for k in (0, 1))
-        place = np.argwhere((before > 0.0) != (after > 0.0)).astype(np.float64)
-        one, other = (each[tuple(place.astype(np.int64).T)] for each in (before, after))
-        place[:, axis] += one / (one - other)
-        found.append(place)
-    return np.vstack(found)
+        position = np.argwhere((before > 0.0) != (after > 0.0)).astype(np.float64)
+        start, end = (side[tuple(position.astype(np.int64).T)] for side in (before, after))
+        position[:, axis] += start / (start - end)
+        crossings.append(position)
+    return np.vstack(crossings)

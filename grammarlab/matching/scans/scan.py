@@ -29,27 +29,27 @@ from grammarlab.matching.scans.repetition import repeated
 from grammarlab.matching.scans.scan_boxes import FacadePlane, find_boxes
 from grammarlab.matching.scans.wall_cells import facades
 
-_WALL = 0.05
+_MIN_WALL_RATIO = 0.05
 """Least number of points of a wall, as a share of those of the wall for another axis."""
-_FLAT = 0.02
+_MAX_DISTANCE_M = 0.02
 """Largest distance of points of a wall from its plane, metres."""
-_MOST_PLANES = 2
+_MAX_PLANES = 2
 """Largest number of planes whose elements are compared."""
-_CLEARLY_MORE = 1.5
+_MIN_COUNT_RATIO = 1.5
 """Least ratio of numbers of elements that is more than an accident of noise."""
-_NEAR = 0.05
+_TOLERANCE_M = 0.05
 """Least tolerance of equal elements, metres."""
-_GROUND = 0.1
+_GROUND_SHARE = 0.1
 """Part of the height, at the bottom, in which the ground lies."""
-_LEAST_GROUND = 0.05
+_MIN_GROUND_SHARE = 0.05
 """Least share of the points on the ground."""
-_LEVEL = 0.05
+_LEVEL_M = 0.05
 """Thickness of the ground, metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What the facades of a scan show if an axis is up."""
+    """Evidence in the facades of a scan that an axis is up."""
 
     num_repeated: int
     """Number of elements that repeat."""
@@ -73,7 +73,7 @@ def up_axes(points: Floats, num_edges: int, suffix: str) -> tuple[str, ...]:
         return "z", "y"
     planes = {axis: _planes(points[:, columns]) for axis, columns in UP_AXES.items()}
     y, z = (_num_on_wall(planes[axis]) for axis in "yz")
-    if min(y, z) <= _WALL * max(y, z):
+    if min(y, z) <= _MIN_WALL_RATIO * max(y, z):
         return ("y", "z") if y > z else ("z", "y")
     other, usual = (_reading(planes[axis], points[:, UP_AXES[axis][2]], num_edges) for axis in "yz")
     return ("y", "z") if _is_likelier(other, usual) else ("z", "y")
@@ -87,33 +87,33 @@ def plane_of(points: Floats, num_edges: int) -> FacadePlane:
 def _planes(points: Floats) -> list[Floats]:
     """The first facades if the third coordinate is up; none without a vertical plane."""
     try:
-        return list(islice(facades(points), _MOST_PLANES))
+        return list(islice(facades(points), _MAX_PLANES))
     except FacadeError:
         return []
 
 
 def _num_on_wall(planes: list[Floats]) -> int:
-    return int((np.abs(planes[0][:, 2]) < _FLAT).sum()) if planes else 0
+    return int((np.abs(planes[0][:, 2]) < _MAX_DISTANCE_M).sum()) if planes else 0
 
 
 def _is_likelier(other: _Reading, usual: _Reading) -> bool:
     """Whether the other axis is up rather than the usual one."""
     if (
-        other.num_repeated > _CLEARLY_MORE * usual.num_repeated
-        or usual.num_repeated > _CLEARLY_MORE * other.num_repeated
+        other.num_repeated > _MIN_COUNT_RATIO * usual.num_repeated
+        or usual.num_repeated > _MIN_COUNT_RATIO * other.num_repeated
     ):
         return other.num_repeated > usual.num_repeated
     # The wall is vertical for both axes: the ground, and windows that stand.
-    return other.ground > usual.ground + _LEAST_GROUND and other.is_upright and not usual.is_upright
+    return other.ground > usual.ground + _MIN_GROUND_SHARE and other.is_upright and not usual.is_upright
 
 
 def _reading(planes: list[Floats], height: Floats, num_edges: int) -> _Reading:
-    """What facades show, and the heights [P] of all points."""
+    """Evidence of facades and of the heights [P] of all points that an axis is up."""
     num_repeated, sizes = 0, [np.zeros((0, 2))]
     for plane in planes:
-        found = find_boxes(plane_of(plane, num_edges))
-        num_repeated += int(repeated(found.box, max(_NEAR, found.spacing)).sum())
-        sizes.append(found.box[:, 2:] - found.box[:, :2])
+        detection = find_boxes(plane_of(plane, num_edges))
+        num_repeated += int(repeated(detection.box, max(_TOLERANCE_M, detection.spacing)).sum())
+        sizes.append(detection.box[:, 2:] - detection.box[:, :2])
     across, up = np.vstack(sizes).T
     return _Reading(num_repeated, 2 * int((up > across).sum()) > len(up), _ground(height))
 
@@ -121,24 +121,26 @@ def _reading(planes: list[Floats], height: Floats, num_edges: int) -> _Reading:
 def _ground(height: Floats) -> float:
     """Share of the points on one level at the bottom."""
     low, high = np.quantile(height, [0.001, 0.999])
-    near = height[(height > low - _LEVEL) & (height < low + _GROUND * (high - low))]
-    counts = np.unique(np.floor((near - low) / _LEVEL), return_counts=True)[1]
+    near = height[(height > low - _LEVEL_M) & (height < low + _GROUND_SHARE * (high - low))]
+    counts = np.unique(np.floor((near - low) / _LEVEL_M), return_counts=True)[1]
     return float(counts.max(initial=0)) / len(height)
 
 
 MESHES = (".ply", ".obj", ".stl", ".glb", ".off")
 SCANS = (".las", ".laz")
-_EDGE = np.radians(20.0)
-_SPACING = 0.02
+_MIN_EDGE_ANGLE = np.radians(20.0)
+"""Least angle between faces at a sharp edge, radians."""
+_SPACING_M = 0.02
 """Distance of sample points on meshes and their edges, metres."""
-_MOST_SAMPLES = 2_000_000
+_MAX_SAMPLES = 2_000_000
+"""Largest number of sample points on faces, and on edges."""
 _MOST_BYTES = 256 * 2**20
 """Largest size of a mesh."""
 _MOST_SCAN_BYTES = 1 << 31
 """Largest size of a scan, and of a PLY file, which may be one."""
 _BYTES_PER_POINT = 0.01
 """Least size of a point in a file: LAZ stores a million equal points in 12 kB."""
-_COARSEST = 0.02
+_MAX_ROUNDING_M = 0.02
 """Largest rounding step of coordinates, metres."""
 
 
@@ -159,8 +161,8 @@ def read_surfaces(path: Path, unit: float = 1.0, up: str = "") -> Iterator[tuple
     axes = (up,) if up else up_axes(points, num_edges, suffix)
     for axis in axes:
         try:
-            for found in facades(points[:, UP_AXES[axis]]):
-                yield axis, plane_of(found, num_edges)
+            for facade in facades(points[:, UP_AXES[axis]]):
+                yield axis, plane_of(facade, num_edges)
         except FacadeError as error:
             complaints.append(error)
     if len(complaints) == len(axes):
@@ -180,9 +182,9 @@ def _mesh(path: Path, unit: float) -> tuple[Floats, int]:
         return vertices, 0
     loaded = trimesh.Trimesh(vertices, faces, process=False)
     loaded.merge_vertices()
-    count = int(np.clip(loaded.area / _SPACING**2, 1_000, _MOST_SAMPLES))
+    count = int(np.clip(loaded.area / _SPACING_M**2, 1_000, _MAX_SAMPLES))
     surface = np.asarray(trimesh.sample.sample_surface(loaded, count, seed=0)[0])
-    sharp = loaded.face_adjacency_edges[loaded.face_adjacency_angles > _EDGE]
+    sharp = loaded.face_adjacency_edges[loaded.face_adjacency_angles > _MIN_EDGE_ANGLE]
     border = loaded.edges_sorted[trimesh.grouping.group_rows(loaded.edges_sorted, require_count=1)]
     edges = _along(np.asarray(loaded.vertices)[np.vstack([sharp, border])])
     return np.vstack([surface, edges]), len(edges)
@@ -191,11 +193,11 @@ def _mesh(path: Path, unit: float) -> tuple[Floats, int]:
 def _along(segments: Floats) -> Floats:
     """Points every two centimetres along segments [S, 2, 3]."""
     length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
-    spacing = max(_SPACING, float(length.sum()) / _MOST_SAMPLES)
+    spacing = max(_SPACING_M, float(length.sum()) / _MAX_SAMPLES)
     counts = np.maximum(np.ceil(length / spacing).astype(np.int64), 1)
-    own = np.repeat(np.arange(len(segments)), counts)
-    part = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[own]
-    return segments[own, 0] + part[:, None] * (segments[own, 1] - segments[own, 0])
+    segment = np.repeat(np.arange(len(segments)), counts)
+    part = (np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[segment]
+    return segments[segment, 0] + part[:, None] * (segments[segment, 1] - segments[segment, 0])
 
 
 def _las(path: Path, unit: float) -> Floats:
@@ -236,7 +238,7 @@ def _checked(points: Floats, path: Path, unit: float) -> Floats:
     if points.ndim != 2 or points.shape[1] != 3 or not (np.abs(points) <= FARTHEST).all():
         raise FacadeError(f"{path.name}: expected points of three finite coordinates within {FARTHEST:g}.")
     step = unit * float(np.spacing(np.float32(np.abs(points).max(initial=0.0))))
-    if step > _COARSEST and (points == points.astype(np.float32)).all():
+    if step > _MAX_ROUNDING_M and (points == points.astype(np.float32)).all():
         raise FacadeError(
             f"{path.name}: its coordinates are only exact to {step:.2g} m (32 bits, far from the origin). "
             "Write them with 64 bits, or move the scan to the origin before it is written."

@@ -21,9 +21,9 @@ from grammarlab.matching.scans.repetition import borders, completed, overlapping
 from grammarlab.matching.scans.wall_cells import DEEP, Bools, Cells, cells_of
 from grammarlab.tables import Table, TableRow, read_table
 
-_WITHIN = 0.36
+_BORDER_RATIO = 0.36
 """Distance of the border from the outermost points of the wall, in point distances: 0.32 to 0.40 in simulated scans."""
-_FEWEST = 4
+_MIN_POINTS = 4
 """Least number of points of a triangulation."""
 
 
@@ -42,7 +42,7 @@ def outlines(wall: Floats, other: Floats, reach: float, is_hole: Callable[[Float
         is_hole: whether places [N, 2] are in a hole of the wall; it may miss places near the border of a hole.
     """
     points = np.vstack([wall, other])
-    if len(points) < _FEWEST:
+    if len(points) < _MIN_POINTS:
         return np.zeros((0, 2))
     # Qhull loses digits far from the origin.
     origin = points.mean(axis=0)
@@ -68,7 +68,7 @@ def outlines(wall: Floats, other: Floats, reach: float, is_hole: Callable[[Float
     normal *= np.sign(((middle - corners) * normal).sum(axis=2, keepdims=True))
     normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-12)
     pairs = _mutual(edge[across], length[across], len(points))
-    return np.vstack([points[pairs].mean(axis=1), (middle + _WITHIN * spacing * normal)[rim]])
+    return np.vstack([points[pairs].mean(axis=1), (middle + _BORDER_RATIO * spacing * normal)[rim]])
 
 
 def _mutual(pairs: Ints, length: Floats, number: int) -> Ints:
@@ -86,15 +86,15 @@ def _connected(links: Ints, is_start: Bools) -> Bools:
     return np.isin(label, label[is_start])
 
 
-_LEAST, _MOST = 0.25, 6.0
+_MIN_SIDE_M, _MAX_SIDE_M = 0.25, 6.0
 """Least and largest side of an element, metres."""
-_MARGIN = 0.12
+_MARGIN_M = 0.12
 """Margin of a box around its element, metres."""
 _MARGIN_CELLS = 1.5
 """Least margin in cells: a hole may fill a cell less than it covers on each side, and its outline is noisy."""
-_BESIDE = 2
+_MAX_OUTLINE_CELLS = 2
 """Largest distance of an outline from the empty cells of its hole, in cells: corners have cells with a few points."""
-_OUTLINED = 0.7
+_MIN_VISIBLE_SHARE = 0.7
 """Least visible part of the outline of a box that its element fills; one that is joined with a shadow shows less."""
 _SIDES = ("left", "bottom", "right", "top")
 
@@ -148,20 +148,20 @@ def find_boxes(surface: FacadePlane) -> FoundBoxes:
     shallow = np.asarray(ndimage.binary_closing(cells.raised | cells.sparse, np.ones((3, 3))), dtype=bool)
     off = cells.empty | shallow
     deep, flat = _parts(cells.empty, cells), _parts(shallow, cells)
-    outlined = np.array([visible_part(each, off, cells) >= _OUTLINED for each in deep.box], dtype=bool)
-    single, ragged = (deep.box[deep.is_element & each] for each in (outlined, ~outlined))
-    often = repeated(single, cells.side)
-    firm, single = single[often], single[~often]
+    outlined = np.array([visible_part(box, off, cells) >= _MIN_VISIBLE_SHARE for box in deep.box], dtype=bool)
+    single, ragged = (deep.box[deep.is_element & is_group] for is_group in (outlined, ~outlined))
+    is_repeated = repeated(single, cells.side)
+    firm, single = single[is_repeated], single[~is_repeated]
     # A shallow part that repeats is more than a fragment of it that is deep.
     others = np.flatnonzero(flat.is_element & ~overlapping(flat.box, firm))
     others = others[repeated(np.vstack([firm, flat.box[others]]), cells.side)[len(firm) :]]
     single = single[~overlapping(single, flat.box[others])]
-    known = np.vstack([firm, single, flat.box[others]])
-    aligned, lacking = completed(known, deep.box[outlined & ~deep.is_element], off, cells)
+    detected = np.vstack([firm, single, flat.box[others]])
+    aligned, lacking = completed(detected, deep.box[outlined & ~deep.is_element], off, cells)
     ragged = ragged[~overlapping(ragged, np.vstack([flat.box[others], lacking]))]
     num_deep = len(firm) + len(single)
-    found = np.vstack([aligned[:num_deep], ragged, aligned[num_deep:], lacking])
-    found += max(_MARGIN, _MARGIN_CELLS * cells.side) * np.array([-1.0, -1.0, 1.0, 1.0])
+    boxes = np.vstack([aligned[:num_deep], ragged, aligned[num_deep:], lacking])
+    boxes += max(_MARGIN_M, _MARGIN_CELLS * cells.side) * np.array([-1.0, -1.0, 1.0, 1.0])
     outline = surface.edges[:, :2]
     if not len(outline):
         is_deep = np.bincount(flat.label.ravel(), weights=cells.empty.ravel()) > 0
@@ -169,38 +169,38 @@ def find_boxes(surface: FacadePlane) -> FoundBoxes:
         is_deep[flat.number[others]] = False
         outline = np.vstack([_deep_outlines(surface, cells), borders(of_flat, shallow & ~is_deep[flat.label], cells)])
     spacing = 0.0 if len(surface.edges) else cells.spacing
-    return FoundBoxes(found, outline, len(others) + len(lacking), spacing)
+    return FoundBoxes(boxes, outline, len(others) + len(lacking), spacing)
 
 
 def _parts(off: Bools, cells: Cells) -> _Parts:
     """The connected parts of the cells [W, H] that are not part of the wall."""
     label = np.asarray(ndimage.label(off)[0], dtype=np.int64)  # pyright: ignore[reportIndexIssue] its stub forgets the pair
-    places = ndimage.find_objects(label)[: 10 * MOST_ELEMENTS]
+    extents = ndimage.find_objects(label)[: 10 * MOST_ELEMENTS]
     first, last = (
-        np.array([[getattr(side, end) for side in place] for place in places]).reshape(-1, 2)
+        np.array([[getattr(side, end) for side in extent] for extent in extents]).reshape(-1, 2)
         for end in ("start", "stop")
     )
     size = (last - first) * cells.side
-    large = np.flatnonzero((size >= _LEAST).all(axis=1))
+    large = np.flatnonzero((size >= _MIN_SIDE_M).all(axis=1))
     box = np.hstack([cells.low + first * cells.side, cells.low + last * cells.side])
-    fits = np.all((first > 0) & (last < np.array(label.shape)) & (size <= _MOST), axis=1)
+    fits = np.all((first > 0) & (last < np.array(label.shape)) & (size <= _MAX_SIDE_M), axis=1)
     return _Parts(label, large + 1, box[large], fits[large])
 
 
 def _deep_outlines(surface: FacadePlane, cells: Cells) -> Floats:
     flat, wall = surface.points[:, :2], np.abs(surface.points[:, 2]) < DEEP
     # Points far inside of a hole or of the wall are left out for speed; then even the wall seems to have holes.
-    near = _grown(cells.empty, _BESIDE + 1) & _grown(~cells.empty, _BESIDE)
-    near = near[cells.place(flat)]
+    near = _grown(cells.empty, _MAX_OUTLINE_CELLS + 1) & _grown(~cells.empty, _MAX_OUTLINE_CELLS)
+    near = near[cells.indices(flat)]
     points = outlines(
-        flat[wall & near], flat[~wall & near], cells.side, lambda places: cells.empty[cells.place(places)]
+        flat[wall & near], flat[~wall & near], cells.side, lambda positions: cells.empty[cells.indices(positions)]
     )
-    return points[_grown(cells.empty, _BESIDE)[cells.place(points)]]
+    return points[_grown(cells.empty, _MAX_OUTLINE_CELLS)[cells.indices(points)]]
 
 
-def _grown(which: Bools, steps: int) -> Bools:
+def _grown(mask: Bools, steps: int) -> Bools:
     """[W, H] cells at most some steps from some of the cells [W, H]."""
-    return np.asarray(ndimage.binary_dilation(which, np.ones((3, 3)), iterations=steps), dtype=bool)
+    return np.asarray(ndimage.binary_dilation(mask, np.ones((3, 3)), iterations=steps), dtype=bool)
 
 
 def read_boxes(content: bytes) -> Floats:
@@ -256,13 +256,13 @@ def cut_out(points: Floats, boxes: Floats, spacing: float = 0.0, notes: tuple[st
     order = np.argsort(points[:, 0], kind="stable")
     across = points[order, 0]
     clouds = []
-    for left, bottom, right, top in boxes.tolist():
-        own = points[order[np.searchsorted(across, left) : np.searchsorted(across, right, side="right")]]
-        clouds.append(own[(own[:, 1] >= bottom) & (own[:, 1] <= top)])
+    for low_x, low_y, high_x, high_y in boxes.tolist():
+        column_points = points[order[np.searchsorted(across, low_x) : np.searchsorted(across, high_x, side="right")]]
+        clouds.append(column_points[(column_points[:, 1] >= low_y) & (column_points[:, 1] <= high_y)])
     middle = (boxes[:, :2] + boxes[:, 2:]) / 2
     size = np.median(boxes[:, 2:] - boxes[:, :2], axis=0)
     return Elements(
-        offsets=offsets_from_counts(np.array([len(each) for each in clouds], dtype=np.int64)),
+        offsets=offsets_from_counts(np.array([len(cloud) for cloud in clouds], dtype=np.int64)),
         points=np.vstack(clouds),
         low=boxes[:, :2],
         high=boxes[:, 2:],
@@ -273,10 +273,10 @@ def cut_out(points: Floats, boxes: Floats, spacing: float = 0.0, notes: tuple[st
     )
 
 
-def _lines(place: Floats, size: float) -> Ints:
+def _lines(position: Floats, size: float) -> Ints:
     """[N] index of the line of each, ascending: a new one begins after a gap wider than half an element."""
-    order = np.argsort(place, kind="stable")
-    number = np.cumsum(np.append(0, np.diff(place[order]) > size / 2))
-    found = np.empty(len(place), dtype=np.int64)
-    found[order] = number
-    return found
+    order = np.argsort(position, kind="stable")
+    number = np.cumsum(np.append(0, np.diff(position[order]) > size / 2))
+    index = np.empty(len(position), dtype=np.int64)
+    index[order] = number
+    return index

@@ -17,10 +17,11 @@ from grammarlab.matching.scans.scan import MESHES, SCANS, read_surfaces
 from grammarlab.matching.scans.scan_boxes import FoundBoxes, cut_out, find_boxes, read_boxes
 
 DOCUMENTS = (".json", ".npz")
-_MOST_BYTES = 1 << 30
+_MAX_BYTES = 1 << 30
+"""Largest size of a file of elements."""
 _HEAD_BYTES = 1 << 16
 """Largest size of the head of a PLY file."""
-_LARGEST = 1_000.0
+_MAX_SIZE_M = 1_000.0
 """Largest size of a facade, metres."""
 
 
@@ -32,7 +33,7 @@ def is_elements(path: Path) -> bool:
     if ending != ".json":
         return ending in (".npz", *SCANS)
     try:
-        document = parse_json(read_bounded(path, _MOST_BYTES))
+        document = parse_json(read_bounded(path, _MAX_BYTES))
     except FacadeError:
         return False
     return isinstance(document, dict) and (document.get("format", FORMAT) == FORMAT) and "elements" in document
@@ -71,7 +72,7 @@ def load_elements(path: Path, boxes: Path | None = None, unit: str = "m", up: st
         if unit != "m" or up:
             raise UsageError("--unit, --up: a file of elements is in metres, with y up.")
         reader = loads if ending == ".json" else load_arrays
-        content = read_bounded(path, _MOST_BYTES)
+        content = read_bounded(path, _MAX_BYTES)
         try:
             return reader(content)
         except FacadeError as error:
@@ -79,24 +80,26 @@ def load_elements(path: Path, boxes: Path | None = None, unit: str = "m", up: st
     return check(_on_facade(path, None if boxes is None else read_boxes(read_bounded(boxes)), unit, up))
 
 
-def _on_facade(path: Path, given: Floats | None, unit: str, up: str) -> Elements:
+def _on_facade(path: Path, boxes: Floats | None, unit: str, up: str) -> Elements:
     """The elements of the first facade of a scan or mesh that has any."""
     size = np.zeros(2)
     for axis, surface in read_surfaces(path, UNITS[unit], up):
-        found = find_boxes(surface)
+        detection = find_boxes(surface)
         notes = () if up else (f"{axis} is taken as the up axis; give --up if another one is",)
         size = np.maximum(size, np.ptp(surface.points[:, :2], axis=0))
-        if given is None and len(found.box):
-            of_these = f", {found.num_repeated} of them by repetition" if found.num_repeated else ""
-            return _cut_out(found, found.box, f"{len(found.box)} boxes were found on the facade{of_these}", *notes)
-        if given is not None:
-            elements = _cut_out(found, given, f"{len(given)} boxes are given on the facade", *notes)
+        if boxes is None and len(detection.box):
+            of_these = f", {detection.num_repeated} of them by repetition" if detection.num_repeated else ""
+            return _cut_out(
+                detection, detection.box, f"{len(detection.box)} boxes were found on the facade{of_these}", *notes
+            )
+        if boxes is not None:
+            elements = _cut_out(detection, boxes, f"{len(boxes)} boxes are given on the facade", *notes)
             if elements.counts.any():
                 return elements
     where = f"{path.name}: its points span {size[0]:.3g} x {size[1]:.3g} m. "
-    if size.max() > _LARGEST:
+    if size.max() > _MAX_SIZE_M:
         where += "Expected metres; the unit may be the millimetre (--unit mm). "
-    if given is None:
+    if boxes is None:
         raise FacadeError(
             f"{where}No element was found on the facade: expected holes of 0.25 to 6 m, parts at least 4 cm in "
             "front of or behind the wall, or at least four equal flatter parts in rows or columns. Use --boxes."
@@ -107,9 +110,11 @@ def _on_facade(path: Path, given: Floats | None, unit: str, up: str) -> Elements
     )
 
 
-def _cut_out(found: FoundBoxes, boxes: Floats, *notes: str) -> Elements:
+def _cut_out(detection: FoundBoxes, boxes: Floats, *notes: str) -> Elements:
     """The points of each box, with notes."""
-    return cut_out(found.outline, boxes, found.spacing, tuple(filter(None, (*notes, _coarse(found.spacing)))))
+    return cut_out(
+        detection.outline, boxes, detection.spacing, tuple(filter(None, (*notes, _coarse(detection.spacing))))
+    )
 
 
 def _coarse(spacing: float) -> str:

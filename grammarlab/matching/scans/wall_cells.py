@@ -15,17 +15,19 @@ from scipy import ndimage
 from grammarlab.errors import FacadeError
 from grammarlab.matching.elements import Floats, Ints
 
-_TRIES = 200
-_SEEN = 20_000
+_NUM_TRIALS = 200
+"""Number of random planes."""
+_MAX_SAMPLES = 20_000
 """Largest number of points that are examined."""
-_NEAR = 0.002
+_NEAR_RATIO = 0.002
 """Largest distance of the wall's points from the initial plane, as a fraction of the extent of a scan."""
-_FLAT = 0.02
+_MAX_DISTANCE_M = 0.02
 """Largest distance from the final plane, metres."""
-_LEVEL = 0.3
+_MAX_VERTICAL = 0.3
 """Largest z component of a normal, since facades are vertical."""
-_MOST_PLANES = 4
-_LEAST = 0.05
+_MAX_PLANES = 4
+"""Largest number of facades of a scan."""
+_MIN_SHARE = 0.05
 """Least fraction of the points of a further plane."""
 
 
@@ -43,63 +45,63 @@ def facades(points: Floats) -> Iterator[Floats]:
         raise FacadeError(f"Expected a scan of at least 3 points, found {len(points)}.")
     random = np.random.default_rng(0)
     middle = points.mean(axis=0)
-    seen = points[random.integers(len(points), size=min(_SEEN, len(points)))] - middle
-    near = max(_NEAR * float(np.linalg.norm(np.ptp(seen, axis=0))), _FLAT)
-    rest = seen
-    for place in range(_MOST_PLANES):
-        found = _plane(rest, near, random)
-        if found is None and not place:
+    sample = points[random.integers(len(points), size=min(_MAX_SAMPLES, len(points)))] - middle
+    near = max(_NEAR_RATIO * float(np.linalg.norm(np.ptp(sample, axis=0))), _MAX_DISTANCE_M)
+    remaining = sample
+    for index in range(_MAX_PLANES):
+        plane = _plane(remaining, near, random)
+        if plane is None and not index:
             raise FacadeError(
                 "No vertical plane was found in the scan: its points lie on one line or on the ground (give --up if "
                 "another axis is up)."
             )
-        if found is None or (place and len(rest) < _LEAST * len(seen)):
+        if plane is None or (index and len(remaining) < _MIN_SHARE * len(sample)):
             return
-        normal, offset = _refined(rest, near, *found)
-        yield _along(points - middle, points[:, 2], *_outward(seen, normal, offset))
-        rest = rest[np.abs(rest @ normal - offset) > near]
+        normal, offset = _refined(remaining, near, *plane)
+        yield _along(points - middle, points[:, 2], *_outward(sample, normal, offset))
+        remaining = remaining[np.abs(remaining @ normal - offset) > near]
 
 
 def _plane(points: Floats, near: float, random: np.random.Generator) -> tuple[Floats, float] | None:
     """Normal and offset of the vertical plane with the most points; None if there is none."""
-    best, found = 0, None
+    best, best_plane = 0, None
     if len(points) < 3:
         return None
-    for triple in points[random.integers(len(points), size=(_TRIES, 3))]:
+    for triple in points[random.integers(len(points), size=(_NUM_TRIALS, 3))]:
         normal = np.cross(triple[1] - triple[0], triple[2] - triple[0])
         length = float(np.linalg.norm(normal))
-        if length <= 1e-12 or abs(normal[2]) > _LEVEL * length:
+        if length <= 1e-12 or abs(normal[2]) > _MAX_VERTICAL * length:
             continue
         normal = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
         offset = float(normal @ triple[0])
         count = int((np.abs(points @ normal - offset) < near).sum())
         if count > best:
-            best, found = count, (normal, offset)
-    return found
+            best, best_plane = count, (normal, offset)
+    return best_plane
 
 
 def _refined(points: Floats, near: float, normal: Floats, offset: float) -> tuple[Floats, float]:
     """The least-squares plane of the points near a plane, within a shrinking distance."""
     while True:
-        own = points[np.abs(points @ normal - offset) < near][:, :2]
-        if len(own) >= 3:
-            center = own.mean(axis=0)
-            across = np.linalg.eigh(np.cov((own - center).T))[1][:, 0]
+        near_points = points[np.abs(points @ normal - offset) < near][:, :2]
+        if len(near_points) >= 3:
+            center = near_points.mean(axis=0)
+            across = np.linalg.eigh(np.cov((near_points - center).T))[1][:, 0]
             across = across if across @ normal[:2] > 0.0 else -across
             normal, offset = np.array([*across, 0.0]), float(across @ center)
-        if near <= _FLAT:
+        if near <= _MAX_DISTANCE_M:
             return normal, offset
-        near = max(near / 2.0, _FLAT)
+        near = max(near / 2.0, _MAX_DISTANCE_M)
 
 
-def _outward(seen: Floats, normal: Floats, offset: float) -> tuple[Floats, float]:
+def _outward(points: Floats, normal: Floats, offset: float) -> tuple[Floats, float]:
     """Direction out of the wall: parts behind it, such as rooms behind windows, extend farther than parts in front.
 
     If both sides extend equally far, the coordinate that changes most along the wall grows to the right.
     """
-    depth = seen @ normal - offset
+    depth = points @ normal - offset
     farther = float(depth.max() + depth.min())
-    if abs(farther) < _FLAT:
+    if abs(farther) < _MAX_DISTANCE_M:
         farther = float(normal[1] if abs(normal[1]) > abs(normal[0]) else -normal[0])
     return (-normal, -offset) if farther > 0.0 else (normal, offset)
 
@@ -107,7 +109,7 @@ def _outward(seen: Floats, normal: Floats, offset: float) -> tuple[Floats, float
 def _along(moved: Floats, up: Floats, normal: Floats, offset: float) -> Floats:
     depth = moved @ normal - offset
     along = moved @ np.array([-normal[1], normal[0], 0.0])
-    wall = np.abs(depth) < _FLAT
+    wall = np.abs(depth) < _MAX_DISTANCE_M
     return np.stack([along - along[wall if wall.any() else slice(None)].min(), up, depth], axis=1)
 
 
@@ -115,15 +117,16 @@ Bools = NDArray[np.bool_]
 
 DEEP = 0.04
 """Least distance from the wall of a point that is not part of it, metres."""
-_FLATTEST = 0.006
+_MIN_RELIEF_M = 0.006
 """Least relief of a part of the wall, metres."""
-_NOISES = 3.0
+_NUM_SDS = 3.0
 """Least relief and least lack of points, in standard deviations of the mean and of the number of points."""
-_SPARSE = 0.5
+_MAX_DENSITY_RATIO = 0.5
 """Largest density of the points of a sparse part, relative to its surroundings."""
-_BLOCK, _BLOCKS = 0.5, 7
+_BLOCK_M, _NUM_BLOCKS = 0.5, 7
 """Side of a block, metres, and blocks along a side of the surroundings; elements cover less than half of these."""
-_MOST_CELLS = 4_000_000
+_MAX_CELLS = 4_000_000
+"""Largest number of cells of a wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,23 +161,23 @@ class Cells:
         """[2] upper right corner, metres."""
         return self.low + self.side * np.array(self.empty.shape)
 
-    def place(self, points: Floats) -> tuple[Ints, Ints]:
+    def indices(self, points: Floats) -> tuple[Ints, Ints]:
         """Column [P] and row [P] of the cells of points [P, 2]; of the nearest cells for points outside."""
-        return _place(points, self.low, self.side, self.empty.shape)
+        return _indices(points, self.low, self.side, self.empty.shape)
 
 
-def _place(points: Floats, low: Floats, side: float, shape: tuple[int, ...]) -> tuple[Ints, Ints]:
-    place = np.clip(((points - low) / side).astype(np.int64), 0, np.array(shape) - 1)
-    return place[:, 0], place[:, 1]
+def _indices(points: Floats, low: Floats, side: float, shape: tuple[int, ...]) -> tuple[Ints, Ints]:
+    index = np.clip(((points - low) / side).astype(np.int64), 0, np.array(shape) - 1)
+    return index[:, 0], index[:, 1]
 
 
 def cells_of(points: Floats) -> Cells:
     """The wall of a facade with points [P, 3]: along it, up, and out of the wall, metres."""
     flat, low = points[:, :2], points[:, :2].min(axis=0)
     on_wall = np.abs(points[:, 2]) < DEEP
-    side = max(_side(flat[on_wall]), float(np.sqrt(np.ptp(flat, axis=0).prod() / _MOST_CELLS)))
+    side = max(_side(flat[on_wall]), float(np.sqrt(np.ptp(flat, axis=0).prod() / _MAX_CELLS)))
     width, height = (np.ceil((flat.max(axis=0) - low) / side).astype(np.int64) + 1).tolist()
-    index = np.ravel_multi_index(_place(flat[on_wall], low, side, (width, height)), (width, height))
+    index = np.ravel_multi_index(_indices(flat[on_wall], low, side, (width, height)), (width, height))
     depth = points[on_wall, 2]
     count, total = (
         np.bincount(index, weights, minlength=width * height).reshape(width, height).astype(np.float64)
@@ -185,8 +188,8 @@ def cells_of(points: Floats) -> Cells:
     usual, level = _surroundings(number, side), _surroundings(mean, side)
     noise = 1.4826 * float(np.median(np.abs(depth - np.median(depth)))) if len(depth) else 0.0
     smooth = np.where(number > 0.5, mean - level, 0.0)
-    raised = np.abs(smooth) > np.maximum(_FLATTEST, _NOISES * noise / np.sqrt(np.maximum(number, 1.0)))
-    sparse = number < np.minimum(_SPARSE * usual, usual - _NOISES * np.sqrt(np.maximum(usual, 0.0)))
+    raised = np.abs(smooth) > np.maximum(_MIN_RELIEF_M, _NUM_SDS * noise / np.sqrt(np.maximum(number, 1.0)))
+    sparse = number < np.minimum(_MAX_DENSITY_RATIO * usual, usual - _NUM_SDS * np.sqrt(np.maximum(usual, 0.0)))
     # A hole of one cell is a gap between points.
     empty = np.logical_not(ndimage.binary_closing(count > 0, iterations=1))
     return Cells(
@@ -212,14 +215,14 @@ def _side(flat: Floats) -> float:
     """Side of cells such that a wall has some points in every cell, metres."""
     extent = np.maximum(np.ptp(flat, axis=0), 1e-6)
     dense = float(np.sqrt(extent.prod() / max(len(flat), 1)))
-    return max(2.2 * dense, 0.02, float(np.sqrt(extent.prod() / _MOST_CELLS)))
+    return max(2.2 * dense, 0.02, float(np.sqrt(extent.prod() / _MAX_CELLS)))
 
 
 def _surroundings(values: Floats, side: float) -> Floats:
     """[W, H] median of the values [W, H] of blocks around each cell, between blocks by interpolation."""
-    size = max(1, round(_BLOCK / side))
+    size = max(1, round(_BLOCK_M / side))
     filled = np.pad(values, [(0, -length % size) for length in values.shape], mode="edge")
     blocks = filled.reshape(filled.shape[0] // size, size, filled.shape[1] // size, size).mean(axis=(1, 3))
-    middle = ndimage.median_filter(blocks, _BLOCKS, mode="reflect")
-    places = [np.clip((np.arange(length) + 0.5) / size - 0.5, 0.0, None) for length in values.shape]
-    return ndimage.map_coordinates(middle, np.meshgrid(*places, indexing="ij"), order=1, mode="nearest")
+    middle = ndimage.median_filter(blocks, _NUM_BLOCKS, mode="reflect")
+    coordinates = [np.clip((np.arange(length) + 0.5) / size - 0.5, 0.0, None) for length in values.shape]
+    return ndimage.map_coordinates(middle, np.meshgrid(*coordinates, indexing="ij"), order=1, mode="nearest")

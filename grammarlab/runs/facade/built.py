@@ -143,7 +143,7 @@ def _bent(surface: Surface, example: Example, main: Tiling) -> Surface:
     """The building; along an arc it is bent back, and cut at the lines of columns: long edges follow the arc."""
     for at in main.columns:
         plane = plane_of(main.region.side, 0, float(at))
-        surface = sliced(surface, plane.axis, plane.at, TOLERANCE)
+        surface = sliced(surface, plane.axis, plane.position, TOLERANCE)
     return surface.moved(example.bent(surface.points))
 
 
@@ -157,7 +157,7 @@ def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> li
         if key not in known:
             found = synthesize([region.grid], rows, columns, method=main.method, seed=seed, count=1)
             known[key] = found[0].grid
-        grids.append(LabelGrid.of(known[key].labels, region.grid.names))
+        grids.append(LabelGrid.from_labels(known[key].labels, region.grid.names))
     return grids
 
 

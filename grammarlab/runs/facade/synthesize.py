@@ -27,7 +27,7 @@ from grammarlab.synthesis.analysis.correction import corrected, dumps
 from grammarlab.synthesis.analysis.example import MOST_LINES, Example, analyse
 from grammarlab.synthesis.assembly import facade_of, facade_of_tiling
 from grammarlab.synthesis.building_family import building_family
-from grammarlab.synthesis.building_grammar import Written, building_rules, parts_of
+from grammarlab.synthesis.building_grammar import BuildingRules, building_rules, parts_of
 from grammarlab.synthesis.example_pictures import building_picture, label_picture
 from grammarlab.synthesis.label_grid import Labels, Wishes
 from grammarlab.synthesis.label_synthesis import NO_WISHES, Method, synthesize
@@ -218,7 +218,7 @@ def _write(
     return {key: str(path) for key, path in files.items()}
 
 
-def _write_rules(rules: Written, stock: UnitStock, file: Path) -> list[Path]:
+def _write_rules(rules: BuildingRules, stock: UnitStock, file: Path) -> list[Path]:
     """Write rules, and their meshes into the folder beside them; returns the meshes."""
     write_text(file, rules.text)
     assets = file.parent / _ASSETS

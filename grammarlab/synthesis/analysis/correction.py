@@ -20,7 +20,7 @@ from grammarlab.synthesis.label_grid import LabelGrid
 from grammarlab.synthesis.mesh.surface import Floats
 
 FORMAT, VERSION = "grammarlab example", 1
-_LEAST = 0.05
+_MIN_DISTANCE_M = 0.05
 """Least distance of lines, metres."""
 
 
@@ -55,22 +55,22 @@ def _regions(example: Example, document: dict[str, Any]) -> tuple[Region, ...]:
     """The walls of a file, in the order of the example."""
     if document.get("format") != FORMAT or document.get("version") != VERSION:
         raise FacadeError(f'expected "format": "{FORMAT}" and "version": {VERSION}.')
-    walls = [an_object(each, "walls") for each in a_list(document.get("walls"), "walls", 1_000)]
-    names = [a_text(each.get("name"), "walls, name") for each in walls]
-    known = [region.name for region in example.regions]
+    walls = [an_object(wall, "walls") for wall in a_list(document.get("walls"), "walls", 1_000)]
+    names = [a_text(wall.get("name"), "walls, name") for wall in walls]
+    wall_names = [region.name for region in example.regions]
     for name in names:
-        if name not in known:
-            raise FacadeError(f"unknown wall {name!r}; expected one of {', '.join(known)}.")
+        if name not in wall_names:
+            raise FacadeError(f"unknown wall {name!r}; expected one of {', '.join(wall_names)}.")
     if len(set(names)) < len(names) or example.main.name not in names:
         raise FacadeError(f"expected each wall once, and the main wall {example.main.name!r} among them.")
-    return tuple(_region(each, walls[names.index(each.name)]) for each in example.regions if each.name in names)
+    return tuple(_region(region, walls[names.index(region.name)]) for region in example.regions if region.name in names)
 
 
 def _wall_text(region: Region) -> str:
     names = [[region.grid.names[label] for label in row] for row in region.grid.labels.tolist()]
-    rows = ",\n   ".join(json.dumps(each) for each in names)
+    rows = ",\n   ".join(json.dumps(row_names) for row_names in names)
     lines = {
-        key: json.dumps([round(float(at), 4) for at in lattice.line])
+        key: json.dumps([round(float(position), 4) for position in lattice.line])
         for key, lattice in (("columns", region.columns), ("rows", region.rows))
     }
     return (
@@ -83,39 +83,41 @@ def _region(region: Region, wall: dict[str, Any]) -> Region:
     middle = (region.elements[:, :2] + region.elements[:, 2:]) / 2.0
     columns = _lattice(wall.get("columns"), f"{region.name}, columns", middle[:, 0], region.columns)
     rows = _lattice(wall.get("rows"), f"{region.name}, rows", middle[:, 1], region.rows)
-    found = [
-        [a_text(each, f"{region.name}, labels") for each in a_list(row, f"{region.name}, labels", MOST_LINES)]
+    label_names = [
+        [a_text(name, f"{region.name}, labels") for name in a_list(row, f"{region.name}, labels", MOST_LINES)]
         for row in a_list(wall.get("labels"), f"{region.name}, labels", MOST_LINES)
     ]
-    if len(found) != len(rows) or any(len(row) != len(columns) for row in found):
+    if len(label_names) != len(rows) or any(len(row) != len(columns) for row in label_names):
         raise FacadeError(
             f"{region.name}, labels: expected {len(rows)} rows of {len(columns)} names: one between any two lines."
         )
-    names = tuple(dict.fromkeys(name for row in found for name in row))
-    labels = np.array([[names.index(name) for name in row] for row in found], dtype=np.int64)
+    names = tuple(dict.fromkeys(name for row in label_names for name in row))
+    labels = np.array([[names.index(name) for name in row] for row in label_names], dtype=np.int64)
     inside = (columns.member >= 0) & (rows.member >= 0)
     return replace(
         region,
         columns=replace(columns, member=columns.member[inside]),
         rows=replace(rows, member=rows.member[inside]),
         elements=region.elements[inside],
-        grid=LabelGrid.of(labels, names),
+        grid=LabelGrid.from_labels(labels, names),
     )
 
 
-def _lattice(value: Any, where: str, middle: Floats, found: Lattice) -> Lattice:
+def _lattice(value: Any, where: str, middle: Floats, previous: Lattice) -> Lattice:
     """Lines of a file; elements outside of them belong to no cell."""
     count = len(a_list(value, where, MOST_LINES + 1))
     line = np.array(numbers(value, where, count), dtype=np.float64)
-    if count < 2 or not np.isfinite(line).all() or (np.diff(line) < _LEAST).any():
-        raise FacadeError(f"{where}: expected 2 or more positions in metres, at least {_LEAST:g} m apart, ascending.")
-    same = count == len(found.line) and np.abs(line - found.line).max() < 1e-3
+    if count < 2 or not np.isfinite(line).all() or (np.diff(line) < _MIN_DISTANCE_M).any():
+        raise FacadeError(
+            f"{where}: expected 2 or more positions in metres, at least {_MIN_DISTANCE_M:g} m apart, ascending."
+        )
+    same = count == len(previous.line) and np.abs(line - previous.line).max() < 1e-3
     # Unchanged positions keep their exact values, since the file has them rounded to a tenth of a millimetre.
-    line = found.line if same else line
+    line = previous.line if same else line
     member = np.searchsorted(line, middle) - 1
     member[(middle < line[0]) | (middle > line[-1])] = -1
     if same:
-        return replace(found, member=member)
+        return replace(previous, member=member)
     pitch = np.diff(line)
     regular = bool(np.ptp(pitch) <= 0.06 * pitch.mean())
     return Lattice(line, float(pitch.mean()) if count > 2 else 0.0, regular, member)

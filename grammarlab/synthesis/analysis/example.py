@@ -18,17 +18,17 @@ from grammarlab.synthesis.mesh.building_files import ExampleMesh
 from grammarlab.synthesis.mesh.surface import Floats, Surface
 from grammarlab.synthesis.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rotation, seen_from, turn_to_walls
 
-_SLACK = 0.05
+_DEPTH_MARGIN_M = 0.05
 """Margin behind and in front of the visible part of a region, metres."""
-_CLEAR = 0.01
+_CLEARANCE_M = 0.01
 """Metres around the plane behind units without points, where there is such a place: faces in it would be cut."""
-_COARSE = 40_000
+_COARSE_PIXELS = 40_000
 """Pixels of the maps that determine the vertical axis."""
-_ENTERED = 1.5
+_ENTRANCE_FACTOR = 1.5
 """Factor on the number of units of a wall with an entrance, for the choice of the main wall."""
-_ROUNDS = 3
+_MAX_ROTATIONS = 3
 """Number of rotations of a building to walls that are not quite square to the others."""
-_PANES = 2
+_MIN_PANE_RATIO = 2
 """Ratio of panes to elements in relief from which panes are units."""
 MOST_LINES = 200
 """Largest number of rows or columns."""
@@ -37,7 +37,7 @@ OUTSIDE = -2
 _ANY = -3
 INSIDE = (_ANY, _ANY, _ANY, _ANY)
 """Neighbours of a cell at no border."""
-_BESIDE, _BORDER = np.array([3, 3, 1, 1]), np.array([36, 9, 9, 9])
+_NEIGHBOUR_WEIGHTS, _BORDER_WEIGHTS = np.array([3, 3, 1, 1]), np.array([36, 9, 9, 9])
 """Weights of differing labels below, above, to the left and to the right, and of differing borders there: a border
 weighs more than all labels, and the ground more than all other borders."""
 
@@ -94,17 +94,17 @@ class Region:
             label: the label.
             around: the labels below, above, to the left and to the right of the new cell; `OUTSIDE` beyond a border.
         """
-        places = np.argwhere(self.grid.labels == label)
+        cells = np.argwhere(self.grid.labels == label)
         framed = np.pad(self.grid.labels, 1, constant_values=OUTSIDE)
-        row, column = places.T + 1
-        beside = np.stack(
+        row, column = cells.T + 1
+        neighbours = np.stack(
             [framed[row - 1, column], framed[row + 1, column], framed[row, column - 1], framed[row, column + 1]], axis=1
         )
         target = np.array(around)
-        borders = ((beside == OUTSIDE) != (target == OUTSIDE)) @ _BORDER
-        misses = borders + (beside != target) @ _BESIDE
-        places = places[misses == misses.min()]
-        return tuple(places[np.abs(places - places.mean(axis=0)).sum(axis=1).argmin()].tolist())
+        borders = ((neighbours == OUTSIDE) != (target == OUTSIDE)) @ _BORDER_WEIGHTS
+        misses = borders + (neighbours != target) @ _NEIGHBOUR_WEIGHTS
+        cells = cells[misses == misses.min()]
+        return tuple(cells[np.abs(cells - cells.mean(axis=0)).sum(axis=1).argmin()].tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,13 +141,13 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
     Raises:
         FacadeError: If no wall has elements.
     """
-    ways = {"y": _stood(mesh, np.eye(3))} if up != "z" else {}
+    buildings = {"y": _upright_building(mesh, np.eye(3))} if up != "z" else {}
     if up != "y":
-        ways["z"] = _stood(mesh, Z_UP)
+        buildings["z"] = _upright_building(mesh, Z_UP)
     notes: tuple[str, ...] = ()
-    if len(ways) == 2 and ways["z"].num_elements > ways["y"].num_elements:
+    if len(buildings) == 2 and buildings["z"].num_elements > buildings["y"].num_elements:
         up, notes = "z", ("z is taken as the up axis, since walls have more units then",)
-    example = _upright(mesh, ways[up or "y"])
+    example = _analysed(mesh, buildings[up or "y"])
     if not example.regions:
         large = float(np.ptp(example.surface.points, axis=0).max())
         raise FacadeError(
@@ -165,22 +165,22 @@ def _walls(surface: Surface, num_pixels: int = PIXELS) -> list[tuple[Wall, WallE
     Panes are elements if walls have hardly any relief, or if most elements in relief contain a pane near the plane of
     their wall.
     """
-    found: list[tuple[Wall, WallElements]] = []
+    walls: list[tuple[Wall, WallElements]] = []
     panes: list[WallElements] = []
     for side in range(len(SIDES)):
         corners = seen_from(side, surface.points)[surface.triangles]
         for wall in walls_of(surface, side, num_pixels):
-            found.append((wall, elements_of(wall, corners)))
-            panes.append(panes_of(wall, corners, surface.triangles, found[-1][1]))
-    num = sum(len(relief.low) for _, relief in found)
-    held = sum(int(relief.around(flat).sum()) for (_, relief), flat in zip(found, panes, strict=True))
-    if sum(len(flat.low) for flat in panes) <= _PANES * num and (not num or 2 * held < num):
-        return found
-    return [(wall, relief.with_panes(flat)) for (wall, relief), flat in zip(found, panes, strict=True)]
+            walls.append((wall, elements_of(wall, corners)))
+            panes.append(panes_of(wall, corners, surface.triangles, walls[-1][1]))
+    num = sum(len(relief.low) for _, relief in walls)
+    num_glazed = sum(int(relief.contains_any(flat).sum()) for (_, relief), flat in zip(walls, panes, strict=True))
+    if sum(len(flat.low) for flat in panes) <= _MIN_PANE_RATIO * num and (not num or 2 * num_glazed < num):
+        return walls
+    return [(wall, relief.with_panes(flat)) for (wall, relief), flat in zip(walls, panes, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
-class _Stood:
+class _UprightBuilding:
     """A building made upright, straightened and rotated to its walls."""
 
     surface: Surface
@@ -191,7 +191,7 @@ class _Stood:
     """Number of elements on the walls of all sides, on coarse maps."""
 
 
-def _stood(mesh: ExampleMesh, stand: Floats) -> _Stood:
+def _upright_building(mesh: ExampleMesh, stand: Floats) -> _UprightBuilding:
     """The upright building; if it is not quite rectangular, rotated square to the wall with units."""
     surface = mesh.surface.moved(mesh.surface.points @ stand.T)
     bend = bend_of(surface)
@@ -200,25 +200,25 @@ def _stood(mesh: ExampleMesh, stand: Floats) -> _Stood:
         stand = np.eye(3)
     turn = turn_to_walls(surface) @ stand
     straight = mesh.surface if bend is None else surface
-    best, tilts = _looked_at(straight, turn, bend)
-    for _ in range(_ROUNDS if bend is None else 0):
-        others = [_looked_at(straight, rotation(tilt) @ best.turn, bend) for tilt in tilts]
-        other, tilts = max(others, key=lambda each: each[0].num_elements, default=(best, []))
+    best, tilts = _rotated(straight, turn, bend)
+    for _ in range(_MAX_ROTATIONS if bend is None else 0):
+        others = [_rotated(straight, rotation(tilt) @ best.turn, bend) for tilt in tilts]
+        other, tilts = max(others, key=lambda candidate: candidate[0].num_elements, default=(best, []))
         if other.num_elements < best.num_elements or other is best:
             break
         best = other
     return best
 
 
-def _looked_at(straight: Surface, turn: Floats, bend: Bend | None) -> tuple[_Stood, list[float]]:
+def _rotated(straight: Surface, turn: Floats, bend: Bend | None) -> tuple[_UprightBuilding, list[float]]:
     """The rotated building, and further rotations, radians, that would make some of its walls square to a view."""
     surface = straight.moved(straight.points @ turn.T)
-    walls = _walls(surface, _COARSE)
+    walls = _walls(surface, _COARSE_PIXELS)
     tilts = [tilt for wall, _ in walls if (tilt := wall.tilt())]
-    return _Stood(surface, turn, bend, sum(len(elements.low) for _, elements in walls)), tilts
+    return _UprightBuilding(surface, turn, bend, sum(len(elements.low) for _, elements in walls)), tilts
 
 
-def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
+def _analysed(mesh: ExampleMesh, stood: _UprightBuilding) -> Example:
     """The building with its units."""
     surface, turn, bend = stood.surface, stood.turn, stood.bend
     regions = _regions(surface)
@@ -227,33 +227,34 @@ def _upright(mesh: ExampleMesh, stood: _Stood) -> Example:
     if bend is not None:
         # Flat walls of polygons become round: as far as a column is from its arc, that is no noise.
         regions = [
-            replace(each, noise=max(0.0, each.noise - each.columns.pitch**2 / (8.0 * bend.radius))) for each in regions
+            replace(region, noise=max(0.0, region.noise - region.columns.pitch**2 / (8.0 * bend.radius)))
+            for region in regions
         ]
-    main = max(regions, key=lambda each: (_weight(each), -each.side))
+    main = max(regions, key=lambda region: (_weight(region), -region.side))
     if main.side != FRONT:
         # One transform from the file, to lose no digits, unless the building was straightened in between.
         points = mesh.surface.points if bend is None else surface.points @ turn
         turn = VIEWS[main.side] @ turn
         surface = surface.moved(points @ turn.T)
-        regions = [replace(each, side=(each.side - main.side) % len(SIDES)) for each in regions]
-    regions.sort(key=lambda each: (each.side, -_weight(each)))
-    names = [SIDES[each.side] for each in regions]
+        regions = [replace(region, side=(region.side - main.side) % len(SIDES)) for region in regions]
+    regions.sort(key=lambda region: (region.side, -_weight(region)))
+    names = [SIDES[region.side] for region in regions]
     numbered = [
-        name if names.index(name) == place else f"{name}:{names[:place].count(name)}"
-        for place, name in enumerate(names)
+        name if names.index(name) == index else f"{name}:{names[:index].count(name)}"
+        for index, name in enumerate(names)
     ]
-    regions = [replace(each, name=name) for each, name in zip(regions, numbered, strict=True)]
+    regions = [replace(region, name=name) for region, name in zip(regions, numbered, strict=True)]
     return Example(mesh, surface, turn, tuple(regions), (), bend)
 
 
 def _weight(region: Region) -> float:
     """Score of a wall for the choice of the main one: units, and entrances."""
     entered = any(name.startswith(("door", "shop")) for name in region.grid.names)
-    return len(region.elements) * (_ENTERED if entered else 1.0)
+    return len(region.elements) * (_ENTRANCE_FACTOR if entered else 1.0)
 
 
 def _regions(surface: Surface) -> list[Region]:
-    found = []
+    regions = []
     for wall, elements in _walls(surface):
         if not len(elements.low):
             continue
@@ -265,8 +266,8 @@ def _regions(surface: Surface) -> list[Region]:
         if max(len(columns), len(rows)) > MOST_LINES:
             continue
         back, front = _depths(wall, columns, rows)
-        back = _clear(seen_from(wall.side, surface.points)[:, 2], back)
-        found.append(
+        back = _clear_depth(seen_from(wall.side, surface.points)[:, 2], back)
+        regions.append(
             Region(
                 name="",
                 side=wall.side,
@@ -281,22 +282,24 @@ def _regions(surface: Surface) -> list[Region]:
                 noise=wall.noise,
             )
         )
-    return found
+    return regions
 
 
 def _depths(wall: Wall, columns: Lattice, rows: Lattice) -> tuple[float, float]:
     """Least and largest depth of the units."""
     part = wall.map.rows(rows.line[0], rows.line[-1]), wall.map.columns(columns.line[0], columns.line[-1])
-    depth = wall.map.depth[part][wall.seen[part]]
+    depth = wall.map.depth[part][wall.mask[part]]
     depth = depth[(depth >= wall.depth - BEHIND) & (depth <= wall.depth + BEFORE)]
-    return float(depth.min(initial=wall.depth)) - _SLACK, float(depth.max(initial=wall.depth)) + _SLACK
+    return float(depth.min(initial=wall.depth)) - _DEPTH_MARGIN_M, float(
+        depth.max(initial=wall.depth)
+    ) + _DEPTH_MARGIN_M
 
 
-def _clear(depths: Floats, at: float) -> float:
+def _clear_depth(depths: Floats, depth: float) -> float:
     """The given depth if no point has it; else the middle of the widest gap between points just behind it."""
-    near = depths[(depths >= at - _SLACK) & (depths <= at + _CLEAR)]
-    if not (near >= at - _CLEAR).any():
-        return at
-    ends = np.unique(np.concatenate([near[near <= at], [at - _SLACK, at]]))
+    near = depths[(depths >= depth - _DEPTH_MARGIN_M) & (depths <= depth + _CLEARANCE_M)]
+    if not (near >= depth - _CLEARANCE_M).any():
+        return depth
+    ends = np.unique(np.concatenate([near[near <= depth], [depth - _DEPTH_MARGIN_M, depth]]))
     widest = int(np.diff(ends).argmax())
     return float(ends[widest : widest + 2].mean())

@@ -15,17 +15,17 @@ from grammarlab.synthesis.analysis.wall_elements import LONGEST, NEAR, WallEleme
 from grammarlab.synthesis.analysis.walls import FACING, Wall
 from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints
 
-_MOST = 2_000
+_MAX_RECTANGLES = 2_000
 """Largest number of rectangles of one wall; with more, the mesh is evenly divided."""
-_LEAST_OFTEN = 4
+_MIN_FREQUENCY = 4
 """Least number of rectangles of the most frequent size."""
-_OFF, _NOISES = 0.01, 4.0
+_TOLERANCE_M, _NOISE_FACTOR = 0.01, 4.0
 """Largest error of corners of a rectangle and of equal sizes, in metres, and as a multiple of the noise."""
-_LEAST_SIDE = 0.15
+_MIN_SIDE_M = 0.15
 """Least side of a pane, metres."""
-_EVEN = 0.9
+_MAX_COVERAGE = 0.9
 """Part of a wall that rectangles cover from which they are a division of it, not windows."""
-_SHALLOW = 0.06
+_MAX_DEPTH_M = 0.06
 """Largest distance between a pane and its wall, metres."""
 
 
@@ -40,9 +40,9 @@ def panes_of(wall: Wall, corners: Floats, triangles: Ints, relief: WallElements)
         triangles: [T, 3] indices of their points.
         relief: elements in relief: rectangles beside them are pieces of wall.
     """
-    slack = _OFF + _NOISES * wall.noise
+    slack = _TOLERANCE_M + _NOISE_FACTOR * wall.noise
     boxes = _rectangles(wall, corners, triangles, slack)
-    if len(boxes) <= _MOST:
+    if len(boxes) <= _MAX_RECTANGLES:
         # Both faces of a pane are merged.
         same = (np.abs(boxes[:, None] - boxes[None]) <= slack).all(axis=(2, 3))
         boxes = boxes[~np.tril(same, -1).any(axis=1)]
@@ -52,37 +52,37 @@ def panes_of(wall: Wall, corners: Floats, triangles: Ints, relief: WallElements)
         within |= ((centre > boxes[:, None, 0]) & (centre < boxes[:, None, 1])).all(axis=2)
         near = (boxes[:, None, 0] <= relief.high + 2.0 * NEAR) & (boxes[:, None, 1] >= relief.low - 2.0 * NEAR)
         boxes = boxes[~(near.all(axis=2) & ~within).any(axis=1)]
-    if not _LEAST_OFTEN <= len(boxes) <= _MOST:
+    if not _MIN_FREQUENCY <= len(boxes) <= _MAX_RECTANGLES:
         return WallElements(np.zeros((0, 2)), np.zeros((0, 2)))
     size = boxes[:, 1] - boxes[:, 0]
     equal = np.all(np.abs(size[:, None] - size[None]) <= slack, axis=2)
-    beside = _within(boxes, 2.0 * NEAR) & ~_parts(boxes, slack)
-    left = np.ones(len(boxes), dtype=bool)
+    adjacent = _within(boxes, 2.0 * NEAR) & ~_parts(boxes, slack)
+    remaining = np.ones(len(boxes), dtype=bool)
     chosen = np.zeros(len(boxes), dtype=bool)
-    while left.any():
-        often = np.where(left, (equal & left).sum(axis=1), 0)
-        own = equal[often.argmax()] & left
-        if not chosen.any() and often.max() < _LEAST_OFTEN:
+    while remaining.any():
+        frequency = np.where(remaining, (equal & remaining).sum(axis=1), 0)
+        members = equal[frequency.argmax()] & remaining
+        if not chosen.any() and frequency.max() < _MIN_FREQUENCY:
             break
-        left &= ~own
-        if not beside[np.ix_(own, own)].any():
-            chosen |= own
-            left &= ~beside[own].any(axis=0)
+        remaining &= ~members
+        if not adjacent[np.ix_(members, members)].any():
+            chosen |= members
+            remaining &= ~adjacent[members].any(axis=0)
     return _parts_joined(boxes[chosen])
 
 
 def _rectangles(wall: Wall, corners: Floats, triangles: Ints, slack: float) -> Floats:
     """[R, 2, 2] low and high corners of pairs of visible triangles that form a rectangle parallel to the axes."""
     visible = np.zeros(len(triangles) + 1, dtype=bool)
-    visible[wall.map.triangle[wall.seen]] = True
-    seen = np.flatnonzero(visible[:-1])
-    depth = corners[seen, :, 2] - wall.depth
+    visible[wall.map.triangle[wall.mask]] = True
+    candidates = np.flatnonzero(visible[:-1])
+    depth = corners[candidates, :, 2] - wall.depth
     planes = np.array([0.0, band_of(wall) - wall.depth])
-    near = np.all(np.abs(depth[:, :, None] - planes) <= _SHALLOW + slack, axis=1)
-    seen = seen[np.any(near, axis=1)]
-    normal = np.cross(corners[seen, 1] - corners[seen, 0], corners[seen, 2] - corners[seen, 0])
-    own = np.abs(normal[:, 2]) >= FACING * np.linalg.norm(normal, axis=1)
-    rows = seen[own]
+    near = np.all(np.abs(depth[:, :, None] - planes) <= _MAX_DEPTH_M + slack, axis=1)
+    candidates = candidates[np.any(near, axis=1)]
+    normal = np.cross(corners[candidates, 1] - corners[candidates, 0], corners[candidates, 2] - corners[candidates, 0])
+    is_facing = np.abs(normal[:, 2]) >= FACING * np.linalg.norm(normal, axis=1)
+    rows = candidates[is_facing]
     # Two triangles of a rectangle share their longest sides.
     ends = np.roll(corners[rows], -1, axis=1) - corners[rows]
     longest = (ends**2).sum(axis=2).argmax(axis=1)
@@ -93,23 +93,23 @@ def _rectangles(wall: Wall, corners: Floats, triangles: Ints, slack: float) -> F
     _, key, count = np.unique(side, return_inverse=True, return_counts=True)
     order = np.argsort(key, kind="stable")
     pairs = order[count[key[order]] == 2].reshape(-1, 2)
-    one = pairs[:, 0]
-    flat = corners[rows[one]][..., :2]
-    place = np.arange(len(one))
-    around = np.stack(
-        [flat[place, longest[one]], third[one], flat[place, (longest[one] + 1) % 3], third[pairs[:, 1]]], axis=1
+    first = pairs[:, 0]
+    flat = corners[rows[first]][..., :2]
+    index = np.arange(len(first))
+    outline = np.stack(
+        [flat[index, longest[first]], third[first], flat[index, (longest[first] + 1) % 3], third[pairs[:, 1]]], axis=1
     )
-    ordered = np.sort(around, axis=1)
+    ordered = np.sort(outline, axis=1)
     low, high = ordered[:, :2].mean(axis=1), ordered[:, 2:].mean(axis=1)
-    upper = np.abs(around - high[:, None]) <= slack
-    square = (upper | (np.abs(around - low[:, None]) <= slack)).all(axis=(1, 2))
+    upper = np.abs(outline - high[:, None]) <= slack
+    square = (upper | (np.abs(outline - low[:, None]) <= slack)).all(axis=(1, 2))
     # All its corners differ: neighbours share one coordinate, opposite corners none.
     square &= (upper[:, 0] != upper[:, 2]).all(axis=1) & (upper[:, 1] != upper[:, 3]).all(axis=1)
     square &= (upper[:, 0] == upper[:, 1]).sum(axis=1) == 1
     size = high - low
-    if size[square].prod(axis=1).sum() >= _EVEN * np.abs(normal[own, 2]).sum() / 2.0:
+    if size[square].prod(axis=1).sum() >= _MAX_COVERAGE * np.abs(normal[is_facing, 2]).sum() / 2.0:
         square[:] = False  # regular grid: no rectangle is distinct
-    square &= (size >= _LEAST_SIDE).all(axis=1) & (size <= LONGEST * (wall.high - wall.low)).all(axis=1)
+    square &= (size >= _MIN_SIDE_M).all(axis=1) & (size <= LONGEST * (wall.high - wall.low)).all(axis=1)
     square &= (low >= wall.low - slack).all(axis=1) & (high <= wall.high + slack).all(axis=1)
     return np.stack([low, high], axis=1)[square]
 

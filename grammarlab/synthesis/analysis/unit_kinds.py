@@ -13,18 +13,19 @@ from grammarlab.synthesis.analysis.walls import Wall
 from grammarlab.synthesis.label_grid import LabelGrid
 from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints
 
-_SAME_SIZE, _NOISES = 0.02, 4.0
+_SIZE_TOLERANCE_M, _NOISE_FACTOR = 0.02, 4.0
 """Largest difference of elements of equal units, in metres, and as a multiple of the noise."""
-_SAME_CELL = 0.2
+_CELL_TOLERANCE = 0.2
 """Largest relative difference of cells of equal units; units are scaled to the size of their row and column."""
-_SAME_DEPTH, _DEPTH_NOISES = 0.03, 5.0
-_EDGE_NOISES = 4.0
+_DEPTH_TOLERANCE_M, _DEPTH_NOISE_FACTOR = 0.03, 5.0
+"""Largest difference of depths of equal units, in metres, and as a multiple of the noise."""
+_EDGE_NOISE_FACTOR = 4.0
 """Largest error of sides beyond one pixel, as a multiple of the noise."""
-_DIFFERENT = 0.06
+_MAX_AREA_SHARE = 0.06
 """Share of the area off the plane from which differing depths make another unit."""
-_LEAST_AREA = 0.3
+_MIN_AREA_M2 = 0.3
 """Least area of which that share is taken, square metres."""
-_GROUND, _DOOR_HEIGHT, _DOOR_WIDTH = 0.85, 1.8, 2.2
+_MAX_SILL_M, _MIN_DOOR_HEIGHT_M, _MAX_DOOR_WIDTH_M = 0.85, 1.8, 2.2
 """Doors: largest height above the lowest point of the wall, least height, and largest width, metres; no door is wider
 than high."""
 
@@ -53,31 +54,31 @@ def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Latti
     leaders: list[tuple[_Cell, bool]] = []
     # Inner cells come first: cells at an end are compared with them, since their own size is cut off by the wall.
     ends = [(row in (0, len(rows) - 1)) + (column in (0, len(columns) - 1)) for row, column in np.ndindex(labels.shape)]
-    for place in np.argsort(ends, kind="stable").tolist():
-        row, column = divmod(place, len(columns))
+    for index in np.argsort(ends, kind="stable").tolist():
+        row, column = divmod(index, len(columns))
         cell = cells[row][column]
-        number = next((k for k, (each, _) in enumerate(leaders) if _equal(cell, each, wall.noise)), len(leaders))
+        number = next((k for k, (leader, _) in enumerate(leaders) if _equal(cell, leader, wall.noise)), len(leaders))
         labels[row, column] = number
         if number == len(leaders):
             leaders.append((cell, row == 0))
-    return LabelGrid.of(labels, _names([_name(cell, low, wall) for cell, low in leaders]))
+    return LabelGrid.from_labels(labels, _names([_name(cell, low, wall) for cell, low in leaders]))
 
 
 def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
     off, map_ = off_plane(wall), wall.map
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
-    around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISES * wall.noise / map_.step))
+    around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISE_FACTOR * wall.noise / map_.step))
     depths = np.stack([depth, ndimage.minimum_filter(depth, around), ndimage.maximum_filter(depth, around)])
     # Noise can move an element beyond the line where it ends.
-    inside = _EDGE_NOISES * wall.noise
-    found = []
+    inside = _EDGE_NOISE_FACTOR * wall.noise
+    cells = []
     for row in range(len(rows)):
-        found.append([])
+        cells.append([])
         for column in range(len(columns)):
             low = np.array([columns.line[column], rows.line[row]])
             high = np.array([columns.line[column + 1], rows.line[row + 1]])
-            own = np.flatnonzero((columns.member == column) & (rows.member == row))
-            boxes = np.hstack([elements.low[own], elements.high[own]])
+            members = np.flatnonzero((columns.member == column) & (rows.member == row))
+            boxes = np.hstack([elements.low[members], elements.high[members]])
             boxes = boxes[np.lexsort(boxes.T[::-1])]
             part = map_.rows(low[1] + inside, high[1] - inside), map_.columns(low[0] + inside, high[0] - inside)
             size = high - low
@@ -86,35 +87,37 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
             middle = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0 if len(boxes) else (low + high) / 2.0
             first = np.array([part[0].start, part[1].start])
             anchor = np.rint((middle - map_.low) / map_.step - 0.5)[::-1].astype(np.int64) - first
-            found[-1].append(_Cell(size, boxes, depths[:, *part], off[part], anchor, map_.step))
-    return found
+            cells[-1].append(_Cell(size, boxes, depths[:, *part], off[part], anchor, map_.step))
+    return cells
 
 
 def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
-    if len(a.boxes) != len(b.boxes) or (np.abs(a.size - b.size) > _SAME_CELL * np.maximum(a.size, b.size)).any():
+    if len(a.boxes) != len(b.boxes) or (np.abs(a.size - b.size) > _CELL_TOLERANCE * np.maximum(a.size, b.size)).any():
         return False
     if len(a.boxes):
-        sizes = [each.boxes[:, 2:] - each.boxes[:, :2] for each in (a, b)]
-        if np.abs(sizes[0] - sizes[1]).max() > _SAME_SIZE + _NOISES * noise:
+        sizes = [cell.boxes[:, 2:] - cell.boxes[:, :2] for cell in (a, b)]
+        if np.abs(sizes[0] - sizes[1]).max() > _SIZE_TOLERANCE_M + _NOISE_FACTOR * noise:
             return False
     before = np.minimum(a.anchor, b.anchor)
     after = np.minimum(a.off.shape - a.anchor, b.off.shape - b.anchor)
     if (before + after <= 0).any():
         return True
-    one, other = ((slice(*ends) for ends in np.stack([each.anchor - before, each.anchor + after]).T) for each in (a, b))
-    one, other = tuple(one), tuple(other)
-    slack = _SAME_DEPTH + _DEPTH_NOISES * noise
-    # A depth may be in the same pixel of the other cell or in one beside it, since cells begin within pixels.
-    differs = _beyond(a.depth[:, *one], b.depth[:, *other], slack) | _beyond(
-        b.depth[:, *other], a.depth[:, *one], slack
+    slices_a, slices_b = (
+        (slice(*ends) for ends in np.stack([cell.anchor - before, cell.anchor + after]).T) for cell in (a, b)
     )
-    area = max(float((a.off[one] | b.off[other]).sum()), _LEAST_AREA / a.step**2)
-    return float(differs.sum()) <= _DIFFERENT * area
+    slices_a, slices_b = tuple(slices_a), tuple(slices_b)
+    slack = _DEPTH_TOLERANCE_M + _DEPTH_NOISE_FACTOR * noise
+    # A depth may be in the same pixel of the other cell or in one beside it, since cells begin within pixels.
+    differs = _beyond(a.depth[:, *slices_a], b.depth[:, *slices_b], slack) | _beyond(
+        b.depth[:, *slices_b], a.depth[:, *slices_a], slack
+    )
+    area = max(float((a.off[slices_a] | b.off[slices_b]).sum()), _MIN_AREA_M2 / a.step**2)
+    return float(differs.sum()) <= _MAX_AREA_SHARE * area
 
 
-def _beyond(one: Floats, other: Floats, slack: float) -> Bools:
+def _beyond(depth: Floats, reference: Floats, slack: float) -> Bools:
     """[h, w] whether a depth is outside the range around the same pixel of the other cell."""
-    return (one[0] < other[1] - slack) | (one[0] > other[2] + slack)
+    return (depth[0] < reference[1] - slack) | (depth[0] > reference[2] + slack)
 
 
 def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
@@ -123,14 +126,14 @@ def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
     if len(cell.boxes) > 1:
         return "unit"
     width, height = cell.boxes[0, 2:] - cell.boxes[0, :2]
-    if is_low and cell.boxes[0, 1] - wall.low[1] <= _GROUND and height >= _DOOR_HEIGHT:
-        return "door" if width <= min(_DOOR_WIDTH, height) else "shop"
+    if is_low and cell.boxes[0, 1] - wall.low[1] <= _MAX_SILL_M and height >= _MIN_DOOR_HEIGHT_M:
+        return "door" if width <= min(_MAX_DOOR_WIDTH_M, height) else "shop"
     return "window"
 
 
 def _names(names: list[str]) -> list[str]:
     """Names, numbered if they occur several times."""
     return [
-        name if (before := names[:place].count(name)) == 0 else f"{name}-{before + 1}"
-        for place, name in enumerate(names)
+        name if (before := names[:index].count(name)) == 0 else f"{name}-{before + 1}"
+        for index, name in enumerate(names)
     ]

@@ -11,22 +11,22 @@ from scipy import ndimage
 from grammarlab.synthesis.analysis.walls import BEHIND, Wall
 from grammarlab.synthesis.mesh.surface import Bools, Floats
 
-_OFF, _NOISES = 0.02, 4.0
+_MIN_OFFSET_M, _NOISE_FACTOR = 0.02, 4.0
 """Least distance from the plane of a wall, in metres, and as a multiple of the noise."""
 NEAR = 0.06
 """Largest distance between parts of one element, metres."""
-_LEAST_SIDE, _LEAST_AREA = 0.15, 0.05
+_MIN_SIDE_M, _MIN_AREA_M2 = 0.15, 0.05
 """Least side, metres, and least area, square metres, of an element."""
-_TORN = 0.65
+_MIN_HOLE_SHARE = 0.65
 """Least part of its box that a hole through a wall fills; other holes are missing triangles."""
-_CORNER = 0.3
+_MAX_RETURN_M = 0.3
 """Largest width of a return at the end of a wall that belongs to other walls, such as their plinth, metres."""
 LONGEST = 0.6
 """Largest part of a wall's side that an element takes; longer parts are bands, cornices or pilasters."""
-_ENTRANCE, _GROUND = 3.0, 0.85
+_MAX_ENTRANCE_M, _MAX_SILL_M = 3.0, 0.85
 """Largest height of a door or a shop, and of its lower side above the ground, metres: in a wall of one storey, it takes
 more of the height than other elements."""
-_BESIDE, _ONE_PLACE = 1.0, 0.002
+_MAX_DISTANCE_PIXELS, _MAX_SPREAD_M = 1.0, 0.002
 """Distance of an element's side from the points that determine it, pixels, and spread of these points, metres."""
 
 
@@ -39,49 +39,51 @@ class WallElements:
     high: Floats
     """[E, 2] upper right corners, metres."""
 
-    def around(self, others: WallElements) -> Bools:
+    def contains_any(self, others: WallElements) -> Bools:
         """[E] whether an element contains the centre of one of the others."""
-        return np.any(self.of(others), axis=1)
+        return np.any(self.contains(others), axis=1)
 
-    def of(self, others: WallElements) -> Bools:
+    def contains(self, others: WallElements) -> Bools:
         """[E, O] whether each element contains the centre of each of the others."""
         middle = (others.low + others.high) / 2.0
         return np.all((self.low[:, None] < middle) & (middle < self.high[:, None]), axis=2)
 
     def with_panes(self, panes: WallElements) -> WallElements:
         """These elements and panes; a pane replaces the element around it, and the elements inside it."""
-        left = ~self.around(panes) & ~np.any(panes.of(self), axis=0)
-        return WallElements(np.concatenate([self.low[left], panes.low]), np.concatenate([self.high[left], panes.high]))
+        retained = ~self.contains_any(panes) & ~np.any(panes.contains(self), axis=0)
+        return WallElements(
+            np.concatenate([self.low[retained], panes.low]), np.concatenate([self.high[retained], panes.high])
+        )
 
 
 def slack_of(wall: Wall) -> float:
     """Largest distance from a plane of points that still belong to it, metres."""
-    return _OFF + _NOISES * wall.noise
+    return _MIN_OFFSET_M + _NOISE_FACTOR * wall.noise
 
 
 def off_plane(wall: Wall) -> Bools:
     """[H, W] pixels of the wall in front of or behind its plane, or empty."""
-    return wall.seen & ~(np.abs(wall.map.depth - wall.depth) <= slack_of(wall))
+    return wall.mask & ~(np.abs(wall.map.depth - wall.depth) <= slack_of(wall))
 
 
 def band_of(wall: Wall) -> float:
     """Depth of a recessed ground floor or other full-width band, metres towards the viewer; else the wall's."""
     depth = wall.map.depth
-    behind = wall.seen & (depth < wall.depth - slack_of(wall)) & (depth >= wall.depth - BEHIND)
-    found: Any = ndimage.label(behind)
-    label, num = found
+    behind = wall.mask & (depth < wall.depth - slack_of(wall)) & (depth >= wall.depth - BEHIND)
+    labelled: Any = ndimage.label(behind)
+    label, num = labelled
     width = (wall.high - wall.low)[0] / wall.map.step
-    places = ndimage.find_objects(label, num)
-    long = [k for k, place in enumerate(places, 1) if place[1].stop - place[1].start > LONGEST * width]
+    extents = ndimage.find_objects(label, num)
+    long = [k for k, extent in enumerate(extents, 1) if extent[1].stop - extent[1].start > LONGEST * width]
     return float(np.median(depth[np.isin(label, long)])) if long else wall.depth
 
 
 def bare_of(wall: Wall) -> Floats:
     """[2, 2] low and high corner of the wall without projecting bands along its sides, such as a plinth."""
     map_ = wall.map
-    before = wall.seen & (map_.depth > wall.depth + slack_of(wall))
-    place = map_.columns(wall.low[0], wall.high[0]), map_.rows(wall.low[1], wall.high[1])
-    part = before[place[1], place[0]]
+    before = wall.mask & (map_.depth > wall.depth + slack_of(wall))
+    slices = map_.columns(wall.low[0], wall.high[0]), map_.rows(wall.low[1], wall.high[1])
+    part = before[slices[1], slices[0]]
     corners = np.stack([wall.low, wall.high])
     for axis in (0, 1):
         free = np.flatnonzero(part.mean(axis=axis) < LONGEST)
@@ -117,33 +119,33 @@ def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bool
     map_ = wall.map
     reach = max(1, round(NEAR / map_.step / 2.0))
     grown = ndimage.binary_dilation(mask, iterations=reach, structure=np.ones((3, 3)))
-    found: Any = ndimage.label(grown, structure=np.ones((3, 3)))
-    label, num = found
+    labelled: Any = ndimage.label(grown, structure=np.ones((3, 3)))
+    label, num = labelled
     label[~mask] = 0
     boxes, long = [], np.zeros_like(mask)
-    for number, place in enumerate(ndimage.find_objects(label, num), start=1):
-        if place is None:
+    for number, extent in enumerate(ndimage.find_objects(label, num), start=1):
+        if extent is None:
             continue
-        own = label[place] == number
-        low = map_.low + np.array([place[1].start, place[0].start]) * map_.step
-        high = map_.low + np.array([place[1].stop, place[0].stop]) * map_.step
-        if _is_long(low, high, map_.depth[place][own], wall, float(corners[..., 1].min())):
-            long[place] |= own
+        component = label[extent] == number
+        low = map_.low + np.array([extent[1].start, extent[0].start]) * map_.step
+        high = map_.low + np.array([extent[1].stop, extent[0].stop]) * map_.step
+        if _is_long(low, high, map_.depth[extent][component], wall, float(corners[..., 1].min())):
+            long[extent] |= component
             continue
-        if (high - low).min() < _LEAST_SIDE or own.sum() * map_.step**2 < _LEAST_AREA:
+        if (high - low).min() < _MIN_SIDE_M or component.sum() * map_.step**2 < _MIN_AREA_M2:
             continue
-        through = wall.map.depth[place][own] < wall.depth - BEHIND
-        if through.mean() > 0.5 and own.sum() < _TORN * own.size:
+        through = wall.map.depth[extent][component] < wall.depth - BEHIND
+        if through.mean() > 0.5 and component.sum() < _MIN_HOLE_SHARE * component.size:
             continue
         at_corner = low[0] <= wall.low[0] + map_.step or high[0] >= wall.high[0] - map_.step
-        if at_corner and (high - low)[0] < _CORNER:
+        if at_corner and (high - low)[0] < _MAX_RETURN_M:
             continue
         if through.mean() > 0.5:  # the sides of a hole are those of its surroundings
-            grown = tuple(slice(max(each.start - 1, 0), each.stop + 1) for each in place)
-            seen = np.unique(map_.triangle[grown][map_.depth[grown] >= wall.depth - BEHIND])
+            grown = tuple(slice(max(span.start - 1, 0), span.stop + 1) for span in extent)
+            triangles = np.unique(map_.triangle[grown][map_.depth[grown] >= wall.depth - BEHIND])
         else:
-            seen = np.unique(map_.triangle[place][own])
-        points = corners[seen[seen >= 0], :, :2].reshape(-1, 2)
+            triangles = np.unique(map_.triangle[extent][component])
+        points = corners[triangles[triangles >= 0], :, :2].reshape(-1, 2)
         boxes.append(np.stack([_exact(side, points, map_.step, wall.noise) for side in (low, high)]))
     return boxes, long
 
@@ -159,7 +161,9 @@ def _is_long(low: Floats, high: Floats, depth: Floats, wall: Wall, ground: float
         ground: lowest height of the building, metres.
     """
     width, height = (high - low > LONGEST * (wall.high - wall.low)).tolist()
-    entrance = high[1] - low[1] <= _ENTRANCE and low[1] - ground <= _GROUND and bool(np.median(depth) < wall.depth)
+    entrance = (
+        high[1] - low[1] <= _MAX_ENTRANCE_M and low[1] - ground <= _MAX_SILL_M and bool(np.median(depth) < wall.depth)
+    )
     return width or (height and not entrance)
 
 
@@ -167,8 +171,10 @@ def _exact(side: Floats, points: Floats, step: float, noise: float) -> Floats:
     """[2] the mean of the coordinates near each side, or the side itself if there are none."""
     exact = side.copy()
     for axis in range(2):
-        place = np.unique(points[:, axis])
-        nearest = place[np.abs(place - side[axis]).argmin()] if len(place) else np.inf
-        if abs(nearest - side[axis]) <= _BESIDE * step + noise:
-            exact[axis] = float(place[np.abs(place - nearest) <= max(_ONE_PLACE, _NOISES * noise)].mean())
+        coordinates = np.unique(points[:, axis])
+        nearest = coordinates[np.abs(coordinates - side[axis]).argmin()] if len(coordinates) else np.inf
+        if abs(nearest - side[axis]) <= _MAX_DISTANCE_PIXELS * step + noise:
+            exact[axis] = float(
+                coordinates[np.abs(coordinates - nearest) <= max(_MAX_SPREAD_M, _NOISE_FACTOR * noise)].mean()
+            )
     return exact

@@ -15,12 +15,12 @@ from scipy import ndimage
 from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints, Surface
 from grammarlab.synthesis.mesh.views import seen_from
 
-_CHUNK = 2_000_000
+_CHUNK_PIXELS = 2_000_000
 """Pixels that are processed together."""
 NOTHING = -np.inf
-_EDGE = 1e-9
+_EDGE_TOLERANCE = 1e-9
 """Distance from a triangle at which pixels count as inside, pixels."""
-_FLAT = 1e-6
+_MIN_DOUBLE_AREA = 1e-6
 """Twice the least area of a visible triangle, square pixels."""
 
 
@@ -62,7 +62,7 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
     size = np.maximum(high - low, 1e-9)
     step = float(np.sqrt(size.prod() / num_pixels))
     step = max(step, float(size.max()) / num_pixels)
-    width, height = (int(each) for each in np.maximum(np.ceil(size / step), 1))
+    width, height = (int(extent) for extent in np.maximum(np.ceil(size / step), 1))
     depth = np.full(width * height, NOTHING)
     triangle = np.full(width * height, -1, dtype=np.int64)
     for rows, pixel, value in _covered(corners, low, step, width, height):
@@ -77,44 +77,50 @@ def _covered(corners: Floats, low: Floats, step: float, width: int, height: int)
     flat = (corners[:, :, :2] - low) / step - 0.5
     (ax, ay), (bx, by), (cx, cy) = flat.transpose(1, 2, 0)
     double = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-    lowest, highest = np.minimum(np.minimum(ay, by), cy) - _EDGE, np.maximum(np.maximum(ay, by), cy) + _EDGE
-    left, right = np.minimum(np.minimum(ax, bx), cx) - _EDGE, np.maximum(np.maximum(ax, bx), cx) + _EDGE
+    lowest, highest = (
+        np.minimum(np.minimum(ay, by), cy) - _EDGE_TOLERANCE,
+        np.maximum(np.maximum(ay, by), cy) + _EDGE_TOLERANCE,
+    )
+    leftmost, rightmost = (
+        np.minimum(np.minimum(ax, bx), cx) - _EDGE_TOLERANCE,
+        np.maximum(np.maximum(ax, bx), cx) + _EDGE_TOLERANCE,
+    )
     first = np.maximum(np.ceil(lowest), 0.0).astype(np.int64)
     last = np.minimum(np.floor(highest), height - 1).astype(np.int64)
-    wide = np.floor(right) - np.ceil(left) + 1.0
-    count = np.where((wide > 0.0) & (np.abs(double) > _FLAT), np.maximum(last - first + 1, 0), 0)
+    wide = np.floor(rightmost) - np.ceil(leftmost) + 1.0
+    count = np.where((wide > 0.0) & (np.abs(double) > _MIN_DOUBLE_AREA), np.maximum(last - first + 1, 0), 0)
     safe = np.where(double == 0.0, 1.0, double)
     up, over = (corners[:, k, 2] - corners[:, 0, 2] for k in (1, 2))
     along_x = ((cy - ay) * up - (by - ay) * over) / safe
     along_y = ((bx - ax) * over - (cx - ax) * up) / safe
     rows = np.flatnonzero(count)
     for group in np.split(
-        rows, np.flatnonzero(np.diff(np.cumsum((count * np.maximum(wide, 0.0))[rows]) // _CHUNK)) + 1
+        rows, np.flatnonzero(np.diff(np.cumsum((count * np.maximum(wide, 0.0))[rows]) // _CHUNK_PIXELS)) + 1
     ):
         if not group.size:
             continue
         row = np.repeat(group, count[group])
         y = first[row] + _within(count[group])
         start, end = _span(flat, row, y)
-        start = np.maximum(np.ceil(start - _EDGE), 0.0).astype(np.int64)
-        number = np.maximum(np.minimum(np.floor(end + _EDGE), width - 1).astype(np.int64) - start + 1, 0)
+        start = np.maximum(np.ceil(start - _EDGE_TOLERANCE), 0.0).astype(np.int64)
+        number = np.maximum(np.minimum(np.floor(end + _EDGE_TOLERANCE), width - 1).astype(np.int64) - start + 1, 0)
         at_start = corners[row, 0, 2] + along_x[row] * (start - ax[row]) + along_y[row] * (y - ay[row])
-        place = _within(number)
-        value: Floats = np.repeat(at_start, number) + np.repeat(along_x[row], number) * place.astype(np.float64)
-        yield np.repeat(row, number), np.repeat(y * width + start, number) + place, value
+        offset = _within(number)
+        value: Floats = np.repeat(at_start, number) + np.repeat(along_x[row], number) * offset.astype(np.float64)
+        yield np.repeat(row, number), np.repeat(y * width + start, number) + offset, value
 
 
 def _span(flat: Floats, row: Ints, y: Ints) -> tuple[Floats, Floats]:
     """Start and end of a line of constant y inside a triangle."""
     start, end = np.full(len(row), np.inf), np.full(len(row), -np.inf)
-    for one, other in ((0, 1), (1, 2), (2, 0)):
-        (x, low), (to, high) = flat[row, one].T, flat[row, other].T
-        rise = high - low
-        part = np.clip((y - low) / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
-        crosses = (np.minimum(low, high) <= y + _EDGE) & (np.maximum(low, high) >= y - _EDGE)
-        at = x + part * (to - x)
-        start = np.where(crosses, np.minimum(start, at), start)
-        end = np.where(crosses, np.maximum(end, at), end)
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        (x0, y0), (x1, y1) = flat[row, a].T, flat[row, b].T
+        rise = y1 - y0
+        part = np.clip((y - y0) / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
+        crosses = (np.minimum(y0, y1) <= y + _EDGE_TOLERANCE) & (np.maximum(y0, y1) >= y - _EDGE_TOLERANCE)
+        crossing = x0 + part * (x1 - x0)
+        start = np.where(crosses, np.minimum(start, crossing), start)
+        end = np.where(crosses, np.maximum(end, crossing), end)
     return start, end
 
 
@@ -127,23 +133,23 @@ PIXELS = 250_000
 """Number of pixels of the depth map of each side."""
 FACING = 0.9
 """Least component towards the viewer of the normal of a triangle in a wall."""
-_BIN = 0.05
+_BIN_M = 0.05
 """Bin width of depths, metres."""
 BEHIND, BEFORE = 1.0, 2.0
 """Largest depth of recesses, and of balconies, that belong to a wall, metres."""
-_LEAST_PART, _LEAST_SIDE = 0.04, 1.5
+_MIN_AREA_SHARE, _MIN_SIDE_M = 0.04, 1.5
 """Least wall: share of the visible area of its side, and width and height, metres."""
-_NARROW = 3
+_MIN_GAP_PIXELS = 3
 """Least width of a visible gap, pixels."""
-_NOISY, _CRACK = 0.001, 8.0
+_MIN_CRACK_NOISE_M, _MAX_CRACK_RATIO = 0.001, 8.0
 """Noise from which cracks are possible, metres, and largest ratio of the width of a crack to the noise."""
-_DEVIATION = 1.4826
+_SD_PER_MEDIAN_DEVIATION = 1.4826
 """Ratio of the standard deviation to the median deviation of normal noise; robust against windows near the plane."""
-_UNDER = 0.5
+_MIN_GROUND_SHARE = 0.5
 """Least share of the width of a wall that its ground floor covers."""
-_TILTED = 0.1
+_MAX_TILT_M = 0.1
 """Largest change of depth of a wall from end to end, metres."""
-_MOST = 6
+_MAX_WALLS = 6
 """Largest number of walls of one side."""
 
 
@@ -159,19 +165,19 @@ class Wall:
     high: Floats
     """[2] upper right corner, metres."""
     map: DepthMap
-    seen: Bools
+    mask: Bools
     """[H, W] whether each pixel of the map belongs to it."""
     noise: float
     """Deviation of points in its plane from it, metres."""
 
     def tilt(self) -> float:
         """Rotation about the vertical axis that makes it square to the view, radians; 0 if it has no effect."""
-        flat = self.seen & (np.abs(self.map.depth - self.depth) <= _TILTED)
+        flat = self.mask & (np.abs(self.map.depth - self.depth) <= _MAX_TILT_M)
         x = np.nonzero(flat)[1] * self.map.step
         depth = self.map.depth[flat]
         x = x - x.mean()
         slope = float((x * (depth - depth.mean())).sum() / max((x**2).sum(), 1e-12))
-        return -float(np.arctan(slope)) if abs(slope) * (self.high[0] - self.low[0]) > _TILTED else 0.0
+        return -float(np.arctan(slope)) if abs(slope) * (self.high[0] - self.low[0]) > _MAX_TILT_M else 0.0
 
 
 def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
@@ -181,53 +187,53 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
     length = np.linalg.norm(facing, axis=1)
     map_ = depth_map(corners, num_pixels)
     upright = np.append(np.abs(facing[:, 2]) >= FACING * length, False)[map_.triangle] & (map_.triangle >= 0)
-    left = upright.copy()
+    remaining = upright.copy()
     walls: list[Wall] = []
-    while left.any() and len(walls) < _MOST:
-        plane = _plane(map_.depth[left])
-        plane = float(np.median(map_.depth[left & (np.abs(map_.depth - plane) <= 1.5 * _BIN)]))
-        flat = left & (np.abs(map_.depth - plane) <= _BIN)
+    while remaining.any() and len(walls) < _MAX_WALLS:
+        plane = _plane(map_.depth[remaining])
+        plane = float(np.median(map_.depth[remaining & (np.abs(map_.depth - plane) <= 1.5 * _BIN_M)]))
+        flat = remaining & (np.abs(map_.depth - plane) <= _BIN_M)
         if not flat.any():
             break
         plane = float(np.median(map_.depth[flat]))
         near = (map_.depth >= plane - BEHIND) & (map_.depth <= plane + BEFORE)
         # Pieces of wall between windows belong together, and so do windows, which may be holes; narrow gaps are none.
-        bridged: Any = ndimage.binary_closing(near, structure=np.ones((_NARROW, _NARROW)))
-        found: Any = ndimage.label(near | bridged, structure=np.ones((3, 3)))
-        pieces, num = found
+        bridged: Any = ndimage.binary_closing(near, structure=np.ones((_MIN_GAP_PIXELS, _MIN_GAP_PIXELS)))
+        labelled: Any = ndimage.label(near | bridged, structure=np.ones((3, 3)))
+        pieces, num = labelled
         if not num:
             break
         sizes = np.bincount(pieces[flat], minlength=num + 1)
         sizes[0] = 0
-        own = pieces == int(sizes.argmax())
-        own_flat = own & flat
-        rows, columns = np.flatnonzero(own_flat.any(axis=1)), np.flatnonzero(own_flat.any(axis=0))
+        piece = pieces == int(sizes.argmax())
+        piece_flat = piece & flat
+        rows, columns = np.flatnonzero(piece_flat.any(axis=1)), np.flatnonzero(piece_flat.any(axis=0))
         if len(rows):
             # A ground floor in front of or behind the plane belongs to the wall.
-            under = own[: rows[0], columns[0] : columns[-1] + 1].mean(axis=1) >= _UNDER
+            under = piece[: rows[0], columns[0] : columns[-1] + 1].mean(axis=1) >= _MIN_GROUND_SHARE
             rows[0] = np.flatnonzero(~np.append(False, under))[-1]
-        left &= ~own
-        if not own_flat.any():
+        remaining &= ~piece
+        if not piece_flat.any():
             continue
         low = map_.low + np.array([columns[0], rows[0]]) * map_.step
         high = map_.low + np.array([columns[-1] + 1, rows[-1] + 1]) * map_.step
-        if own_flat.sum() < _LEAST_PART * upright.sum() or (high - low).min() < _LEAST_SIDE:
+        if piece_flat.sum() < _MIN_AREA_SHARE * upright.sum() or (high - low).min() < _MIN_SIDE_M:
             continue
-        within = np.zeros_like(own)
+        within = np.zeros_like(piece)
         within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
-        noise = _DEVIATION * float(np.median(np.abs(map_.depth[own_flat] - plane)))
-        seen = within & (_filled(own, rows[0]) | (map_.triangle < 0))
+        noise = _SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(map_.depth[piece_flat] - plane)))
+        mask = within & (_filled(piece, rows[0]) | (map_.triangle < 0))
         walls.append(
-            Wall(side=side, depth=plane, low=low, high=high, map=_without_cracks(map_, noise), seen=seen, noise=noise)
+            Wall(side=side, depth=plane, low=low, high=high, map=_without_cracks(map_, noise), mask=mask, noise=noise)
         )
     return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
 
 
-def _filled(own: Bools, lowest: int) -> Bools:
+def _filled(piece: Bools, lowest: int) -> Bools:
     """[H, W] the wall with its holes; doors are closed by the ground below."""
-    ground = np.ones((1, own.shape[1]), dtype=bool)
-    filled = own.copy()
-    above: Any = ndimage.binary_fill_holes(np.concatenate([ground, own[lowest:]]))
+    ground = np.ones((1, piece.shape[1]), dtype=bool)
+    filled = piece.copy()
+    above: Any = ndimage.binary_fill_holes(np.concatenate([ground, piece[lowest:]]))
     filled[lowest:] = above[1:]
     return filled
 
@@ -237,12 +243,12 @@ def _without_cracks(map_: DepthMap, noise: float) -> DepthMap:
 
     Cracks are visible only in places, and would divide a wall with noise into pieces that only touch.
     """
-    pixels = _NARROW + int(np.ceil(_CRACK * noise / map_.step)) * (noise > _NOISY)
+    pixels = _MIN_GAP_PIXELS + int(np.ceil(_MAX_CRACK_RATIO * noise / map_.step)) * (noise > _MIN_CRACK_NOISE_M)
     return replace(map_, depth=ndimage.grey_closing(map_.depth, (pixels, pixels)))
 
 
 def _plane(depth: Floats) -> float:
-    """The most frequent depth, to `_BIN`."""
+    """The most frequent depth, to `_BIN_M`."""
     low = float(depth.min())
-    count = np.bincount(((depth - low) / _BIN).astype(np.int64), minlength=3)
-    return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN
+    count = np.bincount(((depth - low) / _BIN_M).astype(np.int64), minlength=3)
+    return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN_M

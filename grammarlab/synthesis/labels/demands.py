@@ -44,8 +44,8 @@ class LabelDemands:
         rows, columns = np.indices(labels.shape)
         cells = int((~self.domain[rows, columns, labels]).sum())
         for label, least, most in self.counts:
-            often = int((labels == label).sum())
-            cells += max(0, least - often, often - most)
+            count = int((labels == label).sum())
+            cells += max(0, least - count, count - most)
         cells += sum(int(labels[row, 0] != labels[row, -1]) for row in self.equal_ends)
         if self.symmetric:
             cells += int((labels != labels[:, ::-1]).sum()) // 2
@@ -67,28 +67,28 @@ def demands_of(domain: Domain, examples: Sequence[LabelGrid], wishes: Wishes, *,
         FacadeError: If labels are unknown, cells are outside of the grid, or wishes contradict each other.
     """
     anywhere = domain | (domain.any(axis=(0, 1)) & rows_of_labels(examples, len(domain))[:, None])
-    found = _only(domain.copy(), anywhere, examples[0], wishes)
-    found = _fixed(found, examples[0], wishes)
+    narrowed = _only(domain.copy(), anywhere, examples[0], wishes)
+    narrowed = _fixed(narrowed, examples[0], wishes)
     fixed = {(wish.row, wish.column): wish.label for wish in wishes.fixed}
-    rows, columns = found.shape[:2]
+    rows, columns = narrowed.shape[:2]
     wide = _only(anywhere.copy(), anywhere, examples[0], wishes)
     for count in wishes.counts:
-        make_way(found, wide, examples[0].label(count.label), count.most, fixed)
+        make_way(narrowed, wide, examples[0].label(count.label), count.most, fixed)
     if wishes.equal_corners or wishes.symmetric:
         pairs = {(row, 0) for row in (0, rows - 1)} if wishes.equal_corners else set()
         pairs |= set(np.ndindex(rows, columns // 2)) if wishes.symmetric else set()
         for row, column in sorted(pairs):
-            _agree(found, (row, column), (row, columns - 1 - column), fixed)
-    counts = [label_count(found, examples[0], count, wishes.symmetric) for count in wishes.counts]
-    check_room(found, examples[0].names, counts)
+            _agree(narrowed, (row, column), (row, columns - 1 - column), fixed)
+    counts = [label_count(narrowed, examples[0], count, wishes.symmetric) for count in wishes.counts]
+    check_room(narrowed, examples[0].names, counts)
     notes: list[str] = []
     if wishes.keep:
         above = domain[1:].sum(axis=(0, 1)) if mapped else np.zeros(domain.shape[2], dtype=np.int64)
-        kept, notes = keep_ground_units(found, examples, wishes, counts, above)
-        counts += kept
-    counts.sort(key=lambda each: each[2])
+        ground_counts, notes = keep_ground_units(narrowed, examples, wishes, counts, above)
+        counts += ground_counts
+    counts.sort(key=lambda count: count[2])
     ends = tuple(sorted({0, rows - 1})) if wishes.equal_corners else ()
-    return LabelDemands(found, tuple(counts), wishes.symmetric, ends, tuple(notes))
+    return LabelDemands(narrowed, tuple(counts), wishes.symmetric, ends, tuple(notes))
 
 
 def _only(domain: Domain, anywhere: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
@@ -115,14 +115,14 @@ def _only(domain: Domain, anywhere: Domain, example: LabelGrid, wishes: Wishes) 
 
 
 def _rows(where: Rows, rows: int) -> NDArray[np.bool_]:
-    place = np.arange(rows)
+    index = np.arange(rows)
     if where == "ground":
-        return place == 0
-    return place == rows - 1 if where == "top" else (place > 0) & (place < rows - 1)
+        return index == 0
+    return index == rows - 1 if where == "top" else (index > 0) & (index < rows - 1)
 
 
 def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
-    seen: dict[tuple[int, int], str] = {}
+    fixed_labels: dict[tuple[int, int], str] = {}
     rows, columns = domain.shape[:2]
     for wish in wishes.fixed:
         cell = (wish.row, wish.column)
@@ -131,9 +131,9 @@ def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
                 f"wishes: row {wish.row}, column {wish.column} is fixed; the grid has rows 0 to {rows - 1} and "
                 f"columns 0 to {columns - 1}."
             )
-        if seen.setdefault(cell, wish.label) != wish.label:
+        if fixed_labels.setdefault(cell, wish.label) != wish.label:
             raise FacadeError(
-                f"wishes: row {wish.row}, column {wish.column} cannot be both {seen[cell]} and {wish.label}."
+                f"wishes: row {wish.row}, column {wish.column} cannot be both {fixed_labels[cell]} and {wish.label}."
             )
         label = example.label(wish.label)
         for only in wishes.only:
@@ -144,14 +144,14 @@ def _fixed(domain: Domain, example: LabelGrid, wishes: Wishes) -> Domain:
     return domain
 
 
-def _agree(domain: Domain, one: tuple[int, int], other: tuple[int, int], fixed: dict[tuple[int, int], str]) -> None:
+def _agree(domain: Domain, a: tuple[int, int], b: tuple[int, int], fixed: dict[tuple[int, int], str]) -> None:
     """Two cells get their common labels, or the labels of either if there are none; a fixed cell determines both."""
-    both = domain[one] & domain[other]
+    both = domain[a] & domain[b]
     if not both.any():
-        if one in fixed and other in fixed:
+        if a in fixed and b in fixed:
             raise FacadeError(
-                f"wishes: row {one[0]}: column {one[1]} is fixed to {fixed[one]} and column {other[1]} to "
-                f"{fixed[other]}, but they have to be equal."
+                f"wishes: row {a[0]}: column {a[1]} is fixed to {fixed[a]} and column {b[1]} to "
+                f"{fixed[b]}, but they have to be equal."
             )
-        both = domain[one] if one in fixed else domain[other] if other in fixed else domain[one] | domain[other]
-    domain[one] = domain[other] = both
+        both = domain[a] if a in fixed else domain[b] if b in fixed else domain[a] | domain[b]
+    domain[a] = domain[b] = both

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from grammarlab.synthesis.label_grid import Labels
 from grammarlab.synthesis.labels.demands import LabelDemands
 from grammarlab.synthesis.labels.problem import AWAY, WINDOW, Problem
-from grammarlab.synthesis.labels.strips import CellWants, Costs, WindowStrips
+from grammarlab.synthesis.labels.strips import CellTargets, Costs, WindowStrips
 
-_PART = 0.5
+_MESSAGE_SHARE = 0.5
 """Share of its min-marginals that a strip passes on; with all of them, sweeps end at a worse bound."""
 
 
@@ -36,17 +36,17 @@ def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
         [strips, 3, columns, labels] prices; their sums over a cell do not change.
     """
     prices = start.copy()
-    known: dict[tuple[int, int], _Wants] = {}
-    cells: dict[tuple[int, ...], CellWants] = {}
+    cache: dict[tuple[int, int], _ColumnTargets] = {}
+    cells: dict[tuple[int, ...], CellTargets] = {}
     for sweep in range(sweeps):
         step = 1 if sweep % 2 == 0 else -1
         for row in range(problem.rows)[::step]:
-            _Strip(problem, prices, row, known, cells).pass_on(step)
+            _Strip(problem, prices, row, cache, cells).pass_on(step)
     return prices
 
 
 @dataclass(frozen=True, slots=True)
-class _Wants:
+class _ColumnTargets:
     """Labels that the patches of a list have in one of their columns."""
 
     label: Labels
@@ -59,11 +59,11 @@ class _Wants:
     """By row: these labels; one number above the last label means no label."""
 
     @classmethod
-    def of(cls, patches: Labels, column: int, num_labels: int) -> _Wants:
+    def from_patches(cls, patches: Labels, column: int, num_labels: int) -> _ColumnTargets:
         label = patches[:, :, column].T
-        wanted = np.where(label == AWAY, num_labels, label)
-        order = np.argsort(wanted, axis=1, kind="stable")
-        sorts = [np.unique(each, return_index=True) for each in np.take_along_axis(wanted, order, axis=1)]
+        padded = np.where(label == AWAY, num_labels, label)
+        order = np.argsort(padded, axis=1, kind="stable")
+        sorts = [np.unique(row, return_index=True) for row in np.take_along_axis(padded, order, axis=1)]
         return cls(label, order, tuple(start for _, start in sorts), tuple(label for label, _ in sorts))
 
 
@@ -75,10 +75,10 @@ class _Strip:
         problem: Problem,
         prices: Costs,
         row: int,
-        known: dict[tuple[int, int], _Wants],
-        cells: dict[tuple[int, ...], CellWants],
+        cache: dict[tuple[int, int], _ColumnTargets],
+        cells: dict[tuple[int, ...], CellTargets],
     ) -> None:
-        self.problem, self.prices, self.row, self.known, self.cells = problem, prices, row, known, cells
+        self.problem, self.prices, self.row, self.cache, self.cells = problem, prices, row, cache, cells
         self.inside = [up for up in range(WINDOW) if 0 <= row + up - 1 < problem.rows]
         differ = np.ones((problem.num_labels, problem.num_labels + 1))
         differ[np.arange(problem.num_labels), np.arange(problem.num_labels)] = 0.0
@@ -91,24 +91,24 @@ class _Strip:
         columns = self.problem.columns
         costs = [{up: self._cost(column, up) for up in self.inside} for column in range(columns)]
         after = [np.zeros((1, 1))] * columns
-        after[-1] = np.zeros((len(self._wanted(columns - 1)[1].label[0]), 1))
+        after[-1] = np.zeros((len(self._targets(columns - 1)[1].label[0]), 1))
         for column in range(columns - 1, 0, -1):
             after[column - 1] = (sum(costs[column].values()) + after[column][None]).min(axis=2)
         before = np.zeros((1, after[0].shape[0]))
-        to = self.row + step
-        shared = [up for up in (1 + step, 1) if up in self.inside] if 0 <= to < self.problem.rows else []
+        next_row = self.row + step
+        shared = [up for up in (1 + step, 1) if up in self.inside] if 0 <= next_row < self.problem.rows else []
         for column in range(columns):
             for up in shared:
                 others = sum((costs[column][other] for other in self.inside if other != up), np.zeros(()))
                 rest = before[:, :, None] + after[column][None] + others
                 marginals = self._marginals(rest, column, up)
-                moved = _PART * np.where(np.isfinite(marginals), marginals - marginals.min(), 0.0)
+                moved = _MESSAGE_SHARE * np.where(np.isfinite(marginals), marginals - marginals.min(), 0.0)
                 self.prices[self.row, up, column] -= moved
-                self.prices[to, up - step, column] += moved
+                self.prices[next_row, up - step, column] += moved
                 costs[column][up] = self._cost(column, up)
             before = (before[:, :, None] + sum(costs[column].values())).min(axis=0)
 
-    def _own(self, column: int, up: int) -> Costs:
+    def _label_prices(self, column: int, up: int) -> Costs:
         """[labels] price of each label of a cell; infinite if it is not allowed."""
         return np.where(self.problem.domain[self.row + up - 1, column], self.prices[self.row, up, column], np.inf)
 
@@ -120,39 +120,40 @@ class _Strip:
         ]
         key = (*kinds, up)
         if key not in self.cells:
-            self.cells[key] = CellWants.of([wants.label[up][None] for wants in self._wanted(column)])
-        return self.cells[key].costs(self._own(column, up)[None].astype(np.float32))[0].astype(np.float64)
+            self.cells[key] = CellTargets.from_targets([target.label[up][None] for target in self._targets(column)])
+        return self.cells[key].costs(self._label_prices(column, up)[None].astype(np.float32))[0].astype(np.float64)
 
     def _marginals(self, rest: Costs, column: int, up: int) -> Costs:
         """[labels] least cost of the strip for each label of a cell; `rest` is that of all other cells."""
-        wanted = self._wanted(column)
-        sorts = rest[np.ix_(*(wants.order[up] for wants in wanted))]
-        for axis, wants in enumerate(wanted):
-            sorts = np.minimum.reduceat(sorts, wants.starts[up], axis=axis)
-        left, middle, right = (self.differ[:, wants.first[up]] for wants in wanted)
-        differ = left[:, :, None, None] + middle[:, None, :, None] + right[:, None, None, :]
-        return (sorts + differ).min(axis=(1, 2, 3)) + self._own(column, up)
+        targets = self._targets(column)
+        sorts = rest[np.ix_(*(target.order[up] for target in targets))]
+        for axis, target in enumerate(targets):
+            sorts = np.minimum.reduceat(sorts, target.starts[up], axis=axis)
+        before, here, after = (self.differ[:, target.first[up]] for target in targets)
+        differ = before[:, :, None, None] + here[:, None, :, None] + after[:, None, None, :]
+        return (sorts + differ).min(axis=(1, 2, 3)) + self._label_prices(column, up)
 
-    def _wanted(self, column: int) -> tuple[_Wants, _Wants, _Wants]:
+    def _targets(self, column: int) -> tuple[_ColumnTargets, _ColumnTargets, _ColumnTargets]:
         """Labels of the patches of the windows before, at and after a column, in its cells."""
-        return self._of(column - 1, 2), self._of(column, 1), self._of(column + 1, 0)
+        return self._column_targets(column - 1, 2), self._column_targets(column, 1), self._column_targets(column + 1, 0)
 
-    def _of(self, column: int, side: int) -> _Wants:
+    def _column_targets(self, column: int, side: int) -> _ColumnTargets:
         """Labels of the patches of a window in one of their columns; none outside of the grid."""
         kind = int(self.problem.kind[self.row, column]) if 0 <= column < self.problem.columns else -1
-        if (kind, side) not in self.known:
+        if (kind, side) not in self.cache:
             patches = self.problem.patches[kind] if kind >= 0 else np.full((1, WINDOW, WINDOW), AWAY)
-            self.known[kind, side] = _Wants.of(patches, side, self.problem.num_labels)
-        return self.known[kind, side]
+            self.cache[kind, side] = _ColumnTargets.from_patches(patches, side, self.problem.num_labels)
+        return self.cache[kind, side]
 
 
 _ROUNDING = 0.01
 """Largest rounding error of a bound; it is subtracted before a bound is rounded up to an integer energy."""
-_LARGEST = 1e8
+_MAX_ADDITIONS = 1e8
 """Largest number of additions to solve all different strips."""
-_PATIENCE = 3
+_MAX_IDLE_STEPS = 3
 """Steps without a better bound before steps become smaller."""
-_SHRINK = 0.7
+_STEP_FACTOR = 0.7
+"""Factor on the step size after `_MAX_IDLE_STEPS` steps without a better bound."""
 
 
 def least_work(problem: Problem) -> float:
@@ -172,9 +173,9 @@ def strips_alone(problem: Problem) -> int:
         around = problem.domain[max(0, row - 1) : row + 2]
         key = problem.kind[row].tobytes() + around.tobytes() + bytes([row == 0, row == problem.rows - 1])
         same.append(first.setdefault(key, row))
-    if least_work(problem) * len(first) / problem.rows > _LARGEST:
+    if least_work(problem) * len(first) / problem.rows > _MAX_ADDITIONS:
         return 0
-    strips = WindowStrips.of(problem, list(first.values()))
+    strips = WindowStrips.from_problem(problem, list(first.values()))
     shape = (len(first), WINDOW, problem.columns, problem.num_labels)
     energies = dict(zip(first.values(), strips.least(np.zeros(shape))[0].tolist(), strict=True))
     return ceil(sum(energies[row] for row in same) - _ROUNDING)
@@ -189,13 +190,13 @@ class Dual:
     bound: float = -np.inf
 
     def __post_init__(self) -> None:
-        self.strips = WindowStrips.of(self.problem, range(self.problem.rows))
+        self.strips = WindowStrips.from_problem(self.problem, range(self.problem.rows))
         self.prices = np.zeros((self.problem.rows, WINDOW, self.problem.columns, self.problem.num_labels))
         self.tolls: Costs = np.zeros(len(self.demands.counts))
         self.copies = self._gathered(self.strips.inside[:, :, None].repeat(self.problem.columns, axis=2).astype(float))
 
     @property
-    def whole(self) -> int:
+    def integer_bound(self) -> int:
         """The bound, rounded up to an integer."""
         return ceil(self.bound - _ROUNDING) if np.isfinite(self.bound) else 0
 
@@ -213,14 +214,14 @@ class Dual:
         """
         scale, waited = 1.0, 0
         for _ in range(most):
-            value, slopes, toll_slopes, wanted = self._evaluated()
+            value, slopes, toll_slopes, labels = self._evaluated()
             waited = 0 if value > self.bound + 1e-6 else waited + 1
             self.bound = max(self.bound, value)
-            yield wanted
-            if waited >= _PATIENCE:
-                scale, waited = scale * _SHRINK, 0
+            yield labels
+            if waited >= _MAX_IDLE_STEPS:
+                scale, waited = scale * _STEP_FACTOR, 0
             norm = float((slopes**2).sum() + (toll_slopes**2).sum())
-            if norm < 1e-9 or target <= self.whole:
+            if norm < 1e-9 or target <= self.integer_bound:
                 return
             step = scale * max(target - value, 1e-3) / norm
             self.prices += step * slopes
@@ -239,19 +240,19 @@ class Dual:
         toll_slopes = np.zeros(len(self.tolls))
         for index, (label, least, most) in enumerate(self.demands.counts):
             toll = float(self.tolls[index])
-            often = float(mean[..., label].sum())
-            wished = most if toll > 0 else least if toll < 0 else min(max(often, least), most)
-            value -= toll * wished
-            toll_slopes[index] = often - wished
+            count = float(mean[..., label].sum())
+            target = most if toll > 0 else least if toll < 0 else min(max(count, least), most)
+            value -= toll * target
+            toll_slopes[index] = count - target
         return value, slopes, toll_slopes, mean.argmax(axis=2)
 
     def _tolls(self) -> Costs:
         """[strips, 3, columns, labels] additional cost of each counted label."""
-        found = np.zeros_like(self.prices)
+        costs = np.zeros_like(self.prices)
         share = self._spread(1.0 / self.copies)
         for (label, _, _), toll in zip(self.demands.counts, self.tolls, strict=True):
-            found[..., label] += toll * share
-        return found
+            costs[..., label] += toll * share
+        return costs
 
     def _gathered(self, values: NDArray[np.float64]) -> Costs:
         """[rows, columns, ...] sums over the strips that cover a cell, of [strips, 3, columns, ...]."""

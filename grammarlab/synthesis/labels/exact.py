@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 LARGEST = 400
 """Largest number of windows times patches for the solver: larger problems take longer than they gain."""
 
-_TIME = 0.5
+_TIME_LIMIT = 0.5
 """Deterministic time limit of the solver: about a second or two."""
 
 
@@ -78,7 +78,7 @@ def solve(
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     solver.parameters.random_seed = seed % 2**31
-    solver.parameters.max_deterministic_time = _TIME * effort
+    solver.parameters.max_deterministic_time = _TIME_LIMIT * effort
     status = solver.solve(model)
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         return SolvedLabels(None, bound, status == cp_model.INFEASIBLE)
@@ -102,8 +102,8 @@ def _cells(model: CpModel, demands: LabelDemands) -> dict[tuple[int, int, int], 
             cells[row, column, label] = cells[row, mirror, label]
         model.add_exactly_one(cells[row, column, label] for label in labels)
     for label, least, most in demands.counts:
-        often = sum(variable for (_, _, its), variable in cells.items() if its == label)
-        model.add_linear_constraint(often, least, most)
+        count = sum(variable for (_, _, cell_label), variable in cells.items() if cell_label == label)
+        model.add_linear_constraint(count, least, most)
     for row in demands.equal_ends:
         for label in np.flatnonzero(demands.domain[row, 0]).tolist():
             model.add(cells[row, 0, label] == cells[row, columns - 1, label])
@@ -132,17 +132,19 @@ def _add_window(
 
 _DUAL_WORK = 4e7
 """Largest number of additions for all steps of the dual together: some tenths of a second."""
-_MOST_STEPS = 40
+_MAX_STEPS = 40
+"""Largest number of steps of the dual."""
 _SWEEPS = 4
+"""Number of sweeps of the dual."""
 _FIRST_STEPS = 12
 """Steps of the dual before sweeps are worthwhile."""
-_STEPS_A_GRID = 4
+_STEPS_PER_GRID = 4
 """Steps of the dual between two grids made of the strips' labels."""
-_TRIES = 4
+_TRIES_PER_GRID = 4
 """Largest number of grids to try for each requested grid, to find different ones."""
-_RUN = 3
+_RUN_LINES = 3
 """Number of consecutive lines taken from an example."""
-_POOL = 40
+_MAX_CANDIDATES = 40
 """Number of columns to recombine."""
 
 
@@ -188,13 +190,13 @@ def least_energy(
         bound = _dual(search, bound, turned, effort)
     if not _done(search, bound):
         _try(search, _others(search, examples, seed), bound)
-        search.recombined(_POOL)
+        search.recombined(_MAX_CANDIDATES)
     if not _done(search, bound) and suits(problem):
         bound = _solved(search, bound, seed, effort)
     if search.best is None:
         raise FacadeError("wishes: no grid that keeps all of them was found; remove some, or use a larger grid.")
-    for turn in range(_TRIES * count):
-        if len(search.found) >= count:
+    for turn in range(_TRIES_PER_GRID * count):
+        if len(search.solutions) >= count:
             break
         search.settle(_scattered(search, examples[turn % len(examples)]))
     return Bounded(tuple(search.ranked()[:count]), bound)
@@ -212,7 +214,7 @@ def _alone(problem: Problem, demands: LabelDemands) -> tuple[int, bool]:
 
 def _dual(search: GridSearch, bound: int, turned: bool, effort: float) -> int:
     """A better bound; grids are made of the strips' labels meanwhile: a few steps first, then sweeps and more steps."""
-    steps = int(min(_MOST_STEPS * effort, _DUAL_WORK * effort / least_work(search.problem)))
+    steps = int(min(_MAX_STEPS * effort, _DUAL_WORK * effort / least_work(search.problem)))
     problem, demands = search.problem, search.demands
     if turned:
         problem = problem.transposed()
@@ -225,10 +227,10 @@ def _dual(search: GridSearch, bound: int, turned: bool, effort: float) -> int:
             break
         dual.sweep(sweeps)
         target = search.best if search.best is not None else 2 * bound + 9
-        for step, wanted in enumerate(dual.steps(target, most)):
-            bound = max(bound, dual.whole)
-            if step % _STEPS_A_GRID == _STEPS_A_GRID - 1:
-                search.settle(np.ascontiguousarray(wanted.T if turned else wanted))
+        for step, labels in enumerate(dual.steps(target, most)):
+            bound = max(bound, dual.integer_bound)
+            if step % _STEPS_PER_GRID == _STEPS_PER_GRID - 1:
+                search.settle(np.ascontiguousarray(labels.T if turned else labels))
             if _done(search, bound):
                 break
     return bound
@@ -252,7 +254,7 @@ def _in_order(search: GridSearch, examples: Sequence[LabelGrid]) -> Iterator[Lab
 
 
 def _others(search: GridSearch, examples: Sequence[LabelGrid], seed: int) -> Iterator[Labels]:
-    """Grids of the paper's method, with borders, and of lines from random places."""
+    """Grids of the paper's method, with borders, and of lines from random positions."""
     for turn in range(2):
         yield expectation_maximization(search.problem, seed + turn).labels
     for example in examples:
@@ -281,11 +283,11 @@ def _drawn(search: GridSearch, example: LabelGrid) -> Labels:
 
 
 def _scattered(search: GridSearch, example: LabelGrid) -> Labels:
-    """Short runs of lines of an example from random places: these grids differ most from the previous ones."""
+    """Short runs of lines of an example from random positions: these grids differ most from the previous ones."""
     lines = []
-    for wanted, size in ((search.problem.rows, example.rows), (search.problem.columns, example.columns)):
-        starts = search.generator.integers(size, size=wanted)
-        lines.append(((starts[:, None] + np.arange(_RUN)) % size).ravel()[:wanted])
+    for num_lines, size in ((search.problem.rows, example.rows), (search.problem.columns, example.columns)):
+        starts = search.generator.integers(size, size=num_lines)
+        lines.append(((starts[:, None] + np.arange(_RUN_LINES)) % size).ravel()[:num_lines])
     return _whole(example)[np.ix_(*lines)]
 
 

@@ -47,23 +47,23 @@ def expectation_maximization(problem: Problem, seed: int, iterations: int = MOST
     labels = nearest
     for _ in range(max(1, iterations)):
         labels = votes(problem, nearest).argmax(axis=2)
-        found, differ = distances(problem, labels)
+        updated, differ = distances(problem, labels)
         history.append(int(differ.sum()))
-        if np.array_equal(found, nearest):
+        if np.array_equal(updated, nearest):
             break
-        nearest = found
+        nearest = updated
     return Trace(labels, tuple(history))
 
 
-_WORK = 1e8
+_MAX_ADDITIONS = 1e8
 """Largest number of additions for settling before the result is kept: some tenths of a second."""
-_PASSES = 2
+_MIN_PASSES = 2
 """Least number of passes over all lines of a grid, for any size."""
 PENALTY = 9
 """Energy of a cell that has to change: at least the increase by a change, since 9 windows lie over it."""
-_FEW = 4
+_TRACKED_LIMIT = 4
 """Largest counts below this number are tracked during the choice of lines; others are not."""
-_NOISE = 0.25
+_NOISE_SUM = 0.25
 """Sum of the noise added to the energy, over a grid, to choose among grids of equal energy."""
 
 
@@ -78,24 +78,24 @@ class GridSearch:
     """Factor on the usual amount of work."""
     spent: float = 0.0
     """Additions so far."""
-    found: dict[bytes, tuple[int, Labels]] = field(default_factory=dict)
+    solutions: dict[bytes, tuple[int, Labels]] = field(default_factory=dict)
     """By content: energy and labels of grids that satisfy all constraints."""
 
     def __post_init__(self) -> None:
-        self.rows = RowWindows.of(self.problem)
-        self.columns = RowWindows.of(self.problem.transposed())
+        self.rows = RowWindows.from_problem(self.problem)
+        self.columns = RowWindows.from_problem(self.problem.transposed())
         shape = self.problem.domain.shape
         once = self.problem.rows * self.rows.work + self.problem.columns * self.columns.work
-        self.budget = max(_WORK, _PASSES * once) * self.effort
-        self.noise = self.generator.random(shape) * (_NOISE / (shape[0] * shape[1]))
+        self.budget = max(_MAX_ADDITIONS, _MIN_PASSES * once) * self.effort
+        self.noise = self.generator.random(shape) * (_NOISE_SUM / (shape[0] * shape[1]))
 
     @property
     def best(self) -> int | None:
-        return min((value for value, _ in self.found.values()), default=None)
+        return min((value for value, _ in self.solutions.values()), default=None)
 
     def ranked(self) -> list[tuple[int, Labels]]:
         """Energies and labels, best first."""
-        return sorted(self.found.values(), key=lambda each: each[0])
+        return sorted(self.solutions.values(), key=lambda solution: solution[0])
 
     def settle(self, labels: Labels) -> Labels:
         """A grid that satisfies the constraints, and that no change of one row or one column improves."""
@@ -120,15 +120,15 @@ class GridSearch:
                 view[line] = chosen
                 dirty[axis] |= {near for near in range(line - 2, line + 3) if 0 <= near < len(view) and near != line}
                 if not self.demands.symmetric:
-                    near = {int(place) + step for place in changed for step in range(-2, 3)}
-                    dirty[1 - axis] |= {place for place in near if 0 <= place < view.shape[1]}
+                    near = {int(index) + step for index in changed for step in range(-2, 3)}
+                    dirty[1 - axis] |= {index for index in near if 0 <= index < view.shape[1]}
         self.keep(labels)
         return labels
 
     def keep(self, labels: Labels) -> None:
         """Records a grid, if it satisfies the constraints."""
         if self.demands.broken(labels) == 0:
-            self.found.setdefault(labels.tobytes(), (energy(self.problem, labels), labels))
+            self.solutions.setdefault(labels.tobytes(), (energy(self.problem, labels), labels))
 
     def _pinned(self, labels: Labels) -> Domain | None:
         """Domains that keep every counted label within its limits; None if there is no room."""
@@ -159,13 +159,13 @@ class GridSearch:
         """[rows, columns] cells that get a label: forced ones first, then those that have it, then any."""
         chosen = forced.copy()
         columns = chosen.shape[1]
-        for cells, wanted in ((here, most), (others, least)):
+        for cells, limit in ((here, most), (others, least)):
             for row, column in self.generator.permutation(np.argwhere(cells)):
                 if chosen[row, column]:
                     continue
                 mirror = columns - 1 - column if self.demands.symmetric else column
                 added = 1 + int(mirror != column)
-                if int(chosen.sum()) + added <= min(wanted, most):
+                if int(chosen.sum()) + added <= min(limit, most):
                     chosen[row, [column, mirror]] = True
         return chosen if least <= int(chosen.sum()) else None
 
@@ -208,7 +208,7 @@ class GridSearch:
     def _lines(self, candidates: Labels, turned: bool) -> NDArray[np.int64]:
         """Indices of the candidates, columns or rows if turned, of the best grid."""
         problem, noise = self.problem.within(self.demands.domain), self.noise
-        limits = [at for at in self.demands.counts if at[2] < _FEW]
+        limits = [count for count in self.demands.counts if count[2] < _TRACKED_LIMIT]
         if turned:
             return best_columns(problem.transposed(), candidates, noise.transpose(1, 0, 2), limits)
         return best_columns(problem, candidates, noise, limits, self.demands.symmetric)

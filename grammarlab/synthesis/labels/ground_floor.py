@@ -18,7 +18,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import is_door
 from grammarlab.synthesis.label_grid import HOLE, Count, LabelGrid, Labels, Wishes
 
-_UPPER = 3
+_UPPER_STOREYS = 3
 """Upper storeys that stand for any number: over the ground floor, between others, and at the top."""
 
 
@@ -45,15 +45,15 @@ def rows_of_labels(examples: Sequence[LabelGrid], rows: int) -> NDArray[np.bool_
     """[rows, labels] rows of a new grid that may have each label: those of the ground or the top alone stay there."""
     size = len(examples[0].names)
     low = np.array([touches_ground(name) for name in examples[0].names])
-    often, ground, top = (np.zeros(size, dtype=np.int64) for _ in range(3))
+    total, ground, top = (np.zeros(size, dtype=np.int64) for _ in range(3))
     for example in examples:
         number, floor, roof = (label_numbers(part, size) for part in (example.labels, *example.labels[[0, -1]]))
-        often += number
+        total += number
         ground += floor if example.rows > 1 else floor * low
         top += roof * (example.rows > 2)
     allowed = np.ones((rows, size), dtype=np.bool_)
-    allowed[1:, (ground > 0) & (ground == often)] = False
-    allowed[:-1, (top > 0) & (top == often)] = False
+    allowed[1:, (ground > 0) & (ground == total)] = False
+    allowed[:-1, (top > 0) & (top == total)] = False
     return allowed
 
 
@@ -82,7 +82,7 @@ def _raised(example: LabelGrid, regions: Labels, number: int) -> LabelGrid:
     upper = example.labels[-1]
     if example.rows == 1 and (number in regions[0] or number not in regions):
         upper = _upper_row(example)
-    return replace(example, labels=np.vstack([example.labels[:1], *[upper[None]] * _UPPER]))
+    return replace(example, labels=np.vstack([example.labels[:1], *[upper[None]] * _UPPER_STOREYS]))
 
 
 def _upper_row(example: LabelGrid) -> Labels:
@@ -99,7 +99,7 @@ def _upper_row(example: LabelGrid) -> Labels:
 Domain = NDArray[np.bool_]
 LabelCount = tuple[int, int, int]
 """Label, least and largest count."""
-_MOST_PLACED = 400
+_MAX_PLACED_UNITS = 400
 """Largest number of units that are placed before the search; more are left to it."""
 
 
@@ -153,7 +153,7 @@ def check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[LabelCou
         FacadeError: If they do not.
     """
     required = np.array([label for label, least, _ in counts for _ in range(least)], dtype=np.int64)
-    if not 0 < len(required) <= _MOST_PLACED:
+    if not 0 < len(required) <= _MAX_PLACED_UNITS:
         return
     refused = ~domain.reshape(-1, domain.shape[2]).T[required]  # [required, cells]
     if len(required) > refused.shape[1] or refused[linear_sum_assignment(refused)].any():
@@ -176,15 +176,15 @@ def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
     size = len(examples[0].names)
     door = np.array([is_door(name) for name in examples[0].names])
     low = np.array([touches_ground(name) for name in examples[0].names])
-    often, most, floor, inner, grounded = (np.zeros(size, dtype=np.int64) for _ in range(5))
+    total, most, floor, inner, grounded = (np.zeros(size, dtype=np.int64) for _ in range(5))
     for example in examples:
         number = label_numbers(example.labels, size)
         between = label_numbers(example.labels[0, _between_corners(example)], size)
-        often, most = often + number, np.maximum(most, number)
+        total, most = total + number, np.maximum(most, number)
         floor, inner = floor + label_numbers(example.labels[0], size), inner + between
         grounded += between if example.rows > 1 else between * low
-    repeats = bool((often[inner > 0] > 1).any())
-    special = (often > 0) & (((grounded == often) & repeats) | ((floor == often) & door))
+    repeats = bool((total[inner > 0] > 1).any())
+    special = (total > 0) & (((grounded == total) & repeats) | ((floor == total) & door))
     labels = [(int(label), bool(most[label] == 1)) for label in np.flatnonzero(special)]
     return sorted(labels, key=lambda pair: (not pair[1], not door[pair[0]]))
 
@@ -215,7 +215,7 @@ def keep_ground_units(
     filled = _fill(domain, examples, [label for label, once in labels if once], fixed)
     symmetric = wishes.symmetric or (wishes.equal_corners and columns == 2)
     least = sum(count[1] for count in counts)
-    kept: list[LabelCount] = []
+    ground_counts: list[LabelCount] = []
     notes: list[str] = []
     for label, once in labels:
         if once and not filled:
@@ -228,9 +228,9 @@ def keep_ground_units(
         if count is None:
             notes.append(f"{names[label]} is on the ground floor of the example; there is no room for it here")
         else:
-            kept.append(count)
+            ground_counts.append(count)
             least += 1
-    return kept, notes
+    return ground_counts, notes
 
 
 def _count(
@@ -275,16 +275,16 @@ def _filling(examples: Sequence[LabelGrid], single: _Mask) -> _Mask:
     """[labels] the labels beside units that occur once, except special ends without shops; or else those above them."""
     size = len(single)
     low = np.array([touches_ground(name) for name in examples[0].names])
-    beside, above = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
+    adjacent, above = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
     for example in examples:
-        places = [column for column in range(example.columns) if not _special_end(example, column)]
-        plain = (label_numbers(example.labels[0, places], size) > 0) | (
+        columns = [column for column in range(example.columns) if not _special_end(example, column)]
+        plain = (label_numbers(example.labels[0, columns], size) > 0) | (
             low & (label_numbers(example.labels[0], size) > 0)
         )
-        beside |= plain & ~_of_one_end(example, size)
+        adjacent |= plain & ~_of_one_end(example, size)
         above |= label_numbers(example.labels[1:2, _between_corners(example)], size) > 0
-    beside &= ~single
-    return beside if beside.any() else above & ~single
+    adjacent &= ~single
+    return adjacent if adjacent.any() else above & ~single
 
 
 def _open_ends(domain: Domain, examples: Sequence[LabelGrid], label: int, fixed: Collection[tuple[int, int]]) -> None:

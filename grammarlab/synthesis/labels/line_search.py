@@ -15,9 +15,9 @@ from grammarlab.synthesis.label_grid import Labels
 from grammarlab.synthesis.labels.problem import AWAY, WINDOW, Problem, distances, votes
 from grammarlab.synthesis.labels.strips import Costs, SequenceTally, cheapest, cheapest_palindrome
 
-_MAX_COST = 2e8
+_MAX_COLUMN_ADDITIONS = 2e8
 """Largest number of additions for all windows at one column."""
-_STRAY = 10.0
+_FORBIDDEN_COST = 10.0
 """Cost of a cell with a forbidden label: more than its 9 windows can gain by it."""
 
 
@@ -41,31 +41,33 @@ def best_columns(
         [columns] index of the candidate of each column.
     """
     rows = np.arange(problem.rows)
-    extra = noise + _STRAY * ~problem.domain
-    own = list(extra[rows[None, :], :, candidates].sum(axis=1).T)  # [columns][states]
-    known: dict[tuple[int, ...], Costs] = {}
+    extra = noise + _FORBIDDEN_COST * ~problem.domain
+    state_costs = list(extra[rows[None, :], :, candidates].sum(axis=1).T)  # [columns][states]
+    cache: dict[tuple[int, ...], Costs] = {}
     costs = []
     for column in range(problem.columns):
         kinds = tuple(problem.kind[:, column].tolist())
-        if kinds not in known:
-            known[kinds] = _triplets(problem, candidates, kinds)
-        found = known[kinds]
-        found = found if column else found[:1]
-        costs.append(found if column + 1 < problem.columns else found[:, :, :1])
+        if kinds not in cache:
+            cache[kinds] = _triplets(problem, candidates, kinds)
+        triplets = cache[kinds]
+        triplets = triplets if column else triplets[:1]
+        costs.append(triplets if column + 1 < problem.columns else triplets[:, :, :1])
     solve = cheapest_palindrome if symmetric else cheapest
     if limits:
         weight = np.stack([(candidates == label).sum(axis=1) for label, _, _ in limits], axis=1)
-        tally = SequenceTally((weight,) * problem.columns, tuple(at[1] for at in limits), tuple(at[2] for at in limits))
-        chain = solve(costs, own, tally)
+        tally = SequenceTally(
+            (weight,) * problem.columns, tuple(limit[1] for limit in limits), tuple(limit[2] for limit in limits)
+        )
+        chain = solve(costs, state_costs, tally)
         if np.isfinite(chain.cost):
             return chain.states
-    return solve(costs, own).states
+    return solve(costs, state_costs).states
 
 
 def suits(problem: Problem, candidates: Labels) -> bool:
     """Whether there are few enough candidates."""
     most = max(len(patches) for patches in problem.patches)
-    return float(len(candidates)) ** 3 * most * problem.rows <= _MAX_COST
+    return float(len(candidates)) ** 3 * most * problem.rows <= _MAX_COLUMN_ADDITIONS
 
 
 def _triplets(problem: Problem, candidates: Labels, kinds: tuple[int, ...]) -> Costs:
@@ -81,20 +83,20 @@ def _triplets(problem: Problem, candidates: Labels, kinds: tuple[int, ...]) -> C
         here = ring[:, row : row + WINDOW]  # [states, 3]
         counts = np.zeros((WINDOW, size, len(patches)), dtype=np.uint8)
         for up, right in np.ndindex(WINDOW, WINDOW):
-            wanted = patches[:, up, right]
-            counts[right] += (here[:, up, None] != wanted) & (wanted != AWAY)
-        left, middle, right = counts
+            target = patches[:, up, right]
+            counts[right] += (here[:, up, None] != target) & (target != AWAY)
+        before, between, after = counts
         nearest = np.full((size, size, size), 255, dtype=np.uint8)
         for patch in range(len(patches)):
-            pair = left[:, None, patch] + middle[None, :, patch]
-            np.minimum(nearest, pair[:, :, None] + right[None, None, :, patch], out=nearest)
+            pair = before[:, None, patch] + between[None, :, patch]
+            np.minimum(nearest, pair[:, :, None] + after[None, None, :, patch], out=nearest)
         total += nearest
     return total.astype(np.float64)
 
 
-_MAX_SUMS = 3e6
+_MAX_ADDITIONS = 3e6
 """Largest number of additions for a row: beyond it, a cell only has the labels that most windows have there."""
-_MANY = 100
+_MISMATCH_LIMIT = 100
 """A number of labels above that of any window."""
 
 
@@ -106,11 +108,11 @@ class RowWindows:
     patches: NDArray[np.int64]
     """[kinds + 1, patches, 3, 3]; the first patch is repeated in kinds with fewer patches; the last kind has no
     labels."""
-    known: dict[tuple[int, int, bytes], tuple[Labels, ...]] = field(default_factory=dict)
+    cache: dict[tuple[int, int, bytes], tuple[Labels, ...]] = field(default_factory=dict)
     """Cached states of the patches of a row whose cells all have the same labels."""
 
     @classmethod
-    def of(cls, problem: Problem) -> RowWindows:
+    def from_problem(cls, problem: Problem) -> RowWindows:
         most = max(len(patches) for patches in problem.patches)
         filled = [patches[np.arange(most) % len(patches)] for patches in problem.patches]
         filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))
@@ -128,7 +130,7 @@ class RowWindows:
     @property
     def _most(self) -> int:
         """Largest number of labels of a cell."""
-        return max(2, min(self.problem.num_labels, int((_MAX_SUMS / self._sums) ** (1 / 3))))
+        return max(2, min(self.problem.num_labels, int((_MAX_ADDITIONS / self._sums) ** (1 / 3))))
 
     def best_row(self, labels: Labels, row: int, domain: NDArray[np.bool_], noise: Costs, symmetric: bool) -> Labels:
         """The labels [columns] of a row with the least energy for fixed other rows.
@@ -151,35 +153,37 @@ class RowWindows:
         costs: list[Costs] = [*total]
         costs[0] = costs[0][:1]
         costs[-1] = costs[-1][:, :, :1]
-        place = np.arange(columns)[:, None]
-        own = list(np.where(domain[place, states], noise[place, states], np.inf))
-        chain = (cheapest_palindrome if symmetric else cheapest)(costs, own)
-        return states[place[:, 0], chain.states]
+        index = np.arange(columns)[:, None]
+        state_costs = list(np.where(domain[index, states], noise[index, states], np.inf))
+        chain = (cheapest_palindrome if symmetric else cheapest)(costs, state_costs)
+        return states[index[:, 0], chain.states]
 
     def _states(self, labels: Labels, row: int, domain: NDArray[np.bool_], symmetric: bool) -> Labels:
         """[columns, states] labels of each cell: all allowed ones, if they are not too many."""
         able = np.flatnonzero(domain.any(axis=0))
         if len(able) <= self._most:
             return np.broadcast_to(able, (self.problem.columns, len(able)))
-        wanted = votes(self.problem, distances(self.problem, labels)[0])[row]
-        wanted[np.arange(self.problem.columns), labels[row]] += 1
+        scores = votes(self.problem, distances(self.problem, labels)[0])[row]
+        scores[np.arange(self.problem.columns), labels[row]] += 1
         if symmetric:
-            wanted = wanted + wanted[::-1]
-        return np.argsort(np.where(domain, -wanted, 1), axis=1, kind="stable")[:, : self._most]
+            scores = scores + scores[::-1]
+        return np.argsort(np.where(domain, -scores, 1), axis=1, kind="stable")[:, : self._most]
 
     def _centred(self, ring: Labels, centre: int, free: int, states: Labels) -> Costs:
         """[columns, states, states, states] energy of the windows centred in one row, by labels in their row `free`."""
         patches = self.patches[self.problem.kind[centre]]  # [columns, patches, 3, 3]
         columns, most = patches.shape[:2]
-        known = np.zeros((columns, most), dtype=np.uint8)
-        place = np.arange(columns)
+        mismatches = np.zeros((columns, most), dtype=np.uint8)
+        index = np.arange(columns)
         for up, right in np.ndindex(WINDOW, WINDOW):
             if up != free:
-                wanted = patches[:, :, up, right]
-                known += (ring[centre + up, place + right][:, None] != wanted) & (wanted != AWAY)
+                target = patches[:, :, up, right]
+                mismatches += (ring[centre + up, index + right][:, None] != target) & (target != AWAY)
         size = states.shape[1]
-        least = np.full((columns, *(size + 2,) * WINDOW), _MANY, dtype=np.uint8)
-        np.minimum.at(least, (place[:, None], *self._meant(patches[:, :, free], centre, free, states)), known)
+        least = np.full((columns, *(size + 2,) * WINDOW), _MISMATCH_LIMIT, dtype=np.uint8)
+        np.minimum.at(
+            least, (index[:, None], *self._target_states(patches[:, :, free], centre, free, states)), mismatches
+        )
         # A label that differs from the patch costs 1, whichever it is: one axis after the other.
         for axis in range(1, 1 + WINDOW):
             before = (slice(None),) * axis
@@ -187,25 +191,25 @@ class RowWindows:
             least = np.minimum(least[*before, :size], np.expand_dims(other, axis))
         return least.astype(np.float64)
 
-    def _meant(self, wanted: Labels, centre: int, free: int, states: Labels) -> tuple[Labels, ...]:
+    def _target_states(self, targets: Labels, centre: int, free: int, states: Labels) -> tuple[Labels, ...]:
         """Three of [columns, patches] state of a patch's label; `size` for any label, `size` + 1 for an unlisted one.
 
         Args:
-            wanted: [columns, patches, 3] labels, or `AWAY`.
+            targets: [columns, patches, 3] labels, or `AWAY`.
             centre: row of the windows' centres.
             free: index in the windows of the row to choose.
             states: [columns, size] labels that each cell may have.
         """
         key = (centre, free, states[0].tobytes())
-        alike = (states == states[0]).all()
-        if alike and key in self.known:
-            return self.known[key]
+        is_uniform = (states == states[0]).all()
+        if is_uniform and key in self.cache:
+            return self.cache[key]
         columns, size = states.shape
-        beside = np.clip(np.arange(columns)[:, None] + np.arange(-1, 2), 0, columns - 1)
-        equal = wanted[..., None] == states[beside][:, None]  # no labels beyond a border
-        meant = np.where(equal.any(axis=3), equal.argmax(axis=3), size + 1)
-        meant[wanted == AWAY] = size
-        found = tuple(np.ascontiguousarray(meant[..., at]) for at in range(WINDOW))
-        if alike:
-            self.known[key] = found
-        return found
+        neighbours = np.clip(np.arange(columns)[:, None] + np.arange(-1, 2), 0, columns - 1)
+        equal = targets[..., None] == states[neighbours][:, None]  # no labels beyond a border
+        target_states = np.where(equal.any(axis=3), equal.argmax(axis=3), size + 1)
+        target_states[targets == AWAY] = size
+        result = tuple(np.ascontiguousarray(target_states[..., step]) for step in range(WINDOW))
+        if is_uniform:
+            self.cache[key] = result
+        return result

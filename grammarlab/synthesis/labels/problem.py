@@ -47,7 +47,7 @@ class Problem:
 
     def transposed(self) -> Problem:
         """The problem with rows and columns exchanged."""
-        turned = tuple(np.ascontiguousarray(each.transpose(0, 2, 1)) for each in self.patches)
+        turned = tuple(np.ascontiguousarray(patches.transpose(0, 2, 1)) for patches in self.patches)
         return Problem(np.ascontiguousarray(self.kind.T), turned, np.ascontiguousarray(self.domain.transpose(1, 0, 2)))
 
     def within(self, domain: NDArray[np.bool_]) -> Problem:
@@ -107,7 +107,7 @@ def unbordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
     inner = slice(up, up + rows - height + 1), slice(right, right + columns - width + 1)
     kind[inner] = regions[inner] + 1
     present = np.array(
-        [_present(_all_labels(each), names) for each in (examples, *([example] for example in examples))]
+        [_present(_all_labels(group), names) for group in (examples, *([example] for example in examples))]
     )
     return Problem(kind, tuple(lists), present[regions + 1])
 
@@ -139,11 +139,11 @@ def _padded(labels: Labels) -> Labels:
 def _windows_like(example: LabelGrid, vertical: int, horizontal: int) -> Labels:
     """Windows [n, 3, 3] of an example at cells with these borders."""
     windows = _padded(example.labels)[_cells_like(example, vertical, horizontal)].copy()
-    for side, place in ((1, 0), (2, 2)):  # cells beyond a border are not compared
+    for side, index in ((1, 0), (2, 2)):  # cells beyond a border are not compared
         if vertical & side:
-            windows[:, :, place, :] = AWAY
+            windows[:, :, index, :] = AWAY
         if horizontal & side:
-            windows[:, :, :, place] = AWAY
+            windows[:, :, :, index] = AWAY
     return windows.reshape(-1, WINDOW, WINDOW)
 
 
@@ -169,19 +169,19 @@ def _cells_like(example: LabelGrid, vertical: int, horizontal: int) -> tuple[NDA
     return np.ix_(rows, columns)
 
 
-def _matching(sides: NDArray[np.int64], wanted: int, alone: int) -> NDArray[np.int64]:
+def _matching(sides: NDArray[np.int64], borders: int, alone: int) -> NDArray[np.int64]:
     """Rows of an example for a row with these borders.
 
     Args:
         sides: borders of the example's rows.
-        wanted: borders of the new grid's row.
+        borders: borders of the new grid's row.
         alone: borders that the only row of a new grid keeps if the example has several rows.
     """
-    equal = np.flatnonzero(sides == wanted)
+    equal = np.flatnonzero(sides == borders)
     if len(equal):
         return equal
-    kept = alone if wanted == 3 else wanted
-    return np.flatnonzero((sides & kept) == kept)
+    required = alone if borders == 3 else borders
+    return np.flatnonzero((sides & required) == required)
 
 
 def _inner(examples: Sequence[LabelGrid], height: int, width: int) -> Labels:
@@ -189,10 +189,10 @@ def _inner(examples: Sequence[LabelGrid], height: int, width: int) -> Labels:
     parts = []
     for example in examples:
         views = np.lib.stride_tricks.sliding_window_view(example.labels, (height, width)).reshape(-1, height, width)
-        found = np.full((len(views), WINDOW, WINDOW), AWAY, dtype=np.int64)
+        windows = np.full((len(views), WINDOW, WINDOW), AWAY, dtype=np.int64)
         up, right = 1 - _before(height), 1 - _before(width)
-        found[:, up : up + height, right : right + width] = np.where(views == HOLE, AWAY, views)
-        parts.append(found)
+        windows[:, up : up + height, right : right + width] = np.where(views == HOLE, AWAY, views)
+        parts.append(windows)
     return _distinct(np.concatenate(parts))
 
 
@@ -207,7 +207,7 @@ def _present(labels: Labels, num_labels: int) -> NDArray[np.bool_]:
     return np.bincount(labels[labels >= 0].ravel(), minlength=num_labels)[:num_labels] > 0
 
 
-_AT_ONCE = 10_000_000
+_MAX_COMPARISONS = 10_000_000
 """Largest number of windows times patches that are compared at once."""
 
 
@@ -227,16 +227,16 @@ def distances(problem: Problem, labels: Labels) -> tuple[NDArray[np.int64], NDAr
     ring[1:-1, 1:-1] = labels
     for kind, patches in enumerate(problem.patches):
         row, column = np.nonzero(problem.kind == kind)
-        turn = max(1, _AT_ONCE // len(patches))
+        turn = max(1, _MAX_COMPARISONS // len(patches))
         for start in range(0, len(row), turn):
-            place = row[start : start + turn], column[start : start + turn]
-            counts = np.zeros((len(place[0]), len(patches)), dtype=np.uint8)
+            cells = row[start : start + turn], column[start : start + turn]
+            counts = np.zeros((len(cells[0]), len(patches)), dtype=np.uint8)
             for up, right in np.ndindex(WINDOW, WINDOW):
-                wanted = patches[:, up, right]
-                here = ring[place[0] + up, place[1] + right]
-                counts += (here[:, None] != wanted) & (wanted != AWAY)
-            nearest[place] = counts.argmin(axis=1)
-            differ[place] = counts.min(axis=1)
+                target = patches[:, up, right]
+                here = ring[cells[0] + up, cells[1] + right]
+                counts += (here[:, None] != target) & (target != AWAY)
+            nearest[cells] = counts.argmin(axis=1)
+            differ[cells] = counts.min(axis=1)
     return nearest, differ
 
 
@@ -255,11 +255,11 @@ def votes(problem: Problem, nearest: NDArray[np.int64]) -> NDArray[np.int64]:
     Returns:
         [rows, columns, labels] counts.
     """
-    found = np.zeros((problem.rows + 2, problem.columns + 2, problem.num_labels), dtype=np.int64)
+    counts = np.zeros((problem.rows + 2, problem.columns + 2, problem.num_labels), dtype=np.int64)
     for kind, patches in enumerate(problem.patches):
         row, column = np.nonzero(problem.kind == kind)
         for up, right in np.ndindex(WINDOW, WINDOW):
             label = patches[nearest[row, column], up, right]
             counted = label != AWAY
-            np.add.at(found, (row[counted] + up, column[counted] + right, label[counted]), 1)
-    return found[1:-1, 1:-1]
+            np.add.at(counts, (row[counted] + up, column[counted] + right, label[counted]), 1)
+    return counts[1:-1, 1:-1]

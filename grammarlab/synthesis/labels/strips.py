@@ -25,7 +25,7 @@ class SequenceTally:
     """Sums over a sequence with upper limits, such as counts of labels."""
 
     weight: tuple[NDArray[np.int64], ...]
-    """By place: [states, sums] contribution of each state."""
+    """By position: [states, sums] contribution of each state."""
     least: tuple[int, ...]
     most: tuple[int, ...]
 
@@ -35,29 +35,29 @@ class Chain:
     """A sequence of states."""
 
     states: NDArray[np.int64]
-    """[places] states."""
+    """[positions] states."""
     cost: float
     """Infinite if no sequence is allowed."""
 
 
-def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
+def cheapest(costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
     """The cheapest sequence, by dynamic programming over pairs of neighbours.
 
     Args:
-        costs: by place: [states before, states here, states after] cost of three neighbours; there is one state before
-            the first place and one after the last.
-        own: by place: [states] cost of a single state; infinite if it is not allowed.
+        costs: by position: [states before, states here, states after] cost of three neighbours; there is one state
+            before the first position and one after the last.
+        state_costs: by position: [states] cost of a single state; infinite if it is not allowed.
         tally: limits of sums over the sequence.
     """
     if tally is not None:
-        return _tallied(costs, own, tally)
-    value = own[0][None, :]
+        return _tallied(costs, state_costs, tally)
+    value = state_costs[0][None, :]
     choices = []
-    for place in range(len(costs) - 1):
-        through = value[:, :, None] + costs[place]
+    for position in range(len(costs) - 1):
+        through = value[:, :, None] + costs[position]
         choice = through.argmin(axis=0)
         choices.append(choice)
-        value = np.take_along_axis(through, choice[None], axis=0)[0] + own[place + 1][None, :]
+        value = np.take_along_axis(through, choice[None], axis=0)[0] + state_costs[position + 1][None, :]
     last = value + costs[-1][:, :, 0]
     before, here = np.unravel_index(int(last.argmin()), last.shape)
     states = [int(here), int(before)]
@@ -66,35 +66,35 @@ def cheapest(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally 
     return Chain(np.array(states[: len(costs)][::-1]), float(last[before, here]))
 
 
-def _tallied(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally) -> Chain:
+def _tallied(costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally) -> Chain:
     """The cheapest sequence with limits: the sums, capped just above each limit, are part of the state."""
     sizes = np.array(tally.most) + 1
     sums = np.stack([axis.ravel() for axis in np.indices(sizes.tolist())], axis=1)  # [totals, sums]
     radix = np.concatenate([np.cumprod(sizes[::-1])[::-1][1:], [1]])
     totals = len(sums)
 
-    def added(place: int) -> NDArray[np.int64]:
+    def added(position: int) -> NDArray[np.int64]:
         """[totals, states] total after a state, or `totals` if it exceeds a limit."""
-        after = sums[:, None, :] + tally.weight[place][None, :, :]
+        after = sums[:, None, :] + tally.weight[position][None, :, :]
         return np.where((after < sizes).all(axis=2), after @ radix, totals)
 
     start = added(0)[0]
-    value = np.full((1, len(own[0]), totals + 1), np.inf)
-    value[0, np.arange(len(own[0])), start] = own[0]
+    value = np.full((1, len(state_costs[0]), totals + 1), np.inf)
+    value[0, np.arange(len(state_costs[0])), start] = state_costs[0]
     value[:, :, totals] = np.inf
     choices = []
-    for place in range(len(costs) - 1):
-        through = value[:, :, None, :totals] + costs[place][:, :, :, None]
+    for position in range(len(costs) - 1):
+        through = value[:, :, None, :totals] + costs[position][:, :, :, None]
         best, choice = through.min(axis=0), through.argmin(axis=0)  # [here, after, totals]
-        to = added(place + 1)
+        total_after = added(position + 1)
         here, after = best.shape[:2]
         value = np.full((here, after, totals + 1), np.inf)
         source = np.full((here, after, totals + 1), -1)
         for total in range(totals):
             for state in range(after):
-                reached = to[total, state]
-                better = best[:, state, total] + own[place + 1][state] < value[:, state, reached]
-                value[better, state, reached] = best[better, state, total] + own[place + 1][state]
+                reached = total_after[total, state]
+                better = best[:, state, total] + state_costs[position + 1][state] < value[:, state, reached]
+                value[better, state, reached] = best[better, state, total] + state_costs[position + 1][state]
                 source[better, state, reached] = total
         value[:, :, totals] = np.inf
         choices.append((choice, source))
@@ -112,29 +112,35 @@ def _tallied(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally)
     return Chain(np.array(states[: len(costs)][::-1]), cost)
 
 
-def cheapest_palindrome(costs: Sequence[Costs], own: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
-    """The cheapest sequence whose places k and -1 - k have the same state.
+def cheapest_palindrome(
+    costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally | None = None
+) -> Chain:
+    """The cheapest sequence whose positions k and -1 - k have the same state.
 
     Args:
-        costs: see `cheapest`; the same states at all places.
-        own: see `cheapest`.
+        costs: by position: [states before, states here, states after] cost of three neighbours; all positions have the
+            same states.
+        state_costs: by position: [states] cost of a single state; infinite if it is not allowed.
         tally: limits of sums over the sequence.
     """
     size = len(costs)
     half = (size + 1) // 2
     odd = size % 2 == 1
     if size == 1:
-        return cheapest(costs, own, tally)
-    folded = [costs[place] + costs[-1 - place].transpose(2, 1, 0) for place in range(half - 1)]
+        return cheapest(costs, state_costs, tally)
+    folded = [costs[position] + costs[-1 - position].transpose(2, 1, 0) for position in range(half - 1)]
     middle = costs[half - 1]
     states = np.arange(middle.shape[1])
-    if odd:  # the last place is the middle: its neighbours are equal
+    if odd:  # the last position is the middle: its neighbours are equal
         last = middle[states[:, None], states[None, :], states[:, None]]
     else:
         after = costs[half]
         last = middle[:, states, states] + after[states, states, :].T
-    alone = [own[place] + (own[-1 - place] if 2 * place + 1 < size else 0.0) for place in range(half)]
-    chain = cheapest([*folded, last[:, :, None]], alone, _doubled(tally, half, odd))
+    folded_costs = [
+        state_costs[position] + (state_costs[-1 - position] if 2 * position + 1 < size else 0.0)
+        for position in range(half)
+    ]
+    chain = cheapest([*folded, last[:, :, None]], folded_costs, _doubled(tally, half, odd))
     rest = chain.states[:-1] if odd else chain.states
     return Chain(np.concatenate([chain.states, rest[::-1]]), chain.cost)
 
@@ -159,18 +165,18 @@ class WindowStrips:
     problem: Problem
     rows: NDArray[np.int64]
     """[strips] row of the centres of each strip."""
-    wants: Labels
-    """[strips, columns + 2, patches, 3, 3] labels of the patches of each window; the places before and after have no
+    targets: Labels
+    """[strips, columns + 2, patches, 3, 3] labels of the patches of each window; the positions before and after have no
     labels, and the first patch is repeated in windows with fewer patches."""
     allowed: NDArray[np.bool_]
     """[strips, 3, columns, labels] labels that the cells may have."""
     inside: NDArray[np.bool_]
     """[strips, 3] whether each row of a strip is in the grid."""
-    known: dict[bytes, list[CellWants]] = field(default_factory=dict)
-    """Cached tables from `wants`."""
+    cache: dict[bytes, list[CellTargets]] = field(default_factory=dict)
+    """Cached tables from `targets`."""
 
     @classmethod
-    def of(cls, problem: Problem, rows: Sequence[int]) -> WindowStrips:
+    def from_problem(cls, problem: Problem, rows: Sequence[int]) -> WindowStrips:
         most = max(len(patches) for patches in problem.patches)
         filled = [patches[np.arange(most) % len(patches)] for patches in problem.patches]
         filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))
@@ -194,69 +200,71 @@ class WindowStrips:
         Returns:
             energies [strips] and labels [strips, 3, columns]; -1 outside of the grid.
         """
-        own = np.where(self.allowed, prices, np.inf)
-        own[~self.inside] = 0.0
-        size = self.wants.shape[2]
+        allowed_prices = np.where(self.allowed, prices, np.inf)
+        allowed_prices[~self.inside] = 0.0
+        size = self.targets.shape[2]
         value = np.zeros((len(self.rows), 1, size))
         choices = []
         columns = self.problem.columns
         for column in range(columns):
-            through = value[:, :, :, None] + self._cost(own, column)
+            through = value[:, :, :, None] + self._cost(allowed_prices, column)
             choice = through.argmin(axis=1)
             value = np.take_along_axis(through, choice[:, None], axis=1)[:, 0]
             choices.append(choice)
-        # The place after the last column has one state; so has the one before the first.
+        # The position after the last column has one state; so has the one before the first.
         last = value[:, :, 0]
-        place = np.arange(len(self.rows))
+        strip = np.arange(len(self.rows))
         after, here = np.zeros(len(self.rows), dtype=np.int64), last.argmin(axis=1)
-        energies = last[place, here]
+        energies = last[strip, here]
         labels = np.empty((len(self.rows), WINDOW, columns), dtype=np.int64)
         for column in range(columns - 1, -1, -1):
-            before = choices[column][place, here, after]
-            labels[:, :, column] = self._labels(own, column, (before, here, after))
+            before = choices[column][strip, here, after]
+            labels[:, :, column] = self._labels(allowed_prices, column, (before, here, after))
             here, after = before, here
         labels[~self.inside] = -1
         return energies, labels
 
-    def _wanted(self, column: int) -> tuple[Labels, Labels, Labels]:
+    def _targets(self, column: int) -> tuple[Labels, Labels, Labels]:
         """[strips, states, 3 rows] labels of the patches of the windows before, at and after a column, in its cells."""
-        before, here, after = (self.wants[:, column + step] for step in range(3))
+        before, here, after = (self.targets[:, column + step] for step in range(3))
         before = before[:, :1] if column == 0 else before
         after = after[:, :1] if column == self.problem.columns - 1 else after
         return before[..., 2], here[..., 1], after[..., 0]
 
-    def _cost(self, own: Costs, column: int) -> NDArray[np.float32]:
+    def _cost(self, prices: Costs, column: int) -> NDArray[np.float32]:
         """[strips, before, here, after] least cost of the cells of a column for given patches of three windows."""
-        wants = self._cells(column)
-        total = wants[0].costs(own[:, 0, column].astype(np.float32))
+        targets = self._cells(column)
+        total = targets[0].costs(prices[:, 0, column].astype(np.float32))
         for row in range(1, WINDOW):
-            total += wants[row].costs(own[:, row, column].astype(np.float32))
+            total += targets[row].costs(prices[:, row, column].astype(np.float32))
         return total
 
-    def _cells(self, column: int) -> list[CellWants]:
+    def _cells(self, column: int) -> list[CellTargets]:
         """Target labels of the three cells of each strip in a column; columns with equal neighbours share them."""
         kinds = self.problem.kind[self.rows]
         key = kinds[:, max(0, column - 1) : column + 2].tobytes() + bytes([column == 0])
-        if key not in self.known:
-            wanted = self._wanted(column)
-            self.known[key] = [CellWants.of([each[:, :, row] for each in wanted]) for row in range(WINDOW)]
-        return self.known[key]
+        if key not in self.cache:
+            targets = self._targets(column)
+            self.cache[key] = [
+                CellTargets.from_targets([target[:, :, row] for target in targets]) for row in range(WINDOW)
+            ]
+        return self.cache[key]
 
-    def _labels(self, own: Costs, column: int, states: Sequence[NDArray[np.int64]]) -> Labels:
+    def _labels(self, prices: Costs, column: int, states: Sequence[NDArray[np.int64]]) -> Labels:
         """[strips, 3] the best label of each cell of a column for given patches of three windows."""
-        place = np.arange(len(self.rows))
-        cost = own[:, :, column].copy()
-        for wanted, state in zip(self._wanted(column), states, strict=True):
-            want = wanted[place, state][:, :, None]
-            cost += (np.arange(cost.shape[2]) != want) & (want != AWAY)
+        strip = np.arange(len(self.rows))
+        cost = prices[:, :, column].copy()
+        for target, state in zip(self._targets(column), states, strict=True):
+            label = target[strip, state][:, :, None]
+            cost += (np.arange(cost.shape[2]) != label) & (label != AWAY)
         return cost.argmin(axis=2)
 
 
 @dataclass(frozen=True, slots=True)
-class CellWants:
+class CellTargets:
     """Labels of a cell in the patches of the windows before, at and after it: all data that do not depend on prices."""
 
-    wanted: tuple[Labels, ...]
+    targets: tuple[Labels, ...]
     """Three arrays [strips, states]."""
     others: tuple[NDArray[np.float32], ...]
     """For each of the three: [strips, before, here, after] how many of the three have the same label."""
@@ -264,15 +272,18 @@ class CellWants:
     """[strips, before, here, after] how many have a label."""
 
     @classmethod
-    def of(cls, wanted: Sequence[Labels]) -> CellWants:
-        wants = [_axis(each, axis) for axis, each in enumerate(wanted)]
-        agree = [(wants[one] == wants[other]).astype(np.float32) for one, other in _PAIRS]
+    def from_targets(cls, targets: Sequence[Labels]) -> CellTargets:
+        expanded = [_axis(target, axis) for axis, target in enumerate(targets)]
+        agree = [(expanded[first] == expanded[second]).astype(np.float32) for first, second in _PAIRS]
         others = []
         for axis in range(WINDOW):
-            one, other = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
-            others.append(one + other + np.float32(1.0))
-        number = sum(((want != AWAY).astype(np.float32) for want in wants), np.zeros((1, 1, 1, 1), np.float32))
-        return cls(tuple(wanted), tuple(others), number)
+            first, second = (pair for pair, both in zip(agree, _PAIRS, strict=True) if axis in both)
+            others.append(first + second + np.float32(1.0))
+        number = sum(
+            ((target_labels != AWAY).astype(np.float32) for target_labels in expanded),
+            np.zeros((1, 1, 1, 1), np.float32),
+        )
+        return cls(tuple(targets), tuple(others), number)
 
     def costs(self, prices: NDArray[np.float32]) -> NDArray[np.float32]:
         """[strips, before, here, after] least cost of the cell: a label's price plus 1 for each window that differs.
@@ -282,14 +293,16 @@ class CellWants:
         """
         strips = np.arange(len(prices))[:, None]
         least = prices.min(axis=1)[:, None, None, None]
-        wished = [
-            np.where(want != AWAY, prices[strips, np.maximum(want, 0)], np.float32(np.inf)) for want in self.wanted
+        target_prices = [
+            np.where(target != AWAY, prices[strips, np.maximum(target, 0)], np.float32(np.inf))
+            for target in self.targets
         ]
         best, middle, after = (
-            _axis(price, axis) - others for axis, (price, others) in enumerate(zip(wished, self.others, strict=True))
+            _axis(price, axis) - others
+            for axis, (price, others) in enumerate(zip(target_prices, self.others, strict=True))
         )
-        for found in (middle, after, least):
-            np.minimum(best, found, out=best)
+        for option in (middle, after, least):
+            np.minimum(best, option, out=best)
         best += self.number
         return best
 

@@ -42,7 +42,7 @@ def write_glb(surface: Surface, colors: Sequence[Color], path: Path) -> Path:
         part = surface.part(surface.material == number)
         material = PBRMaterial(
             name=f"material-{number}",
-            baseColorFactor=[round(255 * each) for each in colors[number]],
+            baseColorFactor=[round(255 * channel) for channel in colors[number]],
             metallicFactor=0.0,
             roughnessFactor=0.8,
             doubleSided=True,
@@ -59,9 +59,9 @@ FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
 MOST_BYTES = 256 * 2**20
 MOST_TRIANGLES = 2_000_000
 """Largest number of triangles: simplify larger meshes first."""
-_LARGEST, _SMALLEST = 5_000.0, 0.01
+_MAX_SIZE_M, _MIN_SIZE_M = 5_000.0, 0.01
 """Least and largest length of the longest side of a building, metres."""
-_SAME = 1e-6
+_TOLERANCE = 1e-6
 """Largest distance of equal points, as a fraction of the longest side."""
 _GREY = (0.7, 0.7, 0.68, 1.0)
 
@@ -103,13 +103,13 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     used = points[triangles.ravel()]
     low, high = used.min(axis=0), used.max(axis=0)
     extent = float((high - low).max())
-    if not _SMALLEST <= extent <= _LARGEST:
+    if not _MIN_SIZE_M <= extent <= _MAX_SIZE_M:
         raise FacadeError(
-            f"{path.name} is {extent:g} m large; expected {_SMALLEST:g} to {_LARGEST:,.0f} m. "
+            f"{path.name} is {extent:g} m large; expected {_MIN_SIZE_M:g} to {_MAX_SIZE_M:,.0f} m. "
             "If its coordinates are not in metres, give their unit (--unit)."
         )
     origin = np.round((low + high) / 2.0)
-    tolerance = _SAME * extent
+    tolerance = _TOLERANCE * extent
     surface = welded(Surface(points - origin, triangles, material), tolerance)
     surface = without_slivers(_once(united(surface, tolerance)), tolerance)
     if not len(surface):
@@ -124,9 +124,9 @@ def _once(surface: Surface) -> Surface:
     kinds, first = np.unique(key, return_index=True)
     if len(kinds) == 2 * len(sets):
         first = np.minimum(first[::2], first[1::2])
-    which = np.zeros(len(surface), dtype=bool)
-    which[first] = True
-    return surface.part(which)
+    is_first = np.zeros(len(surface), dtype=bool)
+    is_first[first] = True
+    return surface.part(is_first)
 
 
 def _parts(path: Path, kind: str) -> list[MeshPart]:

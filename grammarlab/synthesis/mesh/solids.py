@@ -11,12 +11,13 @@ from scipy.sparse.csgraph import connected_components
 
 from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, joined, welded, without_folds, without_slivers
 
-_MOST = 300_000
+_MAX_TRIANGLES = 300_000
 """Triangles; larger meshes of many solids stay as they are, since uniting them takes too long."""
-_LEAST = 1e-9
+_MIN_VOLUME_RATIO = 1e-9
 """Volume of a solid, in cubes of its longest side; less is a sheet with two sides."""
-_MOST_SOLIDS = 10_000
-_MOST_PAIRS = 5_000_000
+_MAX_SOLIDS = 10_000
+"""Largest number of solids of a union."""
+_MAX_PAIRS = 5_000_000
 """Pairs of triangles of different solids whose boxes meet: a limit on the size of the union."""
 
 
@@ -44,19 +45,19 @@ def united(surface: Surface, tolerance: float) -> Surface:
         surface: welded; triangles of one solid follow each other, as far as they share edges with others.
         tolerance: metres between points that are one.
     """
-    if not 0 < len(surface) <= _MOST:
+    if not 0 < len(surface) <= _MAX_TRIANGLES:
         return surface
     bodies = _bodies(surface)
     if bodies is None or bodies.number < 2:
         return surface
     volume, longest = _volumes(bodies), _longest(bodies)
-    flat = np.abs(volume) <= _LEAST * longest**3
+    flat = np.abs(volume) <= _MIN_VOLUME_RATIO * longest**3
     inside_out = volume[~flat] < 0.0
     if not len(inside_out) or inside_out.any() != inside_out.all():
         return surface
     rows = ~flat[bodies.body]
     solids = _solids(bodies, surface.material, np.flatnonzero(~flat), inside_out=bool(inside_out[0]))
-    if any(each.status() != Error.NoError for each in solids) or _too_tangled(solids):
+    if any(solid.status() != Error.NoError for solid in solids) or _too_tangled(solids):
         return surface
     outside = surface_of(Manifold.batch_boolean(solids, OpType.Add))
     if inside_out[0]:
@@ -67,7 +68,7 @@ def united(surface: Surface, tolerance: float) -> Surface:
 
 def solid_of(surface: Surface) -> Manifold | None:
     """A closed surface as a solid, with its materials as numbers of faces; None if it is open or too large."""
-    bodies = _bodies(surface) if 0 < len(surface) <= _MOST else None
+    bodies = _bodies(surface) if 0 < len(surface) <= _MAX_TRIANGLES else None
     if bodies is None:
         return None
     inside_out = _volumes(bodies).sum() < 0.0
@@ -94,34 +95,37 @@ def surface_of(solid: Manifold) -> Surface:
 
 def _solids(bodies: _Bodies, material: Ints, chosen: Ints, *, inside_out: bool) -> list[Manifold]:
     """Some of the bodies as solids, with the materials [T] of their triangles as numbers of faces."""
-    of = np.empty(len(bodies.points), dtype=np.int64)
-    of[bodies.triangles] = bodies.body[:, None]
-    ends = [np.concatenate([[0], np.cumsum(np.bincount(each, minlength=bodies.number))]) for each in (of, bodies.body)]
-    order, rows = (np.argsort(each, kind="stable") for each in (of, bodies.body))
-    place = np.empty(len(order), dtype=np.int64)
-    place[order] = np.arange(len(order))
-    triangles = (place[bodies.triangles] - ends[0][bodies.body, None])[rows].astype(np.uint64)
+    point_body = np.empty(len(bodies.points), dtype=np.int64)
+    point_body[bodies.triangles] = bodies.body[:, None]
+    ends = [
+        np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=bodies.number))])
+        for owner in (point_body, bodies.body)
+    ]
+    order, rows = (np.argsort(owner, kind="stable") for owner in (point_body, bodies.body))
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    triangles = (rank[bodies.triangles] - ends[0][bodies.body, None])[rows].astype(np.uint64)
     if inside_out:
         triangles = np.ascontiguousarray(triangles[:, ::-1])
     points, faces = bodies.points[order], material[rows].astype(np.uint64)
-    found = []
+    solids = []
     for k in chosen.tolist():
-        own = slice(ends[1][k], ends[1][k + 1])
-        found.append(Manifold(Mesh64(points[ends[0][k] : ends[0][k + 1]], triangles[own], face_id=faces[own])))
-    return found
+        part = slice(ends[1][k], ends[1][k + 1])
+        solids.append(Manifold(Mesh64(points[ends[0][k] : ends[0][k + 1]], triangles[part], face_id=faces[part])))
+    return solids
 
 
 def _too_tangled(solids: list[Manifold]) -> bool:
-    if len(solids) > _MOST_SOLIDS:
+    if len(solids) > _MAX_SOLIDS:
         return True
-    boxes = np.array([each.bounding_box() for each in solids])
+    boxes = np.array([solid.bounding_box() for solid in solids])
     low, high = boxes[:, :3], boxes[:, 3:]
-    counts = np.array([each.num_tri() for each in solids], dtype=np.float64)
+    counts = np.array([solid.num_tri() for solid in solids], dtype=np.float64)
     pairs = 0.0
     for number, count in enumerate(counts[:-1], 1):
         meets = ((low[number:] <= high[number - 1]) & (low[number - 1] <= high[number:])).all(axis=1)
         pairs += count * counts[number:][meets].sum()
-    return bool(pairs > _MOST_PAIRS)
+    return bool(pairs > _MAX_PAIRS)
 
 
 def _volumes(bodies: _Bodies) -> Floats:
@@ -150,21 +154,21 @@ def _bodies(surface: Surface) -> _Bodies | None:
     triangles, number = surface.triangles, len(surface.points)
     start, end = triangles.ravel(), triangles[:, [1, 2, 0]].ravel()
     key = np.minimum(start, end) * number + np.maximum(start, end)
-    along, against = (np.flatnonzero(each) for each in (start < end, start > end))
-    along, against = (each[np.argsort(key[each], kind="stable")] for each in (along, against))
+    along, against = (np.flatnonzero(side) for side in (start < end, start > end))
+    along, against = (side[np.argsort(key[side], kind="stable")] for side in (along, against))
     if not np.array_equal(key[along], key[against]):
         return None
     count, body = _components(len(triangles), along // 3, against // 3)
     after = np.arange(triangles.size).reshape(-1, 3)[:, [1, 2, 0]].ravel()
-    one, other = np.concatenate([along, after[along]]), np.concatenate([after[against], against])
-    num_points, point = _components(triangles.size, one, other)
+    first, second = np.concatenate([along, after[along]]), np.concatenate([after[against], against])
+    num_points, point = _components(triangles.size, first, second)
     points = np.empty((num_points, 3))
     points[point] = surface.points[start]
     return _Bodies(points, point.reshape(-1, 3), body, count)
 
 
-def _components(size: int, one: Ints, other: Ints) -> tuple[int, Ints]:
-    """How many groups pairs connect numbers below a size to, and [size] the group of each."""
-    graph = coo_matrix((np.ones(len(one)), (one, other)), shape=(size, size))
+def _components(size: int, first: Ints, second: Ints) -> tuple[int, Ints]:
+    """Number of connected components of a graph of `size` nodes, and [size] the component of each node."""
+    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(size, size))
     count, group = connected_components(graph, directed=False)
     return int(count), group.astype(np.int64)

@@ -33,16 +33,16 @@ class Surface:
     def __len__(self) -> int:
         return len(self.triangles)
 
-    def part(self, which: Bools) -> Surface:
+    def part(self, is_part: Bools) -> Surface:
         """Some of the triangles, with their points."""
-        triangles = self.triangles[which]
+        triangles = self.triangles[is_part]
         used = np.zeros(len(self.points), dtype=bool)
         used[triangles] = True
-        place = np.cumsum(used) - 1
-        return Surface(self.points[used], place[triangles], self.material[which])
+        index = np.cumsum(used) - 1
+        return Surface(self.points[used], index[triangles], self.material[is_part])
 
     def moved(self, points: Floats) -> Surface:
-        """The same triangles over other points [P, 3]."""
+        """The surface with other points [P, 3]."""
         return replace(self, points=points)
 
     def corners(self) -> Floats:
@@ -52,38 +52,38 @@ class Surface:
 
 def joined(surfaces: Sequence[Surface]) -> Surface:
     """All surfaces as one; points are not shared between them."""
-    firsts = np.cumsum([0, *(len(each.points) for each in surfaces)])
+    firsts = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
     return Surface(
-        np.concatenate([np.zeros((0, 3)), *(each.points for each in surfaces)]),
+        np.concatenate([np.zeros((0, 3)), *(surface.points for surface in surfaces)]),
         np.concatenate(
             [
                 np.zeros((0, 3), np.int64),
-                *(each.triangles + first for each, first in zip(surfaces, firsts, strict=False)),
+                *(surface.triangles + first for surface, first in zip(surfaces, firsts, strict=False)),
             ]
         ),
-        np.concatenate([np.zeros(0, np.int64), *(each.material for each in surfaces)]),
+        np.concatenate([np.zeros(0, np.int64), *(surface.material for surface in surfaces)]),
     )
 
 
 def welded(surface: Surface, tolerance: float) -> Surface:
     """The surface with points within the tolerance merged, without the triangles that this makes empty."""
-    points, place = one_per_place(surface.points, tolerance)
-    return without_empty(Surface(points, place[surface.triangles], surface.material))
+    points, index = merged_points(surface.points, tolerance)
+    return without_empty(Surface(points, index[surface.triangles], surface.material))
 
 
-def one_per_place(points: Floats, tolerance: float) -> tuple[Floats, Ints]:
+def merged_points(points: Floats, tolerance: float) -> tuple[Floats, Ints]:
     """[Q, 3] points with distances above the tolerance, and [P] index of the merged point of each point."""
-    _, first, place = np.unique(np.ascontiguousarray(points + 0.0), axis=0, return_index=True, return_inverse=True)
-    place = place.ravel().astype(np.int64)
+    _, first, index = np.unique(np.ascontiguousarray(points + 0.0), axis=0, return_index=True, return_inverse=True)
+    index = index.ravel().astype(np.int64)
     chosen = points[first]
     pairs = KDTree(chosen).query_pairs(tolerance, output_type="ndarray") if len(chosen) else np.zeros((0, 2), int)
     if not len(pairs):
-        return chosen, place
+        return chosen, index
     graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(chosen), len(chosen)))
     count, group = connected_components(graph, directed=False)
     lowest = np.zeros(count, dtype=np.int64)
     lowest[group[::-1]] = np.arange(len(chosen))[::-1]
-    return chosen[lowest], group[place].astype(np.int64)
+    return chosen[lowest], group[index].astype(np.int64)
 
 
 def without_empty(surface: Surface) -> Surface:
@@ -108,7 +108,7 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
         flat = np.flatnonzero(height <= tolerance**2 * np.maximum(np.maximum(*squares[:2]), squares[2]))
         if not flat.size:
             return surface
-        side = np.stack([each[flat] for each in squares], axis=1).argmax(axis=1)
+        side = np.stack([square[flat] for square in squares], axis=1).argmax(axis=1)
         start, end = surface.triangles[flat, side], surface.triangles[flat, (side + 1) % 3]
         via = surface.triangles[flat, (side + 2) % 3]
         # Slivers beside slivers would use one side twice in a round; the first of each side takes precedence.
@@ -171,10 +171,10 @@ def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> 
     a, b, c = (at_edge[column] for column in triangles.T)
     near = np.flatnonzero((a & b) | (b & c) | (c & a))  # the other triangles have none of the edges
     here, after = triangles[near], triangles[near][:, [1, 2, 0]]
-    own = np.minimum(here, after) * number + np.maximum(here, after)
-    at = np.minimum(np.searchsorted(key, own), len(key) - 1)
+    side_keys = np.minimum(here, after) * number + np.maximum(here, after)
+    index = np.minimum(np.searchsorted(key, side_keys), len(key) - 1)
     middle = np.full(triangles.shape, -1)
-    middle[near] = np.where(key[at] == own, via[at], -1)
+    middle[near] = np.where(key[index] == side_keys, via[index], -1)
     count = np.zeros(len(triangles), dtype=np.int64)
     count[near] = (middle[near] >= 0).sum(axis=1)
     pieces, source = [triangles[count == 0]], [np.flatnonzero(count == 0)]
@@ -189,17 +189,17 @@ def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> 
         a, b, c = np.take_along_axis(triangles[rows], pick, axis=1).T
         p, q, r = np.take_along_axis(middle[rows], pick, axis=1).T
         if num == 1:
-            made = [(a, p, c), (p, b, c)]
+            split = [(a, p, c), (p, b, c)]
         elif num == 2:
             near = _squared(points, a, q) <= _squared(points, p, c)
-            made = [(p, b, q), (a, p, np.where(near, q, c)), (np.where(near, a, p), q, c)]
+            split = [(p, b, q), (a, p, np.where(near, q, c)), (np.where(near, a, p), q, c)]
         else:
-            made = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
-        pieces += [np.stack(each, axis=1) for each in made]
-        source += [rows] * len(made)
-    found, rows = np.concatenate(pieces), np.concatenate(source)
+            split = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
+        pieces += [np.stack(corners, axis=1) for corners in split]
+        source += [rows] * len(split)
+    result, rows = np.concatenate(pieces), np.concatenate(source)
     order = np.argsort(rows, kind="stable")
-    return found[order], rows[order]
+    return result[order], rows[order]
 
 
 def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
@@ -243,8 +243,10 @@ class EdgeNumbers:
 def edge_numbers(surface: Surface) -> EdgeNumbers:
     """Summary of the numbers of triangles at edges."""
     count = edge_table(surface.triangles, len(surface.points))[1]
-    some = bool(len(count))
-    return EdgeNumbers(int((count == 1).sum()), some and not (count % 2).any(), some and bool((count == 2).all()))
+    has_edges = bool(len(count))
+    return EdgeNumbers(
+        int((count == 1).sum()), has_edges and not (count % 2).any(), has_edges and bool((count == 2).all())
+    )
 
 
 def naked_edges(triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
@@ -255,21 +257,21 @@ def naked_edges(triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
     return np.where(sign[:, None] > 0, edge, edge[:, ::-1]), np.abs(sign)
 
 
-def sliced(surface: Surface, axis: int, at: float, snap: float) -> Surface:
+def sliced(surface: Surface, axis: int, position: float, snap: float) -> Surface:
     """The surface cut along a plane of constant coordinate.
 
     Args:
         surface: the surface.
         axis: 0, 1 or 2.
-        at: coordinate of the plane, metres.
+        position: coordinate of the plane, metres.
         snap: distance of points, metres, within which they are moved onto the plane, to avoid slivers.
     """
-    distance = surface.points[:, axis] - at
+    distance = surface.points[:, axis] - position
     near = np.abs(distance) <= snap
     points = surface.points
     if near.any():
         points = points.copy()
-        points[near, axis] = at
+        points[near, axis] = position
         distance = np.where(near, 0.0, distance)
     side = np.sign(distance).astype(np.int8)
     a, b, c = (side[column] for column in surface.triangles.T)
@@ -281,9 +283,9 @@ def sliced(surface: Surface, axis: int, at: float, snap: float) -> Surface:
     across = side[start] * side[end] < 0
     edges = np.unique(np.sort(np.stack([start[across], end[across]], axis=1), axis=1), axis=0)
     low, high = points[edges[:, 0]], points[edges[:, 1]]
-    part = (at - low[:, axis]) / (high[:, axis] - low[:, axis])
+    part = (position - low[:, axis]) / (high[:, axis] - low[:, axis])
     middle = low + part[:, None] * (high - low)
-    middle[:, axis] = at
+    middle[:, axis] = position
     all_points = np.concatenate([points, middle])
     triangles, source = split_triangles(all_points, rows, edges, len(points) + np.arange(len(edges)))
     return Surface(

@@ -24,7 +24,7 @@ _AXES = np.abs(VIEWS).argmax(axis=2)
 """[4, 3] axis of the building for each axis of a view, ignoring its sign."""
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 """Rotation of a building with z up to one with y up."""
-_STEEP = 0.35
+_MAX_VERTICAL = 0.35
 """Largest vertical component of the normal of a triangle in a wall."""
 
 
@@ -33,15 +33,15 @@ class Plane:
     """A plane across an axis of the building."""
 
     axis: int
-    at: float
+    position: float
     """Coordinate on the axis, metres."""
 
 
-def plane_of(side: int, axis: int, at: float) -> Plane:
+def plane_of(side: int, axis: int, position: float) -> Plane:
     """The plane of constant coordinate of a view (0 right, 1 up, 2 towards the viewer)."""
     direction = VIEWS[side, axis]
-    own = int(np.abs(direction).argmax())
-    return Plane(own, at * float(direction[own]))
+    building_axis = int(np.abs(direction).argmax())
+    return Plane(building_axis, position * float(direction[building_axis]))
 
 
 def seen_from(side: int, points: Floats) -> Floats:
@@ -63,7 +63,7 @@ def turn_to_walls(surface: Surface) -> Floats:
     corners = surface.corners()
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
     area = np.linalg.norm(normals, axis=1)
-    wall = np.abs(normals[:, 1]) <= _STEEP * area
+    wall = np.abs(normals[:, 1]) <= _MAX_VERTICAL * area
     angle = np.arctan2(normals[wall, 0], normals[wall, 2])
     total = (area[wall] * np.exp(4j * angle)).sum()
     turn = float(np.angle(total)) / 4.0 if abs(total) > 1e-9 * max(float(area.sum()), 1e-12) else 0.0

@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from grammarlab.matching.corrections import Correction, load_corrections
-from grammarlab.matching.library import named
+from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.scenes import SceneOptions, rectangles
 from grammarlab.pages.matcher import PAGE, Matcher
 from grammarlab.pages.scan_desk import ScanDesk
@@ -26,7 +26,7 @@ def target(tmp_path: Path) -> Path:
 @pytest.fixture
 def page(windows: Any, target: Path) -> Iterator[Page]:
     elements = rectangles(SceneOptions(elements=4, kinds=2, noise=0.005, occluded=0.0), 2)
-    server = PageThread(Matcher(ScanDesk("scene.json", elements, named("rectangle"), target)), PAGE)
+    server = PageThread(Matcher(ScanDesk("scene.json", elements, templates_by_name("rectangle"), target)), PAGE)
     yield windows(server.address)
     server.close()
 

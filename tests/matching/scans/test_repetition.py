@@ -82,7 +82,7 @@ def test_windows_flush_with_the_wall_are_found_since_they_repeat(scene, error):
     away = []
     for window, element in enumerate(place.tolist()):
         middle, half = (WINDOWS[window, :2] + WINDOWS[window, 2:]) / 2, (WINDOWS[window, 2:] - WINDOWS[window, :2]) / 2
-        points = np.abs(elements.of(element) - middle)
+        points = np.abs(elements.points_of(element) - middle)
         for axis in (0, 1):
             away.append(np.median(points[points[:, 1 - axis] < half[1 - axis] / 2, axis]) - half[axis])
     assert np.sqrt(np.mean(np.square(away))) < error

@@ -42,7 +42,7 @@ def sides(elements):
     """[N, 4] medians of the outermost quarter of the points at each side."""
     found = []
     for element in range(len(elements)):
-        points, middle = elements.of(element)[:, :2], (elements.low[element] + elements.high[element]) / 2
+        points, middle = elements.points_of(element)[:, :2], (elements.low[element] + elements.high[element]) / 2
         reach = elements.high[element] - middle
         near = (points - middle) / reach
         inner = np.abs(near) < 0.5
@@ -191,7 +191,7 @@ def test_a_mesh_opens_no_other_file(tmp_path, monkeypatch):
 
 
 def test_mutants_of_meshes_end_in_facades_or_in_words(tmp_path, monkeypatch):
-    monkeypatch.setattr(scan_reading, "_MOST_SAMPLES", 1_000)
+    monkeypatch.setattr(scan_reading, "_MAX_SAMPLES", 1_000)
     messages = []
     for suffix, content in mutants(MESHES, 2):
         path = tmp_path / f"wall{suffix}"

@@ -19,7 +19,7 @@ def test_no_labels_of_a_strip_have_less_energy(seed: int) -> None:
     example, columns = drawn(4, 4, 2, seed), 4
     problem = (bordered if seed % 2 else unbordered)([example], everywhere(3, columns))
     prices = generator.random((3, 3, columns, problem.num_labels)) * 2
-    energies, labels = WindowStrips.of(problem, range(3)).least(prices)
+    energies, labels = WindowStrips.from_problem(problem, range(3)).least(prices)
     grids = all_grids(3, columns, problem.num_labels)
     place = np.indices((3, columns))
     for row in range(3):
@@ -55,7 +55,7 @@ def test_bounds_are_never_above_the_least_energy(seed: int) -> None:
     bounds = []
     for _ in dual.steps(float(least), 40):
         bounds.append(dual.bound)
-        assert dual.whole <= least
+        assert dual.integer_bound <= least
     assert bounds[0] == pytest.approx(strips_alone(problem))
     assert (np.diff(bounds) >= 0).all()
 
@@ -74,8 +74,8 @@ def test_bounds_know_counts_and_symmetry(symmetric: bool) -> None:
     grid = house[np.ix_([0, 1, 2, 5], across)]
     assert demands.broken(grid) == 0
     for _ in dual.steps(20.0, 30):
-        assert dual.whole <= energy(problem, grid)
-    assert dual.whole > free
+        assert dual.integer_bound <= energy(problem, grid)
+    assert dual.integer_bound > free
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -84,7 +84,7 @@ def test_sweeps_only_raise_the_bound(seed: int) -> None:
     example = shop_house() if seed == 0 else drawn(4, 4, 3, seed)
     size = (5, 8) if seed == 0 else (3, 4)
     problem = bordered([example], everywhere(*size))
-    strips = WindowStrips.of(problem, range(problem.rows))
+    strips = WindowStrips.from_problem(problem, range(problem.rows))
     bounds = []
     for sweeps in range(5):
         prices = swept(problem, np.zeros((problem.rows, 3, problem.columns, problem.num_labels)), sweeps)

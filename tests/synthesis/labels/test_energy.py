@@ -83,7 +83,7 @@ def test_windows_of_another_region_are_of_another_example() -> None:
     ones, twos = drawn(3, 3, 1, 0).labels + 0, drawn(3, 3, 1, 0).labels + 1
     from grammarlab.synthesis.label_grid import LabelGrid
 
-    examples = [LabelGrid.of(ones, ["a", "b"]), LabelGrid.of(twos, ["a", "b"])]
+    examples = [LabelGrid.from_labels(ones, ["a", "b"]), LabelGrid.from_labels(twos, ["a", "b"])]
     regions = np.zeros((4, 6), dtype=np.int64)
     regions[:, 3:] = 1
     assert energy(bordered(examples, regions), regions) > 0

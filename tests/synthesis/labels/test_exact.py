@@ -15,7 +15,7 @@ def test_energies_are_proven_least_on_small_grids(seed: int) -> None:
     generator = np.random.default_rng(seed)
     example = drawn(*generator.integers(3, 5, 2), labels=int(generator.integers(2, 4)), seed=seed)
     if seed % 3 == 0:
-        example = LabelGrid.of(np.tile(example.labels[:2, :2], (2, 2)))
+        example = LabelGrid.from_labels(np.tile(example.labels[:2, :2], (2, 2)))
     rows, columns = (3, 3) if len(example.names) == 3 else ((3, 4), (4, 3), (3, 5))[seed % 3]
     grids = all_grids(rows, columns, len(example.names))
     energies = slow_energies(example.labels, grids)
@@ -41,7 +41,7 @@ def test_bounds_meet_energies_on_fifty_larger_grids() -> None:
 def test_wishes_are_kept_at_the_least_energy(seed: int) -> None:
     """Compared with all grids that satisfy the count or the symmetry."""
     half = drawn(3, 2, 2, seed)
-    example = LabelGrid.of(np.hstack([half.labels, half.labels[:, ::-1]]), half.names)
+    example = LabelGrid.from_labels(np.hstack([half.labels, half.labels[:, ::-1]]), half.names)
     problem = bordered([example], np.full((3, 4), -1))
     grids = all_grids(3, 4, len(example.names))
     place = np.indices((3, 4))
@@ -68,7 +68,7 @@ def test_periodic_examples_of_fitting_size_have_no_energy(seed: int) -> None:
     example[0, 1:-1], example[0, 0], example[-1, -1] = 5, 6, 7
     labels = np.unique(example, return_inverse=True)[1].reshape(example.shape)
     rows, columns = (2 + turn.shape[0] * 4, 2 + turn.shape[1] * 7)
-    found = synthesize([LabelGrid.of(labels)], rows, columns)[0]
+    found = synthesize([LabelGrid.from_labels(labels)], rows, columns)[0]
     assert (found.energy, found.bound, found.proven, found.paper_energy) == (0, 0, True, 0)
     assert found.quality.novelty == 0.0
 

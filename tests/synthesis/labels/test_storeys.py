@@ -17,7 +17,7 @@ LETTERS = {"w": 0, "d": 1, "s": 2, "v": 3, "c": 4}
 
 def house(*rows: str) -> LabelGrid:
     """A grid of letters, the highest row first."""
-    return LabelGrid.of([[LETTERS[letter] for letter in row] for row in rows[::-1]], NAMES)
+    return LabelGrid.from_labels([[LETTERS[letter] for letter in row] for row in rows[::-1]], NAMES)
 
 
 def letters(result: Synthesis) -> list[str]:
@@ -33,7 +33,7 @@ def houses(most: int = 4) -> st.SearchStrategy[LabelGrid]:
             min_size=size[0],
             max_size=size[0],
         )
-    ).map(lambda labels: LabelGrid.of(labels, NAMES))
+    ).map(lambda labels: LabelGrid.from_labels(labels, NAMES))
 
 
 def only_in(labels: np.ndarray, line: np.ndarray) -> set[int]:
@@ -71,7 +71,7 @@ def test_grids_after_two_storeys_are_proven_least(seed: int) -> None:
     generator = np.random.default_rng(seed)
     labels = generator.integers(0, 2, (2, int(generator.integers(3, 6)))) * 3  # two kinds of windows
     labels[0, 1] = 1
-    example = LabelGrid.of(labels, NAMES)
+    example = LabelGrid.from_labels(labels, NAMES)
     grids = all_grids(3, 3, 3)
     grids = np.array([0, 3, 1])[grids[((grids == 2).sum(axis=(1, 2)) == 1) & (grids[:, 1:] < 2).all(axis=(1, 2))]]
     energies = slow_energies(np.vstack([labels[:1], *[labels[1:]] * 3]), grids)
@@ -164,7 +164,7 @@ def test_a_map_puts_a_storey_of_shops_where_it_says() -> None:
 
 
 def test_upper_storeys_of_one_row_have_the_nearest_other_units() -> None:
-    example = LabelGrid.of([[1, 0, 2, 2, 3, HOLE]], NAMES)
+    example = LabelGrid.from_labels([[1, 0, 2, 2, 3, HOLE]], NAMES)
     upper = with_upper_storeys([example], np.full((2, 6), -1))[0].labels[1:]
     assert (upper == [0, 0, 0, 3, 3, HOLE]).all()
     assert with_upper_storeys([example], np.full((1, 6), -1)) == [example]
@@ -173,5 +173,5 @@ def test_upper_storeys_of_one_row_have_the_nearest_other_units() -> None:
 def test_holes_at_a_border_are_not_filled_from_the_ground_floor() -> None:
     labels = house("wwww", "vvvv", "sdss").labels.copy()
     labels[2] = HOLE
-    result = synthesize([LabelGrid.of(labels, NAMES)], 4, 5)[0]
+    result = synthesize([LabelGrid.from_labels(labels, NAMES)], 4, 5)[0]
     assert set("".join(letters(result)[:-1])) == {"v"}
