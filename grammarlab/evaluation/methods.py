@@ -12,7 +12,7 @@ from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptio
 from grammarlab.preference.queries import Way
 
 FITS: tuple[Fit, ...] = get_args(Fit)
-"""Methods of `grammarlab.preference.fit`."""
+"""Methods of `grammarlab.learning.fitting.fit`."""
 QUERIES: tuple[Way, ...] = tuple(way for way in get_args(Way) if way != "already ranked")
 """Query strategies (`grammarlab.preference.queries`), except for those that show scored models
 again."""
