@@ -2,9 +2,9 @@
 
 Nothing but the examples shows which choices matter. Symbols are split by the edge above them if their choices differ
 between edges. With S tied, probabilities are shrunk towards the grammar and those of choices that probably do not
-matter are unchanged (`levels.py`); some choices depend on the branch of another one (`blocks.py`); with many examples, a
-mixture from EM is used if it explains held-out examples better. With *structure*, all choices are learned, by EM alone;
-with *parameters* too, but nothing is split, and one component has the frequencies of the examples. Otherwise,
+matter are unchanged (`levels.py`); some choices depend on the branch of another one (`blocks.py`). With many examples,
+a mixture from EM is used if it explains held-out examples better. With *structure*, all choices are learned, by EM
+alone; with *parameters* too, but nothing is split, and one component has the frequencies of the examples. Otherwise,
 differences must justify their number of parameters by the Bayesian information criterion (Schwarz, Estimating the
 dimension of a model, 1978).
 """
