@@ -138,10 +138,10 @@ _HOMES = {
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module, _, own = _HOMES[name].partition(":")
-    found = getattr(import_module(f"{__name__}.{module}"), own or name)
-    globals()[name] = found
-    return found
+    module, _, name_in_module = _HOMES[name].partition(":")
+    value = getattr(import_module(f"{__name__}.{module}"), name_in_module or name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -81,13 +81,13 @@ def distinct(values: NDArray[np.integer], limit: int) -> Ints:
 def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
     """The different values, ascending, of a column of integers in 0 <= value < limit, and how often each occurs.
 
-    >>> found, counts = distinct_counts(np.array([4, 1, 4]), 6)
-    >>> found.tolist(), counts.tolist()
+    >>> different, counts = distinct_counts(np.array([4, 1, 4]), 6)
+    >>> different.tolist(), counts.tolist()
     ([1, 4], [1, 2])
     """
     if limit > _MOST_PLACES * len(values):
-        found, counts = np.unique(values, return_counts=True)
-        return found.astype(np.int64), counts
+        different, counts = np.unique(values, return_counts=True)
+        return different.astype(np.int64), counts
     counts = np.bincount(values, minlength=limit)
-    found = np.flatnonzero(counts > 0)  # nonzero of flags is twice as fast as of integers
-    return found, counts[found]
+    different = np.flatnonzero(counts > 0)  # nonzero of flags is twice as fast as of integers
+    return different, counts[different]

@@ -60,7 +60,7 @@ class Finding:
     message: str
     location: Location
     hint: str = ""
-    """What to try; empty when the message already says it."""
+    """Advice; empty when the message already says it."""
 
     def as_dict(self) -> dict[str, object]:
         """The finding as plain values, for ``--json``."""
@@ -109,7 +109,7 @@ def check_type(name: str, value: object, kind: type, example: str) -> None:
 
     Args:
         name: name of the argument.
-        value: its value.
+        value: value of the argument.
         kind: the expected type.
         example: expression of a value of that type.
 
@@ -117,8 +117,8 @@ def check_type(name: str, value: object, kind: type, example: str) -> None:
         UsageError: If the value has another type.
     """
     if not isinstance(value, kind):
-        found = repr(value)[:60] if isinstance(value, str) else type(value).__name__
-        raise UsageError(f"{name}: expected {kind.__name__} such as {example}, found {found}.")
+        actual = repr(value)[:60] if isinstance(value, str) else type(value).__name__
+        raise UsageError(f"{name}: expected {kind.__name__} such as {example}, found {actual}.")
 
 
 class LanguageError(GrammarlabError):
@@ -183,7 +183,7 @@ class TomlError(GrammarlabError):
     Args:
         message: what was expected and what was found.
         line: line of the mistake, from 1; None if it is unknown.
-        column: its column, from 1.
+        column: column of the error, from 1.
     """
 
     def __init__(self, message: str, line: int | None = None, column: int | None = None) -> None:

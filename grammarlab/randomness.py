@@ -49,14 +49,14 @@ def uniforms(keys: Keys, site: int | NDArray[np.integer]) -> NDArray[np.float64]
     return (fold(keys, site) >> _11).astype(np.float64) * _TO_UNIT
 
 
-def derived_seed(seed: int, *places: int) -> int:
-    """Seed of a place below a seed: 0 <= result < 2**64, different for different places.
+def derived_seed(seed: int, *path: int) -> int:
+    """Seed of a branch below a seed: 0 <= result < 2**64, different for different paths.
 
     Args:
         seed: 0 <= seed < 2**64.
-        places: >= 0, at least one.
+        path: indices of the branches below the seed, each at least 0; at least one.
     """
-    key = root_keys(seed, np.array(places[:1]))
-    for place in places[1:]:
-        key = fold(key, place)
+    key = root_keys(seed, np.array(path[:1]))
+    for index in path[1:]:
+        key = fold(key, index)
     return int(key[0])

@@ -26,9 +26,9 @@ class TableRow:
     """One row with text."""
 
     line: int
-    """Its last line in the file, from 1."""
+    """Last line of the row in the file, from 1."""
     cells: tuple[str, ...]
-    """Its cells, without blanks around them."""
+    """Cells of the row, without blanks around them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,12 +93,12 @@ def read_table(content: bytes, max_rows: int) -> Table:
         separator = _separator_of(first)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     try:
-        found = (
+        filled_rows = (
             TableRow(reader.line_num + skipped, tuple(cell.strip() for cell in cells))
             for cells in reader
             if any(cell.strip() for cell in cells)
         )
-        rows = tuple(islice(found, max_rows + 1))
+        rows = tuple(islice(filled_rows, max_rows + 1))
     except csv.Error as error:
         raise TableError(
             f"line {reader.line_num + skipped}: this is not valid CSV: {error}. Fields are separated by commas, "

@@ -25,9 +25,9 @@ def toml_text(content: bytes) -> str:
     >>> toml_text("\ufefftitle = 'Grüße'\r\n".encode())
     "title = 'Grüße'\n"
     """
-    found = _OTHER_ENCODINGS.get(content[:2]) or ("UTF-16" if b"\0" in content[:4] else "")
-    if found:
-        raise TomlError(f"expected text in UTF-8, found {found}: save the file as UTF-8")
+    encoding = _OTHER_ENCODINGS.get(content[:2]) or ("UTF-16" if b"\0" in content[:4] else "")
+    if encoding:
+        raise TomlError(f"expected text in UTF-8, found {encoding}: save the file as UTF-8")
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
@@ -52,13 +52,13 @@ def toml_table(text: str) -> dict[str, Any]:
     grammarlab.errors.TomlError: this is not TOML: Invalid value (line 2, column 5)
     """
     if key := _LONG_KEY.search(text):
-        raise TomlError(f"expected a key of at most {MOST_KEY_PARTS} parts", *_place(text, key.start()))
+        raise TomlError(f"expected a key of at most {MOST_KEY_PARTS} parts", *_line_and_column(text, key.start()))
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         message = str(error)
         position = _PLACE.search(message)
-        end = _place(text, len(text))
+        end = _line_and_column(text, len(text))
         line, column = (int(position[1]), int(position[2])) if position and position[1] else end
         raise TomlError(f"this is not TOML: {_PLACE.sub('', message)}", line, column) from error
     except RecursionError as error:
@@ -72,8 +72,8 @@ def toml_table(text: str) -> dict[str, Any]:
 
 def _too_large(text: str) -> TomlError:
     number = _LONG_NUMBER.search(text)
-    place = _place(text, number.start()) if number else (None, None)
-    return TomlError("expected a number, an integer of at most 64 bits", *place)
+    position = _line_and_column(text, number.start()) if number else (None, None)
+    return TomlError("expected a number, an integer of at most 64 bits", *position)
 
 
 def _has_large_integers(table: dict[str, Any]) -> bool:
@@ -90,6 +90,6 @@ def _has_large_integers(table: dict[str, Any]) -> bool:
     return False
 
 
-def _place(text: str, offset: int) -> tuple[int, int]:
+def _line_and_column(text: str, offset: int) -> tuple[int, int]:
     """Line and column, from 1, of an offset."""
     return text.count("\n", 0, offset) + 1, offset - text.rfind("\n", 0, offset)

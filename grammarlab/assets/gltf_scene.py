@@ -183,7 +183,7 @@ def positions(primitive: dict[str, Any], weights: Sequence[float], skin: Skin | 
     Args:
         primitive: a primitive with positions.
         weights: weights of its morph targets.
-        skin: its skin; None if it has none.
+        skin: the skin of the mesh; None if it has none.
         accessors: the values of the file.
 
     Raises:
@@ -295,15 +295,15 @@ class _Scene:
 
     def parts(self) -> Iterator[MeshPart]:
         worlds = world_matrices(self.document)
-        places: dict[_Key, list[Floats]] = {}
+        placements: dict[_Key, list[Floats]] = {}
         for index, world in worlds.items():
             node = self.document.entry("nodes", index)
             if "mesh" in node:
                 self._count(node)
                 key = self._key(node)
                 matrices = instance_matrices(node, world, self.accessors)
-                places.setdefault(key, []).append(matrices if key[2] is None else np.eye(4)[None])
-        for (mesh, weights, skin), matrices in places.items():
+                placements.setdefault(key, []).append(matrices if key[2] is None else np.eye(4)[None])
+        for (mesh, weights, skin), matrices in placements.items():
             if skin is not None and skin not in self.skins:
                 self.skins[skin] = skin_of(self.document, skin, worlds, self.accessors)
             for primitive in self._primitives(mesh):
@@ -311,7 +311,11 @@ class _Scene:
 
     def _primitives(self, mesh: object) -> list[dict[str, Any]]:
         """The primitives of a mesh that have positions."""
-        return [each for each in self.document.entry("meshes", mesh)["primitives"] if "POSITION" in each["attributes"]]
+        return [
+            primitive
+            for primitive in self.document.entry("meshes", mesh)["primitives"]
+            if "POSITION" in primitive["attributes"]
+        ]
 
     def _count(self, node: dict[str, Any]) -> None:
         """Refuse a scene that becomes too large with this node.
@@ -321,7 +325,9 @@ class _Scene:
         """
         key = node["mesh"], "skin" in node
         if key not in self.corners:
-            self.corners[key] = sum(self._cost(each, skinned=key[1]) for each in self._primitives(node["mesh"]))
+            self.corners[key] = sum(
+                self._cost(primitive, skinned=key[1]) for primitive in self._primitives(node["mesh"])
+            )
         self.num_corners += num_instances(node, self.accessors) * max(self.corners[key], 1)
         if self.num_corners > self.most_corners:
             raise AssetError(

@@ -39,7 +39,7 @@ def read_parts(content: bytes, suffix: str, neighbours: Neighbours, most_triangl
 
     Args:
         content: the whole file.
-        suffix: its suffix, one of `PART_FORMATS`.
+        suffix: suffix of the file, one of `PART_FORMATS`.
         neighbours: files that it refers to.
         most_triangles: largest number of triangles.
 
@@ -99,7 +99,8 @@ def _part(geometry: Any) -> MeshPart:
 
 
 _PROJECT_FOLDERS = frozenset({"assets", "data", "images", "maps", "models"})
-_MOST = 12
+_MAX_FOLDERS = 12
+"""Largest number of leading folders that are removed from a path."""
 
 
 def meanings(path: str) -> list[str]:
@@ -112,7 +113,7 @@ def meanings(path: str) -> list[str]:
     if ".." in parts:
         return ["/".join(parts)]
     above = len(parts) - 1 if path.startswith("/") else int(len(parts) > 1 and parts[0] in _PROJECT_FOLDERS)
-    return ["/".join(parts[first:]) for first in range(min(above, _MOST) + 1)]
+    return ["/".join(parts[first:]) for first in range(min(above, _MAX_FOLDERS) + 1)]
 
 
 FORMATS = (".obj", ".glb", ".gltf")

@@ -70,10 +70,10 @@ def joined(parts: Sequence[MeshPart]) -> tuple[Floats, Indices]:
     """
     firsts = np.cumsum([0, *(len(part.points) for part in parts)])
     triangles = [part.triangles + first for part, first in zip(parts, firsts, strict=False)]
-    none = np.zeros((0, 3))
+    no_points = np.zeros((0, 3))
     return (
-        np.concatenate([none, *(part.points for part in parts)]),
-        np.concatenate([none.astype(np.int64), *triangles]),
+        np.concatenate([no_points, *(part.points for part in parts)]),
+        np.concatenate([no_points.astype(np.int64), *triangles]),
     )
 
 

@@ -22,7 +22,8 @@ MOST_WORK = 10**9
 """Bound on the sum of squared numbers of corners of concave faces, to which the time of ear clipping is proportional
 at worst."""
 _FREE_FORM = frozenset({b"curv", b"curv2", b"surf"})
-_MOST_SHOWN = 60
+_MAX_CHARACTERS = 60
+"""Characters of a line that a message shows."""
 
 
 @dataclass(slots=True)
@@ -99,7 +100,7 @@ def _statements(lines: Sequence[bytes]) -> _Text:
         keyword = words[0] if words else b""
         if keyword == b"v":
             if len(words) < 4:
-                raise AssetError(f"line {number + 1}: expected v x y z, found {_shown(line)}")
+                raise AssetError(f"line {number + 1}: expected v x y z, found {_excerpt(line)}")
             text.coordinates += words[1:4]
             text.point_lines.append(number)
         elif keyword == b"f" and len(words) > 3:  # faces of two corners are empty
@@ -126,8 +127,8 @@ def _corners(words: Sequence[bytes], num_points: int, number: int, line: bytes) 
     try:
         corners = list(map(int, names))
     except ValueError:
-        raise AssetError(f"line {number + 1}: expected numbers of points, found {_shown(line)}") from None
-    return corners if min(corners) > 0 else [num_points + 1 + each if each < 0 else each for each in corners]
+        raise AssetError(f"line {number + 1}: expected numbers of points, found {_excerpt(line)}") from None
+    return corners if min(corners) > 0 else [num_points + 1 + corner if corner < 0 else corner for corner in corners]
 
 
 def _points(text: _Text, lines: Sequence[bytes]) -> Floats:
@@ -144,7 +145,7 @@ def _points(text: _Text, lines: Sequence[bytes]) -> Floats:
     if wrong.any():
         number = text.point_lines[int(np.argmax(wrong))]
         raise AssetError(
-            f"line {number + 1}: expected finite numbers up to {FARTHEST:g}, found {_shown(lines[number])}"
+            f"line {number + 1}: expected finite numbers up to {FARTHEST:g}, found {_excerpt(lines[number])}"
         )
     return points
 
@@ -203,20 +204,23 @@ def _by_color(points: Floats, triangles: Indices, face: Indices, colors: Sequenc
     """A part for each color, in the order of their first faces."""
     numbers = {color: number for number, color in enumerate(dict.fromkeys(colors))}
     number = np.array([numbers[color] for color in colors])[face]
-    return [MeshPart.of_triangles(points, triangles[number == each], color) for color, each in numbers.items()]
+    return [
+        MeshPart.of_triangles(points, triangles[number == number_of_color], color)
+        for color, number_of_color in numbers.items()
+    ]
 
 
 def _colors(text: _Text, neighbours: Neighbours) -> list[Color | None]:
     """[F] color of each face."""
     if not any(text.materials):
         return [None] * len(text.materials)
-    known: dict[bytes, Color | None] = {}
+    library_colors: dict[bytes, Color | None] = {}
     for name in dict.fromkeys(text.libraries):
         try:
-            known |= _library(neighbours(name.decode("utf-8", errors="replace")))
+            library_colors |= _library(neighbours(name.decode("utf-8", errors="replace")))
         except AssetError:
             continue  # the shape is complete without its colors
-    return [known.get(material) for material in text.materials]
+    return [library_colors.get(material) for material in text.materials]
 
 
 def _library(content: bytes) -> dict[bytes, Color | None]:
@@ -238,6 +242,6 @@ def _library(content: bytes) -> dict[bytes, Color | None]:
     return {name: color_of([*color, opacity.get(name, b"1")]) for name, color in colors.items()}
 
 
-def _shown(line: bytes) -> str:
+def _excerpt(line: bytes) -> str:
     text = line.decode("utf-8", errors="replace").strip()
-    return repr(text if len(text) <= _MOST_SHOWN else text[:_MOST_SHOWN] + "…")
+    return repr(text if len(text) <= _MAX_CHARACTERS else text[:_MAX_CHARACTERS] + "…")

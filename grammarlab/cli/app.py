@@ -71,14 +71,14 @@ def check(
 
         source = find_rules(grammar, assets)
         file, checked = source.path, check_source(source)
-        findings = [finding for one in checked for finding in one.findings]
+        findings = [finding for checked_file in checked for finding in checked_file.findings]
         counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}
         if as_json:
             print_json({"file": str(file), **counts, "findings": [finding.as_dict() for finding in findings]})
         else:
-            for one in checked:
-                lines = one.text.splitlines()
-                for finding in one.findings:
+            for checked_file in checked:
+                lines = checked_file.text.splitlines()
+                for finding in checked_file.findings:
                     print_result(finding.render(lines) + "\n")
             print_result(_summary(file, counts))
         if counts["error"]:
@@ -129,8 +129,8 @@ app = typer.Typer(
 )
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(value: bool) -> None:
+    if value:
         typer.echo(f"grammarlab {__version__}")
         raise typer.Exit
 

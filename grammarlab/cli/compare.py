@@ -14,7 +14,7 @@ from grammarlab.cli.sample import complete_grammar
 if TYPE_CHECKING:
     from grammarlab.runs.sample.comparison import Comparison
 
-_SHOWN = 8
+_MAX_LISTED = 8
 """Largest number of listed branches of a choice, and of listed symbols that only one grammar makes."""
 
 
@@ -45,7 +45,7 @@ def compare(
         if as_json:
             print_json(_as_json(result))
         else:
-            _tell(result)
+            _print_summary(result)
         if picture is not None:
             from grammarlab.density.sampler import GrammarSampler
             from grammarlab.runs.learn.report import draw_side_by_side
@@ -53,8 +53,8 @@ def compare(
 
             pairs = zip(result.grammars, result.sources, strict=True)
             samplers = [GrammarSampler(grammar, source.assets) for grammar, source in pairs]
-            shown = list(zip((first, second), samplers, strict=True))
-            draw_side_by_side(shown, picture, side=4, seed=seed, executor=executor_of(0))
+            labelled_samplers = list(zip((first, second), samplers, strict=True))
+            draw_side_by_side(labelled_samplers, picture, side=4, seed=seed, executor=executor_of(0))
 
 
 def _as_json(result: Comparison) -> dict[str, Any]:
@@ -62,15 +62,15 @@ def _as_json(result: Comparison) -> dict[str, Any]:
         "js": result.js,
         "js_at_least": result.at_least,
         "origin": result.origin,
-        "choices": [asdict(found) for found in result.choices],
-        "numbers": [asdict(found) for found in result.numbers],
-        "differences": [asdict(found) for found in result.differences],
+        "choices": [asdict(difference) for difference in result.choices],
+        "numbers": [asdict(difference) for difference in result.numbers],
+        "differences": [asdict(difference) for difference in result.differences],
         "only_first": list(result.only_first),
         "only_second": list(result.only_second),
     }
 
 
-def _tell(result: Comparison) -> None:
+def _print_summary(result: Comparison) -> None:
     if result.js is not None:
         say(f"divergence: {result.js:.4g} nats, as trees of {result.origin}")
     else:
@@ -80,16 +80,16 @@ def _tell(result: Comparison) -> None:
         )
     if not (result.choices or result.numbers or result.differences):
         say("no choice differs significantly")
-    for found in result.choices:
-        say(f"  {found.js:.3f} nats  {found.symbol} (line {found.line})")
-        for branch in sorted(found.branches, key=lambda branch: -abs(branch.second - branch.first))[:_SHOWN]:
+    for choice in result.choices:
+        say(f"  {choice.js:.3f} nats  {choice.symbol} (line {choice.line})")
+        for branch in sorted(choice.branches, key=lambda branch: -abs(branch.second - branch.first))[:_MAX_LISTED]:
             say(f"      {branch.first:6.1%} -> {branch.second:6.1%}  {branch.makes}")
     for number in result.numbers:
         say(f"  {number.js:.3f} nats  {number.attribute}: {number.first:.4g} on average -> {number.second:.4g}")
     for symbol in () if result.choices or result.numbers else result.differences:
         shares = f"{symbol.first:.1%} of the first, {symbol.second:.1%} of the second"
         say(f"  {symbol.js:.3f} nats  {symbol.symbol}: in {shares}")
-    for which, symbols in (("first", result.only_first), ("second", result.only_second)):
+    for ordinal, symbols in (("first", result.only_first), ("second", result.only_second)):
         if symbols:
-            more = f" and {len(symbols) - _SHOWN} more" if len(symbols) > _SHOWN else ""
-            say(f"only the {which} makes: {', '.join(symbols[:_SHOWN])}{more}")
+            more = f" and {len(symbols) - _MAX_LISTED} more" if len(symbols) > _MAX_LISTED else ""
+            say(f"only the {ordinal} makes: {', '.join(symbols[:_MAX_LISTED])}{more}")

@@ -44,11 +44,11 @@ def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
     with Progress(console=Console(stderr=True), transient=True) as bars:
         tasks: dict[str, TaskID] = {}
 
-        def show(what: str, done: int, total: int) -> None:
-            if what not in tasks:
-                tasks[what] = bars.add_task(escape(printable(what)), total=total)
-            bars.update(tasks[what], completed=done)
-            note(what, done, total)
+        def show(task: str, done: int, total: int) -> None:
+            if task not in tasks:
+                tasks[task] = bars.add_task(escape(printable(task)), total=total)
+            bars.update(tasks[task], completed=done)
+            note(task, done, total)
 
         yield show
 
@@ -146,16 +146,16 @@ class Unfinished:
     """Option that would make the command start again."""
     _step: tuple[str, int, int] | None = None
 
-    def note(self, what: str, done: int, total: int) -> None:
+    def note(self, task: str, done: int, total: int) -> None:
         """Record the name of the task, the number of finished parts, and the number of all parts."""
-        self._step = what, done, total
+        self._step = task, done, total
 
     def advice(self) -> str:
         """The command that continues the run, with the options of the user; empty before the run has begun."""
         if self._step is None:
             return ""
-        what, done, total = self._step
+        task, done, total = self._step
         words = [word for word in sys.argv[1:] if word != self.without]
         if self.needs and self.needs not in words:
             words.insert(words.index("--") if "--" in words else len(words), self.needs)
-        return f"stopped with {done:,} of {total:,} {what} done; go on with: {shlex.join(['grammarlab', *words])}"
+        return f"stopped with {done:,} of {total:,} {task} done; go on with: {shlex.join(['grammarlab', *words])}"

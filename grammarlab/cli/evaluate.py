@@ -125,7 +125,7 @@ def evaluate(
                 command=_command(scenarios, request),
                 on_progress=on_progress,
             )
-        _tell(result, as_json)
+        _print_summary(result, as_json)
 
 
 def _folder_of(scenarios: str) -> Path:
@@ -151,7 +151,7 @@ def _command(scenarios: str, request: EvaluationRequest) -> str:
     return " ".join(words)
 
 
-def _tell(result: EvaluationResult, as_json: bool) -> None:
+def _print_summary(result: EvaluationResult, as_json: bool) -> None:
     if as_json:
         objects = [_as_json(results, result) for results in result.scenarios]
         print_json(objects[0] if len(objects) == 1 else {"scenarios": objects})
@@ -159,13 +159,13 @@ def _tell(result: EvaluationResult, as_json: bool) -> None:
     for results in result.scenarios:
         for method, records in results.by_method().items():
             js = results.scenario.target.js
-            reached = [curve.labels_to(js) for curve in results.counted(records)]
-            found = sorted(labels for labels in reached if labels is not None)
+            labels_to_goal = [curve.labels_to(js) for curve in results.counted(records)]
+            label_counts = sorted(labels for labels in labels_to_goal if labels is not None)
             later = " from the first liked model on" * (results.scenario.target.since == "first liked")
-            text = f"{found[0]} to {found[-1]} labels{later}" if found else "never"
+            text = f"{label_counts[0]} to {label_counts[-1]} labels{later}" if label_counts else "never"
             say(
                 f"{results.name} {method}: JS {results.js_original:.3f} at first; "
-                f"at most {js:g} after {text} ({len(found)} of {len(reached)} seeds)"
+                f"at most {js:g} after {text} ({len(label_counts)} of {len(labels_to_goal)} seeds)"
             )
     for row in result.densities:
         size = f"{row.rules_after} branches of rules ({row.rules_before} before)"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
-from grammarlab.cli.file_kinds import BOXES, FACADE, RULES, wanted
+from grammarlab.cli.file_kinds import BOXES, FACADE, RULES, expected_kind
 from grammarlab.cli.numbers import PlainNumbers
 from grammarlab.errors import UsageError
 
@@ -31,7 +31,7 @@ def show(
         from grammarlab.facade.file import load_facade
         from grammarlab.runs.facade.gallery import show_facade
 
-        with wanted(file, FACADE):
+        with expected_kind(file, FACADE):
             facade = load_facade(file)
         print_result(show_facade(facade, output, pixels))
 
@@ -124,7 +124,7 @@ def read(
                 split=split,
             )
         else:
-            with wanted(file, BOXES, RULES):
+            with expected_kind(file, BOXES, RULES):
                 result = read_facade(
                     file, target, wall=wall, width=width, height=height, tolerance=tolerance, split=split
                 )

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
-from grammarlab.cli.file_kinds import FACADE, wanted
+from grammarlab.cli.file_kinds import FACADE, expected_kind
 
 
 def edit(
@@ -34,21 +34,23 @@ def edit(
         from grammarlab.runs.facade.edit import edit as edit_facade
         from grammarlab.runs.facade.gallery import save_gallery
 
-        with wanted(file, FACADE):
+        with expected_kind(file, FACADE):
             facade, locks = load_locked(file)
         results = edit_facade(
             facade, width=width, height=height, columns=columns, rows=rows, grid=grid, most=number, locks=locks
         )
         files = save_gallery([result.facade for result in results], output, file, [result.locks for result in results])
         if as_json:
-            found = [{"file": str(path), **each.as_dict()} for path, each in zip(files, results, strict=True)]
-            print_json({"results": found})
+            entries = [{"file": str(path), **variant.as_dict()} for path, variant in zip(files, results, strict=True)]
+            print_json({"results": entries})
             return
-        for path, each in zip(files, results, strict=True):
-            steps = "; ".join(each.steps) or "the same columns and rows"
-            say(f"{each.facade.width:.2f} x {each.facade.height:.2f} m, deformed by {each.energy:.3g}: {steps}")
-            if each.conflict:
-                say(f"  in conflict: {'; '.join(each.conflict)}")
-            for words in (*each.relaxed, *each.missing):
+        for path, variant in zip(files, results, strict=True):
+            steps = "; ".join(variant.steps) or "the same columns and rows"
+            say(
+                f"{variant.facade.width:.2f} x {variant.facade.height:.2f} m, deformed by {variant.energy:.3g}: {steps}"
+            )
+            if variant.conflict:
+                say(f"  in conflict: {'; '.join(variant.conflict)}")
+            for words in (*variant.relaxed, *variant.missing):
                 say(f"  {words}")
             print_result(path)

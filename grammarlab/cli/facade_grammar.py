@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
-from grammarlab.cli.file_kinds import FACADE, wanted
+from grammarlab.cli.file_kinds import FACADE, expected_kind
 from grammarlab.cli.numbers import plain_number
 from grammarlab.errors import UsageError
 from grammarlab.files import check_overwrites
@@ -42,7 +42,7 @@ def grammar(
 
         target = output or Path(f"{file.name.removesuffix('.json').removesuffix('.facade')}.cga")
         check_overwrites([target], [file])
-        with wanted(file, FACADE):
+        with expected_kind(file, FACADE):
             facade = load_facade(file)
         result = grammar_of(facade, metres("--widths", widths), metres("--heights", heights), stretch)
         save_grammar(result, facade, target)
@@ -55,8 +55,8 @@ def grammar(
             fewest, most = result.choices["columns"]
             narrowest, widest = result.choices["widths"]
             say(f"{result.rules} rules; {fewest} to {most} columns, {narrowest:.2f} to {widest:.2f} m wide")
-            for name, (least, often) in result.choices["rows"].items():
-                say(f"{name}: {least} to {often}")
+            for name, (smallest, largest) in result.choices["rows"].items():
+                say(f"{name}: {smallest} to {largest}")
             say(f"{result.choices['facades']:,.0f} different facades")
         print_result(target)
 

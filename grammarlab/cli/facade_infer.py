@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
-from grammarlab.cli.file_kinds import FACADE, wanted
+from grammarlab.cli.file_kinds import FACADE, expected_kind
 from grammarlab.files import check_overwrites
 
 
@@ -37,12 +37,12 @@ def infer(
         name = file.name.removesuffix(".json").removesuffix(".facade")
         target = output or Path(f"{name}.toml")
         check_overwrites([target], [file])
-        with wanted(file, FACADE):
+        with expected_kind(file, FACADE):
             facade = load_facade(file)
-        found = infer_design(facade, tolerance, name)
+        inferred = infer_design(facade, tolerance, name)
         target.parent.mkdir(parents=True, exist_ok=True)
-        save_inferred(found, target)
-        score, design = found.score, found.design
+        save_inferred(inferred, target)
+        score, design = inferred.score, inferred.design
         if as_json:
             print_json(
                 {
@@ -55,10 +55,10 @@ def infer(
                     "layers": len(design.layers),
                     "symbols": len(design.symbols),
                     "patterns": {key: pattern.text for key, pattern in design.patterns.items()},
-                    "counters": dict(found.solved.layout.candidate.counters),
-                    "letters": found.length,
-                    "tolerance": found.tolerance,
-                    "seconds": found.seconds,
+                    "counters": dict(inferred.solved.layout.candidate.counters),
+                    "letters": inferred.length,
+                    "tolerance": inferred.tolerance,
+                    "seconds": inferred.seconds,
                 }
             )
             return

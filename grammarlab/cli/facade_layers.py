@@ -9,11 +9,12 @@ from typing import Annotated, Any
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
-from grammarlab.cli.file_kinds import DESIGN, wanted
+from grammarlab.cli.file_kinds import DESIGN, expected_kind
 from grammarlab.cli.numbers import plain_number
 from grammarlab.errors import UsageError
 
 _MOST_SIZES = 50
+"""Largest number of widths, and of heights, of one family: each costs a layout."""
 
 
 def layers(
@@ -60,7 +61,7 @@ def layers(
             _sizes(option, text, MIN_SIZE_M, MAX_SIZE_M)
             for option, text in (("--widths", widths), ("--heights", heights))
         )
-        with wanted(file, DESIGN):
+        with expected_kind(file, DESIGN):
             design = load_design(file)
         solved = solve_design(design, width, height, number)
         family = None
@@ -68,19 +69,19 @@ def layers(
             family = family_of(design, across or [width or design.width], up or [height or design.height], number)
         files = save_layouts(solved, output, file, family.text if family else "")
         values: dict[str, Any] = {
-            "layouts": [{**each.as_dict(), "files": made} for each, made in zip(solved, files, strict=True)]
+            "layouts": [{**solution.as_dict(), "files": paths} for solution, paths in zip(solved, files, strict=True)]
         }
         if family is not None:
             values["family"] = {"file": str(output / FAMILY), "rules": family.rules, "rules_alone": family.alone}
         if as_json:
             print_json(values)
             return
-        for each, made in zip(solved, files, strict=True):
-            layout = each.layout
+        for solution, paths in zip(solved, files, strict=True):
+            layout = solution.layout
             counters = ", ".join(f"{name} = {value}" for name, value in layout.candidate.counters.items())
             proof = "proven" if layout.proven else f"at least {layout.bound:.4g}"
             say(f"{counters or 'no counters'}: energy {layout.energy:.4g} ({proof})")
-            print_result(made["facade"])
+            print_result(paths["facade"])
         if family is not None:
             say(f"{family.rules} rules; separate grammars of the layouts would need {family.alone}")
             print_result(values["family"]["file"])
@@ -101,4 +102,4 @@ def _sizes(option: str, text: str, smallest: float, largest: float) -> list[floa
             f"{text[:60]!r}."
         )
     count = int(num) if high > low else 1
-    return [round(low + (high - low) * each / max(count - 1, 1), 6) for each in range(count)]
+    return [round(low + (high - low) * index / max(count - 1, 1), 6) for index in range(count)]

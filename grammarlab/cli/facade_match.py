@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
-from grammarlab.cli.file_kinds import ELEMENTS, MESH, Unit, UnitOption, Up, UpOption, wanted
+from grammarlab.cli.file_kinds import ELEMENTS, MESH, Unit, UnitOption, Up, UpOption, expected_kind
 from grammarlab.files import check_overwrites
 
 
@@ -41,9 +41,9 @@ def scene(
         options = scenes.SceneOptions(
             elements=elements, kinds=kinds, noise=noise, occluded=occluded, points=points, rows=rows, tree=tree
         )
-        made = scenes.house(noise=noise, seed=seed) if house else scenes.rectangles(options, seed)
+        elements_of_scene = scenes.house(noise=noise, seed=seed) if house else scenes.rectangles(options, seed)
         output.parent.mkdir(parents=True, exist_ok=True)
-        save_elements(made, output)
+        save_elements(elements_of_scene, output)
         print_result(output)
 
 
@@ -101,12 +101,12 @@ def match(
 
         check_overwrites((output / name for name in FILES), [elements, *filter(None, (boxes, corrections))])
         chosen = templates_by_name(templates)
-        said = load_corrections(corrections) if corrections else ()
-        with wanted(elements, ELEMENTS, MESH):
+        answers = load_corrections(corrections) if corrections else ()
+        with expected_kind(elements, ELEMENTS, MESH):
             loaded = load_elements(elements, boxes, unit.value, up.axis)
-        found = match_elements(loaded, chosen, method, seed, said)
-        values = as_dict(found, method, seed)
-        files = save_match(found, values, output)
+        result = match_elements(loaded, chosen, method, seed, answers)
+        values = as_dict(result, method, seed)
+        files = save_match(result, values, output)
         if as_json:
             print_json(values)
             return
@@ -114,7 +114,7 @@ def match(
             say(note)
         for sentence in values["words"]:
             say(sentence)
-        for each in values["elements"]:
-            if each["uncertain"]:
-                say(f"element {each['element']}: {each['kind']}, uncertain: {each['uncertain']}")
+        for element in values["elements"]:
+            if element["uncertain"]:
+                say(f"element {element['element']}: {element['kind']}, uncertain: {element['uncertain']}")
         print_result(files[0])

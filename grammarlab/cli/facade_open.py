@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple, Protocol
 import typer
 
 from grammarlab.cli.console import friendly_errors, say
-from grammarlab.cli.file_kinds import DESIGN, ELEMENTS, FACADE, MESH, wanted
+from grammarlab.cli.file_kinds import DESIGN, ELEMENTS, FACADE, MESH, expected_kind
 from grammarlab.cli.page import page_opener
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class _Desk(Protocol):
         ...
 
 
-class _Shown(NamedTuple):
+class _DocumentPage(NamedTuple):
     """The page for a file."""
 
     served: Served
@@ -80,45 +80,45 @@ def open_facade(
         from grammarlab.synthesis.mesh.building_files import FORMATS
 
         if file.suffix.lower() == ".toml":
-            shown = _design(file, output)
+            document_page = _design(file, output)
         elif is_elements(file):
-            shown = _scan(file, output, templates)
+            document_page = _scan(file, output, templates)
         elif file.suffix.lower() in FORMATS:
-            shown = _building(file, output)
+            document_page = _building(file, output)
         else:
-            with wanted(file, FACADE, DESIGN, MESH, ELEMENTS):
-                shown = _facade(file, output)
+            with expected_kind(file, FACADE, DESIGN, MESH, ELEMENTS):
+                document_page = _facade(file, output)
         try:
-            _serve(shown, port, browser=browser)
+            _serve(document_page, port, browser=browser)
         finally:
-            shown.close()
-            if shown.desk is not None and shown.desk.is_lost:
-                say(f"unsaved changes are in {shown.desk.rescue()}")
+            document_page.close()
+            if document_page.desk is not None and document_page.desk.is_lost:
+                say(f"unsaved changes are in {document_page.desk.rescue()}")
 
 
-def _facade(file: Path, output: Path | None) -> _Shown:
+def _facade(file: Path, output: Path | None) -> _DocumentPage:
     from grammarlab.pages.editor.editor import PAGE, Editor
 
     editor = Editor(file, output)
-    return _Shown(editor, PAGE, editor.desk.target, editor.desk, editor.close)
+    return _DocumentPage(editor, PAGE, editor.desk.target, editor.desk, editor.close)
 
 
-def _design(file: Path, output: Path | None) -> _Shown:
+def _design(file: Path, output: Path | None) -> _DocumentPage:
     from grammarlab.pages.layers.designer import PAGE, Designer
 
     designer = Designer(file, output)
-    return _Shown(designer, PAGE, designer.desk.target, designer.desk, designer.close)
+    return _DocumentPage(designer, PAGE, designer.desk.target, designer.desk, designer.close)
 
 
-def _building(file: Path, output: Path | None) -> _Shown:
+def _building(file: Path, output: Path | None) -> _DocumentPage:
     from grammarlab.pages.corrector import PAGE, Corrector
 
     say("reading the building ...")
     corrector = Corrector(file, output)
-    return _Shown(corrector, PAGE, corrector.desk.target, corrector.desk, corrector.close)
+    return _DocumentPage(corrector, PAGE, corrector.desk.target, corrector.desk, corrector.close)
 
 
-def _scan(file: Path, output: Path | None, templates: str) -> _Shown:
+def _scan(file: Path, output: Path | None, templates: str) -> _DocumentPage:
     from grammarlab.extras import require
     from grammarlab.matching.library import templates_by_name
     from grammarlab.matching.scans.scan_files import load_elements
@@ -128,14 +128,14 @@ def _scan(file: Path, output: Path | None, templates: str) -> _Shown:
     require("jax")
     target = output or Path(f"{file.stem}.corrections.json")
     matcher = Matcher(ScanDesk(file.name, load_elements(file), templates_by_name(templates), target))
-    return _Shown(matcher, PAGE, target, None, matcher.close)
+    return _DocumentPage(matcher, PAGE, target, None, matcher.close)
 
 
-def _serve(shown: _Shown, port: int, *, browser: bool) -> None:
+def _serve(document_page: _DocumentPage, port: int, *, browser: bool) -> None:
     from grammarlab.pages.server import serve
 
     try:
-        with page_opener(f"saves to {shown.target}; Ctrl-C ends", browser=browser) as announce:
-            serve(shown.served, shown.page, port, announce)
+        with page_opener(f"saves to {document_page.target}; Ctrl-C ends", browser=browser) as announce:
+            serve(document_page.served, document_page.page, port, announce)
     except KeyboardInterrupt:
         say("ended.")

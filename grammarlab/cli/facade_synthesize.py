@@ -15,7 +15,7 @@ import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
 from grammarlab.cli.facade_grammar import metres
-from grammarlab.cli.file_kinds import MESH, Unit, UnitOption, Up, UpOption, kind_of, wanted
+from grammarlab.cli.file_kinds import MESH, Unit, UnitOption, Up, UpOption, expected_kind, kind_of
 from grammarlab.cli.numbers import plain_number
 from grammarlab.errors import UsageError
 from grammarlab.synthesis.label_grid import Count, Fixed, Only, Rows, Wishes
@@ -33,20 +33,20 @@ def wishes_of(
     """Constraints from the values of options.
 
     Args:
-        counts: such as `door=1` or `shop=2:5`.
-        only: such as `shop=ground`.
-        fixed: such as `door=0,3`: row and column, from 0, at the bottom and at the left.
-        equal_corners: as in `Wishes`.
-        symmetric: as in `Wishes`.
-        keep: as in `Wishes`.
+        counts: texts such as `door=1` or `shop=2:5`.
+        only: texts such as `shop=ground`.
+        fixed: texts such as `door=0,3`: row and column, from 0, at the bottom and at the left.
+        equal_corners: value of `Wishes.equal_corners`.
+        symmetric: value of `Wishes.symmetric`.
+        keep: value of `Wishes.keep`.
 
     Raises:
         UsageError: If a value has another form.
     """
     return Wishes(
-        counts=tuple(_count(each) for each in counts),
-        only=tuple(_only(each) for each in only),
-        fixed=tuple(_fixed(each) for each in fixed),
+        counts=tuple(_count(text) for text in counts),
+        only=tuple(_only(text) for text in only),
+        fixed=tuple(_fixed(text) for text in fixed),
         equal_corners=equal_corners,
         symmetric=symmetric,
         keep=keep,
@@ -61,7 +61,7 @@ def _count(text: str) -> Count:
 
 def _only(text: str) -> Only:
     label, value = _parts(text, "--only", "|".join(get_args(Rows)), "shop=ground, shop=top or shop=between")
-    return Only(label, next(each for each in get_args(Rows) if each == value))
+    return Only(label, next(rows for rows in get_args(Rows) if rows == value))
 
 
 def _fixed(text: str) -> Fixed:
@@ -177,22 +177,22 @@ def synthesize(
             widths=metres("--widths", widths),
             heights=metres("--heights", heights),
         )
-        with wanted(next((each for each in buildings if kind_of(each) != MESH), buildings[0]), MESH):
+        with expected_kind(next((file for file in buildings if kind_of(file) != MESH), buildings[0]), MESH):
             report = synthesize_buildings(buildings, output, task)
         if as_json:
             print_json(report)
             return
         for note in report["notes"]:
             say(note)
-        for each in report["results"]:
-            bound = "proven least" if each["proven"] else f"at least {each['bound']}"
+        for result in report["results"]:
+            bound = "proven least" if result["proven"] else f"at least {result['bound']}"
             say(
-                f"{each['rows']} x {each['columns']} units, energy {each['energy']} ({bound}), "
-                f"{each['triangles']:,} triangles, {'closed' if each['watertight'] else 'open'}"
+                f"{result['rows']} x {result['columns']} units, energy {result['energy']} ({bound}), "
+                f"{result['triangles']:,} triangles, {'closed' if result['watertight'] else 'open'}"
             )
-            for note in each["notes"]:
+            for note in result["notes"]:
                 say(f"  {note}")
-            print_result(each["files"]["glb"])
+            print_result(result["files"]["glb"])
         if report["family"]:
             say(f"{report['family']['facades']:,.0f} buildings of other sizes:")
             print_result(report["family"]["file"])
@@ -202,7 +202,7 @@ def _box(text: str) -> tuple[float | None, float | None, float | None]:
     if not text:
         return None, None, None
     try:
-        width, depth, height = (plain_number(each) for each in text.lower().split("x"))
+        width, depth, height = (plain_number(part) for part in text.lower().split("x"))
     except ValueError as error:
         raise UsageError(f"--box: expected WIDTHxDEPTHxHEIGHT in metres, such as 40x12x25, found {text!r}.") from error
     return width or None, height or None, depth or None

@@ -69,12 +69,12 @@ _BY_ENDING = {
     **dict.fromkeys((".obj", ".ply", ".glb", ".gltf", ".stl", ".off"), MESH),
     **dict.fromkeys((".xml", ".gml", ".csv", ".tsv", ".txt"), BOXES),
 }
-_HEAD = 64 * 1024
+_HEAD_BYTES = 64 * 1024
 """Number of bytes of a JSON file that determine its kind."""
 
 
 @contextmanager
-def wanted(file: Path, *kinds: str) -> Iterator[None]:
+def expected_kind(file: Path, *kinds: str) -> Iterator[None]:
     """Replaces errors in its block by an error on the kind of the file, if it is of another kind.
 
     Args:
@@ -88,12 +88,12 @@ def wanted(file: Path, *kinds: str) -> Iterator[None]:
     try:
         yield
     except GrammarlabError as error:
-        found = kind_of(file)
-        if not found or found in kinds:
+        kind_of_file = kind_of(file)
+        if not kind_of_file or kind_of_file in kinds:
             raise
         expected = " or ".join(_WORDS[kind] for kind in kinds)
-        commands = ", ".join(f"`grammarlab facade {each}`" for each in _COMMANDS[found])
-        message = f"{file.name} is {_WORDS[found]}; expected {expected}. Commands for it: {commands}."
+        commands = ", ".join(f"`grammarlab facade {command}`" for command in _COMMANDS[kind_of_file])
+        message = f"{file.name} is {_WORDS[kind_of_file]}; expected {expected}. Commands for it: {commands}."
         raise (UsageError if isinstance(error, UsageError) else FacadeError)(message) from error
 
 
@@ -104,9 +104,9 @@ def kind_of(file: Path) -> str:
         return _BY_ENDING.get(ending, "")
     try:
         with open_regular(file) as opened:
-            head = opened.read(_HEAD)
+            head = opened.read(_HEAD_BYTES)
     except AssetError:  # a pipe or a device
         return ""
-    if found := re.search(rb'"format"\s*:\s*"grammarlab (facade|elements)"', head):
-        return found[1].decode()
+    if match := re.search(rb'"format"\s*:\s*"grammarlab (facade|elements)"', head):
+        return match[1].decode()
     return BOXES if re.search(rb'"(annotations|shapes|regions)"\s*:', head) else ""

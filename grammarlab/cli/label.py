@@ -45,13 +45,13 @@ def label(
         from grammarlab.runs.evaluate.request import find_scenario
         from grammarlab.runs.evaluate.simulated_labels import label_models_of
 
-        found = find_scenario(scenario)
-        file = file or Path(f"{found.stem}_labels.csv")
-        check_overwrites([file], [found])
+        path = find_scenario(scenario)
+        file = file or Path(f"{path.stem}_labels.csv")
+        check_overwrites([file], [path])
         is_new = not file.exists()
         with progress(lambda _what, done, _total: saved.extend([done] if is_new else [])) as on_progress:
             result = label_models_of(
-                found, file, number, seed=seed, method=method, person=person, on_progress=on_progress
+                path, file, number, seed=seed, method=method, person=person, on_progress=on_progress
             )
         liked = sum(label.score > 0 for label in result.labels)
         js = result.curve.points[-1].js

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from grammarlab.runs.learn.scenario_measures import TrueDensity
 
 
-class _Told(NamedTuple):
+class _Summary(NamedTuple):
     """Description of a result."""
 
     values: dict[str, Any]
@@ -119,12 +119,12 @@ def learn(
         respondent = chosen_one(person, RESPONDENTS, "person")
         if respondent != EXACT and (labels is None or not scenario):
             raise UsageError("--person needs --labels FILE and --scenario FILE.")
-        known = find_scenario(scenario) if scenario else None
-        source = labels or examples or known
+        scenario_file = find_scenario(scenario) if scenario else None
+        source = labels or examples or scenario_file
         if source is None:
             raise UsageError("nothing to learn from: give --labels FILE, --examples FOLDER or --scenario FILE.")
-        wanted = file or Path(f"{Path(grammar).stem}_{source.stem}{suffix_of(Path(grammar))}")
-        check_overwrites([wanted], filter(None, (Path(grammar), labels, known)))
+        target = file or Path(f"{Path(grammar).stem}_{source.stem}{suffix_of(Path(grammar))}")
+        check_overwrites([target], filter(None, (Path(grammar), labels, scenario_file)))
         if labels is not None:
             from grammarlab.learning.designs.pool import Pool
             from grammarlab.learning.targets.writers import Making
@@ -135,38 +135,44 @@ def learn(
             table, pool = read_labels_or_session(labels)
             for note in table.notes:
                 say(f"note: {labels}: {note}")
-            options: dict[str, Any] = {"scenario": known, "respondent": respondent}
+            options: dict[str, Any] = {"scenario": scenario_file, "respondent": respondent}
             options["pool"] = pool if seed is None else Pool(seed)
             with progress() as on_progress:
-                found = learn_from_labels(
-                    grammar, table, wanted, making, labels_from=labels.name, on_progress=on_progress, **options
+                result = learn_from_labels(
+                    grammar, table, target, making, labels_from=labels.name, on_progress=on_progress, **options
                 )
-            told = _Told(_labels_as_json(found), _labels_as_lines(found), density_pages.page_of_labels(found))
+            summary = _Summary(_labels_as_json(result), _labels_as_lines(result), density_pages.page_of_labels(result))
         elif examples is not None:
             from grammarlab.runs.learn.from_examples import learn_from_files
 
-            given = learn_from_files(grammar, examples, wanted, method=method or "tied", seed=seed or 0, scenario=known)
-            told = _Told(_examples_as_json(given), _examples_as_lines(given), density_pages.page_of_examples(given))
+            result_of_examples = learn_from_files(
+                grammar, examples, target, method=method or "tied", seed=seed or 0, scenario=scenario_file
+            )
+            summary = _Summary(
+                _examples_as_json(result_of_examples),
+                _examples_as_lines(result_of_examples),
+                density_pages.page_of_examples(result_of_examples),
+            )
         else:
             from grammarlab.runs.learn.from_scenario import learn_from_scenario
 
             with progress() as on_progress:
-                exact = learn_from_scenario(grammar, source, method or "compile", wanted, samples, on_progress)
-            told = _Told(_as_json(exact), _as_lines(exact), density_pages.page_of_scenario(exact))
-        _tell(told, report, seed or 0, as_json)
+                exact = learn_from_scenario(grammar, source, method or "compile", target, samples, on_progress)
+            summary = _Summary(_as_json(exact), _as_lines(exact), density_pages.page_of_scenario(exact))
+        _print_summary(summary, report, seed or 0, as_json)
 
 
-def _tell(told: _Told, report: Path | None, seed: int, as_json: bool) -> None:
+def _print_summary(summary: _Summary, report: Path | None, seed: int, as_json: bool) -> None:
     if as_json:
-        print_json(told.values)
+        print_json(summary.values)
     else:
-        for line in told.lines:
+        for line in summary.lines:
             say(line)
     if report is not None:
         from grammarlab.runs.learn.report import write_report
         from grammarlab.runs.work.executors import executor_of
 
-        say(f"table and pictures: {write_report(told.page, report, seed=seed, executor=executor_of(0))}")
+        say(f"table and pictures: {write_report(summary.page, report, seed=seed, executor=executor_of(0))}")
 
 
 def _rules(learned: Learned[Any], file: Path | None) -> list[str]:
@@ -266,15 +272,15 @@ def _labels_as_lines(result: LabelsResult) -> list[str]:
 
 
 def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
-    held = result.held_out
+    held_out = result.held_out
     return {
         "examples": result.num_examples,
         "method": result.learned.method,
         "js_before": result.measured.before.js,
         "components": len(result.learned.components),
         "held_out": None
-        if held is None
-        else {"examples": held.num_models, "possible": held.possible, "gain": held.gain},
+        if held_out is None
+        else {"examples": held_out.num_models, "possible": held_out.possible, "gain": held_out.gain},
         "effective_models": result.measured.effective_models,
         "acceptance": result.measured.acceptance,
         "rules_before": result.learned.rules_before,
@@ -286,12 +292,12 @@ def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
 
 
 def _examples_as_lines(result: ExamplesResult) -> list[str]:
-    held = result.held_out
+    held_out = result.held_out
     moved = f"divergence of the original grammar from the density that {result.num_examples:,} examples taught"
     lines = [*_rules(result.learned, result.file), f"{moved}: {result.measured.before.js:.3g} nats"]
-    if held is not None:
+    if held_out is not None:
         lines.append(
-            f"the new grammar can make {held.possible:,} of {held.num_models:,} held-out examples; their mean "
-            f"log-likelihood increased by {held.gain:.3g} nats"
+            f"the new grammar can make {held_out.possible:,} of {held_out.num_models:,} held-out examples; their mean "
+            f"log-likelihood increased by {held_out.gain:.3g} nats"
         )
     return [*lines, *_truth_as_lines(result.truth), *_notes(result.learned)]

@@ -30,9 +30,9 @@ class PlacedSymbol:
     kind: str
     """``start``, ``rule``, ``stochastic`` (a rule with a stochastic choice) or ``terminal``."""
     column: int
-    """From 0 at the start rule."""
+    """Index of the column, 0 at the start rule."""
     row: float
-    """From 0 at the top, in rows of boxes."""
+    """Position in the column in rows of boxes, 0 at the top."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,17 +40,17 @@ class RuleGraph:
     """Symbols of a grammar, with edges from rules to the symbols they make."""
 
     kind: Mapping[str, str]
-    """For each symbol, as in `PlacedSymbol`."""
+    """Kind of each symbol, see `PlacedSymbol.kind`."""
     edges: Collection[tuple[str, str]]
     """A rule and a symbol that it makes; each pair once."""
 
     def neighbours(self, forward: bool = True) -> dict[str, list[str]]:
         """Successors of each symbol, or its predecessors if backward."""
-        found: dict[str, list[str]] = {symbol: [] for symbol in self.kind}
+        adjacent: dict[str, list[str]] = {symbol: [] for symbol in self.kind}
         for edge in self.edges:
             start, end = edge if forward else reversed(edge)
-            found[start].append(end)
-        return found
+            adjacent[start].append(end)
+        return adjacent
 
 
 def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) -> RuleGraph:
@@ -62,7 +62,7 @@ def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) ->
         operations: names that are operations, not symbols.
     """
     kind: dict[str, str] = {}
-    made: dict[str, dict[str, None]] = {}
+    successors: dict[str, dict[str, None]] = {}
     for rule in rules:
         inside = list(walk(rule.body))
         stochastic = kind.get(rule.name) == "stochastic" or any(isinstance(node, Stochastic) for node in inside)
@@ -70,11 +70,11 @@ def rule_graph(rules: Iterable[Rule], start: str, operations: frozenset[str]) ->
         for node in inside:
             if isinstance(node, Invoke) and node.name not in operations:
                 kind.setdefault(node.name, "terminal")
-                made.setdefault(rule.name, {})[node.name] = None
-    return RuleGraph(kind, [(symbol, child) for symbol in kind for child in made.get(symbol, ())])
+                successors.setdefault(rule.name, {})[node.name] = None
+    return RuleGraph(kind, [(symbol, child) for symbol in kind for child in successors.get(symbol, ())])
 
 
-def place(graph: RuleGraph) -> list[PlacedSymbol]:
+def place_symbols(graph: RuleGraph) -> list[PlacedSymbol]:
     """Columns by the longest path from the start, rows with few crossing edges (Sugiyama, Tagawa and Toda, 1981)."""
     column = _columns(graph)
     rows: dict[str, float] = {}
@@ -146,7 +146,7 @@ def save_graph(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]]
     """Draw placed symbols and the edges between them.
 
     Args:
-        symbols: from `grammarlab.cli.rule_graph.place`.
+        symbols: symbols with their places, from `grammarlab.cli.rule_graph.place_symbols`.
         edges: pairs of symbols.
         path: ends in ``.svg`` or ``.png``.
     """
@@ -199,8 +199,8 @@ def _save_svg(page: _Page, path: Path) -> None:
     write_text(path, "\n".join(lines) + "\n")
 
 
-def _svg_curve(start: Point, one: Point, two: Point, end: Point) -> str:
-    points = " ".join(f"{x:.1f},{y:.1f}" for x, y in (one, two, end))
+def _svg_curve(start: Point, control_1: Point, control_2: Point, end: Point) -> str:
+    points = " ".join(f"{x:.1f},{y:.1f}" for x, y in (control_1, control_2, end))
     return f'<path d="M{start[0]:.1f},{start[1]:.1f} C{points}" fill="none" stroke="{LINE}"/>'
 
 

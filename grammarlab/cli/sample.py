@@ -31,7 +31,7 @@ _REMARKS = {
         "properties are not used, and the values of the rules are used instead",
     ),
 }
-"""What happens to remarks of each kind, for one and for several."""
+"""Message about one remark, and about several, by kind of remark."""
 
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
@@ -140,23 +140,23 @@ def sample(
             earlier = read_manifest(manifest, assets)
             if was_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
-            place = folder or Path("out", earlier.request.name)
+            target = folder or Path("out", earlier.request.name)
             if earlier.request.image and earlier.request.renderer != "gl":
                 note_slow_pictures()
-            if not resume and place.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
-                raise UsageError(f"the run to repeat is in {place}: give another folder with -o.")
+            if not resume and target.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
+                raise UsageError(f"the run to repeat is in {target}: give another folder with -o.")
             with progress(run.note) as on_progress:
                 result, different = repeat_run(
-                    earlier, place, executor=executor, resume=resume, on_progress=on_progress
+                    earlier, target, executor=executor, resume=resume, on_progress=on_progress
                 )
-            _tell(result, as_json, different)
+            _print_summary(result, as_json, different)
             return
         if not grammar:
             raise UsageError("which grammar? Give a .cga file or a name that `grammarlab list` shows.")
         source = find_rules(grammar, assets)
         space = opened(source.suffix, source.text(), source.name, source.assets)
         models = domain_of(source.suffix).models(space)
-        _tell_left_out(grammar, models.left_out())
+        _print_left_out(grammar, models.left_out())
         request = SampleRequest.of(
             grammar,
             footprint=footprint,
@@ -173,12 +173,12 @@ def sample(
             scale=scale.value,
             renderer=renderer.value,
         )
-        place = folder or Path("out", request.name)
+        target = folder or Path("out", request.name)
         if request.image and request.renderer != "gl":
             note_slow_pictures()
         with progress(run.note) as on_progress:
-            result = sample_run(request, place, executor=executor, resume=resume, on_progress=on_progress)
-        _tell(result, as_json)
+            result = sample_run(request, target, executor=executor, resume=resume, on_progress=on_progress)
+        _print_summary(result, as_json)
 
 
 def _refuse_with_manifest(context: typer.Context) -> None:
@@ -189,10 +189,14 @@ def _refuse_with_manifest(context: typer.Context) -> None:
             raise UsageError(f"--manifest repeats a run with its own options: leave out {name.replace('_', ' ')}.")
 
 
-def _tell_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
+def _print_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
     """Print ignored and unsupported features of the rules in a line or two; `check` lists their places."""
-    harmless = {one.message.partition(" is left out")[0].split()[-1] for one in findings if one.severity == "warning"}
-    serious = {one.message.partition(" is CGA")[0] for one in findings if one.severity != "warning"}
+    harmless = {
+        finding.message.partition(" is left out")[0].split()[-1]
+        for finding in findings
+        if finding.severity == "warning"
+    }
+    serious = {finding.message.partition(" is CGA")[0] for finding in findings if finding.severity != "warning"}
     if harmless:
         say(f"ignored, since no shape or colour depends on it: {_first(sorted(harmless))}")
     if serious:
@@ -200,17 +204,17 @@ def _tell_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
 
 
 def _first(names: list[str]) -> str:
-    shown = ", ".join(names[:MOST_NAMES])
-    return shown if len(names) <= MOST_NAMES else f"{shown} and {len(names) - MOST_NAMES} more"
+    listing = ", ".join(names[:MOST_NAMES])
+    return listing if len(names) <= MOST_NAMES else f"{listing} and {len(names) - MOST_NAMES} more"
 
 
-def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
+def _print_summary(result: RunResult, as_json: bool, different: tuple[str, ...] | None = None) -> None:
     from grammarlab.runs.sample.clearing import in_short
     from grammarlab.runs.sample.manifest import place_in_words
 
-    _tell_prints(result.prints)
-    tell_remarks(result.request.remarks)
-    _tell_missing(result)
+    _print_output(result.prints)
+    print_remarks(result.request.remarks)
+    _print_missing_assets(result)
     if result.kept_files:
         names = in_short(result.kept_files)
         say(f"kept in {result.folder}, since they are not as the earlier run recorded them: {names}")
@@ -221,18 +225,18 @@ def _tell(result: RunResult, as_json: bool, different: tuple[str, ...] | None = 
     else:
         count = len(result.models)
         say(f"{count} model{'s' * (count != 1)} of {result.request.name} in {result.folder}")
-        _tell_acceptance(result)
+        _print_acceptance(result)
         if result.sheet is not None:
             say(f"picture: {result.sheet}")
-    if place := place_in_words(result.request):
-        say(place)
+    if location := place_in_words(result.request):
+        say(location)
     if different:
         say(f"not equal to the manifest: {', '.join(different)}. Compare the versions in both manifests.")
     elif different is not None:
         say("all files are equal to those of the manifest, bit for bit.")
 
 
-def _tell_acceptance(result: RunResult) -> None:
+def _print_acceptance(result: RunResult) -> None:
     """Print the share of candidates that an acceptance rule kept."""
     from grammarlab.features.acceptance import ENOUGH_TRIES, MOST_TRIES
 
@@ -241,38 +245,38 @@ def _tell_acceptance(result: RunResult) -> None:
             f"the acceptance rule kept {result.accept_rate:.3g} of the candidates, at most {MOST_TRIES:,} of each model"
         )
     if result.not_accepted:
-        shown = ", ".join(f"{model.index}" for model in result.not_accepted[:MOST_NAMES])
+        listing = ", ".join(f"{model.index}" for model in result.not_accepted[:MOST_NAMES])
         say(
-            f"warning: none of {ENOUGH_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, "
-            f"such as {shown}: their best candidates are used. Liked models are too rare in this file: learn it again."
+            f"warning: none of {ENOUGH_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, such "
+            f"as {listing}: their best candidates are used. Liked models are too rare in this file: learn it again."
         )
 
 
-def tell_remarks(remarks: tuple[Remark, ...]) -> None:
+def print_remarks(remarks: tuple[Remark, ...]) -> None:
     """Print what is not used of the footprints: a count of each kind, and the first of them."""
-    for kind, (one, many) in _REMARKS.items():
-        alike = [remark for remark in remarks if remark.kind == kind]
-        if not alike:
+    for kind, (singular, plural) in _REMARKS.items():
+        remarks_of_kind = [remark for remark in remarks if remark.kind == kind]
+        if not remarks_of_kind:
             continue
-        say(f"{len(alike):,} {one if len(alike) == 1 else many}:")
-        for remark in alike[:MOST_NAMES]:
+        say(f"{len(remarks_of_kind):,} {singular if len(remarks_of_kind) == 1 else plural}:")
+        for remark in remarks_of_kind[:MOST_NAMES]:
             say(f"  {remark!s}")
-        if len(alike) > MOST_NAMES:
-            say(f"  … and {len(alike) - MOST_NAMES:,} more; the manifest lists them")
+        if len(remarks_of_kind) > MOST_NAMES:
+            say(f"  … and {len(remarks_of_kind) - MOST_NAMES:,} more; the manifest lists them")
 
 
-def _tell_missing(result: RunResult) -> None:
+def _print_missing_assets(result: RunResult) -> None:
     """Print missing meshes, each with its place in the rules."""
     findings = result.missing_asset_warnings()
-    for one in findings[:MOST_WARNINGS]:
-        say(f"{one.location}: {one.severity}: {one.message} [{one.code}]")
+    for finding in findings[:MOST_WARNINGS]:
+        say(f"{finding.location}: {finding.severity}: {finding.message} [{finding.code}]")
     if len(findings) > MOST_WARNINGS:
         say(f"… and {len(findings) - MOST_WARNINGS:,} more missing assets; --json lists them")
     if findings:
         say(f"  hint: {findings[0].hint}")
 
 
-def _tell_prints(texts: tuple[str, ...]) -> None:
+def _print_output(texts: tuple[str, ...]) -> None:
     """Print the output of the rules."""
     for text in texts[:MOST_PRINTS]:
         say(text.replace("\n", " "))

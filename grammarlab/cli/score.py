@@ -59,15 +59,15 @@ def score(
 
 def _warner() -> Send:
     """A listener that prints each warning of a session once."""
-    said: set[str] = set()
+    printed_lines: set[str] = set()
 
     def hear(message: Message, _buffers: Sequence[bytes]) -> None:
         if message.get("event") != "state":
             return
         # Several warnings may have the same hint.
         for line in "\n".join(message["state"]["warnings"]).splitlines():
-            if line not in said:
-                said.add(line)
+            if line not in printed_lines:
+                printed_lines.add(line)
                 say(line)
 
     return hear

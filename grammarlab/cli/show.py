@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say, was_given
-from grammarlab.cli.sample import complete_grammar, tell_remarks
+from grammarlab.cli.sample import complete_grammar, print_remarks
 from grammarlab.errors import UsageError
 from grammarlab.printable import printable
 
@@ -68,7 +68,7 @@ def show(
                 raise UsageError("--graph draws the rules, --model lists one model: give one of them.")
             options = attributes or (), start_rule, footprint, assets
             trace = trace_model(grammar, model, seed, *options)
-            tell_remarks(trace.remarks)
+            print_remarks(trace.remarks)
             if as_json:
                 print_json(as_values(trace))
                 return
@@ -104,9 +104,9 @@ def show(
 
 
 def _draw(symbols: RuleGraph, path: Path) -> None:
-    from grammarlab.cli.rule_graph import place, save_graph
+    from grammarlab.cli.rule_graph import place_symbols, save_graph
 
-    save_graph(place(symbols), symbols.edges, path)
+    save_graph(place_symbols(symbols), symbols.edges, path)
     say(f"rule graph: {path}")
 
 
@@ -172,8 +172,8 @@ def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
         parameters = f"({', '.join(rule.parameters)})" if rule.parameters else ""
         start = "@StartRule " if symbols.kind[rule.name] == "start" else ""
         probabilities, branches = _probabilities(rule)
-        made = ", ".join(sorted(leads_to[rule.name]))
-        cells = (start + rule.name + parameters, str(branches), probabilities, made, str(rule.location.line))
+        successors = ", ".join(sorted(leads_to[rule.name]))
+        cells = (start + rule.name + parameters, str(branches), probabilities, successors, str(rule.location.line))
         table.add_row(*(Text(printable(cell)) for cell in cells))
     return table
 
@@ -188,9 +188,15 @@ def _probabilities(rule: Rule) -> tuple[str, int]:
     for choice in (node for node in walk(rule) if isinstance(node, Stochastic)):
         stated = [None if p is None else constant(p) for p in choice.percentages]
         rest = max(0.0, 100.0 - sum(number for number in stated if number is not None))
-        known = all(number is not None for p, number in zip(choice.percentages, stated, strict=True) if p is not None)
+        all_constant = all(
+            number is not None for p, number in zip(choice.percentages, stated, strict=True) if p is not None
+        )
         words = [
-            (f"{rest:.3g}" if known else "else") if p is None else expression(p) if number is None else f"{number:.3g}"
+            (f"{rest:.3g}" if all_constant else "else")
+            if p is None
+            else expression(p)
+            if number is None
+            else f"{number:.3g}"
             for p, number in zip(choice.percentages, stated, strict=True)
         ]
         choices.append(" / ".join(words) + " %")

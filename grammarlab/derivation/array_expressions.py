@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from grammarlab.derivation.calls.arguments import argument, head, together
+from grammarlab.derivation.calls.arguments import all_values, argument, head
 from grammarlab.derivation.calls.calls import BoundCall, Compiler
 from grammarlab.derivation.calls.table_columns import column_of, for_each, texts_of
 from grammarlab.derivation.functions.array_functions import counted, picked, written
-from grammarlab.derivation.operations.comp import BLOCKS, Taken, taken_apart
+from grammarlab.derivation.operations.comp import BLOCKS, SelectedComponents, select_components
 from grammarlab.derivation.state.array_table import DEFAULTS, Cell, Table, is_table, table_of
 from grammarlab.derivation.state.operators import concatenated
 from grammarlab.derivation.state.shapes import ARRAY, NUM_LANES, SITE_LANE, Shapes, Value, as_column, kind_of
@@ -41,11 +41,11 @@ def _array(compiler: Compiler, node: Array) -> Code:
     codes = [[compiler.expression(cell) for cell in row] for row in node.rows]
     lengths, location = [len(row) for row in codes], node.location
 
-    def made(*cells: Cell | Table) -> Table:
+    def build(*cells: Cell | Table) -> Table:
         rest = list(cells)
         return written([[rest.pop(0) for _ in range(length)] for length in lengths], location)
 
-    return _plainly([code for row in codes for code in row], made, location)
+    return _plainly([code for row in codes for code in row], build, location)
 
 
 def _span(compiler: Compiler, node: Span) -> Code:
@@ -67,22 +67,22 @@ def _components(compiler: Compiler, node: Components) -> Code:
     """Code for ``comp(f) { front : a | all = b }`` where a value stands."""
     forms = [form for form in blocks()["comp"] if form.takes(len(node.arguments))]
     words = [frozenset[str]().union(*(f.parameters[i].keywords for f in forms)) for i in range(len(node.arguments))]
-    arguments = together([argument(compiler, a, w) for a, w in zip(node.arguments, words, strict=True)])
-    heads = together([head(compiler, part, -1, BLOCKS["comp"].selectors, 0) for part in node.parts])
+    arguments = all_values([argument(compiler, a, w) for a, w in zip(node.arguments, words, strict=True)])
+    heads = all_values([head(compiler, part, -1, BLOCKS["comp"].selectors, 0) for part in node.parts])
     codes = [compiler.choice(part.body) for part in node.parts]
     location = node.location
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
         call = BoundCall("comp", shapes, arguments(shapes, workspace), shapes, workspace, location)
-        taken, counts = taken_apart(call, heads(shapes, workspace))
-        return _of_components(call, taken, counts, codes)
+        selections, counts = select_components(call, heads(shapes, workspace))
+        return _of_components(call, selections, counts, codes)
 
     return evaluate
 
 
 def _of_components(
     call: BoundCall,
-    taken: Sequence[Taken],
+    selections: Sequence[SelectedComponents],
     counts: np.ndarray,
     codes: Sequence[Code],
 ) -> Value:
@@ -93,30 +93,30 @@ def _of_components(
 
     Args:
         call: the function.
-        taken: for each part its shapes and the components they are made of.
+        selections: shapes of each part, and the components they are made of.
         counts: [N] components of each shape.
-        codes: what to evaluate on the shapes of each part.
+        codes: expression of each part, evaluated on its shapes.
     """
     workspace, location = call.workspace, call.location
     columns: list[np.ndarray] = []
-    rows, places = [], []
-    for part, code in zip(taken, codes, strict=True):
-        shapes = part.shapes
+    rows, indices = [], []
+    for selection, code in zip(selections, codes, strict=True):
+        shapes = selection.shapes
         if shapes.num == 0:
             continue
-        word = NUM_LANES * (_COMPONENT + part.number) + SITE_LANE
+        word = NUM_LANES * (_COMPONENT + selection.number) + SITE_LANE
         keyed = shapes if shapes.key is None else shapes._replace(key=fold(shapes.key, word))
-        columns.append(as_column(code(keyed, workspace), shapes.num, workspace.strings)[part.which])
-        rows.append(part.row)
-        places.append(part.place)
+        columns.append(as_column(code(keyed, workspace), shapes.num, workspace.strings)[selection.new_shape])
+        rows.append(selection.row)
+        indices.append(selection.component)
     kinds = sorted({kind_of(column) for column in columns}) or ["float"]
     if len(kinds) > 1 or kinds == [ARRAY]:
         raise call.error(f"comp expects values of one type, found {' and '.join(kinds)}")
     kind = kinds[0]
     cells: list[list[Cell]] = [[DEFAULTS[kind]] * count for count in counts.tolist()]
-    for column, row, place in zip(columns, rows, places, strict=True):
+    for column, row, index in zip(columns, rows, indices, strict=True):
         plain = [workspace.strings[i] for i in column.tolist()] if kind == "string" else column.tolist()
-        for value, i, j in zip(plain, row.tolist(), place.tolist(), strict=True):
+        for value, i, j in zip(plain, row.tolist(), index.tolist(), strict=True):
             cells[i][j] = value
     return column_of([table_of(kind, 1, len(line), line, location) for line in cells], workspace, location)
 

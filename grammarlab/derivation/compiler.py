@@ -21,7 +21,7 @@ from grammarlab.derivation.uv_sets import mentioned_uv_sets
 from grammarlab.errors import DerivationError, check_type
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import EXAMPLE, Grammar
-from grammarlab.language.numbering import Place, SymbolKey, function_name
+from grammarlab.language.numbering import RandomPlace, SymbolKey, function_name
 from grammarlab.language.syntax.syntax_tree import (
     Attribute,
     Call,
@@ -50,24 +50,26 @@ _KINDS: dict[str, SiteKind] = {
 }
 
 
-def describe_sites(grammar: Grammar, places: Sequence[Place]) -> tuple[Site, ...]:
+def describe_sites(grammar: Grammar, random_places: Sequence[RandomPlace]) -> tuple[Site, ...]:
     """Sites of a forest, with names as described by `Site.name`.
 
     Args:
         grammar: the grammar.
-        places: its random places.
+        random_places: random places of the grammar.
     """
-    names = _values_of_attributes(grammar, places)
-    per_definition = Counter(place.owner for place in places if place.node.number not in names)
-    taken = set(names.values())
+    names = _values_of_attributes(grammar, random_places)
+    per_definition = Counter(
+        random_place.owner for random_place in random_places if random_place.node.number not in names
+    )
+    attribute_names = set(names.values())
     numbers: Counter[str] = Counter()
     sites: list[Site] = []
-    for place in places:
-        node, owner = place.node, place.owner
+    for random_place in random_places:
+        node, owner = random_place.node, random_place.owner
         name = names.get(node.number)
         if name is None:
             numbers[owner] += 1
-            plain = per_definition[owner] == 1 and owner not in taken | grammar.attributes.keys()
+            plain = per_definition[owner] == 1 and owner not in attribute_names | grammar.attributes.keys()
             name = owner if plain else f"{owner}#{numbers[owner]}"
         choices = len(node.branches) if isinstance(node, Stochastic) else 0
         kind = "choice" if isinstance(node, Stochastic) else _KINDS[function_name(node)]
@@ -75,21 +77,21 @@ def describe_sites(grammar: Grammar, places: Sequence[Place]) -> tuple[Site, ...
     return tuple(sites)
 
 
-def _values_of_attributes(grammar: Grammar, places: Sequence[Place]) -> dict[int, str]:
+def _values_of_attributes(grammar: Grammar, random_places: Sequence[RandomPlace]) -> dict[int, str]:
     """Names of attributes, by the number of the random expression whose draw is the attribute's value."""
-    by_owner: dict[str, list[Place]] = {}
-    for place in places:
-        by_owner.setdefault(place.owner, []).append(place)
-    found: dict[int, str] = {}
+    by_owner: dict[str, list[RandomPlace]] = {}
+    for random_place in random_places:
+        by_owner.setdefault(random_place.owner, []).append(random_place)
+    names: dict[int, str] = {}
     for name, attribute in grammar.attributes.items():
-        inside = [place.node for place in by_owner.get(name, ()) if place.definition is attribute]
+        inside = [random_place.node for random_place in by_owner.get(name, ()) if random_place.definition is attribute]
         uniform = {node.number for node in inside if function_name(node) == "rand"}
         leaves = [leaf.number if isinstance(leaf, Numbered) else -1 for leaf in alternatives(attribute.value)]
         if uniform.issuperset(leaves):
-            found |= dict.fromkeys(leaves, name)
+            names |= dict.fromkeys(leaves, name)
         elif inside and inside[0] is attribute.value and (len(inside) == 1 or isinstance(attribute.value, Call)):
-            found[inside[0].number] = name
-    return found
+            names[inside[0].number] = name
+    return names
 
 
 def compile_grammar(grammar: Grammar) -> Program:
@@ -115,7 +117,7 @@ class _Compilation:
         self._names = Names(
             frozenset(grammar.attributes),
             {key: CompiledFunction(key[0], key in self._drawing_functions) for key in grammar.functions},
-            {place.node.number: site for site, place in enumerate(self._numbering.places)},
+            {random_place.node.number: site for site, random_place in enumerate(self._numbering.random_places)},
             any(makes_arrays(node) for node in self._nodes),
         )
         symbols = {name: number for number, name in enumerate(self._numbering.symbols)}
@@ -137,7 +139,7 @@ class _Compilation:
             rule_names=tuple(
                 RuleName(*branch.key, branch.branch, branch.location.line) for branch in self._numbering.branches
             ),
-            sites=describe_sites(grammar, self._numbering.places),
+            sites=describe_sites(grammar, self._numbering.random_places),
             attributes={name: self._attribute(attribute) for name, attribute in grammar.attributes.items()},
             rules=tuple(self._rule(rule) for rule in grammar.rules.values()),
             order=tuple(reversed(groups(calls))),

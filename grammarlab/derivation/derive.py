@@ -69,9 +69,9 @@ def run(program: Program, workspace: Workspace, starts: Ids) -> None:
 
 def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
     """Apply one rule to all its pending shapes."""
-    for operations, _, taken in route(rule.body, shapes, workspace):
-        workspace.recorder.set_rule(taken.node, operations.rule)
-        operations.run(taken, workspace)
+    for operations, _, chosen in route(rule.body, shapes, workspace):
+        workspace.recorder.set_rule(chosen.node, operations.rule)
+        operations.run(chosen, workspace)
 
 
 def _check_size(workspace: Workspace, symbol: str) -> None:
@@ -141,9 +141,9 @@ def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tu
     frame = np.zeros(len(footprints), dtype=np.int32)
     frame[skew] = frames.add(rotation[skew])
     mesh = np.full(len(footprints), FOOTPRINT, dtype=np.int32)
-    others = np.flatnonzero(~_is_rectangle(unit))
-    if len(others):
-        mesh[others] = meshes.add(unit.take(others))
+    other_rows = np.flatnonzero(~_is_rectangle(unit))
+    if len(other_rows):
+        mesh[other_rows] = meshes.add(unit.take(other_rows))
     return (rotation @ low[:, :, None])[:, :, 0], size, frame, mesh
 
 
@@ -163,9 +163,9 @@ def _times(footprints: Footprints, rotation: Floats) -> Floats:
     counts = np.diff(footprints.offsets)
     result = np.empty_like(footprints.points)
     for count in np.unique(counts).tolist():
-        alike = np.flatnonzero(counts == count)
-        corners = footprints.offsets[alike][:, None] + np.arange(count)
-        result[corners] = footprints.points[corners] @ rotation[alike]
+        rows_of_count = np.flatnonzero(counts == count)
+        corners = footprints.offsets[rows_of_count][:, None] + np.arange(count)
+        result[corners] = footprints.points[corners] @ rotation[rows_of_count]
     return result
 
 
@@ -200,12 +200,12 @@ def _first_visits(points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]
 
 def _is_rectangle(unit: Meshes) -> NDArray[np.bool_]:
     """[F] whether meshes in the unit cube are the whole rectangle y = 0 seen from above."""
-    found = np.diff(unit.mesh_points) == 4
-    four = np.flatnonzero(found & (np.diff(unit.face_offsets) == 4))
+    is_rectangle = np.diff(unit.mesh_points) == 4
+    four = np.flatnonzero(is_rectangle & (np.diff(unit.face_offsets) == 4))
     corners = unit.points[unit.mesh_points[:-1][four][:, None] + np.arange(4)]
-    found[:] = False
-    found[four] = np.isclose(corners, quad().points, atol=1e-9).all(axis=(1, 2))
-    return found
+    is_rectangle[:] = False
+    is_rectangle[four] = np.isclose(corners, quad().points, atol=1e-9).all(axis=(1, 2))
+    return is_rectangle
 
 
 NODES_PER_CHUNK = 400_000
@@ -213,6 +213,7 @@ NODES_PER_CHUNK = 400_000
 processor's caches."""
 
 _FIRST_CHUNK = 32
+"""Number of models of the first chunk, whose nodes determine the size of the others."""
 
 
 class LotOptions(TypedDict, total=False):
@@ -347,13 +348,13 @@ def derive_chunks(
     """Forests of consecutive lots, together equal to one `derive`; memory is bounded for any number of models.
 
     Args:
-        grammar: see `derive`.
+        grammar: the grammar, see `derive`.
         num_models: number of models of a seed, or lots.
         seed: 0 <= seed < 2**64, with a number of models.
         nodes_per_chunk: approximate number of nodes per forest; at least one model.
         assets: folder of meshes and images; all chunks share the cached files.
         budget: bounds on the size of one model.
-        options: see `derive`.
+        options: options of lots, see `derive`.
     """
     lots = _lots(num_models, seed, options)
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
@@ -374,8 +375,8 @@ def _lots(num_models: int | Lots, seed: int | None, options: LotOptions) -> Lots
             raise UsageError("a number of models needs a seed: expected derive(grammar, num_models, seed)")
         return Lots.of(num_models, seed, **options)
     if seed is not None or options:
-        given = ", ".join([*(["seed"] if seed is not None else []), *options])
-        raise UsageError(f"lots already define their models: leave out {given}, or give a number of models")
+        arguments = ", ".join([*(["seed"] if seed is not None else []), *options])
+        raise UsageError(f"lots already define their models: leave out {arguments}, or give a number of models")
     return num_models
 
 
@@ -394,16 +395,16 @@ def _starts(program: Program, lots: Lots) -> NDArray[np.int32]:
     names = [name or program.default_start for name in lots.start_rules]
     unknown = [name for name in names if name not in program.start_rules]
     if unknown:
-        known = ", ".join(program.start_rules)
-        raise UsageError(f"unknown start rule {unknown[0]}; expected a rule without parameters: {known}")
+        valid_names = ", ".join(program.start_rules)
+        raise UsageError(f"unknown start rule {unknown[0]}; expected a rule without parameters: {valid_names}")
     return np.array([program.start_rules[name] for name in names], dtype=np.int32)
 
 
 def _check_attributes(program: Program, lots: Lots) -> None:
     unknown = [name for name in lots.attributes if name not in program.attributes]
     if unknown:
-        known = ", ".join(program.attributes) or "none"
-        raise UsageError(f"unknown attribute {unknown[0]}; expected one of {known}")
+        valid_names = ", ".join(program.attributes) or "none"
+        raise UsageError(f"unknown attribute {unknown[0]}; expected one of {valid_names}")
 
 
 def _prepare(
@@ -441,5 +442,5 @@ def _evaluate_attributes(workspace: Workspace) -> None:
         if attribute.draws:
             workspace.attribute(attribute.name)
     state = {name: STATE_DEFAULTS[name] for name in workspace.state_names if name in STATE_DEFAULTS}
-    own = {name: workspace.attribute(name) for name in workspace.state_names if name in workspace.attributes}
-    workspace.roots = workspace.roots._replace(state={**workspace.roots.state, **state, **own})
+    attributes = {name: workspace.attribute(name) for name in workspace.state_names if name in workspace.attributes}
+    workspace.roots = workspace.roots._replace(state={**workspace.roots.state, **state, **attributes})

@@ -113,7 +113,8 @@ class ExpressionCompiler:
 
         def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
             parts = [
-                (rows, leaf(taken, workspace), taken.num) for leaf, rows, taken in route(branching, shapes, workspace)
+                (rows, leaf(chosen, workspace), chosen.num)
+                for leaf, rows, chosen in route(branching, shapes, workspace)
             ]
             if not parts:
                 raise DerivationError("no case applies and there is no else", choice.location, "add an else branch")
@@ -189,8 +190,8 @@ class ExpressionCompiler:
     def _name(self, node: Name) -> Code:
         name = node.identifier
         if name in self.parameters:
-            place = self.parameters.index(name)
-            return lambda shapes, workspace: shapes.locals[place]
+            index = self.parameters.index(name)
+            return lambda shapes, workspace: shapes.locals[index]
         if name in self.selectors:
             return lambda shapes, workspace: shapes.state[name]
         if name in self.names.attributes:
@@ -217,8 +218,8 @@ class ExpressionCompiler:
             return _refusal(f"the function {node.function} is not supported", node.location)
         least, most = builtin.num_arguments
         if not least <= len(arguments) <= most:
-            wanted = str(least) if least == most else f"{least} to {most}"
-            return _refusal(f"{node.function} expects {wanted} arguments, found {len(arguments)}", node.location)
+            counts = str(least) if least == most else f"{least} to {most}"
+            return _refusal(f"{node.function} expects {counts} arguments, found {len(arguments)}", node.location)
         return self._call_builtin(builtin, node.function, node, arguments)
 
     def _call_builtin(self, builtin: Builtin, name: str, node: Call | Name, arguments: Sequence[Code]) -> Code:
@@ -275,8 +276,8 @@ def _words(node: Call, builtin: Builtin | None) -> list[frozenset[str]]:
     if builtin is None or not builtin.keywords:
         return [frozenset[str]()] * count
     forms = [form for form in functions()[node.function] if form.takes(count)]
-    found = [frozenset[str]().union(*(form.parameters[i].keywords for form in forms)) for i in range(count)]
-    return [words & builtin.keywords for words in found]
+    keywords = [frozenset[str]().union(*(form.parameters[i].keywords for form in forms)) for i in range(count)]
+    return [words & builtin.keywords for words in keywords]
 
 
 def _unknown(name: str) -> str:
@@ -284,7 +285,7 @@ def _unknown(name: str) -> str:
     prefix = name.partition(".")[0]
     if prefix == name:
         return f"unknown name {name}"
-    if any(known.startswith(f"{prefix}.") for known in SHAPE_ATTRIBUTES):
+    if any(attribute.startswith(f"{prefix}.") for attribute in SHAPE_ATTRIBUTES):
         return f"the shape attribute {name} is not supported"
     return f"{name} comes from an imported file that was not read"
 

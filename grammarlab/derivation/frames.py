@@ -79,7 +79,7 @@ def cube_index(matrix: Floats) -> int:
 _CODES = np.full(27 * 8, -1, dtype=np.int32)
 _CODES[(_SOURCE @ [9, 3, 1]) * 8 + (_SIGN < 0.0) @ [4, 2, 1]] = np.arange(24)
 
-_EXACT = 1e-12
+_TOLERANCE = 1e-12
 """Tolerance of the entries -1, 0 and 1 of rotations by right angles."""
 
 
@@ -87,7 +87,7 @@ def cube_indices(rotations: Floats) -> Ids:
     """Indices [N] in `CUBE` of rotations [N, 3, 3], -1 for rotations that are not by right angles."""
     rounded = np.rint(rotations)
     code = (np.abs(rounded).argmax(axis=1) @ [9, 3, 1]) * 8 + (rounded.sum(axis=1) < 0.0) @ [4, 2, 1]
-    straight = np.abs(rotations - rounded).max(axis=(1, 2), initial=0.0) < _EXACT
+    straight = np.abs(rotations - rounded).max(axis=(1, 2), initial=0.0) < _TOLERANCE
     return np.where(straight, _CODES[code], np.int32(-1))
 
 
@@ -148,13 +148,13 @@ class FrameTable:
             return self.rotated(frames, rotations)
         if rotations.ndim == 2:
             limit = 24 * self._used
-            pairs, which = np.unique(frames.astype(np.int64) * limit + axes, return_inverse=True)
+            pairs, inverse = np.unique(frames.astype(np.int64) * limit + axes, return_inverse=True)
             frames, axes = (part.astype(np.int32) for part in np.divmod(pairs, limit))
-            return self.rotated_about(frames, axes, rotations[None].repeat(len(pairs), axis=0))[which]
-        own = rotations.copy()
+            return self.rotated_about(frames, axes, rotations[None].repeat(len(pairs), axis=0))[inverse]
+        rotations_in_frames = rotations.copy()
         relative = np.swapaxes(self.rotations(axes[other]), 1, 2) @ self.rotations(frames[other])
-        own[other] = np.swapaxes(relative, 1, 2) @ rotations[other] @ relative
-        return self.rotated(frames, own)
+        rotations_in_frames[other] = np.swapaxes(relative, 1, 2) @ rotations[other] @ relative
+        return self.rotated(frames, rotations_in_frames)
 
     def rotations(self, frames: Ids) -> Floats:
         """[N, 3, 3] rotations of frames; columns are the scope's axes in the world."""
@@ -173,12 +173,12 @@ class FrameTable:
 
     def _single_axis(self, frame: int, axis: int) -> Floats:
         """[1, 3] the same for one frame; cached, since consecutive shapes are cut along it."""
-        known = self._axes.get((frame, axis))
-        if known is None:
+        direction = self._axes.get((frame, axis))
+        if direction is None:
             base, turn = divmod(frame, 24)
-            known = (self._bases[base, :, _SOURCE[turn, axis]] * _SIGN[turn, axis])[None, :]
-            self._axes[frame, axis] = known
-        return known
+            direction = (self._bases[base, :, _SOURCE[turn, axis]] * _SIGN[turn, axis])[None, :]
+            self._axes[frame, axis] = direction
+        return direction
 
     def to_world(self, frames: Ids, vectors: Floats) -> Floats:
         """Vectors [N, 3] in scope axes, turned into world axes [N, 3]."""
@@ -192,5 +192,5 @@ class FrameTable:
         """Rotations [K, 3, 3] of the different frames of a column [N], and the index [N] of each among them."""
         present = np.zeros(24 * self._used, dtype=bool)
         present[frames] = True
-        place = (np.cumsum(present) - 1).astype(np.int32)
-        return self.rotations(np.flatnonzero(present).astype(np.int32)), place[frames]
+        index = (np.cumsum(present) - 1).astype(np.int32)
+        return self.rotations(np.flatnonzero(present).astype(np.int32)), index[frames]

@@ -155,12 +155,12 @@ class AttributeColumn:
 
     values: Values
     """[N] the values; arbitrary where none is given."""
-    given: NDArray[np.bool_]
+    is_given: NDArray[np.bool_]
     """[N] False where the model has the value in the rule file."""
 
     def take(self, rows: NDArray[np.integer]) -> AttributeColumn:
         """The values of the models at these rows."""
-        return AttributeColumn(self.values[rows], self.given[rows])
+        return AttributeColumn(self.values[rows], self.is_given[rows])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,7 +192,7 @@ class Lots:
         _check_index("footprint", self.footprint, len(self), len(self.footprints))
         _check_index("start rule", self.start_rule, len(self), len(self.start_rules))
         columns = {"seed": self.seed, **{name: column.values for name, column in self.attributes.items()}}
-        columns |= {f"given {name}": column.given for name, column in self.attributes.items()}
+        columns |= {f"given {name}": column.is_given for name, column in self.attributes.items()}
         for name, column in columns.items():
             if column.shape != (len(self),):
                 raise UsageError(f"lots: expected a {name} for each of {len(self)} models, found shape {column.shape}")
@@ -257,7 +257,7 @@ class Lots:
         Args:
             seed: [N] seeds, or one for all.
             model: [N] indices under these seeds.
-            footprint: see `of`.
+            footprint: the footprint of all models.
             attributes: values of attributes, instead of those of the grammar.
             start_rule: start symbol, instead of the one that the grammar marks.
 
@@ -282,7 +282,7 @@ class Lots:
         )
 
     def on(self, footprints: Footprints, footprint: NDArray[np.integer]) -> Lots:
-        """The same models on other footprints.
+        """These models on other footprints.
 
         Args:
             footprints: the different footprints.
@@ -303,7 +303,7 @@ class Lots:
             model=self.model[rows],
             footprints=self.footprints.take(used),
             footprint=footprint.astype(np.int32),
-            attributes={name: column for name, column in columns.items() if column.given.any()},
+            attributes={name: column for name, column in columns.items() if column.is_given.any()},
             start_rules=tuple(self.start_rules[start] for start in starts.tolist()),
             start_rule=start_rule.astype(np.int32),
         )
@@ -318,17 +318,17 @@ class Lots:
         if not parts:
             raise UsageError("expected at least one value of Lots to join")
         polygons: dict[bytes, int] = {}
-        kept: list[Floats] = []
+        unique_polygons: list[Floats] = []
         starts: dict[str, int] = {}
         footprint, start_rule = [], []
         for part in parts:
-            places = []
+            indices = []
             for polygon in map(part.footprints.polygon, range(len(part.footprints))):
-                place = polygons.setdefault(polygon.tobytes(), len(polygons))
-                if place == len(kept):
-                    kept.append(polygon)
-                places.append(place)
-            footprint.append(np.array(places, dtype=np.int32)[part.footprint])
+                index = polygons.setdefault(polygon.tobytes(), len(polygons))
+                if index == len(unique_polygons):
+                    unique_polygons.append(polygon)
+                indices.append(index)
+            footprint.append(np.array(indices, dtype=np.int32)[part.footprint])
             numbers = [starts.setdefault(name, len(starts)) for name in part.start_rules]
             start_rule.append(np.array(numbers, dtype=np.int32)[part.start_rule])
         names = dict.fromkeys(name for part in parts for name in part.attributes)
@@ -336,8 +336,8 @@ class Lots:
             seed=np.concatenate([part.seed for part in parts]),
             model=np.concatenate([part.model for part in parts]),
             footprints=Footprints(
-                np.concatenate([np.zeros((0, 3)), *kept]),
-                offsets_from_counts(np.array([len(polygon) for polygon in kept], dtype=np.int64)),
+                np.concatenate([np.zeros((0, 3)), *unique_polygons]),
+                offsets_from_counts(np.array([len(polygon) for polygon in unique_polygons], dtype=np.int64)),
             ),
             footprint=np.concatenate(footprint),
             attributes={name: _joined(name, parts) for name in names},
@@ -364,11 +364,11 @@ def _joined(name: str, parts: Sequence[Lots]) -> AttributeColumn:
         np.zeros(len(part), dtype=first.values.dtype) if column is None else column.values
         for column, part in zip(columns, parts, strict=True)
     ]
-    given = [
-        np.zeros(len(part), dtype=bool) if column is None else column.given
+    is_given = [
+        np.zeros(len(part), dtype=bool) if column is None else column.is_given
         for column, part in zip(columns, parts, strict=True)
     ]
-    return AttributeColumn(np.concatenate(values), np.concatenate(given))
+    return AttributeColumn(np.concatenate(values), np.concatenate(is_given))
 
 
 def _corners(footprint: Footprint) -> Floats:
@@ -397,12 +397,12 @@ def _corners(footprint: Footprint) -> Floats:
     return corners
 
 
-def _check_index(what: str, index: NDArray[np.int32], num_models: int, num: int) -> None:
+def _check_index(name: str, index: NDArray[np.int32], num_models: int, num: int) -> None:
     if index.shape != (num_models,):
-        raise UsageError(f"lots: expected a {what} for each of {num_models} models, found shape {index.shape}")
+        raise UsageError(f"lots: expected a {name} for each of {num_models} models, found shape {index.shape}")
     if num_models and not (index.min() >= 0 and index.max() < num):
         raise UsageError(
-            f"lots: expected indices of {num} {what}s, from 0 to {num - 1}, found {index.min()} to {index.max()}"
+            f"lots: expected indices of {num} {name}s, from 0 to {num - 1}, found {index.min()} to {index.max()}"
         )
 
 
@@ -417,18 +417,18 @@ def _plain(name: str, value: object) -> Values:
     raise UsageError(f"attribute {name}: expected a number, a bool or a text, found {value!r}")
 
 
-def _words(what: str, values: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.uint64]:
+def _words(name: str, values: int | Sequence[int] | NDArray[np.integer]) -> NDArray[np.uint64]:
     """[N] whole numbers as uint64."""
     if isinstance(values, np.ndarray) and values.ndim == 1 and values.dtype.kind in "iu":
         if values.dtype != np.uint64 and len(values):
-            _check_word(what, int(values.min()))
+            _check_word(name, int(values.min()))
         return values.astype(np.uint64, copy=False)
     numbers = [values] if isinstance(values, int) else list(values)
     for number in numbers:
-        _check_word(what, number)
+        _check_word(name, number)
     return np.array(numbers, dtype=np.uint64)
 
 
-def _check_word(what: str, value: object) -> None:
+def _check_word(name: str, value: object) -> None:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= int(value) <= _LARGEST_WORD:
-        raise UsageError(f"{what}: expected a whole number from 0 to {_LARGEST_WORD}, found {value!r}")
+        raise UsageError(f"{name}: expected a whole number from 0 to {_LARGEST_WORD}, found {value!r}")

@@ -79,9 +79,9 @@ class MaterialTable:
     """The different materials of one derivation. Id 0 is the material of an initial shape."""
 
     def __init__(self) -> None:
-        fresh = (*CHANNELS.values(), "")
-        self._ids: dict[tuple[float | str, ...], int] = {fresh: 0}
-        self._rows: list[tuple[float | str, ...]] = [fresh]
+        default_row = (*CHANNELS.values(), "")
+        self._ids: dict[tuple[float | str, ...], int] = {default_row: 0}
+        self._rows: list[tuple[float | str, ...]] = [default_row]
 
     def changed(
         self, materials: NDArray[np.int32], changes: Mapping[str, float | str | NDArray[np.float64]]
@@ -109,15 +109,15 @@ class MaterialTable:
         changes: Callable[[int], Mapping[str, float | str]],
     ) -> NDArray[np.int32]:
         """Materials [N] changed by ``changes`` of their codes [N], which is called once for each different code."""
-        known: dict[int, Mapping[str, float | str]] = {}
+        changes_by_code: dict[int, Mapping[str, float | str]] = {}
         base = int(codes.max(initial=0)) + 1
         pairs, inverse = np.unique(materials.astype(np.int64) * base + codes, return_inverse=True)
         ids = []
         for pair in pairs.tolist():
             material, code = divmod(pair, base)
-            if code not in known:
-                known[code] = changes(code)
-            ids.append(self._intern(material, known[code]))
+            if code not in changes_by_code:
+                changes_by_code[code] = changes(code)
+            ids.append(self._intern(material, changes_by_code[code]))
         return np.array(ids, dtype=np.int32)[inverse]
 
     def repainted(self, materials: NDArray[np.int32], constants: Mapping[str, float | str]) -> NDArray[np.int32]:
@@ -132,8 +132,8 @@ class MaterialTable:
 
     def channel(self, materials: NDArray[np.int32], name: str) -> NDArray[np.float64]:
         """One number of each material [N]."""
-        place = _PLACES[name]
-        return np.array([row[place] for row in self._rows], dtype=np.float64)[materials]
+        index = _INDEX_OF_CHANNEL[name]
+        return np.array([row[index] for row in self._rows], dtype=np.float64)[materials]
 
     def texture(self, material: int) -> str:
         """The path of the colour map of one material."""
@@ -147,13 +147,13 @@ class MaterialTable:
     def _intern(self, material: int, changes: Mapping[str, float | str]) -> int:
         row = list(self._rows[material])
         for name, value in changes.items():
-            row[_PLACES[name]] = value
+            row[_INDEX_OF_CHANNEL[name]] = value
         key = tuple(row)
-        known = self._ids.get(key)
-        if known is None:
-            known = self._ids[key] = len(self._rows)
+        index = self._ids.get(key)
+        if index is None:
+            index = self._ids[key] = len(self._rows)
             self._rows.append(key)
-        return known
+        return index
 
 
-_PLACES = {name: place for place, name in enumerate((*CHANNELS, "texture"))}
+_INDEX_OF_CHANNEL = {name: index for index, name in enumerate((*CHANNELS, "texture"))}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import TypeAlias
 
-from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, argument, head, together, word
+from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, all_values, argument, head, word
 from grammarlab.derivation.calls.branches import Branching, Leaf, route
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, Head, Operation
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
@@ -71,8 +71,8 @@ def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspa
     if isinstance(body, Leaf):
         body.payload.run(shapes, workspace)
         return
-    for sequence, _, taken in route(body, shapes, workspace):
-        sequence.run(taken, workspace)
+    for sequence, _, chosen in route(body, shapes, workspace):
+        sequence.run(chosen, workspace)
 
 
 class SequenceCompiler:
@@ -123,7 +123,7 @@ class SequenceCompiler:
         return _refusal(getattr(item, "name", type(item).__name__.lower()), item.location)
 
     def _operation(self, operation: Operation, item: Invoke) -> Step:
-        arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
+        arguments = all_values(self._arguments(item.name, item.arguments, operation, item.location))
         name, location, apply = item.name, item.location, operation.apply
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
@@ -133,15 +133,15 @@ class SequenceCompiler:
 
     def _block(self, operation: BlockOperation, item: Block) -> Step:
         number = next(self._blocks)
-        arguments = together(self._arguments(item.name, item.arguments, operation, item.location))
+        arguments = all_values(self._arguments(item.name, item.arguments, operation, item.location))
         parts = list(_flattened(item.group, item.group.repeated))
-        heads = together([head(self._expressions, part, group, operation.selectors, number) for part, group in parts])
+        heads = all_values([head(self._expressions, part, group, operation.selectors, number) for part, group in parts])
         return self._parted(item, item.name, number, operation, arguments, heads, [part.body for part, _ in parts])
 
     def _scatter(self, operation: BlockOperation, item: Scatter) -> Step:
         """Code for ``scatter``, which has two blocks: the keys of the points, and the keys of their positions."""
         number, where = next(self._blocks), next(self._blocks)
-        arguments = together(self._arguments("scatter", item.arguments, operation, item.location))
+        arguments = all_values(self._arguments("scatter", item.arguments, operation, item.location))
         heads = Constant((Head(argument=NO_ARGUMENT, block=where),))
         return self._parted(item, "scatter", number, operation, arguments, heads, [item.body])
 
@@ -162,8 +162,8 @@ class SequenceCompiler:
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             call = BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location)
-            made = divide(call, heads(shapes, workspace))
-            for part, body, random in zip(made, bodies, draws, strict=True):
+            parts = divide(call, heads(shapes, workspace))
+            for part, body, random in zip(parts, bodies, draws, strict=True):
                 if part.shapes.num:
                     key = part_keys(part.shapes.key, number, part.number) if random else None
                     inner = part.shapes if part.shapes.key is key else part.shapes._replace(key=key)
@@ -195,8 +195,8 @@ class SequenceCompiler:
     ) -> tuple[Late[Argument], ...]:
         least, most = operation.num_arguments
         if not least <= len(arguments) <= most:
-            wanted = str(least) if least == most else f"{least} to {most}"
-            raise DerivationError(f"{name} expects {wanted} arguments, found {len(arguments)}", location)
+            counts = str(least) if least == most else f"{least} to {most}"
+            raise DerivationError(f"{name} expects {counts} arguments, found {len(arguments)}", location)
         if isinstance(operation, Operation) and operation.names_target:
             return self._target(arguments[0]), argument(self._expressions, arguments[1], frozenset())
         # CGA distinguishes keywords from values by their place: extrude(x) is a height, extrude(x, 3) a direction.
@@ -218,10 +218,10 @@ class SequenceCompiler:
 
 def _bracket(body: Branching[Operations]) -> Step:
     def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-        for sequence, _, taken in route(body, shapes, workspace):
-            current = taken
+        for sequence, _, chosen in route(body, shapes, workspace):
+            current = chosen
             for inner in sequence.steps:
-                current = inner(current, taken, workspace)
+                current = inner(current, chosen, workspace)
         return shapes
 
     return step

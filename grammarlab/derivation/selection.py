@@ -28,12 +28,15 @@ def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
     """
     new_model = np.full(forest.num_models, -1, dtype=np.int32)
     new_model[models] = np.arange(len(models), dtype=np.int32)
-    kept = new_model[forest.nodes.model] >= 0
-    new_node = (np.cumsum(kept) - 1).astype(np.int32)
-    nodes = _rows(forest.nodes, kept)
+    is_selected = new_model[forest.nodes.model] >= 0
+    new_node = (np.cumsum(is_selected) - 1).astype(np.int32)
+    nodes = _rows(forest.nodes, is_selected)
     parent = np.where(nodes.parent >= 0, new_node[nodes.parent], -1).astype(np.int32)
-    leaves, draws = _rows(forest.leaves, kept[forest.leaves.node]), _rows(forest.draws, kept[forest.draws.node])
-    reports = _rows(forest.reports, kept[forest.reports.node])
+    leaves, draws = (
+        _rows(forest.leaves, is_selected[forest.leaves.node]),
+        _rows(forest.draws, is_selected[forest.draws.node]),
+    )
+    reports = _rows(forest.reports, is_selected[forest.reports.node])
     return replace(
         forest,
         lots=forest.lots.take(models),
@@ -103,10 +106,14 @@ def _moved_maps(texture_map: NDArray[np.int32], first: np.integer | int) -> NDAr
     return np.where(texture_map >= 0, texture_map + np.int32(first), texture_map)
 
 
-def _rows(columns: _R, kept: Flags) -> _R:
+def _rows(columns: _R, is_selected: Flags) -> _R:
     """The kept rows of a table."""
-    found = {name: value[kept] for name in columns.__slots__ if isinstance(value := getattr(columns, name), np.ndarray)}
-    return replace(columns, **found)
+    selected = {
+        name: value[is_selected]
+        for name in columns.__slots__
+        if isinstance(value := getattr(columns, name), np.ndarray)
+    }
+    return replace(columns, **selected)
 
 
 def _joined(tables: Sequence[_R]) -> _R:

@@ -25,7 +25,8 @@ TOLERANCE = 1e-9
 """Smallest size of a part in metres; smaller parts are left out."""
 
 _MOST_REPEATS = 2**31
-_NOTHING = 1e-200
+_SMALLEST = 1e-200
+"""Smallest divisor, in place of 0."""
 
 
 class SplitSize(NamedTuple):
@@ -81,8 +82,8 @@ class SplitRow(NamedTuple):
                 for start, extent in zip(self.start, self.extent, strict=True)
             ]
         return [
-            SplitPieces(everyone[kept], start[kept], extent[kept], bool(kept.all()))
-            for kept, start, extent in zip(keep, self.start, self.extent, strict=True)
+            SplitPieces(everyone[is_piece], start[is_piece], extent[is_piece], bool(is_piece.all()))
+            for is_piece, start, extent in zip(keep, self.start, self.extent, strict=True)
         ]
 
 
@@ -141,10 +142,10 @@ def _sums(sizes: Sequence[SplitSize]) -> tuple[Floats, Floats | None]:
         return _constant_sums(tuple(sizes))
     columns = [np.atleast_1d(_positive(size.value)) for size in sizes]
     sums = np.zeros((2, len(sizes) + 1, max(len(column) for column in columns)))
-    for place, (size, column) in enumerate(zip(sizes, columns, strict=True), start=1):
-        sums[int(size.floating), place] = column
+    for index, (size, column) in enumerate(zip(sizes, columns, strict=True), start=1):
+        sums[int(size.floating), index] = column
     metres, weights = np.cumsum(sums, axis=1)
-    return metres, weights / np.maximum(weights[-1], _NOTHING) if any(size.floating for size in sizes) else None
+    return metres, weights / np.maximum(weights[-1], _SMALLEST) if any(size.floating for size in sizes) else None
 
 
 @lru_cache(maxsize=4096)
@@ -187,14 +188,14 @@ def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
         nearer = error < smallest
         smallest = np.where(nearer, error, smallest)
         best = [np.where(nearer, new, old) for new, old in zip(counts, best, strict=True)]
-    some = length - fixed > TOLERANCE
-    return [np.where(some, count, 0) for count in best]
+    has_room = length - fixed > TOLERANCE
+    return [np.where(has_room, count, 0) for count in best]
 
 
 def _share(total: Floats, groups: int) -> list[Ints]:
     """A whole number of repeats shared evenly among groups; the first ones get the remainder."""
     whole = np.ceil(total - TOLERANCE).astype(np.int64)
-    return [whole // groups + (whole % groups > place) for place in range(groups)]
+    return [whole // groups + (whole % groups > group) for group in range(groups)]
 
 
 def _factor(
@@ -202,8 +203,8 @@ def _factor(
 ) -> Floats:
     """Common factor of all floating sizes under these repeats; very large without floating sizes."""
     room = length - fixed - _sum([count * f for count, (f, _) in zip(counts, inner, strict=True)])
-    wanted = floats + _sum([count * w for count, (_, w) in zip(counts, inner, strict=True)])
-    return np.divide(room, wanted, out=np.full(len(length), 1e300), where=np.broadcast_to(wanted > 0.0, len(length)))
+    weights = floats + _sum([count * w for count, (_, w) in zip(counts, inner, strict=True)])
+    return np.divide(room, weights, out=np.full(len(length), 1e300), where=np.broadcast_to(weights > 0.0, len(length)))
 
 
 def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints]) -> Floats:
@@ -212,8 +213,8 @@ def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints])
     fixed, floats = _totals([element for element in elements if isinstance(element, SplitSize)])
     for count, (f, w) in zip(times, groups, strict=True):
         fixed, floats = fixed + count * f, floats + count * w
-    wanted = np.maximum(floats, _NOTHING) if isinstance(floats, np.ndarray) else max(floats, _NOTHING)
-    return np.maximum(length - fixed, 0.0) / wanted
+    weights = np.maximum(floats, _SMALLEST) if isinstance(floats, np.ndarray) else max(floats, _SMALLEST)
+    return np.maximum(length - fixed, 0.0) / weights
 
 
 def _reach(length: Floats) -> Floats:
@@ -228,19 +229,21 @@ def _repeated(
     turn = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
     whole = length[row]
     period = _sum(extents)
-    first = _at(start, row) + turn * _at(period, row)
+    first = _rows_of(start, row) + turn * _rows_of(period, row)
     is_one_each = bool((times == 1).all())
     pieces = []
     for extent in extents:
-        pieces.append(_within(row, first, _at(extent, row), whole, reach[row], is_one_each))
-        first = first + _at(extent, row)
+        pieces.append(_within(row, first, _rows_of(extent, row), whole, reach[row], is_one_each))
+        first = first + _rows_of(extent, row)
     return pieces
 
 
-def _within(row: Ints, start: Amount, wanted: Amount, length: Floats, reach: Floats, is_one_each: bool) -> SplitPieces:
+def _within(
+    row: Ints, start: Amount, part_extent: Amount, length: Floats, reach: Floats, is_one_each: bool
+) -> SplitPieces:
     """Pieces cut at the end of their length, without empty ones; ends near the end of the length are moved to it."""
     first: Floats = np.asarray(start, np.float64) if isinstance(start, np.ndarray) else np.zeros(len(row)) + start
-    end = start + wanted
+    end = start + part_extent
     end = np.where(end >= reach, length, end)
     extent: Floats = end - first
     keep = extent > TOLERANCE
@@ -271,5 +274,5 @@ def _positive(value: Amount) -> Amount:
     return np.maximum(value, 0.0) if isinstance(value, np.ndarray) else max(value, 0.0)
 
 
-def _at(value: Amount, rows: Ints) -> Amount:
+def _rows_of(value: Amount, rows: Ints) -> Amount:
     return value[rows] if isinstance(value, np.ndarray) else value

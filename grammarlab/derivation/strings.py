@@ -22,11 +22,11 @@ class StringTable:
 
     def id(self, text: str) -> int:
         """The id of a string, new or known."""
-        known = self._ids.get(text)
-        if known is None:
-            known = self._ids[text] = len(self._texts)
+        index = self._ids.get(text)
+        if index is None:
+            index = self._ids[text] = len(self._texts)
             self._texts.append(text)
-        return known
+        return index
 
     def ids(self, texts: Iterable[str]) -> StringIds:
         """The ids of several strings."""

@@ -186,7 +186,7 @@ class ReusedContent:
 
     Args:
         document: the file.
-        materials: its materials.
+        materials: materials of the document.
         instancing: write all places of a mesh as one node with ``EXT_mesh_gpu_instancing``, which the file then
             requires; otherwise write a node for each.
     """
@@ -215,18 +215,18 @@ class ReusedContent:
         shaded = shade(scene.meshes.take(used), CREASE_ANGLE)
         placements = _placements(scene, shaded, mesh)
         rows = np.flatnonzero(np.diff(shaded.mesh_triangles)[mesh] > 0)
-        for pair, places in _by_pair(mesh, scene.material, rows):
+        for pair, instance_rows in _by_pair(mesh, scene.material, rows):
             index = self._meshes.index(shaded, pair[0], scene.materials, pair[1])
             children += (
-                self._instanced(index, placements, places)
+                self._instanced(index, placements, instance_rows)
                 if self._instancing
-                else self._nodes(index, placements, places)
+                else self._nodes(index, placements, instance_rows)
             )
         return {"children": children} if children else {}
 
-    def _nodes(self, mesh: int, placements: Placements, places: NDArray[np.int64]) -> list[int]:
+    def _nodes(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         columns = (placements.translation, placements.rotation, placements.scale)
-        rows = zip(*(column[places].tolist() for column in columns), strict=True)
+        rows = zip(*(column[instance_rows].tolist() for column in columns), strict=True)
         return [
             self._document.add(
                 "nodes", {"mesh": mesh, "translation": translation, "rotation": rotation, "scale": scale}
@@ -234,13 +234,13 @@ class ReusedContent:
             for translation, rotation, scale in rows
         ]
 
-    def _instanced(self, mesh: int, placements: Placements, places: NDArray[np.int64]) -> list[int]:
+    def _instanced(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         document = self._document
         document.require(INSTANCING)
         attributes = {}
         columns = {"TRANSLATION": placements.translation, "ROTATION": placements.rotation, "SCALE": placements.scale}
         for name, values in columns.items():
-            chosen = values[places]
+            chosen = values[instance_rows]
             attributes[name] = document.add_accessor(document.add_array(chosen), chosen, 0)
         return [document.add("nodes", {"mesh": mesh, "extensions": {INSTANCING: {"attributes": attributes}}})]
 
@@ -252,9 +252,9 @@ def _by_pair(
     _, first, pair_of_row = np.unique(
         np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_index=True, return_inverse=True
     )
-    place = np.empty_like(first)
-    place[np.argsort(first)] = np.arange(len(first))
-    pair_of_row = place[pair_of_row.ravel()]
+    rank = np.empty_like(first)
+    rank[np.argsort(first)] = np.arange(len(first))
+    pair_of_row = rank[pair_of_row.ravel()]
     rows = rows[np.argsort(pair_of_row, kind="stable")]
     ends = offsets_from_counts(np.bincount(pair_of_row, minlength=len(first))).tolist()
     for start, end in pairwise(ends):

@@ -196,12 +196,12 @@ class GltfMaterials:
 
     def _texture(self, name: str) -> int | None:
         if name not in self._images:
-            found = find_texture(name, self._assets)
-            if found is None:
+            image_file = find_texture(name, self._assets)
+            if image_file is None:
                 self._images[name] = None
             else:
-                view = self._document.add_bytes(found.content)
-                entry = {"name": found.name, "mimeType": found.mime, "bufferView": view}
+                view = self._document.add_bytes(image_file.content)
+                entry = {"name": image_file.name, "mimeType": image_file.mime, "bufferView": view}
                 image = self._document.add("images", entry)
                 self._images[name] = self._document.add("textures", {"source": image, "sampler": self._sampler()})
         return self._images[name]

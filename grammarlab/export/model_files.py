@@ -32,9 +32,9 @@ class AbstractWriter(abc.ABC):
 
         Args:
             scene: the model.
-            batch: its triangles.
-            name: what it is called in the file.
-            offset: [3] where its coordinates begin, in metres from the origin of the file.
+            batch: triangles of the model.
+            name: name of the model in the file.
+            offset: [3] origin of its coordinates, in metres from the origin of the file.
 
         Raises:
             AssetError: a texture is unusable.

@@ -24,7 +24,7 @@ class ObjWriter(AbstractWriter):
 
     Args:
         output: the file.
-        path: its path; the library and the images go beside it.
+        path: path of the file; the library and the images go beside it.
         origin: [3] origin of the file in the world, in metres.
         assets: folder of the textures; None leaves them out.
     """

@@ -19,7 +19,7 @@ from grammarlab.export.model_files import AbstractWriter, Output, whole_file
 from grammarlab.export.obj import ObjWriter
 from grammarlab.export.ply import PlyWriter
 from grammarlab.scene import Scene, TriangleBatch, triangles
-from grammarlab.scene.instances import only, require_proper
+from grammarlab.scene.instances import require_proper, scene_of_model
 from grammarlab.scene.layout import SceneLayout, around, grid, in_place, model_bounds
 
 Format = Literal["glb", "obj", "ply"]
@@ -38,9 +38,9 @@ class SaveOptions:
     """
 
     reuse: Reuse = "merged"
-    """For GLB: one primitive per material (``merged``, the fastest to draw), one node per shape that refers to shared
-    meshes (``nodes``, the easiest to edit), or ``instancing`` with EXT_mesh_gpu_instancing (the smallest; readers
-    without the extension refuse the file)."""
+    """Reuse of meshes in GLB: one primitive per material (``merged``, the fastest to draw), one node per shape that
+    refers to shared meshes (``nodes``, the easiest to edit), or ``instancing`` with EXT_mesh_gpu_instancing (the
+    smallest; readers without the extension refuse the file)."""
     assets: Path | None = None
     """Folder that textures are relative to; None leaves textures out."""
     columns: int | None = None
@@ -68,10 +68,10 @@ def save(
     """Write all models of a scene into one file; several models are placed on a grid.
 
     Args:
-        scene: at least one model.
+        scene: a scene with at least one model.
         path: the file; an OBJ puts its MTL and images beside it.
         file_format: ``glb``, ``obj`` or ``ply``; by default from the suffix of `path`.
-        options: see `SaveOptions`.
+        options: the options.
 
     Returns:
         The path of the file, which exists only when it is complete.
@@ -107,9 +107,9 @@ def save_together(
 
     Args:
         scenes: iterated twice; at least one model in all. The division of models into scenes has no effect.
-        path: see `save`.
+        path: path of the file, see `save`.
         file_format: ``glb``, ``obj`` or ``ply``.
-        options: see `SaveOptions`.
+        options: the options.
         on_file: called with the path of every written file: libraries and images too.
 
     Returns:
@@ -138,7 +138,7 @@ def save_each(
         scene: any number of models.
         folder: made if it does not exist.
         file_format: ``glb``, ``obj`` or ``ply``.
-        options: see `SaveOptions`.
+        options: the options.
         name: function from the number of a model to the file name without suffix.
         first_model: number of the first model.
         on_saved: called with the number of each model after its file is complete.
@@ -160,9 +160,9 @@ def save_each(
         layout = _layout_of_one(scene.origins[index], chosen, options)
         with whole_file(target) as output:
             writer = _writer(output, target, chosen, layout, options)
-            writer.add(only(scene, index), batch.model(index), target.stem, layout.offsets[0])
-            others = writer.finish()
-        for file in (target, *others):
+            writer.add(scene_of_model(scene, index), batch.model(index), target.stem, layout.offsets[0])
+            further_files = writer.finish()
+        for file in (target, *further_files):
             on_file(file)
         paths.append(target)
         if on_saved is not None:
@@ -197,17 +197,17 @@ def _save_together(
             require_proper(scene)
             for index in range(scene.num_models):
                 name = target.stem if num_models == 1 else f"model_{count}"
-                writer.add(only(scene, index), batch.model(index), name, layout.offsets[count])
+                writer.add(scene_of_model(scene, index), batch.model(index), name, layout.offsets[count])
                 count += 1
-        others = writer.finish()
-    for file in (target, *others):
+        further_files = writer.finish()
+    for file in (target, *further_files):
         on_file(file)
     return target
 
 
 def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions) -> SceneLayout:
-    found = [(*model_bounds(batch), batch.origins) for _, batch in scenes]
-    low, high, origins = (np.concatenate(column) for column in zip(*found, strict=True))
+    bounds = [(*model_bounds(batch), batch.origins) for _, batch in scenes]
+    low, high, origins = (np.concatenate(column) for column in zip(*bounds, strict=True))
     if options.in_place:
         return in_place(low, high, origins) if options.origin is None else around(np.array(options.origin), origins)
     return grid(low, high, origins, options.columns)

@@ -60,21 +60,21 @@ def _add_leaf(root: Element, facade: Facade, leaf: int) -> None:
     left, bottom = (facade.position[leaf] - facade.position[0]).tolist()
     top = facade.height - bottom - height
     box = {"x": _number(left), "y": _number(top), "width": _number(width), "height": _number(height)}
-    of_class = {"class": re.sub(r"[^A-Za-z0-9_-]+", "-", label).strip("-") or "part"}
+    class_attribute = {"class": re.sub(r"[^A-Za-z0-9_-]+", "-", label).strip("-") or "part"}
     if facade.picture[leaf] >= 0:
         u, v, right, upper = facade.window[leaf].tolist()
         view = " ".join(map(_number, (u, 1.0 - upper, right - u, upper - v)))
-        part = SubElement(root, "svg", {**of_class, **box, "viewBox": view, "preserveAspectRatio": "none"})
+        part = SubElement(root, "svg", {**class_attribute, **box, "viewBox": view, "preserveAspectRatio": "none"})
         SubElement(part, "use", {"href": f"#picture{facade.picture[leaf]}"})
         return
     wall, look = look_of(""), look_of(label)
     if not len(outline):
-        SubElement(root, "rect", {**of_class, **box, "fill": look.color})
+        SubElement(root, "rect", {**class_attribute, **box, "fill": look.color})
         return
     SubElement(root, "rect", {**box, "fill": wall.color})
     corners = np.array([left, top]) + (outline * [1.0, -1.0] + [0.0, 1.0]) * [width, height]
     path = "M" + "L".join(f"{_number(x)} {_number(y)}" for x, y in corners.tolist()) + "Z"
-    SubElement(root, "path", {**of_class, "d": path, "fill": look.color})
+    SubElement(root, "path", {**class_attribute, "d": path, "fill": look.color})
 
 
 def _number(value: float) -> str:
@@ -106,15 +106,15 @@ def draw(facade: Facade, pixels_per_metre: float, samples: int = 2) -> NDArray[n
         picture = Image.new("RGB", (width, height))
     else:
         picture = Image.fromarray(front(triangles(realize_facade(facade)), width, height, samples=samples))
-    opened = [_opened(each) for each in facade.pictures]
+    opened = [_opened(entry) for entry in facade.pictures]
     sides = np.array([width, height]) / facade.size[0]
     low = np.rint((facade.position - facade.position[0]) * sides).astype(np.int64)
     high = np.rint((facade.position - facade.position[0] + facade.size) * sides).astype(np.int64)
     for leaf in leaves.tolist():
         size = high[leaf] - low[leaf]
         if (size > 0).all():
-            shown = _cropped(opened[facade.picture[leaf]], facade.window[leaf], (int(size[X]), int(size[Y])))
-            picture.paste(shown, (int(low[leaf, X]), int(height - high[leaf, Y])))
+            part = _cropped(opened[facade.picture[leaf]], facade.window[leaf], (int(size[X]), int(size[Y])))
+            picture.paste(part, (int(low[leaf, X]), int(height - high[leaf, Y])))
     return np.asarray(picture)
 
 

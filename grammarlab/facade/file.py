@@ -115,7 +115,7 @@ _MOST_PLACES = 10_000_000
 """Largest number of rows times columns of a grid."""
 _AXES = {X: "x", Y: "y"}
 _REACH = 0.5 + 1e-6
-"""From the middle to the ends of 0 to 1, plus rounding errors."""
+"""Largest distance from the middle of the range 0 to 1, rounding errors included."""
 _ALL = [0.0, 0.0, 1.0, 1.0]
 
 
@@ -124,8 +124,8 @@ def save_facade(facade: Facade, path: Path | str, locks: Sequence[Wish] = (), *,
 
     Args:
         facade: the facade.
-        path: its file.
-        locks: its locks.
+        path: path of the file.
+        locks: locks of the facade.
         edited: whether the file was opened for editing, so that a link to it and its permissions stay.
 
     Raises:
@@ -177,15 +177,15 @@ def load_locked(path: Path) -> tuple[Facade, tuple[Wish, ...]]:
 def dumps(facade: Facade, locks: Sequence[Wish] = ()) -> str:
     """The text of a file: one line per node, numbers to the last bit."""
     names = [picture.name for picture in facade.pictures]
-    for what, some in (("labels", facade.labels), ("pictures", names)):
-        if len(set(some)) < len(some):
-            raise FacadeError(f"The {what} of a facade have different names, found {shown(list(some))}.")
+    for list_name, entries in (("labels", facade.labels), ("pictures", names)):
+        if len(set(entries)) < len(entries):
+            raise FacadeError(f"The {list_name} of a facade have different names, found {shown(list(entries))}.")
     head = {"format": FORMAT, "version": VERSION, "labels": facade.labels, "pictures": names}
     lines = [f'"{key}": {_line(value)},\n' for key, value in head.items()]
     nodes = ",\n".join(_line(_node_values(facade, node)) for node in range(len(facade)))
     grids = ",\n".join(_line(_grid_values(grid)) for grid in facade.grids)
-    held = ",\n".join(_line(values) for values in lock_values(locks))
-    tail = f'],\n"locks": [\n{held}\n' if locks else ""
+    lock_lines = ",\n".join(_line(values) for values in lock_values(locks))
+    tail = f'],\n"locks": [\n{lock_lines}\n' if locks else ""
     return f'{{{"".join(lines)}"nodes": [\n{nodes}\n],\n"grids": [\n{grids}\n{tail}]}}\n'
 
 
@@ -211,8 +211,8 @@ def _node_values(facade: Facade, node: int) -> dict[str, Any]:
 
 
 def _grid_values(grid: Grid) -> dict[str, Any]:
-    places = zip(grid.node.tolist(), grid.row.tolist(), grid.column.tolist(), strict=True)
-    elements = [{"node": node, "row": row, "column": column} for node, row, column in places]
+    cells = zip(grid.node.tolist(), grid.row.tolist(), grid.column.tolist(), strict=True)
+    elements = [{"node": node, "row": row, "column": column} for node, row, column in cells]
     return {"name": grid.name, "elements": elements}
 
 
@@ -238,8 +238,8 @@ def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tup
         raise FacadeError(f"Expected version {VERSION} of the format, found {shown(document.get('version'))}.")
     labels = _names(document.get("labels"), "labels", _MOST_LABELS)
     pictures = _names(document.get("pictures", []), "pictures", _MOST_PICTURES)
-    found = a_list(document.get("nodes"), "nodes", MOST_NODES)
-    nodes = [(f"Node {place}", an_object(each, f"Node {place}")) for place, each in enumerate(found)]
+    entries = a_list(document.get("nodes"), "nodes", MOST_NODES)
+    nodes = [(f"Node {index}", an_object(entry, f"Node {index}")) for index, entry in enumerate(entries)]
     outlines = [_outline(node, where) for where, node in nodes]
 
     def column(key: str) -> list[float]:
@@ -253,8 +253,8 @@ def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tup
         size=np.array([column("width"), column("height")]).T.copy(),
         label=_indices(nodes, "label", labels),
         labels=labels,
-        outline_offsets=offsets_from_counts(np.array([len(each) for each in outlines], dtype=np.int64)),
-        outline_points=np.vstack([np.zeros((0, 2)), *(each for each in outlines if len(each))]),
+        outline_offsets=offsets_from_counts(np.array([len(outline) for outline in outlines], dtype=np.int64)),
+        outline_points=np.vstack([np.zeros((0, 2)), *(outline for outline in outlines if len(outline))]),
         pictures=tuple(picture_named(name) for name in pictures),
         picture=_indices(nodes, "picture", pictures),
         window=np.array([_window(node, where) for where, node in nodes]).reshape(-1, 4),
@@ -264,7 +264,7 @@ def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tup
 
 
 def _names(value: Any, where: str, most: int) -> tuple[str, ...]:
-    names = tuple(a_text(each, where) for each in a_list(value, where, most))
+    names = tuple(a_text(name, where) for name in a_list(value, where, most))
     if len(set(names)) < len(names):
         raise FacadeError(f"{where}: expected unique names.")
     return names
@@ -279,20 +279,20 @@ def _axis(node: dict[str, Any], where: str) -> int:
 
 def _indices(nodes: list[tuple[str, dict[str, Any]]], key: str, names: tuple[str, ...]) -> Ints:
     """[N] index of the name in each node's entry, -1 for nodes without one."""
-    place = {name: number for number, name in enumerate(names)}
+    index_of_name = {name: number for number, name in enumerate(names)}
     indices = np.full(len(nodes), -1, dtype=np.int64)
     for number, (where, node) in enumerate(nodes):
         if key in node:
             name = a_text(node[key], f"{where}, {key}")
-            if name not in place:
+            if name not in index_of_name:
                 raise FacadeError(f'{where}, {key}: {shown(name)} is not in the list "{key}s" of the file.')
-            indices[number] = place[name]
+            indices[number] = index_of_name[name]
     return indices
 
 
 def _outline(node: dict[str, Any], where: str) -> Floats:
     corners = a_list(node.get("outline", []), f"{where}, outline", _MOST_CORNERS)
-    points = np.array([numbers(each, f"{where}, outline", 2) for each in corners]).reshape(-1, 2)
+    points = np.array([numbers(corner, f"{where}, outline", 2) for corner in corners]).reshape(-1, 2)
     if 0 < len(points) < 3 or (np.abs(points - 0.5) > _REACH).any():
         raise FacadeError(f"{where}, outline: expected at least 3 corners from 0 to 1.")
     return points
@@ -300,15 +300,15 @@ def _outline(node: dict[str, Any], where: str) -> Floats:
 
 def _window(node: dict[str, Any], where: str) -> list[float]:
     window = numbers(node.get("window", _ALL), f"{where}, window", 4)
-    if any(abs(each - 0.5) > _REACH for each in window):
+    if any(abs(coordinate - 0.5) > _REACH for coordinate in window):
         raise FacadeError(f"{where}, window: expected numbers from 0 to 1, found {window}.")
     return window
 
 
 def _grids(value: Any, num_nodes: int) -> tuple[Grid, ...]:
     grids = [
-        _grid(an_object(each, f"Grid {place}"), f"Grid {place}", num_nodes)
-        for place, each in enumerate(a_list(value, "grids", _MOST_GRIDS))
+        _grid(an_object(entry, f"Grid {index}"), f"Grid {index}", num_nodes)
+        for index, entry in enumerate(a_list(value, "grids", _MOST_GRIDS))
     ]
     if len({grid.name for grid in grids}) < len(grids):
         raise FacadeError("grids: expected unique names.")
@@ -316,9 +316,9 @@ def _grids(value: Any, num_nodes: int) -> tuple[Grid, ...]:
 
 
 def _grid(values: dict[str, Any], where: str, num_nodes: int) -> Grid:
-    elements = [an_object(each, where) for each in a_list(values.get("elements"), f"{where}, elements", num_nodes)]
+    elements = [an_object(entry, where) for entry in a_list(values.get("elements"), f"{where}, elements", num_nodes)]
     node, row, column = (
-        np.array([a_whole_number(each.get(key), f"{where}, {key}", 0, end) for each in elements], dtype=np.int64)
+        np.array([a_whole_number(entry.get(key), f"{where}, {key}", 0, end) for entry in elements], dtype=np.int64)
         for key, end in (("node", num_nodes), ("row", MOST_NODES), ("column", MOST_NODES))
     )
     grid = Grid(a_text(values.get("name"), f"{where}, name"), node, row, column)

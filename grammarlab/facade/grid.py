@@ -39,6 +39,6 @@ class Grid:
 
     def places(self) -> Ints:
         """[R, C] the node in each place, -1 for phantoms."""
-        places = np.full((self.num_rows, self.num_columns), -1, dtype=np.int64)
-        places[self.row, self.column] = self.node
-        return places
+        nodes = np.full((self.num_rows, self.num_columns), -1, dtype=np.int64)
+        nodes[self.row, self.column] = self.node
+        return nodes

@@ -18,7 +18,7 @@ class LabelLook:
     """``#rrggbb``, sRGB, or ``#rrggbboo`` with opacity."""
     front: float
     """Depth of its front relative to that of the wall, metres; below 0 behind it, above -`THICKNESS`."""
-    gives: bool = False
+    is_flexible: bool = False
     """Whether it is wall: it fills the room between elements and is stretched before they are."""
     glazed: bool = False
 
@@ -38,8 +38,8 @@ _DOOR = LabelLook("#5B4030", -0.22)
 _CORNICE = LabelLook("#DDD6C6", 0.3)
 _BAND = LabelLook("#DDD6C6", 0.1)
 _PILLAR = LabelLook("#D3CBBB", 0.15)
-_WALL = LabelLook("#CDBFA6", 0.0, gives=True)
-_BASE = LabelLook("#9A958B", 0.06, gives=True)
+_WALL = LabelLook("#CDBFA6", 0.0, is_flexible=True)
+_BASE = LabelLook("#9A958B", 0.06, is_flexible=True)
 
 _LOOKS = {
     **dict.fromkeys(("window", "pane", "glass", "light"), _WINDOW),
@@ -56,22 +56,22 @@ _LOOKS = {
     **dict.fromkeys(("base", "plinth"), _BASE),
     "roof": LabelLook("#5A4A44", -0.1),
     **dict.fromkeys(("wall", "facade", "background"), _WALL),
-    "outside": LabelLook("#FFFFFF00", 0.01 - THICKNESS, gives=True),
+    "outside": LabelLook("#FFFFFF00", 0.01 - THICKNESS, is_flexible=True),
 }
 
 
 def look_of(label: str) -> LabelLook:
     """The look of an element with this label: that of the first known word in it, or a colour derived from it.
 
-    >>> look_of("Shop window").color == look_of("window").color, look_of("").gives, look_of("clock").gives
+    >>> look_of("Shop window").color == look_of("window").color, look_of("").is_flexible, look_of("clock").is_flexible
     (True, True, False)
     """
     if not label:
         return _WALL
     words = label.lower()
-    known = next((look for word, look in _LOOKS.items() if word in words), None)
-    if known is not None:
-        return known
+    match = next((look for word, look in _LOOKS.items() if word in words), None)
+    if match is not None:
+        return match
     channels = colorsys.hls_to_rgb(crc32(words.encode()) / 2**32, 0.55, 0.35)
     return LabelLook("#" + "".join(f"{round(255 * channel):02X}" for channel in channels), 0.05)
 

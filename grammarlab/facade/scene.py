@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grammarlab.derivation.functions.color_functions import parse_color
 from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.facade.grammar.leaf_looks import UPRIGHT, picture_file, prisms, shown
+from grammarlab.facade.grammar.leaf_looks import UPRIGHT, picture_file, prisms, shown_pictures
 from grammarlab.facade.looks import THICKNESS, LabelLook, look_of
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -45,9 +45,9 @@ def realize_facade(facade: Facade) -> Scene:
     low = facade.position[leaf] - facade.position[0]
     position = np.column_stack([low, np.zeros(len(leaf))])
     size = np.column_stack([facade.size[leaf], depth])
-    stands = kind == _PRISM
-    position[stands, 1] += facade.size[leaf[stands], Y]
-    size[stands] = size[stands][:, [0, 2, 1]]
+    is_prism = kind == _PRISM
+    position[is_prism, 1] += facade.size[leaf[is_prism], Y]
+    size[is_prism] = size[is_prism][:, [0, 2, 1]]
     materials, material = _materials(facade, pieces)
     order = np.argsort(material, kind="stable")
     pictured = np.array([piece.pictured for piece in pieces])
@@ -79,7 +79,7 @@ def _pieces(facade: Facade) -> tuple[list[_Piece], Meshes]:
         if not len(outline):
             pieces.append(_Piece(leaf, 0, _BOX, look, pictured))
             continue
-        around = look_of("outside") if look.gives else look_of("")
+        around = look_of("outside") if look.is_flexible else look_of("")
         for batch, of_piece in zip(prisms(outline), (look, around), strict=True):
             batches.append(batch)
             pieces += [_Piece(leaf, num_meshes + k, _PRISM, of_piece, pictured) for k in range(len(batch))]
@@ -103,17 +103,17 @@ def _channels(look: LabelLook, *, pictured: bool) -> tuple[float, ...]:
     if pictured:
         return tuple(CHANNELS.values())
     color = parse_color(look.color) or ()
-    own = {
+    changed_channels = {
         **dict(zip(("color.r", "color.g", "color.b", "opacity"), color, strict=False)),
         "metallic": look.metallic,
         "roughness": look.roughness,
     }
-    return tuple({**CHANNELS, **own}.values())
+    return tuple({**CHANNELS, **changed_channels}.values())
 
 
 def _texture_maps(facade: Facade) -> Floats:
     """[N, 2, 4] texture mapping of the picture of each node."""
-    window = shown(facade).window
+    window = shown_pictures(facade).window
     maps = np.zeros((len(facade), 2, 4))
     for axis in (X, Y):
         maps[:, axis, axis] = (window[:, 2 + axis] - window[:, axis]) / facade.size[0, axis]

@@ -40,9 +40,9 @@ def parsed_locks(value: Any, facade: Facade) -> tuple[Wish, ...]:
     """
     locks: list[Wish] = []
     nodes: set[int] = set()
-    for place, each in enumerate(a_list(value, "locks", len(facade))):
-        where = f"Lock {place}"
-        values = an_object(each, where)
+    for index, entry in enumerate(a_list(value, "locks", len(facade))):
+        where = f"Lock {index}"
+        values = an_object(entry, where)
         node = a_whole_number(values.get("node"), f"{where}, node", 0, len(facade))
         if node in nodes:
             raise FacadeError(f"{where}: node {node} has several entries; expected one with all its locks.")

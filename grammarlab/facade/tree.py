@@ -121,14 +121,14 @@ def plain(parent: Ints, axis: NDArray[np.int8], position: Floats, size: Floats, 
     """A facade of rectangles, without pictures and grids.
 
     Args:
-        parent: [N] as in `Facade`.
-        axis: [N] as in `Facade`.
-        position: [N, 2] as in `Facade`.
-        size: [N, 2] as in `Facade`.
+        parent: [N] value of `Facade.parent`.
+        axis: [N] value of `Facade.axis`.
+        position: [N, 2] value of `Facade.position`.
+        size: [N, 2] value of `Facade.size`.
         names: [N] label of each node, empty for none.
     """
     labels = tuple(sorted(set(names) - {""}))
-    number = {name: place for place, name in enumerate(labels)} | {"": -1}
+    number = {name: index for index, name in enumerate(labels)} | {"": -1}
     return Facade(
         parent=np.asarray(parent, dtype=np.int64),
         axis=np.asarray(axis, dtype=np.int8),
@@ -143,32 +143,32 @@ def plain(parent: Ints, axis: NDArray[np.int8], position: Floats, size: Floats, 
     )
 
 
-def laid_out(parent: Ints, axis: NDArray[np.int8], wanted: Floats) -> tuple[Floats, Floats]:
+def laid_out(parent: Ints, axis: NDArray[np.int8], target: Floats) -> tuple[Floats, Floats]:
     """Positions and sizes [N, 2] of a tree from the target sizes of its leaves.
 
     Sizes of parts in a row are added, and parts are stretched to the largest one across the row; the result has the
     total decomposition property, as an initial value for the solution of sizes.
 
     Args:
-        parent: [N] as in `Facade`.
-        axis: [N] as in `Facade`.
-        wanted: [N, 2] target sizes, metres, > 0; those of inner nodes are ignored.
+        parent: [N] value of `Facade.parent`.
+        axis: [N] value of `Facade.axis`.
+        target: [N, 2] target sizes, metres, > 0; those of inner nodes are ignored.
     """
-    size, num_nodes = np.array(wanted, dtype=np.float64), len(parent)
+    size, num_nodes = np.array(target, dtype=np.float64), len(parent)
     size[axis != LEAF] = 0.0
     for node in range(num_nodes - 1, 0, -1):
         above, along = parent[node], axis[parent[node]]
         size[above, along] += size[node, along]
         size[above, 1 - along] = max(size[above, 1 - along], size[node, 1 - along])
-    position, given, start = np.zeros_like(size), size.copy(), np.zeros(num_nodes)
+    position, stretched, start = np.zeros_like(size), size.copy(), np.zeros(num_nodes)
     for node in range(1, num_nodes):
         above, along = parent[node], axis[parent[node]]
-        given[node] = given[above]
-        given[node, along] = size[node, along] * given[above, along] / size[above, along]
+        stretched[node] = stretched[above]
+        stretched[node, along] = size[node, along] * stretched[above, along] / size[above, along]
         position[node] = position[above]
         position[node, along] += start[above]
-        start[above] += given[node, along]
-    return position, given
+        start[above] += stretched[node, along]
+    return position, stretched
 
 
 def check(facade: Facade) -> Facade:
@@ -256,6 +256,6 @@ def _check_tree(facade: Facade) -> None:
     wrong = np.flatnonzero(np.where(axis == LEAF, counts != 0, counts < 2) | ~np.isin(axis, (LEAF, X, Y)))
     if wrong.size:
         raise FacadeError(f"Node {wrong[0]}: axis {axis[wrong[0]]} with {counts[wrong[0]]} parts.")
-    same = 1 + np.flatnonzero((axis[1:] != LEAF) & (axis[1:] == axis[parent[1:]]))
-    if same.size:
-        raise FacadeError(f"Node {same[0]} is divided along the same axis as its parent {parent[same[0]]}.")
+    same_axis = 1 + np.flatnonzero((axis[1:] != LEAF) & (axis[1:] == axis[parent[1:]]))
+    if same_axis.size:
+        raise FacadeError(f"Node {same_axis[0]} is divided along the same axis as its parent {parent[same_axis[0]]}.")

@@ -108,7 +108,7 @@ def numbers(value: Any, where: str, count: int) -> list[float]:
     """The value, if it is a list of `count` finite numbers."""
     if len(a_list(value, where, count)) != count:
         raise FacadeError(f"{where}: expected {count} numbers, found {shown(value)}.")
-    return [a_number(each, where) for each in value]
+    return [a_number(number, where) for number in value]
 
 
 def shown(value: Any) -> str:

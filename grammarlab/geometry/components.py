@@ -405,8 +405,10 @@ def connected_faces(meshes: Meshes, chosen: Indices) -> tuple[Indices, Indices]:
     rank[chosen] = np.arange(len(chosen))
     pairs = table.faces[(table.faces >= 0).all(axis=1)]
     first, second = rank[pairs[:, 0]], rank[pairs[:, 1]]
-    both = (first >= 0) & (second >= 0)
-    graph = coo_array((np.ones(both.sum()), (first[both], second[both])), shape=(len(chosen), len(chosen)))
+    has_two_faces = (first >= 0) & (second >= 0)
+    graph = coo_array(
+        (np.ones(has_two_faces.sum()), (first[has_two_faces], second[has_two_faces])), shape=(len(chosen), len(chosen))
+    )
     label = connected_components(graph, directed=False)[1].astype(np.int64)
     leader = np.full(len(chosen), len(chosen), np.int64)
     np.minimum.at(leader, label, np.arange(len(chosen)))

@@ -50,7 +50,7 @@ def select(
     """[K] whether a selector picks each component.
 
     Args:
-        components: from `faces`, `edges` or `vertices`.
+        components: result of `faces`, `edges` or `vertices`.
         selector: one of `SELECTORS`.
         to_object: [M, 3, 3] rotations from the axes of each mesh to those of its initial shape; the same axes when left
             out. The ``street`` selectors read these too, as CGA does for lots without street widths.

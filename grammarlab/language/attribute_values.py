@@ -80,11 +80,11 @@ def objection(attribute: Attribute, value: float | bool | str) -> str:
         name = annotation.name.lower()
         if any(key == "restricted" and node == Boolean(False) for key, node in annotation.arguments):
             continue
-        wanted = (
+        expected = (
             _beyond(annotation, value) if name == "range" else _unlisted(annotation, value) if name == "enum" else ""
         )
-        if wanted:
-            return f"expected {wanted}, found {f'{value:g}' if isinstance(value, float) else value}"
+        if expected:
+            return f"expected {expected}, found {f'{value:g}' if isinstance(value, float) else value}"
     return ""
 
 
@@ -210,13 +210,13 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
     if kind in (None, Boolean) and text.lower() in _BOOLEANS:
         return _BOOLEANS[text.lower()]
     if kind is Boolean:
-        raise UsageError(f"attribute {name!r}: expected true or false, found {_shown(text)!r}.")
+        raise UsageError(f"attribute {name!r}: expected true or false, found {_excerpt(text)!r}.")
     if number is None or not math.isfinite(number):
-        raise UsageError(f"attribute {name!r}: expected a finite number, found {_shown(text)!r}.")
+        raise UsageError(f"attribute {name!r}: expected a finite number, found {_excerpt(text)!r}.")
     return number
 
 
-def _shown(text: str) -> str:
+def _excerpt(text: str) -> str:
     return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}…"
 
 

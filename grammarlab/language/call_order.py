@@ -18,16 +18,16 @@ def groups(calls: Mapping[_K, Iterable[_K]]) -> list[tuple[_K, ...]]:
     >>> groups({"a": "bc", "b": "a", "c": ""})
     [('c',), ('a', 'b')]
     """
-    place = {key: i for i, key in enumerate(calls)}
+    key_index = {key: i for i, key in enumerate(calls)}
     index: dict[_K, int] = {}
     low: dict[_K, int] = {}
-    waiting: dict[_K, None] = {}
+    stack: dict[_K, None] = {}
     """Visited keys whose component is not complete yet, in the order of the visits."""
-    found: list[tuple[_K, ...]] = []
+    components: list[tuple[_K, ...]] = []
 
     def visit(key: _K) -> tuple[_K, Iterator[_K]]:
         index[key] = low[key] = len(index)
-        waiting[key] = None
+        stack[key] = None
         return key, iter(calls[key])
 
     for root in calls:
@@ -38,7 +38,7 @@ def groups(calls: Mapping[_K, Iterable[_K]]) -> list[tuple[_K, ...]]:
                 if callee not in index:
                     work.append(visit(callee))
                     break
-                if callee in waiting:
+                if callee in stack:
                     low[key] = min(low[key], index[callee])
             else:
                 work.pop()
@@ -48,6 +48,6 @@ def groups(calls: Mapping[_K, Iterable[_K]]) -> list[tuple[_K, ...]]:
                 if low[key] == index[key]:
                     group = []
                     while not group or group[-1] != key:
-                        group.append(waiting.popitem()[0])
-                    found.append(tuple(sorted(group, key=place.__getitem__)))
-    return found
+                        group.append(stack.popitem()[0])
+                    components.append(tuple(sorted(group, key=key_index.__getitem__)))
+    return components

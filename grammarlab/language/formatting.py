@@ -95,7 +95,7 @@ class _Formatter:
     # Comments
 
     def _has_comment(self, before: Location | None) -> bool:
-        return bool(self.comments) and (before is None or self.comments[0].location < _place(before))
+        return bool(self.comments) and (before is None or self.comments[0].location < _start(before))
 
     def _trailing(self, before: Location | None) -> None:
         """Add the comment from the end of the line just written, if any."""
@@ -125,20 +125,20 @@ class _Formatter:
 
     def _inner(self, before: Location, indent: str) -> bool:
         """Write the comments before a place inside a definition; returns whether there were any."""
-        found = self._has_comment(before)
+        has_comment = self._has_comment(before)
         while self._has_comment(before):
             comment = self.comments.popleft()
             if comment.alone or not self.lines or self.sealed == len(self.lines) - 1:
                 self._write_comment(comment, indent)
             else:
                 self._append(comment)
-        return found
+        return has_comment
 
     def _commented(self, node: Node) -> bool:
         """Whether a comment is before the last place for comments inside a node."""
         if not self.comments:
             return False
-        return any(self._has_comment(place) for place in _anchors(node))
+        return any(self._has_comment(location) for location in _anchors(node))
 
     def _blank_before(self, location: Location) -> bool:
         return 1 < location.line <= len(self.source) and not self.source[location.line - 2].strip()
@@ -299,22 +299,22 @@ def _braced(item: Item) -> bool:
 
 def _anchors(node: Node) -> list[Location]:
     """Places for comments inside a node."""
-    places: list[Location] = []
+    locations: list[Location] = []
     for inner in walk(node):
         if isinstance(inner, Case | Stochastic):
             heads = inner.conditions if isinstance(inner, Case) else inner.percentages
             pairs = zip(heads, inner.branches, strict=True)
-            places += [branch.location if head is None else head.location for head, branch in pairs]
+            locations += [branch.location if head is None else head.location for head, branch in pairs]
         elif isinstance(inner, Invoke | Block | Scoped | Scatter | Inline | Combine | Part):
-            places.append(inner.location)
-    return places
+            locations.append(inner.location)
+    return locations
 
 
 def _first_location(definition: Definition) -> Location:
     return definition.annotations[0].location if definition.annotations else definition.location
 
 
-def _place(location: Location) -> Location:
+def _start(location: Location) -> Location:
     return Location(location.line, location.column, 0, "")
 
 

@@ -47,7 +47,7 @@ class Grammar:
     tree: RuleFile = field(compare=False, repr=False)
     """Syntax tree of the text."""
     file: str = field(default="<text>", compare=False)
-    """Its name as the user gave it, for messages."""
+    """Name of the file as the user gave it, for messages."""
     libraries: Mapping[str, Grammar | None] = field(default_factory=dict, compare=False, repr=False)
     """The imported rule files by alias; None for one that could not be read. See `grammarlab.language.importing`."""
     import_findings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
@@ -61,7 +61,7 @@ class Grammar:
 
         Args:
             text: the whole file, with any line ends.
-            file: its name, for messages.
+            file: name of the file, for messages.
 
         Raises:
             LanguageError: If the file has syntax errors; it lists all of them.
@@ -91,8 +91,8 @@ class Grammar:
     @cached_property
     def functions(self) -> dict[tuple[str, int], Function]:
         """The functions by name and number of parameters."""
-        found = self._of_default_style(Function)
-        return _first_by_key(((function.name, len(function.parameters)), function) for function in found)
+        definitions = self._of_default_style(Function)
+        return _first_by_key(((function.name, len(function.parameters)), function) for function in definitions)
 
     @cached_property
     def imports(self) -> dict[str, Import]:

@@ -12,6 +12,7 @@ from grammarlab.language.syntax.syntax_tree import Import
 MAX_FILES = 200
 """Largest number of files that a rule file may import, directly or not."""
 _MOST_ABOVE = 12
+"""Largest number of folders above a rule file in which its imports are searched."""
 RULES = "rules"
 """Name of the folder of rule files in a CityEngine project."""
 
@@ -38,7 +39,7 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
 
 def rules_folder(folder: Path) -> Path:
     """Root folder for imports of the rule files in a folder: the enclosing ``rules`` folder, or the folder itself."""
-    return next((each for each in (folder, *folder.parents) if each.name.lower() == RULES), folder)
+    return next((candidate for candidate in (folder, *folder.parents) if candidate.name.lower() == RULES), folder)
 
 
 class _ImportReader:
@@ -101,7 +102,7 @@ def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...])
     """
     written = PurePosixPath(statement.path.replace("\\", "/"))
     parts = tuple(part for part in written.parts if part != "/")
-    within = [each for each in (folder, *folder.parents) if each.is_relative_to(root)][:_MOST_ABOVE]
+    within = [candidate for candidate in (folder, *folder.parents) if candidate.is_relative_to(root)][:_MOST_ABOVE]
     above = within[:1] if ".." in parts else within
     if written.is_absolute():
         starts, deepest = [root, *above], len(parts)

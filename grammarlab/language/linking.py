@@ -55,7 +55,7 @@ def linked(grammar: Grammar) -> str:
     The text of the importing file keeps its lines; the imported text follows, before its first style.
 
     Args:
-        grammar: from `grammarlab.language.importing.load`.
+        grammar: a grammar from `grammarlab.language.importing.load`.
 
     Raises:
         LanguageError: If there are too many imported files, or a number that CGA cannot express.
@@ -91,8 +91,10 @@ class _Scope:
         """Full name of an attribute, constant or function."""
         if name in local:
             return name
-        own = name in self._names or (name.partition(".")[0] in self.grammar.imports and name not in _BUILTIN)
-        return self.prefix + name if own else name
+        is_defined_here = name in self._names or (
+            name.partition(".")[0] in self.grammar.imports and name not in _BUILTIN
+        )
+        return self.prefix + name if is_defined_here else name
 
     @cached_property
     def _names(self) -> frozenset[str]:
@@ -102,13 +104,13 @@ class _Scope:
         """Attributes of this file that an imported file takes its values from."""
         if statement.protected is None:
             return {}
-        own = {
+        own_attributes = {
             attribute.name: self.prefix + attribute.name
             for attribute in self.grammar.attributes.values()
             if not attribute.constant and not _mentions(attribute, f"{statement.alias}.{attribute.name}")
         }
-        kept = {*statement.protected, *(name for name, _ in statement.arguments)}
-        return {name: full for name, full in {**self.handed, **own}.items() if name not in kept}
+        excluded = {*statement.protected, *(name for name, _ in statement.arguments)}
+        return {name: full for name, full in {**self.handed, **own_attributes}.items() if name not in excluded}
 
 
 class _Linker:
@@ -132,23 +134,27 @@ class _Linker:
         if self.copies > MAX_COPIES:
             raise _unlinkable(f"expected at most {MAX_COPIES} copies of imported files", statement)
         scope = _Scope(f"{importer.prefix}{statement.alias}.", library, importer.handed_on(statement))
-        given = dict(statement.arguments)
+        values_by_name = dict(statement.arguments)
         extensions = [replace(rule, name=scope.prefix + rule.name) for rule in _bodies(statement.rules, importer)]
         definitions = [
             *(rule for rule in extensions if self._takes(rule)),
-            *(d for one in _default_style(library.tree) for d in self._definition(one, scope, given, importer)),
+            *(
+                d
+                for definition in _default_style(library.tree)
+                for d in self._definition(definition, scope, values_by_name, importer)
+            ),
         ]
         yield f"\n// {' '.join(statement.path.split())} as {scope.prefix.rstrip('.')}\n"
         try:
             yield format_grammar(RuleFile("", tuple(definitions)))
         except ValueError as error:
             raise _unlinkable(f"'{statement.path}' cannot be written as text: {error}", statement) from error
-        for one in _default_style(library.tree):
-            if isinstance(one, Import):
-                yield from self.library(one, scope)
+        for definition in _default_style(library.tree):
+            if isinstance(definition, Import):
+                yield from self.library(definition, scope)
 
     def _definition(
-        self, node: Definition, scope: _Scope, given: Mapping[str, Expression], importer: _Scope
+        self, node: Definition, scope: _Scope, values: Mapping[str, Expression], importer: _Scope
     ) -> Iterator[Definition]:
         if isinstance(node, Import | Style):
             return
@@ -157,8 +163,8 @@ class _Linker:
             full = replace(full, keyword="")
         if not self._takes(full):
             return
-        if isinstance(node, Attribute) and not node.constant and node.name in given:
-            yield replace(full, value=_renamed(given[node.name], importer))
+        if isinstance(node, Attribute) and not node.constant and node.name in values:
+            yield replace(full, value=_renamed(values[node.name], importer))
         elif isinstance(node, Attribute) and not node.constant and node.name in scope.handed:
             yield replace(full, value=Name(scope.handed[node.name], location=node.location))
         else:
@@ -217,14 +223,14 @@ def _renamed(node: _Node, scope: _Scope, local: frozenset[str] = frozenset()) ->
         case Invoke():
             forms = operations().get(node.name, ())
             name = node.name if forms or node.name in blocks() else scope.prefix + node.name
-            found = _below(node, scope, local, "arguments")
-            return replace(found, name=name, arguments=_arguments(node.arguments, forms, scope, local))
+            renamed = _below(node, scope, local, "arguments")
+            return replace(renamed, name=name, arguments=_arguments(node.arguments, forms, scope, local))
         case Block():
             forms = blocks().get(node.name, ())
             words = frozenset[str]().union(*(KEYWORDS.get(form.heads or "", frozenset()) for form in forms))
-            found = _below(node, scope, local, "arguments", "group")
+            renamed = _below(node, scope, local, "arguments", "group")
             arguments = _arguments(node.arguments, forms, scope, local)
-            return replace(found, arguments=arguments, group=_group(node.group, words, scope, local))
+            return replace(renamed, arguments=arguments, group=_group(node.group, words, scope, local))
         case Scatter():
             arguments = _arguments(node.arguments, blocks()["scatter"], scope, local)
             return replace(_below(node, scope, local, "arguments"), arguments=arguments)
@@ -252,8 +258,8 @@ def _arguments(
     fitting = [form for form in forms if form.takes(len(arguments))]
     words = [frozenset[str]().union(*(form.parameters[i].keywords for form in fitting)) for i in range(len(arguments))]
     return tuple(
-        argument if isinstance(argument, Name) and argument.identifier in known else _renamed(argument, scope, local)
-        for argument, known in zip(arguments, words, strict=True)
+        argument if isinstance(argument, Name) and argument.identifier in keywords else _renamed(argument, scope, local)
+        for argument, keywords in zip(arguments, words, strict=True)
     )
 
 

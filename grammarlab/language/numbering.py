@@ -73,11 +73,11 @@ class Successor:
 
     key: SymbolKey
     location: Location
-    """Place of its name in the rule file."""
+    """Position of its name in the rule file."""
     copies: int | None
-    """Number of shapes that it makes each time the branch is taken; None if it varies."""
+    """Number of shapes that it makes each time the branch is applied and no part is empty; None if it varies."""
     certain: bool
-    """Whether `count` follows from the text alone: a part of a split may have size 0 and make no shape."""
+    """Whether exactly `copies` shapes are made each time; False inside blocks, where an empty part makes no shape."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class RuleBranch:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class RandomPlace:
     """A random place: a list of ``N%`` branches, or a call of a function that draws."""
 
     node: Numbered
@@ -115,7 +115,7 @@ class Numbering:
     """Symbols with rules first, then the others, each in the order of the text."""
     branches: tuple[RuleBranch, ...]
     """Branches rule by rule, each from left to right."""
-    places: tuple[Place, ...]
+    random_places: tuple[RandomPlace, ...]
     """Random places in the order of the tree."""
     nodes: tuple[tuple[Node, ...], ...]
     """The nodes of each definition of the file, in the order of the tree."""
@@ -130,18 +130,22 @@ class Numbering:
         """
         definitions = grammar.tree.definitions
         nodes = tuple(tuple(walk(definition)) for definition in definitions)
-        own = grammar.attributes.keys() | {name for name, _ in grammar.functions}
-        places = tuple(
-            Place(node, definition)
+        defined = grammar.attributes.keys() | {name for name, _ in grammar.functions}
+        random_places = tuple(
+            RandomPlace(node, definition)
             for definition, inside in zip(definitions, nodes, strict=True)
             for node in inside
             if isinstance(node, Stochastic)
-            or (isinstance(node, Call | Name) and (name := function_name(node)) in vocabulary.draws and name not in own)
+            or (
+                isinstance(node, Call | Name)
+                and (name := function_name(node)) in vocabulary.draws
+                and name not in defined
+            )
         )
         ruled = [definition.name for definition in definitions if isinstance(definition, Rule)]
         invoked = [node.name for inside in nodes for node in inside if isinstance(node, Invoke)]
         symbols = dict.fromkeys([*ruled, *filter(vocabulary.is_symbol, invoked)])
-        return cls(tuple(symbols), number_branches(grammar, vocabulary), places, nodes)
+        return cls(tuple(symbols), number_branches(grammar, vocabulary), random_places, nodes)
 
 
 def number_branches(grammar: Grammar, vocabulary: EngineWords) -> tuple[RuleBranch, ...]:
@@ -149,8 +153,8 @@ def number_branches(grammar: Grammar, vocabulary: EngineWords) -> tuple[RuleBran
     branches: list[RuleBranch] = []
     for key, rule in grammar.rules.items():
         for path, leaf in _leaves(rule.body):
-            found = _Reader(leaf, vocabulary, grammar.rules)
-            branches.append(RuleBranch(key, path, leaf.location, tuple(found.successors), tuple(found.blocks)))
+            reader = _Reader(leaf, vocabulary, grammar.rules)
+            branches.append(RuleBranch(key, path, leaf.location, tuple(reader.successors), tuple(reader.blocks)))
     return tuple(branches)
 
 

@@ -46,7 +46,7 @@ class Chances:
     """``N%`` branches with new percentages."""
 
     branches: tuple[tuple[float, Body], ...]
-    """At least two, each with its probability, above 0; they sum to 1. See `likely_last`."""
+    """Branches with their probabilities: at least two, above 0, with the sum 1. See `likely_last`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Same:
 
     path: Path
     branches: tuple[Body, ...]
-    """One body for each of its branches."""
+    """Bodies, one per branch of the choice."""
     closed: bool = False
     """Whether to add an empty ``else`` to ``case`` branches without one: otherwise a branch that follows
     would be read as one of these."""
@@ -127,7 +127,7 @@ def choice_text(choice: Sequence[tuple[float, str]], indent: str) -> str:
     """``N%`` branches, each on a new line, that are drawn with the given probabilities up to the last digits.
 
     Args:
-        choice: at least two branches, each with its probability, above 0; they sum to 1. See `likely_last`.
+        choice: branches with their probabilities: at least two, above 0, with the sum 1. See `likely_last`.
         indent: white space before each line.
     """
     return _lines(_percentages([probability for probability, _ in choice]), [text for _, text in choice], indent)
@@ -139,8 +139,8 @@ def _percentages(probabilities: Sequence[float]) -> list[str]:
 
 def _percentage(value: float) -> str:
     """The number without rounding errors in its last digits: 5, not 5.000000000000001."""
-    short = f"{value:.14g}"
-    return short if abs(float(short) - value) <= 4e-16 * value else repr(value).removesuffix(".0")
+    text = f"{value:.14g}"
+    return text if abs(float(text) - value) <= 4e-16 * value else repr(value).removesuffix(".0")
 
 
 def _lines(heads: Sequence[str], texts: Sequence[str], indent: str) -> str:
@@ -171,8 +171,8 @@ class _Surgery:
                 break
             if isinstance(definition, Rule):
                 key: object = (definition.name, len(definition.parameters))
-                wanted = rules.get((definition.name, len(definition.parameters)))
-                edit = None if wanted is None or key in done else self._rule(number, definition, wanted)
+                copies = rules.get((definition.name, len(definition.parameters)))
+                edit = None if copies is None or key in done else self._rule(number, definition, copies)
             else:
                 key = getattr(definition, "name", None)
                 value = attributes.get(definition.name) if isinstance(definition, Attribute) else None
@@ -209,7 +209,7 @@ class _Surgery:
         return [token._replace(start=token.start + start, end=token.end + start) for token in words]
 
     def _offset(self, location: Location) -> int:
-        """Where in the text a line and a column are."""
+        """Offset in the text of a line and a column."""
         return self.line_starts[location.line - 1] + location.column - 1
 
     def _begin_with_comments(self, number: int) -> int:
@@ -243,7 +243,7 @@ class _Writer:
         self.rule = rule
         self.tokens = tokens
         self.offset = offset
-        """Where in the text a line and a column are."""
+        """Offset in the text of a line and a column."""
         arrow = next(i for i, token in enumerate(tokens) if token.type == "_ARROW")
         self.arrow = tokens[arrow]
         self.name = next(token for token in tokens if token.start == offset(rule.location))
@@ -280,22 +280,22 @@ class _Writer:
         flat = "\n" not in text and len(head.rpartition("\n")[2]) + 1 + len(text) <= _WIDTH
         return " " if flat else f"\n{self.indent}"
 
-    def _cut(self, choice: Choice, at: int, path: Path) -> int:
+    def _cut(self, choice: Choice, index: int, path: Path) -> int:
         """Find the heads and ends of a choice that begins at a token; returns the index past it."""
         if not isinstance(choice, Case | Stochastic):
-            end = self._next(at, _HEADS)
-            self.ends[path] = self.tokens[at:end]
+            end = self._next(index, _HEADS)
+            self.ends[path] = self.tokens[index:end]
             return end
         for i, branch in enumerate(choice.branches):
-            colon = self._next(at, frozenset({"_COLON"}))
-            self.heads[*path, i] = self.text[self.tokens[at].start : self.tokens[colon].end]
-            at = self._cut(branch, colon + 1, (*path, i))
-        return at
+            colon = self._next(index, frozenset({"_COLON"}))
+            self.heads[*path, i] = self.text[self.tokens[index].start : self.tokens[colon].end]
+            index = self._cut(branch, colon + 1, (*path, i))
+        return index
 
-    def _next(self, at: int, kinds: frozenset[str]) -> int:
+    def _next(self, start: int, kinds: frozenset[str]) -> int:
         """Index of the next token of a type outside brackets, or past the end."""
         depth = 0
-        for i in range(at, len(self.tokens)):
+        for i in range(start, len(self.tokens)):
             kind = self.tokens[i].type
             if depth == 0 and kind in kinds:
                 return i
@@ -325,7 +325,7 @@ class _Writer:
         tokens = self.ends[text.path]
         if not tokens:
             return ""
-        names = {self.offset(place): name for place, name in text.names.items()}
+        names = {self.offset(location): name for location, name in text.names.items()}
         start, end = tokens[0].start, _end_with_comment(self.text, tokens[-1].end)
         edits = [
             (token.start - start, token.end - start, names[token.start]) for token in tokens if token.start in names
@@ -342,11 +342,11 @@ def _end_with_comment(text: str, end: int) -> int:
 def _edited(text: str, edits: Sequence[tuple[int, int, str]]) -> str:
     """Text with each range from start to end replaced; ranges do not overlap."""
     pieces: list[str] = []
-    at = 0
+    offset = 0
     for start, end, new in sorted(edits, key=lambda edit: edit[:2]):
-        pieces += (text[at:start], new)
-        at = max(at, end)
-    return "".join((*pieces, text[at:]))
+        pieces += (text[offset:start], new)
+        offset = max(offset, end)
+    return "".join((*pieces, text[offset:]))
 
 
 def _line_starts(text: str) -> list[int]:

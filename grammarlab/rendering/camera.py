@@ -58,8 +58,8 @@ class Camera:
         """Origins and unit directions [H * W, 3] of the rays through a grid of points of the picture, row by row.
 
         Args:
-            x: [W] from -1 at the left to 1 at the right border.
-            y: [H] from -1 at the bottom to 1 at the top.
+            x: [W] coordinates from -1 at the left to 1 at the right border.
+            y: [H] coordinates from -1 at the bottom to 1 at the top.
             aspect: width over height of the picture.
         """
         right, up, back = self.axes.astype(np.float32)
@@ -91,19 +91,19 @@ def frame(points: NDArray[np.floating], aspect: float, view: View) -> Camera:
     axes = _axes(view)
     low, high = points.min(axis=0), points.max(axis=0)
     centre = (low + high).astype(np.float64) / 2
-    seen = (points - centre) @ axes.T
+    in_camera = (points - centre) @ axes.T
     radius = float(np.linalg.norm((high - low).astype(np.float64))) / 2 or 1.0
     inside = 1.0 - 2.0 * view.margin
     if view.field_of_view == 0:
-        middle = (seen.min(axis=0) + seen.max(axis=0)) / 2
-        extent = (seen.max(axis=0) - seen.min(axis=0)) / 2
+        middle = (in_camera.min(axis=0) + in_camera.max(axis=0)) / 2
+        extent = (in_camera.max(axis=0) - in_camera.min(axis=0)) / 2
         half_height = float(max(extent[1], extent[0] / aspect, 1e-6 * radius)) / inside
         eye = np.array([middle[0], middle[1], 4 * radius])
         return Camera(centre + eye @ axes, axes, half_height, parallel=True)
     tangent = math.tan(math.radians(view.field_of_view) / 2)
-    shift_x, distance_x = _between_planes(seen[:, 0], seen[:, 2], tangent * aspect * inside)
-    shift_y, distance_y = _between_planes(seen[:, 1], seen[:, 2], tangent * inside)
-    nearest = float(seen[:, 2].max()) + NEAREST * radius
+    shift_x, distance_x = _between_planes(in_camera[:, 0], in_camera[:, 2], tangent * aspect * inside)
+    shift_y, distance_y = _between_planes(in_camera[:, 1], in_camera[:, 2], tangent * inside)
+    nearest = float(in_camera[:, 2].max()) + NEAREST * radius
     eye = np.array([shift_x, shift_y, max(distance_x, distance_y, nearest)])
     return Camera(centre + eye @ axes, axes, tangent, parallel=False)
 
@@ -150,7 +150,7 @@ def _between_planes(across: Floats, towards: Floats, tangent: float) -> tuple[fl
     Args:
         across: [P] coordinate along the picture.
         towards: [P] coordinate towards the eye.
-        tangent: of half the angle between the planes.
+        tangent: tangent of half the angle between the planes.
     """
     upper = float((across / tangent + towards).max())
     lower = float((-across / tangent + towards).max())

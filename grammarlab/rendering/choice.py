@@ -18,7 +18,7 @@ RendererName = Literal["auto", "cast", "gl"]
 
 PLATFORMS = ("egl", "osmesa")
 """Ways to use OpenGL without a window, best first."""
-PATIENCE = 40.0
+TRIAL_SECONDS = 40.0
 """Default timeout of the test of OpenGL, in seconds."""
 
 
@@ -28,9 +28,9 @@ class RendererChoice:
 
     name: Literal["cast", "gl"]
     platform: str = ""
-    """For ``gl``, the one of `PLATFORMS` that works."""
+    """Platform for ``gl``: the one of `PLATFORMS` that works."""
     driver: str = ""
-    """For ``gl``, name and version of the driver."""
+    """Name and version of the driver for ``gl``."""
 
     def make(self) -> AbstractRenderer:
         """The renderer."""
@@ -43,19 +43,19 @@ class RendererChoice:
         return RaycastRenderer()
 
 
-def choose(name: RendererName, patience: float = PATIENCE) -> RendererChoice:
+def choose(name: RendererName, timeout: float = TRIAL_SECONDS) -> RendererChoice:
     """Renderer by name. OpenGL is tested in another process first, which takes a second or two.
 
     Args:
-        name: see `RendererName`.
-        patience: timeout of the test of OpenGL, in seconds.
+        name: name of the renderer, see `RendererName`.
+        timeout: timeout of the test of OpenGL, in seconds.
 
     Raises:
         UsageError: If OpenGL was requested and does not work here.
     """
     if name == "cast":
         return RendererChoice("cast")
-    end = time.monotonic() + patience
+    end = time.monotonic() + timeout
     reasons = []
     for platform in PLATFORMS:
         driver, reason = _try(platform, end - time.monotonic())
@@ -70,9 +70,9 @@ def choose(name: RendererName, patience: float = PATIENCE) -> RendererChoice:
     )
 
 
-def _try(platform: str, patience: float) -> tuple[str, str]:
+def _try(platform: str, timeout: float) -> tuple[str, str]:
     """Driver of a platform if it works, otherwise empty and the reason."""
-    if patience <= 0:
+    if timeout <= 0:
         return "", "no time left to try it"
     # The test process must find the same package.
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or str(Path.cwd()) for path in sys.path)}
@@ -82,16 +82,16 @@ def _try(platform: str, patience: float) -> tuple[str, str]:
             env=environment,
             stdin=subprocess.DEVNULL,
             capture_output=True,
-            timeout=patience,
+            timeout=timeout,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return "", f"no answer within {patience:.0f} seconds"
+        return "", f"no answer within {timeout:.0f} seconds"
     except OSError as error:
         return "", str(error)
-    said = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
-    if done.returncode == 0 and said:
-        return said[-1], ""
+    lines = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
+    if done.returncode == 0 and lines:
+        return lines[-1], ""
     return "", _reason(done.stderr.decode(errors="replace"), done.returncode)
 
 

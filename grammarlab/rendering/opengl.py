@@ -42,7 +42,7 @@ class Painter:
         pyrender: the library.
         platform: ``egl`` or ``osmesa``.
         batch: one model with at least one triangle.
-        model: the same, in the unit sphere.
+        model: the model in the unit sphere.
     """
 
     def __init__(self, pyrender: ModuleType, platform: str, batch: TriangleBatch, model: ShadedModel) -> None:
@@ -105,8 +105,8 @@ class Painter:
         return node
 
     def _show(self, groups: NDArray[np.bool_]) -> None:
-        for node, shown in zip(self._nodes, groups.tolist(), strict=True):
-            node.mesh.is_visible = shown
+        for node, is_visible in zip(self._nodes, groups.tolist(), strict=True):
+            node.mesh.is_visible = is_visible
 
     def _render(self, width: int, height: int, flags: int, numbers: dict[Any, Any] | None = None) -> Any:
         with _platform(self._platform):
@@ -123,11 +123,11 @@ def painter(platform: str, batch: TriangleBatch, model: ShadedModel) -> Iterator
     Raises:
         UsageError: If pyrender is not installed.
     """
-    made = Painter(_pyrender(platform), platform, batch, model)
+    new_painter = Painter(_pyrender(platform), platform, batch, model)
     try:
-        yield made
+        yield new_painter
     finally:
-        made.close()
+        new_painter.close()
 
 
 def driver(platform: str) -> str:
@@ -184,6 +184,6 @@ def _linear(depth: Floats, camera: Camera) -> Floats:
     if not camera.parallel:
         return depth
     near, far = _range(camera)
-    there = depth > 0
-    share = ((far + near) - 2 * near * far / np.where(there, depth, 1)) / (far - near)
-    return np.where(there, near + (share + 1) / 2 * (far - near), 0).astype(np.float32)
+    is_hit = depth > 0
+    share = ((far + near) - 2 * near * far / np.where(is_hit, depth, 1)) / (far - near)
+    return np.where(is_hit, near + (share + 1) / 2 * (far - near), 0).astype(np.float32)

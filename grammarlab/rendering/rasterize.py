@@ -48,17 +48,17 @@ class ShadowMap:
         Args:
             points: [N, 3].
             normals: [N, 3] unit vectors.
-            spot: [N] in 0..1: offset of the look-up of each point.
+            spot: [N] offset, in 0..1, of the look-up of each point.
         """
         right, up, back = self.camera.axes.astype(np.float32)
-        at = points + LIFT * normals
+        lifted = points + LIFT * normals
         angle = spot * np.float32(8 * np.pi)
-        row = (1 - at @ up) * np.float32(SIDE / 2) + BLUR * np.sin(angle)
-        column = (1 + at @ right) * np.float32(SIDE / 2) + BLUR * np.cos(angle)
+        row = (1 - lifted @ up) * np.float32(SIDE / 2) + BLUR * np.sin(angle)
+        column = (1 + lifted @ right) * np.float32(SIDE / 2) + BLUR * np.cos(angle)
         inside = (row >= 0) & (row < SIDE) & (column >= 0) & (column < SIDE)
-        seen = self.depth[np.where(inside, row, 0).astype(int), np.where(inside, column, 0).astype(int)]
-        distance = np.float32(self.camera.position @ self.camera.axes[2]) - at @ back
-        blocked = inside & (seen > 0) & (seen < distance - BIAS)
+        depth = self.depth[np.where(inside, row, 0).astype(int), np.where(inside, column, 0).astype(int)]
+        distance = np.float32(self.camera.position @ self.camera.axes[2]) - lifted @ back
+        blocked = inside & (depth > 0) & (depth < distance - BIAS)
         return ((normals @ back > 0) & ~blocked).astype(np.float32)
 
 
@@ -110,33 +110,33 @@ class OpenGLRenderer(AbstractRenderer):
             front = solid if opaque.all() else paint.buffers(shot.camera, width, height, everything)
             from_sun = sun_camera(shot.sun)
             shadows = ShadowMap(from_sun, paint.depths(from_sun, SIDE, opaque))
-        shown = _shown(shot, samples(shot.camera, options, 0, height), solid, front, shadows, behind)
-        return develop(pixels(shown, options))
+        radiance = _radiance(shot, samples(shot.camera, options, 0, height), solid, front, shadows, behind)
+        return develop(pixels(radiance, options))
 
 
-def _shown(shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: ShadowMap, behind: Floats) -> Floats:
+def _radiance(shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: ShadowMap, behind: Floats) -> Floats:
     """[N, 3] colour of each sample, linear in 0..1: the paper, opaque surfaces, and the nearest glass in front."""
     look = shot.options.look
-    on_model, seen = _surfaces(shot, rays, solid)
+    on_model, visible = _surfaces(shot, rays, solid)
     on_ground, ground = ground_at(shot, rays, np.flatnonzero(solid.material.ravel() < 0))
     upward = np.broadcast_to(np.array([0, 1, 0], np.float32), ground.shape)
-    shown = behind.copy()
-    shown[on_ground] *= ground_light(look, _exposure(rays, on_ground, ground, upward, shadows))
-    shown[on_model] = tone_map(look, _light(shot, rays, on_model, seen, shadows)[0])
+    radiance = behind.copy()
+    radiance[on_ground] *= ground_light(look, _exposure(rays, on_ground, ground, upward, shadows))
+    radiance[on_model] = tone_map(look, _light(shot, rays, on_model, visible, shadows)[0])
     if front is not solid:
-        on_model, seen = _surfaces(shot, rays, front)
-        glass = np.flatnonzero(shot.model.opacity[seen.material] < SEE_THROUGH)
-        panes = Surfaces(seen.point[glass], seen.normal[glass], seen.flat[glass], seen.material[glass])
+        on_model, visible = _surfaces(shot, rays, front)
+        glass = np.flatnonzero(shot.model.opacity[visible.material] < SEE_THROUGH)
+        panes = Surfaces(visible.point[glass], visible.normal[glass], visible.flat[glass], visible.material[glass])
         rows = on_model[glass]
         light, through = _light(shot, rays, rows, panes, shadows)
-        shown[rows] = tone_map(look, light) + through[:, None] * shown[rows]
-    return outlines(shot, rays, on_model, seen).darken(shown, shot.options)
+        radiance[rows] = tone_map(look, light) + through[:, None] * radiance[rows]
+    return outlines(shot, rays, on_model, visible).darken(radiance, shot.options)
 
 
-def _light(shot: Shot, rays: Samples, rows: Rows, seen: Surfaces, shadows: ShadowMap) -> tuple[Floats, Floats]:
+def _light(shot: Shot, rays: Samples, rows: Rows, visible: Surfaces, shadows: ShadowMap) -> tuple[Floats, Floats]:
     """Result of `shade` for the surfaces of the samples `rows` [K]."""
-    exposure = _exposure(rays, rows, seen.point, seen.flat, shadows)
-    return shade(shot.model, seen, exposure, rays.directions[rows], shot.sun, shot.options.look)
+    exposure = _exposure(rays, rows, visible.point, visible.flat, shadows)
+    return shade(shot.model, visible, exposure, rays.directions[rows], shot.sun, shot.options.look)
 
 
 def _exposure(rays: Samples, rows: Rows, points: Floats, normals: Floats, shadows: ShadowMap) -> Exposure:

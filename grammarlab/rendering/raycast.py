@@ -48,35 +48,35 @@ class RaycastRenderer(AbstractRenderer):
 def _band(shot: Shot | None, options: RenderOptions, first: int, last: int) -> Floats:
     """Pixel rows first..last of the picture, linear [rows, width, 3]."""
     start, stop = first * options.samples - BORDER, last * options.samples + BORDER
-    shown = paper(options, start, stop)
+    radiance = paper(options, start, stop)
     if shot is not None:
-        shown = _shown(shot, samples(shot.camera, options, start, stop), shown)
+        radiance = _radiance(shot, samples(shot.camera, options, start, stop), radiance)
     border = BORDER * options.width * options.samples
-    return pixels(shown[border:-border], options)
+    return pixels(radiance[border:-border], options)
 
 
-def _shown(shot: Shot, rays: Samples, behind: Floats) -> Floats:
+def _radiance(shot: Shot, rays: Samples, behind: Floats) -> Floats:
     """[N, 3] colour of each sample, linear in 0..1."""
     hits = shot.model.tracer.first_hit(rays.origins, rays.directions)
-    met = hits.triangle >= 0
-    on_model = np.flatnonzero(met)
+    is_hit = hits.triangle >= 0
+    on_model = np.flatnonzero(is_hit)
     origins, directions = rays.origins.take(on_model, axis=0), rays.directions.take(on_model, axis=0)
-    seen = surfaces(shot.model, origins, directions, _at(hits, on_model))
-    on_ground, ground = ground_at(shot, rays, np.flatnonzero(~met))
+    visible = surfaces(shot.model, origins, directions, _hits_of(hits, on_model))
+    on_ground, ground = ground_at(shot, rays, np.flatnonzero(~is_hit))
 
-    drawn = outlines(shot, rays, on_model, seen)
-    points, normals = np.concatenate([seen.point, ground]), np.concatenate([seen.flat, _upward(ground)])
+    drawn = outlines(shot, rays, on_model, visible)
+    points, normals = np.concatenate([visible.point, ground]), np.concatenate([visible.flat, _upward(ground)])
     surface = np.concatenate([on_model, on_ground])
     light = _exposure(shot, rays, surface, points, normals)
     free = np.ones(len(behind), np.float32)
     free[surface] = light.free
     free = smooth(free.reshape(rays.shape), drawn.breaks).ravel()
     lit_model, lit_ground = np.split(light.sun, [len(on_model)])
-    shown = behind.copy()
-    shown[on_ground] *= ground_light(shot.options.look, Exposure(lit_ground, free[on_ground]))
+    radiance = behind.copy()
+    radiance[on_ground] *= ground_light(shot.options.look, Exposure(lit_ground, free[on_ground]))
     exposure = Exposure(lit_model, free[on_model])
-    shown[on_model] = _looked_through(shot, rays, on_model, seen, exposure, behind.take(on_model, axis=0))
-    return drawn.darken(shown, shot.options)
+    radiance[on_model] = _looked_through(shot, rays, on_model, visible, exposure, behind.take(on_model, axis=0))
+    return drawn.darken(radiance, shot.options)
 
 
 def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: Floats, normals: Floats) -> Exposure:
@@ -92,7 +92,7 @@ def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: Floats
 
 
 def _looked_through(
-    shot: Shot, rays: Samples, rows: NDArray[np.int64], seen: Surfaces, exposure: Exposure, behind: Floats
+    shot: Shot, rays: Samples, rows: NDArray[np.int64], visible: Surfaces, exposure: Exposure, behind: Floats
 ) -> Floats:
     """[K, 3] colours of the samples `rows` [K]: surfaces from front to back, then `behind` [K, 3]."""
     model, look = shot.model, shot.options.look
@@ -100,36 +100,36 @@ def _looked_through(
     active = np.arange(len(rows))
     for layer in range(MOST_LAYERS):
         directions = rays.directions.take(rows[active], axis=0)
-        sent, through = shade(model, seen, exposure, directions, shot.sun, look)
+        reflected, through = shade(model, visible, exposure, directions, shot.sun, look)
         # The light on surfaces behind glass has also passed the glass.
-        light[active] += (remaining[active] ** (1 if layer == 0 else 2))[:, None] * sent
+        light[active] += (remaining[active] ** (1 if layer == 0 else 2))[:, None] * reflected
         remaining[active] *= through if layer < MOST_LAYERS - 1 else 0.0
         on = np.flatnonzero(remaining[active] > VISIBLE)
         active, directions = active[on], directions[on]
-        start = seen.point[on] + np.float32(1e-4) * directions
+        start = visible.point[on] + np.float32(1e-4) * directions
         hits = model.tracer.first_hit(start, directions)
-        met = np.flatnonzero(hits.triangle >= 0)
-        missed = active[hits.triangle < 0]
-        behind[missed] *= _ground_behind(shot, rays, rows[missed])
-        active, hits = active[met], _at(hits, met)
+        hit_rows = np.flatnonzero(hits.triangle >= 0)
+        rays_to_ground = active[hits.triangle < 0]
+        behind[rays_to_ground] *= _ground_behind(shot, rays, rows[rays_to_ground])
+        active, hits = active[hit_rows], _hits_of(hits, hit_rows)
         if len(active) == 0:
             break
-        seen = surfaces(model, start[met], directions[met], hits)
-        exposure = _exposure(shot, rays, rows[active], seen.point, seen.flat)
+        visible = surfaces(model, start[hit_rows], directions[hit_rows], hits)
+        exposure = _exposure(shot, rays, rows[active], visible.point, visible.flat)
     return tone_map(look, light) + remaining[:, None] * behind
 
 
-def _at(hits: Hits, rows: NDArray[np.int64]) -> Hits:
+def _hits_of(hits: Hits, rows: NDArray[np.int64]) -> Hits:
     return Hits(hits.triangle[rows], hits.distance[rows], hits.u[rows], hits.v[rows])
 
 
 def _ground_behind(shot: Shot, rays: Samples, rows: NDArray[np.int64]) -> Floats:
     """[K, 3] shadow factor of the paper at samples `rows` [K] that see the ground through glass."""
-    left = np.ones((len(rows), 3), np.float32)
+    factor = np.ones((len(rows), 3), np.float32)
     on_ground, points = ground_at(shot, rays, rows)
     light = ground_light(shot.options.look, _exposure(shot, rays, on_ground, points, _upward(points)))
-    left[np.searchsorted(rows, on_ground)] = light
-    return left
+    factor[np.searchsorted(rows, on_ground)] = light
+    return factor
 
 
 def _upward(points: Floats) -> Floats:

@@ -14,7 +14,9 @@ from grammarlab.rendering.light.look import Look
 from grammarlab.scene import TriangleBatch
 
 LARGEST_SIDE = 16384
+"""Largest width and height of a picture in pixels."""
 LARGEST_AREA = 64_000_000
+"""Largest number of pixels of a picture, which bounds the memory."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,11 +57,11 @@ def paper(options: RenderOptions, start: int, stop: int) -> Floats:
     return np.repeat(colors, options.width * options.samples, axis=0)
 
 
-def pixels(shown: Floats, options: RenderOptions) -> Floats:
+def pixels(radiance: Floats, options: RenderOptions) -> Floats:
     """[rows, width, 3] the means of the samples [N, 3] in each pixel of whole rows."""
     across = options.samples
     # One axis after the other is faster than a mean over both at once.
-    lines = shown.reshape(-1, across, options.width * across * 3).mean(axis=1)
+    lines = radiance.reshape(-1, across, options.width * across * 3).mean(axis=1)
     return lines.reshape(-1, options.width, across, 3).mean(axis=2)
 
 
@@ -99,11 +99,11 @@ class Outlines:
     """[H, W] whether a sample shows the model."""
     breaks: tuple[Breaks, Breaks]
 
-    def darken(self, shown: Floats, options: RenderOptions) -> Floats:
+    def darken(self, radiance: Floats, options: RenderOptions) -> Floats:
         """The samples [N, 3] with edges, depending on the options."""
         if not options.edges:
-            return shown
-        return shown * (1.0 - np.float32(options.look.edge) * edge_strength(self.shows, self.breaks).reshape(-1, 1))
+            return radiance
+        return radiance * (1.0 - np.float32(options.look.edge) * edge_strength(self.shows, self.breaks).reshape(-1, 1))
 
 
 def take(batch: TriangleBatch, camera: Camera, options: RenderOptions, *, for_rays: bool) -> Shot:
@@ -122,16 +122,16 @@ def ground_at(shot: Shot, rays: Samples, rows: Rows) -> tuple[Rows, Floats]:
     """Samples among `rows` that meet the ground where the model can darken it, and the points [K, 3]."""
     if not shot.options.ground:
         return rows[:0], np.zeros((0, 3), np.float32)
-    met, points = shot.ground.meet(rays.origins[rows], rays.directions[rows])
-    return rows[met], points
+    is_hit, points = shot.ground.meet(rays.origins[rows], rays.directions[rows])
+    return rows[is_hit], points
 
 
-def outlines(shot: Shot, rays: Samples, on_model: Rows, seen: Surfaces) -> Outlines:
+def outlines(shot: Shot, rays: Samples, on_model: Rows, visible: Surfaces) -> Outlines:
     """Outlines in a picture in which the samples `on_model` [K] show K surfaces."""
     shape = rays.shape
     shows = np.zeros(len(rays.origins), bool)
     points, normals = np.zeros((len(shows), 3), np.float32), np.zeros((len(shows), 3), np.float32)
-    shows[on_model], points[on_model], normals[on_model] = True, seen.point, seen.normal
+    shows[on_model], points[on_model], normals[on_model] = True, visible.point, visible.normal
     shows = shows.reshape(shape)
     return Outlines(shows, find_breaks(shows, points.reshape(*shape, 3), normals.reshape(*shape, 3), _spacing(shot)))
 

@@ -34,15 +34,15 @@ def main(platform: str) -> None:
 def _triangle() -> TriangleBatch:
     """An upright red triangle that faces +z."""
     material = Materials(np.array([[*(CHANNELS | {"color.g": 0.0, "color.b": 0.0}).values()]]), ("",))
-    one, all_of_it = np.zeros(1, np.int32), np.array([0, 1])
+    zero, all_of_it = np.zeros(1, np.int32), np.array([0, 1])
     return TriangleBatch(
         num_models=1,
         materials=material,
         vertices=np.array([[-1, 0, 0], [1, 0, 0], [0, 2, 0]], np.float32),
         normals=np.array([[0, 0, 1]] * 3, np.float32),
         triangles=np.array([[0, 1, 2]], np.uint32),
-        group_model=one,
-        group_material=one,
+        group_model=zero,
+        group_material=zero,
         group_vertices=all_of_it * 3,
         group_triangles=all_of_it,
         model_groups=all_of_it,

@@ -96,9 +96,9 @@ def _sorted(materials: Materials) -> tuple[Materials, NDArray[np.int32]]:
     channels = materials.channels + 0.0
     rows = list(zip(channels.tolist(), materials.textures, strict=True))
     order = np.array(sorted(range(len(rows)), key=rows.__getitem__), dtype=np.int32)
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order), dtype=np.int32)
-    return Materials(channels[order], tuple(materials.textures[row] for row in order.tolist())), place
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order), dtype=np.int32)
+    return Materials(channels[order], tuple(materials.textures[row] for row in order.tolist())), rank
 
 
 def _brought_near(scene: Scene) -> Scene:
@@ -153,7 +153,7 @@ def _narrow(column: NDArray[np.integer]) -> NDArray[np.integer]:
     return column.astype(np.uint16) if column.max(initial=0) < 2**16 else column
 
 
-def only(scene: Scene, model: int) -> Scene:
+def scene_of_model(scene: Scene, model: int) -> Scene:
     """One model of a batch, as a separate scene with the same tables."""
     alone = chosen(scene, slice(*np.searchsorted(scene.model, [model, model + 1])))
     return replace(alone, num_models=1, model=np.zeros(len(alone), np.int32), origins=scene.origins[model : model + 1])

@@ -46,7 +46,7 @@ class PlacedTriangles:
     """[T, 3] rows of `vertices`."""
 
 
-def place(
+def place_instances(
     scene: Scene,
     shaded: ShadedMeshes,
     mesh: Ints,
@@ -288,7 +288,7 @@ def _unit_or(vectors: Floats, otherwise: Floats) -> Floats:
     """The vectors [..., 3, N] at length one; those of `otherwise` [3, N] if there is no direction."""
     x, y, z = np.moveaxis(vectors, -2, 0)
     length = np.sqrt(x * x + y * y + z * z)[..., None, :]
-    lost = length < SHORTEST
-    if not lost.any():
+    is_too_short = length < SHORTEST
+    if not is_too_short.any():
         return vectors / length
-    return np.where(lost, otherwise, vectors / np.where(lost, 1.0, length))
+    return np.where(is_too_short, otherwise, vectors / np.where(is_too_short, 1.0, length))

@@ -95,8 +95,8 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     mesh_vertices = offsets_from_counts(np.bincount(mesh_of_face[vertex_key // num_points], minlength=len(meshes)))
     mesh_of_triangle = mesh_of_face[face_of_triangle]
     mesh_triangles = offsets_from_counts(np.bincount(mesh_of_triangle, minlength=len(meshes)))
-    wanted = face_of_triangle[:, None] * num_points + triangles
-    vertices = vertex_of_corner[np.searchsorted(corner_keys, wanted)].reshape(-1, 3)
+    corner_keys_of_triangles = face_of_triangle[:, None] * num_points + triangles
+    vertices = vertex_of_corner[np.searchsorted(corner_keys, corner_keys_of_triangles)].reshape(-1, 3)
     return ShadedMeshes(
         meshes.points[vertex_key % num_points],
         normals,
@@ -128,35 +128,37 @@ def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outwar
     low, high = np.minimum(point, point[following]), np.maximum(point, point[following])
     edge = low * max(len(meshes.points), 1) + high
     order = np.argsort(edge, kind="stable")
-    same = np.flatnonzero(edge[order][:-1] == edge[order][1:])
-    one, other = order[same], order[same + 1]
+    shared = np.flatnonzero(edge[order][:-1] == edge[order][1:])
+    first, second = order[shared], order[shared + 1]
     normals = unit_or_up(outward)
-    turn = np.einsum("ij,ij->i", normals[face[one]], normals[face[other]])
+    turn = np.einsum("ij,ij->i", normals[face[first]], normals[face[second]])
     solid = np.einsum("ij,ij->i", outward, outward) > 0
-    smooth = (turn > np.cos(crease_angle)) & solid[face[one]] & solid[face[other]]
-    one, other = one[smooth], other[smooth]
-    if len(one) == 0:
+    smooth = (turn > np.cos(crease_angle)) & solid[face[first]] & solid[face[second]]
+    first, second = first[smooth], second[smooth]
+    if len(first) == 0:
         return np.arange(num_corners, dtype=np.int64)
-    return _components(num_corners, *_links(corner, following, point, one, other))
+    return _components(num_corners, *_links(corner, following, point, first, second))
 
 
-def _links(corner: Ints, following: Ints, point: Ints, one: Ints, other: Ints) -> tuple[Ints, Ints]:
+def _links(corner: Ints, following: Ints, point: Ints, first: Ints, second: Ints) -> tuple[Ints, Ints]:
     """Pairs of corners that lie at the same end of a smooth edge."""
 
     def end(side: Ints, larger: bool) -> Ints:
         starts_larger = point[side] > point[following[side]]
         return corner[np.where(starts_larger == larger, side, following[side])]
 
-    return np.concatenate([end(one, False), end(one, True)]), np.concatenate([end(other, False), end(other, True)])
+    return np.concatenate([end(first, False), end(first, True)]), np.concatenate(
+        [end(second, False), end(second, True)]
+    )
 
 
-def _components(num: int, one: Ints, other: Ints) -> Ints:
+def _components(num: int, start: Ints, end: Ints) -> Ints:
     """Connected components of a graph over `num` corners, numbered in order of first appearance."""
     # Imported here, since only curved meshes need it.
     from scipy.sparse import coo_array  # noqa: PLC0415
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
-    graph = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(num, num))
+    graph = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(num, num))
     _, label = connected_components(graph, directed=False)
     _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)

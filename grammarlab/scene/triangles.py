@@ -16,7 +16,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.materials import Materials
 from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.scene.instances import Scene, chosen, leaf_order, realize, require_finite, stable_order
-from grammarlab.scene.placement import place
+from grammarlab.scene.placement import place_instances
 from grammarlab.scene.shading import shade
 
 CREASE_ANGLE = math.radians(30.0)
@@ -117,7 +117,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     in some direction keeps its triangles, and its normals stay unit vectors.
 
     Args:
-        scene: at most 2**32 vertices in all.
+        scene: a scene of at most 2**32 vertices.
         crease_angle: radians; edges within one mesh that turn by less are smooth. Measured in the unit cube.
 
     Raises:
@@ -135,7 +135,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     starts = np.flatnonzero(is_first)
     vertex_offsets = offsets_from_counts(np.diff(shaded.mesh_vertices)[mesh])
     triangle_offsets = offsets_from_counts(np.diff(shaded.mesh_triangles)[mesh])
-    placed = place(scene, shaded, mesh, vertex_offsets, triangle_offsets)
+    placed = place_instances(scene, shaded, mesh, vertex_offsets, triangle_offsets)
 
     ends = np.append(starts, len(scene))
     group_model = scene.model[starts]
@@ -202,14 +202,14 @@ def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.fl
         [T, 3, 2] with v downwards, as in glTF; up to `MANY_REPEATS` whole repeats are kept.
     """
     corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
-    found = planar_coordinates(corners).astype(np.float64)
+    coordinates = planar_coordinates(corners).astype(np.float64)
     mapped = np.flatnonzero(chosen >= 0)
     if len(mapped):
         rows = batch.texture_maps[chosen[mapped]]
         values = np.einsum("tij,tcj->tci", rows[:, :, :3], corners[mapped]) + rows[:, None, :, 3]
-        found[mapped] = np.clip(np.nan_to_num(values), -FARTHEST, FARTHEST) * (1.0, -1.0)
-    first = found.min(axis=1, keepdims=True)
-    return (found - np.where(np.abs(first) > MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
+        coordinates[mapped] = np.clip(np.nan_to_num(values), -FARTHEST, FARTHEST) * (1.0, -1.0)
+    first = coordinates.min(axis=1, keepdims=True)
+    return (coordinates - np.where(np.abs(first) > MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
 
 
 def planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -102,7 +102,7 @@ def _unit_names(grid: LabelGrid, unit_grid: Labels, num_units: int) -> list[str]
     label[unit_grid.ravel()] = grid.labels.ravel()
     names: list[str] = []
     for unit in label.tolist():
-        name = f"unit {unit}" if look_of(grid.names[unit]).gives else grid.names[unit]
+        name = f"unit {unit}" if look_of(grid.names[unit]).is_flexible else grid.names[unit]
         free = (f"{name} {k}" for k in count(2))
         names.append(
             name if name not in names else next(alternative for alternative in free if alternative not in names)

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.cli.rule_graph import RuleGraph, place, rule_graph
+from grammarlab.cli.rule_graph import RuleGraph, place_symbols, rule_graph
 from grammarlab.language.grammar import Grammar
 
 
@@ -37,7 +37,7 @@ def test_placing_keeps_every_symbol_apart_and_edges_lead_right_unless_they_are_r
         for symbol in graph.kind:
             if middle in reached[symbol]:
                 reached[symbol] |= reached[middle]
-    placed = {p.symbol: p for p in place(graph)}
+    placed = {p.symbol: p for p in place_symbols(graph)}
     assert set(placed) == set(graph.kind)
     assert len({(p.column, p.row) for p in placed.values()}) == len(placed)
     for a, b in graph.edges:

@@ -127,7 +127,7 @@ def rows_of(lots: Lots) -> list[tuple]:
             lots.name(row),
             lots.footprints.polygon(lots.footprint[row]).tobytes(),
             lots.start_rules[lots.start_rule[row]],
-            {name: repr(c.values[row].item()) for name, c in sorted(lots.attributes.items()) if c.given[row]},
+            {name: repr(c.values[row].item()) for name, c in sorted(lots.attributes.items()) if c.is_given[row]},
         )
         for row in range(len(lots))
     ]

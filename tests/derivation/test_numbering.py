@@ -37,8 +37,8 @@ def test_successors_blocks_and_random_places_have_numbers_and_stand_where_the_te
     )
     assert [found.split("(")[0] for found in words_at(TEXT, first.blocks)] == ["split", "scatter", "scatter"]
     assert (second.branch, second.successors, second.blocks) == ((1, 0), (), ())
-    assert [place.owner for place in numbering.places] == ["h", "h", "Lot", "Lot"]
-    found = words_at(TEXT, [place.node.location for place in numbering.places])
+    assert [place.owner for place in numbering.random_places] == ["h", "h", "Lot", "Lot"]
+    found = words_at(TEXT, [place.node.location for place in numbering.random_places])
     assert [word[:4] for word in found] == ["30% ", "rand", "25% ", "p(0."]
 
 
@@ -50,7 +50,7 @@ def test_forests_are_numbered_so(path):
     assert [(*b.key, b.branch, b.location.line) for b in numbering.branches] == [
         (r.symbol, r.parameters, r.branch, r.line) for r in program.rule_names
     ]
-    assert [p.node.location.line for p in numbering.places] == [site.line for site in program.sites]
+    assert [p.node.location.line for p in numbering.random_places] == [site.line for site in program.sites]
     nodes = derive(program, 20, 3, assets=AssetFolder(path.parent / "assets")).nodes
     below = np.flatnonzero(nodes.parent >= 0)
     for symbol, parent_rule, child in {

@@ -14,7 +14,7 @@ from grammarlab.derivation.lots import NEAR, Lots, brought_near, origins_of, sha
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize, triangles
-from grammarlab.scene.instances import only
+from grammarlab.scene.instances import scene_of_model
 
 PLACE = np.array([2683000.13, 0.0, -1247000.37])
 LOT = np.array([[0.0, 0, 12], [20, 0, 12], [20, 0, 0], [0, 0, 0]])
@@ -86,7 +86,7 @@ def test_what_rules_move_far_away_has_an_origin_there():
     for model in range(12):
         low = home.position[home.model == model].min(axis=0) if scene.origins[model].any() else np.zeros(3)
         np.testing.assert_allclose(moved.model(model).vertices + low, stayed.model(model).vertices, atol=2e-6)
-        own, other = only(scene, model), only(home, model)
+        own, other = scene_of_model(scene, model), scene_of_model(home, model)
         np.testing.assert_allclose(
             np.einsum("nai,ni->na", own.texture_maps[own.texture_map][:, :, :3], own.position)
             + own.texture_maps[own.texture_map][:, :, 3],

@@ -13,7 +13,7 @@ from grammarlab.derivation import derive
 from grammarlab.export import SaveOptions, save
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import Scene, realize, triangles
-from grammarlab.scene.instances import only
+from grammarlab.scene.instances import scene_of_model
 from grammarlab.scene.layout import grid, model_bounds
 from tests.export.gltf import Surface, read_glb, world
 from tests.export.test_formats import text_of
@@ -79,7 +79,7 @@ def test_every_corner_has_the_coordinates_of_its_map(tmp_path, assets):
         )
     }
     for model in range(4):
-        alone = surface_of(only(scene, model), tmp_path / "one.glb", assets)
+        alone = surface_of(scene_of_model(scene, model), tmp_path / "one.glb", assets)
         for row in range(len(alone.corners)):
             for corner, normal, coordinates in zip(
                 alone.corners[row], alone.normals[row], alone.coordinates[row], strict=True

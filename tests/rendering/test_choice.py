@@ -52,8 +52,8 @@ def test_where_opengl_fails_auto_means_rays_and_gl_is_refused_with_the_reason(co
 def test_a_driver_that_hangs_is_given_up_in_time(monkeypatch):
     trial_that("import time; time.sleep(6000)", monkeypatch)
     with pytest.raises(UsageError, match=r"egl: no answer within .*osmesa: no time left"):
-        choose("gl", patience=0.2)
-    assert choose("auto", patience=0.2) == RendererChoice("cast")
+        choose("gl", timeout=0.2)
+    assert choose("auto", timeout=0.2) == RendererChoice("cast")
 
 
 def test_a_missing_interpreter_is_no_crash(monkeypatch):

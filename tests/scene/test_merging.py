@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from grammarlab.errors import DerivationError
 from grammarlab.scene import Scene, TriangleBatch, placement, triangles
-from grammarlab.scene.instances import only, require_proper
+from grammarlab.scene.instances import require_proper, scene_of_model
 from grammarlab.scene.triangles import count_triangles
 from tests.scene import brute_force
 from tests.scene.buildings import BOX, UPRIGHT, house, scene_of, street
@@ -89,7 +89,7 @@ def test_a_slice_of_one_model_is_that_model_merged_alone(recipe):
     scene = random_scene(*recipe)
     batch = triangles(scene)
     for index in range(scene.num_models):
-        part, alone = batch.model(index), triangles(only(scene, index))
+        part, alone = batch.model(index), triangles(scene_of_model(scene, index))
         assert np.array_equal(part.triangles, alone.triangles)
         assert np.array_equal(part.group_material, alone.group_material)
         assert np.array_equal(part.group_vertices, alone.group_vertices)

@@ -167,7 +167,7 @@ def parts_taken(parts: AttributeParts, grammar: Grammar, forest: Forest) -> NDAr
     values: dict[int, NDArray[np.float64]] = {}
     """Draws [models] of each random place of the attribute, by its number."""
     draws = forest.draws
-    for site, place in enumerate(number_grammar(grammar).places):
+    for site, place in enumerate(number_grammar(grammar).random_places):
         if place.definition is attribute:
             made = draws.site == site
             values[place.node.number] = np.full(forest.num_models, np.nan)

@@ -87,7 +87,7 @@ def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], b
             )
         )
     value = argument(expressions, node, words)
-    made = Head(
+    constant_head = Head(
         argument=NO_ARGUMENT,
         joined=part.inclusive,
         group=group,
@@ -96,8 +96,8 @@ def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], b
         text=expression(node) if words else "",
     )
     if isinstance(value, Constant):
-        return Constant(made._replace(argument=value.value))
-    return lambda shapes, workspace: made._replace(argument=value(shapes, workspace))
+        return Constant(constant_head._replace(argument=value.value))
+    return lambda shapes, workspace: constant_head._replace(argument=value(shapes, workspace))
 
 
 def _is_selector_or_index(node: Expression, words: frozenset[str]) -> bool:
@@ -132,9 +132,9 @@ def _same_text(value: Value, location: Location) -> str:
     raise DerivationError(f"sel expects one string for all shapes, found a {kind_of(value)}", location)
 
 
-def together(codes: Sequence[Late[_T]]) -> Late[tuple[_T, ...]]:
+def all_values(codes: Sequence[Late[_T]]) -> Late[tuple[_T, ...]]:
     """All these values for shapes."""
-    known = tuple([code.value for code in codes if isinstance(code, Constant)])
-    if len(known) == len(codes):
-        return Constant(known)
+    constants = tuple([code.value for code in codes if isinstance(code, Constant)])
+    if len(constants) == len(codes):
+        return Constant(constants)
     return lambda shapes, workspace: tuple([code(shapes, workspace) for code in codes])

@@ -84,26 +84,26 @@ def _route_case(
                 yield from route(branch, shapes, workspace, rows)
                 return
             continue
-        taken = np.flatnonzero(truth)
-        if len(taken) == len(truth):
+        chosen = np.flatnonzero(truth)
+        if len(chosen) == len(truth):
             yield from route(branch, shapes, workspace, rows)
             return
-        if len(taken):
-            yield from route(branch, shapes.take(taken), workspace, _compose(rows, taken))
-            left = np.flatnonzero(~truth)
-            shapes, rows = shapes.take(left), _compose(rows, left)
+        if len(chosen):
+            yield from route(branch, shapes.take(chosen), workspace, _compose(rows, chosen))
+            remaining = np.flatnonzero(~truth)
+            shapes, rows = shapes.take(remaining), _compose(rows, remaining)
 
 
 def _route_random(
     choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace, rows: Rows
 ) -> Iterator[tuple[_Payload, Rows, Shapes]]:
-    taken = _draw(choice, shapes, workspace)
-    first = taken[0]
-    if (taken == first).all():
+    branch_indices = _draw(choice, shapes, workspace)
+    first = branch_indices[0]
+    if (branch_indices == first).all():
         yield from route(choice.branches[first], shapes, workspace, rows)
         return
-    for place, branch in enumerate(choice.branches):
-        chosen = np.flatnonzero(taken == place)
+    for index, branch in enumerate(choice.branches):
+        chosen = np.flatnonzero(branch_indices == index)
         if len(chosen):
             yield from route(branch, shapes.take(chosen), workspace, _compose(rows, chosen))
 
@@ -117,13 +117,13 @@ def _draw(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace) 
     with np.errstate(divide="ignore"):
         log_density = np.log(weights / total)
     if weights.ndim == 1:
-        taken = np.minimum(np.searchsorted(cumulative, threshold * total, side="right"), len(weights) - 1)
-        drawn = log_density[taken]
+        branch_indices = np.minimum(np.searchsorted(cumulative, threshold * total, side="right"), len(weights) - 1)
+        densities = log_density[branch_indices]
     else:
-        taken = np.minimum((cumulative <= threshold[:, None] * total).sum(axis=1), weights.shape[1] - 1)
-        drawn = log_density[np.arange(len(taken)), taken]
-    workspace.recorder.add_draw(shapes, choice.site, taken.astype(np.float64), drawn)
-    return taken
+        branch_indices = np.minimum((cumulative <= threshold[:, None] * total).sum(axis=1), weights.shape[1] - 1)
+        densities = log_density[np.arange(len(branch_indices)), branch_indices]
+    workspace.recorder.add_draw(shapes, choice.site, branch_indices.astype(np.float64), densities)
+    return branch_indices
 
 
 def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspace) -> Floats:
@@ -132,16 +132,16 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
     Raises:
         DerivationError: If a percentage is negative or not finite, or all are zero.
     """
-    given: list[float | Floats] = []
+    values: list[float | Floats] = []
     for code in choice.percentages:
         value = 0.0 if code is None else code(shapes, workspace)
         if kind_of(value) in ("string", ARRAY):
             raise DerivationError(f"expected a percentage, found a {kind_of(value)}", choice.location)
-        given.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type]
-    if any(isinstance(value, np.ndarray) for value in given):
-        percentages = np.stack([number_column(value, shapes.num) for value in given], axis=1)
+        values.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type]
+    if any(isinstance(value, np.ndarray) for value in values):
+        percentages = np.stack([number_column(value, shapes.num) for value in values], axis=1)
     else:
-        percentages = np.array(given)
+        percentages = np.array(values)
     invalid = percentages[~(np.isfinite(percentages) & (percentages >= 0.0))]
     if len(invalid):
         raise DerivationError(f"expected finite percentages of at least 0, found {invalid[0]:g}", choice.location)

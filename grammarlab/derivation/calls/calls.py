@@ -139,7 +139,7 @@ class Head(NamedTuple):
     text: str = ""
     """Text of the head, for blocks with selectors."""
     block: int = -1
-    """For parts at random positions: the number of the block whose keys give the positions."""
+    """Block of parts at random positions: the number of the block whose keys give the positions."""
 
 
 class BoundPart(NamedTuple):

@@ -21,8 +21,8 @@ def texts_of(value: Value, workspace: Workspace) -> str | NDArray[np.int32]:
     """Any value as a string, or as string ids [N]."""
     if not is_table(value):
         return value_texts(value, workspace.strings)
-    different, which = np.unique(np.asarray(value), return_inverse=True)
-    return workspace.strings.ids(workspace.tables[i].text() for i in different.tolist())[which]
+    different, inverse = np.unique(np.asarray(value), return_inverse=True)
+    return workspace.strings.ids(workspace.tables[i].text() for i in different.tolist())[inverse]
 
 
 def for_each(

@@ -40,8 +40,8 @@ def without_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
     names = [map_name(uv_set) for uv_set in workspace.uv_sets]
     if not names:
         return shapes
-    nothing = np.full(shapes.num, NONE, dtype=np.int32)
-    return shapes._replace(state={**shapes.state, **dict.fromkeys(names, nothing)})
+    no_maps = np.full(shapes.num, NONE, dtype=np.int32)
+    return shapes._replace(state={**shapes.state, **dict.fromkeys(names, no_maps)})
 
 
 def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
@@ -86,11 +86,11 @@ def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
     u runs along the first edge, v from it across the shape: in set 0 from 0 to 1, in set 1 in metres, in set 2 in
     metres with u from the other end.
     """
-    nothing = np.full(roots.num, NONE, dtype=np.int32)
+    no_maps = np.full(roots.num, NONE, dtype=np.int32)
     state: dict[str, Value] = {}
     for uv_set in workspace.uv_sets:
-        state[projection_name(uv_set)] = nothing
-        state[map_name(uv_set)] = nothing
+        state[projection_name(uv_set)] = no_maps
+        state[map_name(uv_set)] = no_maps
         if uv_set < len(_STREET) and roots.num:
             state[map_name(uv_set)] = workspace.texture_maps.add(
                 _street(roots, uv_set, workspace), np.ones(roots.num, dtype=bool)

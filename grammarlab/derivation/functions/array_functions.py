@@ -20,7 +20,7 @@ def written(rows: Sequence[Sequence[Cell | Table]], location: Location) -> Table
     Raises:
         DerivationError: If cells have different types, or rows different lengths.
     """
-    blocks = [_beside([_table(cell) for cell in row], location) for row in rows if row]
+    blocks = [_side_by_side([_table(cell) for cell in row], location) for row in rows if row]
     blocks = [block for block in blocks if block.cells] or blocks[:1]
     if not blocks:
         return Table("float", 1, 0, ())
@@ -38,7 +38,7 @@ def _table(cell: Cell | Table) -> Table:
     return Table(kind, 1, 1, (cell,))
 
 
-def _beside(tables: Sequence[Table], location: Location) -> Table:
+def _side_by_side(tables: Sequence[Table], location: Location) -> Table:
     """Arrays of equal height, side by side."""
     filled = [table for table in tables if table.cells] or tables[:1]
     if len({(table.kind, table.rows) for table in filled}) > 1:
@@ -83,29 +83,29 @@ def picked(array: Cell | Table, indices: Sequence[Cell | Table], location: Locat
     """
     if not isinstance(array, Table):
         raise DerivationError("expected an array before '['", location)
-    places = [_places(index, location) for index in indices]
+    positions = [_positions(index, location) for index in indices]
     default = DEFAULTS[array.kind]
-    if len(places) == 1:
-        found = [array.cells[i] if 0 <= i < len(array.cells) else default for i in places[0]]
+    if len(positions) == 1:
+        cells = [array.cells[i] if 0 <= i < len(array.cells) else default for i in positions[0]]
         index = indices[0]
         if not isinstance(index, Table):
-            return found[0]
-        rows, columns = (1, len(found)) if index.kind == "bool" else (index.rows, index.columns)
-        return table_of(array.kind, rows, columns, found, location)
-    down, across = places
+            return cells[0]
+        rows, columns = (1, len(cells)) if index.kind == "bool" else (index.rows, index.columns)
+        return table_of(array.kind, rows, columns, cells, location)
+    down, across = positions
     if len(down) * len(across) > MAX_CELLS:
         raise BudgetError(f"an array would have {len(down) * len(across):,} cells", location)
-    found = [
+    cells = [
         array.cells[i * array.columns + j] if 0 <= i < array.rows and 0 <= j < array.columns else default
         for i in down
         for j in across
     ]
     if not any(isinstance(index, Table) for index in indices):
-        return found[0]
-    return Table(array.kind, len(down), len(across), tuple(found))
+        return cells[0]
+    return Table(array.kind, len(down), len(across), tuple(cells))
 
 
-def _places(index: Cell | Table, location: Location) -> list[int]:
+def _positions(index: Cell | Table, location: Location) -> list[int]:
     cells = index.cells if isinstance(index, Table) else (index,)
     if isinstance(index, Table) and index.kind == "bool":
         return [i for i, cell in enumerate(cells) if cell]

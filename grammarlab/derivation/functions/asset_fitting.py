@@ -88,8 +88,8 @@ def _approximate(measure: _Measure) -> Builtin:
 
     def evaluate(call: FunctionCall) -> Value:
         def nearest(pattern: str, size: Sequence[float], count: float) -> str:
-            found = _candidates(measure, pattern, size, call)
-            return joined(found[: max(0, round(count))] if count > 0 or not measure.is_image else found)
+            candidates = _candidates(measure, pattern, size, call)
+            return joined(candidates[: max(0, round(count))] if count > 0 or not measure.is_image else candidates)
 
         return one_of(call, _for_each(call, nearest))
 
@@ -109,8 +109,8 @@ def _candidates(
     measure: _Measure, pattern: str, size: Sequence[float], call: FunctionCall, error: float = 0.0
 ) -> list[str]:
     """The asset files that match a pattern, best first."""
-    asked = call.arguments[1]
-    axes = asked if isinstance(asked, str) and asked in measure.axes else measure.axes[-1]
+    second = call.arguments[1]
+    axes = second if isinstance(second, str) and second in measure.axes else measure.axes[-1]
     return _sorted(measure, matching_files(root_of(call), pattern), axes, size, error, call)
 
 
@@ -133,8 +133,8 @@ def _for_each(call: FunctionCall, choose: Callable[[str, Sequence[float], float]
     ids = np.full(count, strings.id(text)) if isinstance(text, str) else np.asarray(text)
     table = np.column_stack([ids, np.broadcast_to(np.asarray(numbers, np.float64), count), call.shapes.size])
     rows, inverse = np.unique(table, axis=0, return_inverse=True)
-    found = [choose(strings[int(row[0])], row[2:], row[1]) for row in rows.tolist()]
-    return strings.ids(found)[inverse.ravel()]
+    files = [choose(strings[int(row[0])], row[2:], row[1]) for row in rows.tolist()]
+    return strings.ids(files)[inverse.ravel()]
 
 
 BUILTINS: dict[str, Builtin] = {

@@ -19,6 +19,7 @@ from grammarlab.errors import AssetError, DerivationError, MissingAssetError
 from grammarlab.language.syntax.keywords import KEYWORDS
 
 _MOST_FILES = 20_000
+"""Largest number of files that one search examines."""
 
 
 def matching_files(assets: Path | None, pattern: str) -> list[str]:
@@ -34,8 +35,8 @@ def matching_files(assets: Path | None, pattern: str) -> list[str]:
         for path in islice(root.rglob("*"), _MOST_FILES)
         if path.is_file() and path.resolve().is_relative_to(root)
     ]
-    found = (sorted(name for name in names if fnmatchcase(name, meaning)) for meaning in meanings(pattern))
-    return next(filter(None, found), [])
+    matches = (sorted(name for name in names if fnmatchcase(name, meaning)) for meaning in meanings(pattern))
+    return next(filter(None, matches), [])
 
 
 def root_of(call: FunctionCall) -> Path | None:
@@ -44,13 +45,13 @@ def root_of(call: FunctionCall) -> Path | None:
 
 
 def _search(call: FunctionCall) -> Value:
-    found = partial(matching_files, root_of(call))
-    return text_function(lambda pattern: "".join(f"{name};" for name in found(pattern))).evaluate(call)
+    match_names = partial(matching_files, root_of(call))
+    return text_function(lambda pattern: "".join(f"{name};" for name in match_names(pattern))).evaluate(call)
 
 
 def _exists(call: FunctionCall) -> Value:
-    found = partial(matching_files, root_of(call))
-    return text_function(lambda name: name in found(name)).evaluate(call)
+    match_names = partial(matching_files, root_of(call))
+    return text_function(lambda name: name in match_names(name)).evaluate(call)
 
 
 def mesh_extent(path: str, call: FunctionCall) -> tuple[float, ...]:

@@ -27,10 +27,10 @@ def parse_color(text: str) -> tuple[float, ...] | None:
     >>> parse_color("#ff0080")
     (1.0, 0.0, 0.5019607843137255)
     """
-    found = _HEX.match(text.strip())
-    if found is None:
+    match = _HEX.match(text.strip())
+    if match is None:
         return None
-    digits = found.group(1) + (found.group(2) or "")
+    digits = match.group(1) + (match.group(2) or "")
     return tuple(int(digits[i : i + 2], 16) / 255.0 for i in range(0, len(digits), 2))
 
 
@@ -116,8 +116,8 @@ def color_ramp(gradient: str, value: float) -> str:
     if anchors is None or math.isnan(value):
         return ""
     step = min(int(_STEPS * min(max(value, 0.0), 1.0)), _STEPS - 1)
-    place = min(bisect_right([at for at, _ in anchors], step), len(anchors) - 1)
-    (before, first), (after, last) = anchors[place - 1], anchors[place]
+    segment_end = min(bisect_right([stop for stop, _ in anchors], step), len(anchors) - 1)
+    (before, first), (after, last) = anchors[segment_end - 1], anchors[segment_end]
     share = (step - before) / (after - before)
     pairs = zip(parse_color(first) or (), parse_color(last) or (), strict=True)
     return to_hex(*(a + share * (b - a) for a, b in pairs))

@@ -79,14 +79,14 @@ def one_of(call: FunctionCall, lists: Value) -> Value:
     """One of the items of a list, all equally likely; empty when there is none."""
     strings = call.workspace.strings
     column = lists if isinstance(lists, np.ndarray) else np.full(call.shapes.num, strings.id(str(lists)))
-    codes, which = np.unique(column, return_inverse=True)
+    codes, inverse = np.unique(column, return_inverse=True)
     choices = [items(strings[code]) or [""] for code in codes.tolist()]
     counts = np.array([len(choice) for choice in choices])
     first = np.cumsum(counts) - counts
-    chosen = np.floor(draw(call) * counts[which])
-    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(counts[which]))
+    chosen = np.floor(draw(call) * counts[inverse])
+    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(counts[inverse]))
     table = strings.ids(item for choice in choices for item in choice)
-    return table[first[which] + chosen.astype(np.int64)]
+    return table[first[inverse] + chosen.astype(np.int64)]
 
 
 def _finite(call: FunctionCall, value: Value) -> Floats | float:

@@ -117,8 +117,8 @@ def _of_material(describe: Callable[[MaterialTable, int], str]) -> Code:
     """A text about each material."""
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
-        used, which = np.unique(shapes.material, return_inverse=True)
-        return workspace.strings.ids(describe(workspace.materials, material) for material in used.tolist())[which]
+        used, inverse = np.unique(shapes.material, return_inverse=True)
+        return workspace.strings.ids(describe(workspace.materials, material) for material in used.tolist())[inverse]
 
     return evaluate
 

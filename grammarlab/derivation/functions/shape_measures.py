@@ -38,11 +38,11 @@ def oriented(
     """[K] whether normals point in the direction of a selector, in the axes that its prefix names.
 
     Args:
-        selector: such as ``top``, ``world.south`` or ``object.front``.
-        normals: [K, 3] in scope axes.
+        selector: a selector such as ``top``, ``world.south`` or ``object.front``.
+        normals: [K, 3] unit normals in scope axes.
         owner: [K] the shape that each one belongs to.
         shapes: [N].
-        workspace: of the derivation.
+        workspace: workspace of the derivation.
     """
     system = selector.partition(".")[0]
     if system in ("world", "object", "street"):
@@ -156,14 +156,14 @@ def _require_selector(call: FunctionCall) -> None:
 
 
 def _angle(call: FunctionCall) -> Value:
-    wanted = call.arguments[0]
-    if wanted not in _ANGLES:
+    kind = call.arguments[0]
+    if kind not in _ANGLES:
         raise DerivationError("geometry.angle expects maxSlope, zenith or azimuth", call.location)
     meshes = local_meshes(call.shapes, call.workspace)
     rotations = call.workspace.frames.rotations(call.shapes.frame)
     turned = np.einsum("pij,pj->pi", rotations[meshes.mesh_of_point()], meshes.points)
     slope, azimuth = measure.steepest_slope(meshes.with_points(turned))
-    return {"maxSlope": slope, "zenith": 90.0 - slope, "azimuth": azimuth}[str(wanted)]
+    return {"maxSlope": slope, "zenith": 90.0 - slope, "azimuth": azimuth}[str(kind)]
 
 
 _WHOLE_AREA = _by_scope(_area, measure.areas)

@@ -104,8 +104,8 @@ def _extent(axis: int) -> Builtin:
     def evaluate(call: FunctionCall) -> Value:
         if call.arguments[1] not in SPACES:
             raise DerivationError(f"{call.name} expects uvSpace or unitSpace", call.location)
-        found = range_of(call.shapes, _uv_set(call), axis, call.workspace)
-        return found.extent * found.metres if call.arguments[1] == "unitSpace" else found.extent
+        coordinate = range_of(call.shapes, _uv_set(call), axis, call.workspace)
+        return coordinate.extent * coordinate.metres if call.arguments[1] == "unitSpace" else coordinate.extent
 
     return Builtin(evaluate, (2, 2), keywords=SPACES)
 
@@ -114,8 +114,8 @@ def _bound(axis: int, is_low: bool) -> Builtin:
     """``geometry.uMin(set)``: the smallest u, by default in set 0."""
 
     def evaluate(call: FunctionCall) -> Value:
-        found = range_of(call.shapes, _uv_set(call), axis, call.workspace)
-        return found.low if is_low else found.high
+        coordinate = range_of(call.shapes, _uv_set(call), axis, call.workspace)
+        return coordinate.low if is_low else coordinate.high
 
     return Builtin(evaluate, (0, 1))
 

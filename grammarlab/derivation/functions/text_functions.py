@@ -37,13 +37,13 @@ def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple
 def _require_kinds(call: FunctionCall) -> None:
     """Refuse arguments whose types differ from CGA's table of functions; ``any`` means string here."""
     form = max(functions()[call.name], key=lambda form: len(form.parameters))
-    for place, (value, parameter) in enumerate(zip(call.arguments, form.parameters, strict=False)):
+    for index, (value, parameter) in enumerate(zip(call.arguments, form.parameters, strict=False)):
         kind = kind_of(value)
-        types = ("string",) if place == 0 or "any" in parameter.types else parameter.types
+        types = ("string",) if index == 0 or "any" in parameter.types else parameter.types
         if kind not in types:
-            wanted = " or a ".join(types)
+            expected = " or a ".join(types)
             raise DerivationError(
-                f"{call.name} expected a {wanted} as argument {place + 1}, found a {kind}", call.location
+                f"{call.name} expected a {expected} as argument {index + 1}, found a {kind}", call.location
             )
 
 
@@ -118,8 +118,8 @@ def _convert_to_text(call: FunctionCall) -> Value:
 def print_value(value: Value, shapes: Shapes, workspace: Workspace) -> None:
     """Collect the texts of ``print``, one per shape."""
     texts = texts_of(value, workspace)
-    shown = [texts] * shapes.num if isinstance(texts, str) else [workspace.strings[text] for text in texts.tolist()]
-    workspace.recorder.add_prints(shown)
+    lines = [texts] * shapes.num if isinstance(texts, str) else [workspace.strings[text] for text in texts.tolist()]
+    workspace.recorder.add_prints(lines)
 
 
 def _print(call: FunctionCall) -> Value:
@@ -133,12 +133,12 @@ def whole(number: float) -> int:
 
 
 def _find(text: str, sought: str, nth: float = 0.0) -> float:
-    place = -1
+    index = -1
     for _ in range(max(0, whole(nth)) + 1):
-        place = text.find(sought, place + 1)
-        if place < 0:
+        index = text.find(sought, index + 1)
+        if index < 0:
             return -1.0
-    return float(place)
+    return float(index)
 
 
 def _substring(text: str, start: float, end: float) -> str:
@@ -148,9 +148,9 @@ def _substring(text: str, start: float, end: float) -> str:
 def _replace(text: str, old: str, new: str | float | bool) -> str:
     if not old:
         return text
-    put = text_of(new)
-    check_length(len(text) + text.count(old) * (len(put) - len(old)))
-    return text.replace(old, put)
+    replacement = text_of(new)
+    check_length(len(text) + text.count(old) * (len(replacement) - len(old)))
+    return text.replace(old, replacement)
 
 
 def text_of(value: str | float | bool) -> str:
@@ -168,8 +168,8 @@ def _suffix(text: str, separator: str) -> str:
 
 def _range(text: str, first: str, last: str) -> str:
     """Text between the first occurrence of one string and the last occurrence of another after it."""
-    place = text.find(first)
-    rest = text[place + len(first) :] if place >= 0 else ""
+    index = text.find(first)
+    rest = text[index + len(first) :] if index >= 0 else ""
     end = rest.rfind(last)
     return rest[: max(0, end)]
 
@@ -231,11 +231,11 @@ def _index(text: str, sought: str) -> float:
 
 
 def _remove(text: str, sought: str) -> str:
-    parts, place = items(text), whole(_index(text, sought))
-    return joined(parts[:place] + parts[place + 1 :]) if place >= 0 else joined(parts)
+    parts, index = items(text), whole(_index(text, sought))
+    return joined(parts[:index] + parts[index + 1 :]) if index >= 0 else joined(parts)
 
 
-def _kept(text: str, sought: str, fitting: bool) -> str:
+def _filtered(text: str, sought: str, fitting: bool) -> str:
     return joined([item for item in items(text) if fits(item, sought) == fitting])
 
 
@@ -253,8 +253,8 @@ LISTS: dict[str, Builtin] = {
     "listLast": text_function(lambda text: items(text)[-1] if items(text) else ""),
     "listRange": text_function(_part, (3, 3)),
     "listRemove": text_function(_remove, (2, 2)),
-    "listRemoveAll": text_function(lambda text, sought: _kept(text, sought, False), (2, 2)),
-    "listRetainAll": text_function(lambda text, sought: _kept(text, sought, True), (2, 2)),
+    "listRemoveAll": text_function(lambda text, sought: _filtered(text, sought, False), (2, 2)),
+    "listRetainAll": text_function(lambda text, sought: _filtered(text, sought, True), (2, 2)),
     "listSize": text_function(lambda text: float(len(items(text)))),
     "listTerminate": text_function(lambda text: joined(items(text))),
 }

@@ -18,7 +18,8 @@ from grammarlab.geometry.meshes.mesh import Meshes
 
 Rows = NDArray[np.int64]
 
-_STRAIGHT = 1e-9
+_TOLERANCE = 1e-9
+"""Largest component of the difference of axes that count as equal."""
 _AXES_WORDS = frozenset(
     {"x", "y", "z", *(f"{system}.{axes}" for system in ("world", "object") for axes in ("x", "y", "z", "xyz"))}
 )
@@ -88,11 +89,11 @@ def align_to_axes(call: BoundCall) -> Shapes:
         return repivoted(call, np.swapaxes(rotations, 1, 2))
     axis = "xyz".index(word)
     fixed = np.broadcast_to(np.eye(3)[axis], (shapes.num, 3))
-    if np.abs(rotations[:, :, axis] - fixed).max() < _STRAIGHT:
+    if np.abs(rotations[:, :, axis] - fixed).max() < _TOLERANCE:
         return with_pivot(shapes, shapes.position, shapes.frame, call.workspace)
     neighbour = 0 if axis != 0 else 2
-    wanted = _axes(fixed, axis, rotations[:, :, neighbour], neighbour, rotations[:, :, 2 - neighbour])
-    return repivoted(call, np.swapaxes(rotations, 1, 2) @ wanted)
+    target = _axes(fixed, axis, rotations[:, :, neighbour], neighbour, rotations[:, :, 2 - neighbour])
+    return repivoted(call, np.swapaxes(rotations, 1, 2) @ target)
 
 
 def _axes(fixed: Floats, axis: int, near: Floats, neighbour: int, fallback: Floats) -> Floats:
@@ -137,11 +138,11 @@ def _chosen_corner(call: BoundCall, meshes: Meshes, face: Argument, edge: Argume
     lengths = np.linalg.norm(corner_edges(meshes), axis=1)
     middle = _edge_means(meshes, height)
     if face.keyword and face.value in ("any", "auto"):
-        allowed = np.ones(meshes.num_faces, dtype=bool)
+        is_candidate = np.ones(meshes.num_faces, dtype=bool)
     else:
-        allowed = np.zeros(meshes.num_faces, dtype=bool)
-        allowed[_chosen_face(call, meshes, face, height)] = True
-    candidates = np.flatnonzero(allowed[of_corner])
+        is_candidate = np.zeros(meshes.num_faces, dtype=bool)
+        is_candidate[_chosen_face(call, meshes, face, height)] = True
+    candidates = np.flatnonzero(is_candidate[of_corner])
     owner = mesh[of_corner[candidates]]
     if edge.keyword and edge.value == "longest":
         cost = -np.round(lengths[candidates], 9)

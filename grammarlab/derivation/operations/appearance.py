@@ -129,10 +129,10 @@ def _changed_by_text(call: BoundCall, argument: Argument, changes: Callable[[str
 
 def _color_of(text: str, call: BoundCall) -> tuple[float, ...]:
     """Red, green, blue and optional opacity in 0..1."""
-    found = parse_color(text)
-    if found is None:
+    channels = parse_color(text)
+    if channels is None:
         raise call.error(f'expected a colour like "#ff8800", found "{text}"')
-    return found
+    return channels
 
 
 def texture(call: BoundCall) -> Shapes:

@@ -55,7 +55,7 @@ class ComponentShapes(NamedTuple):
     first: Rows
     """[K] index of the chosen component that each one is, or begins with."""
     pivot: Floats
-    """[K, 3] its first corner, which may differ from the corner of its bounding box; world metres."""
+    """[K, 3] its first corner, new_shape may differ from the corner of its bounding box; world metres."""
 
 
 Join = Literal["each", "all", "connected"]
@@ -75,12 +75,12 @@ class AbstractComponents(ABC):
         """[K] the components that a selector names."""
 
     @abstractmethod
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+    def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         """The shapes that chosen components make.
 
         Args:
             chosen: [C] components, ascending.
-            join: how they are grouped into shapes.
+            join: grouping of the components into shapes.
             aligned: whether the shapes get their own axes, or keep those of the original shape.
             selector: the selector; it directs roof edges upwards.
         """
@@ -106,15 +106,15 @@ class _BoxFaces(AbstractComponents):
             return np.tile(classify(normals, selector), self._shapes.num)
         return oriented(selector, normals[self.index], self.row, self._shapes, self._call.workspace)
 
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+    def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         if join != "each" or not aligned:
-            return _MeshComponents(self._call, self._shapes, "f").place(chosen, join, aligned)
+            return _MeshComponents(self._call, self._shapes, "f").shapes_of(chosen, join, aligned)
         shapes, frames = self._shapes, self._call.workspace.frames
         row, face = self.row[chosen], self._faces[self.index[chosen]]
         whole = shapes.size[row]
         parent = shapes.frame[row]
         mesh = np.full(len(row), np.int32(FACE))
-        each = np.arange(len(chosen))
+        component = np.arange(len(chosen))
         if self._kind == FACE:
             position = shapes.position[row]
             return ComponentShapes(
@@ -123,7 +123,7 @@ class _BoxFaces(AbstractComponents):
                 size=whole * [1.0, 1.0, 0.0],
                 frame=parent,
                 mesh=mesh,
-                first=each,
+                first=component,
                 pivot=position,
             )
         first = face[0] if len(face) else 0
@@ -139,7 +139,7 @@ class _BoxFaces(AbstractComponents):
             origin[:, 1] = 0.0
         position = shapes.position[row] + frames.to_world(parent, origin)
         return ComponentShapes(
-            row=row, position=position, size=size, frame=frame, mesh=mesh, first=each, pivot=position
+            row=row, position=position, size=size, frame=frame, mesh=mesh, first=component, pivot=position
         )
 
 
@@ -159,10 +159,12 @@ class _MeshComponents(AbstractComponents):
         to_object = _to_object(self._call, shapes) if prefix in ("object", "street") else None
         return select(self._components, selector, to_object, to_world)
 
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+    def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         if join == "each":
-            taken = self._components.take(chosen)
-            return self._placed(upwards(taken) if selector in _CLIMBING else taken, np.arange(len(chosen)), aligned)
+            components = self._components.take(chosen)
+            return self._placed(
+                upwards(components) if selector in _CLIMBING else components, np.arange(len(chosen)), aligned
+            )
         if join == "connected":
             if self._kind != "f":
                 raise self._call.error("comp with =: joins faces only", "use : or = for edges and vertices")
@@ -201,17 +203,17 @@ class _MixedComponents(AbstractComponents):
     def picked(self, selector: str) -> Flags:
         return np.concatenate([group.picked(selector) for _, group in self._groups])[self._order]
 
-    def place(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+    def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         turn = np.full(len(self.row), -1, np.int64)
         turn[self._order[chosen]] = np.arange(len(chosen))
         placed, start = [], 0
         for rows, group in self._groups:
             turns = turn[start : start + len(group.row)]
-            own = np.flatnonzero(turns >= 0)
+            chosen_of_group = np.flatnonzero(turns >= 0)
             start += len(group.row)
-            if len(own):
-                part = group.place(own, join, aligned, selector)
-                placed.append(part._replace(row=rows[part.row], first=turns[own][part.first]))
+            if len(chosen_of_group):
+                part = group.shapes_of(chosen_of_group, join, aligned, selector)
+                placed.append(part._replace(row=rows[part.row], first=turns[chosen_of_group][part.first]))
         columns = [np.concatenate(column) for column in zip(*placed, strict=True)]
         order = np.argsort(columns[0], kind="stable")
         return ComponentShapes._make(column[order] for column in columns)
@@ -228,24 +230,24 @@ def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     if kind not in _MAKERS:
         raise call.error(f"comp expects f, e, v, fe or fv, found {kind or 'something else'}")
     components = _components(call, kind)
-    return [_part(call, components, chosen, head) for head, chosen in _each_taken(call, components, heads)]
+    return [_part(call, components, chosen, head) for head, chosen in _selections(call, components, heads)]
 
 
-class Taken(NamedTuple):
-    """Components selected by one part, and the K shapes they make."""
+class SelectedComponents(NamedTuple):
+    """C components selected by one part, and the K shapes they make."""
 
     shapes: Shapes
     number: Rows
     """[K] index of each shape's first component."""
     row: Rows
     """[C] the shape that contains each component."""
-    place: Rows
-    """[C] its number in that shape."""
-    which: Rows
-    """[C] the new shape that contains it."""
+    component: Rows
+    """[C] number of each component in that shape."""
+    new_shape: Rows
+    """[C] the new shape that contains each component."""
 
 
-def taken_apart(call: BoundCall, heads: tuple[Head, ...]) -> tuple[list[Taken], Rows]:
+def select_components(call: BoundCall, heads: tuple[Head, ...]) -> tuple[list[SelectedComponents], Rows]:
     """Components selected by each part of ``comp``, and the number of components of each shape [N].
 
     Raises:
@@ -255,12 +257,14 @@ def taken_apart(call: BoundCall, heads: tuple[Head, ...]) -> tuple[list[Taken], 
     if kind not in _MAKERS or any(head.connected for head in heads):
         raise call.error("comp as a value expects f, e, v, fe or fv, and : or = between selectors and values")
     components = _components(call, kind)
-    found = []
-    for head, chosen in _each_taken(call, components, heads):
+    selections = []
+    for head, chosen in _selections(call, components, heads):
         part, row = _part(call, components, chosen, head), components.row[chosen]
-        which = np.unique(row, return_inverse=True)[1] if head.joined else np.arange(len(chosen))
-        found.append(Taken(part.shapes, part.number.astype(np.int64), row, components.index[chosen], which))
-    return found, np.bincount(components.row, minlength=call.shapes.num)
+        new_shape = np.unique(row, return_inverse=True)[1] if head.joined else np.arange(len(chosen))
+        selections.append(
+            SelectedComponents(part.shapes, part.number.astype(np.int64), row, components.index[chosen], new_shape)
+        )
+    return selections, np.bincount(components.row, minlength=call.shapes.num)
 
 
 def _components(call: BoundCall, kind: str) -> AbstractComponents:
@@ -283,7 +287,7 @@ def _components(call: BoundCall, kind: str) -> AbstractComponents:
     return _MixedComponents(shapes, groups) if groups else _MeshComponents(call, shapes, kind)
 
 
-def _each_taken(call: BoundCall, components: AbstractComponents, heads: Sequence[Head]) -> Iterator[tuple[Head, Rows]]:
+def _selections(call: BoundCall, components: AbstractComponents, heads: Sequence[Head]) -> Iterator[tuple[Head, Rows]]:
     """Each part with its selected components, without those selected by earlier parts."""
     available = np.ones(len(components.row), dtype=bool)
     for head in heads:
@@ -295,18 +299,18 @@ def _each_taken(call: BoundCall, components: AbstractComponents, heads: Sequence
 def _chosen(call: BoundCall, components: AbstractComponents, head: Head, available: Flags) -> Rows:
     """Available components selected by the head of a part: by a selector, a condition or a number."""
     if head.condition is not None:
-        left = np.flatnonzero(available)
-        if len(left) == 0:
-            return left
-        placed = components.place(left, "each", aligned=False)
-        shapes, number = call.shapes.place(*placed[:5]), components.index[left]
-        flags = selected(call, head.condition, shapes, number, lambda word: components.picked(word)[left])
-        return left[flags]
+        candidates = np.flatnonzero(available)
+        if len(candidates) == 0:
+            return candidates
+        placed = components.shapes_of(candidates, "each", aligned=False)
+        shapes, number = call.shapes.parts(*placed[:5]), components.index[candidates]
+        flags = selected(call, head.condition, shapes, number, lambda word: components.picked(word)[candidates])
+        return candidates[flags]
     value = head.argument.value
     if head.argument.keyword:
         return np.flatnonzero(available & components.picked(str(value)))
-    wanted = np.rint(call.column(head.argument))
-    return np.flatnonzero(available & (components.index == wanted[components.row]))
+    target_index = np.rint(call.column(head.argument))
+    return np.flatnonzero(available & (components.index == target_index[components.row]))
 
 
 def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: Head) -> BoundPart:
@@ -315,25 +319,25 @@ def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: H
         return BoundPart(shapes.take(chosen), chosen)
     join: Join = "connected" if head.connected else "all" if head.joined else "each"
     aligned = "noAlign" not in call.words
-    placed = components.place(chosen, join, aligned, head.text)
-    made = shapes.place(*placed[:5])
-    made = with_pivot(made, placed.pivot, made.frame, call.workspace) if aligned else made
-    return BoundPart(_indexed(call, made, placed.row, head), components.index[chosen[placed.first]])
+    placed = components.shapes_of(chosen, join, aligned, head.text)
+    parts = shapes.parts(*placed[:5])
+    parts = with_pivot(parts, placed.pivot, parts.frame, call.workspace) if aligned else parts
+    return BoundPart(_indexed(call, parts, placed.row, head), components.index[chosen[placed.first]])
 
 
-def _indexed(call: BoundCall, made: Shapes, row: Rows, head: Head) -> Shapes:
+def _indexed(call: BoundCall, parts: Shapes, row: Rows, head: Head) -> Shapes:
     """Components with their index, total and selector, if the grammar reads them."""
-    asked = call.workspace.state_names & {"comp.index", "comp.total", "comp.sel"}
-    if not asked:
-        return made
+    names = call.workspace.state_names & {"comp.index", "comp.total", "comp.sel"}
+    if not names:
+        return parts
     counts = np.bincount(row, minlength=call.shapes.num)
     first = np.cumsum(counts) - counts
-    known = {
+    values = {
         "comp.index": (np.arange(len(row)) - first[row]).astype(np.float64),
         "comp.total": counts[row].astype(np.float64),
         "comp.sel": head.text,
     }
-    return made._replace(state={**made.state, **{name: known[name] for name in asked}})
+    return parts._replace(state={**parts.state, **{name: values[name] for name in names}})
 
 
 def _to_object(call: BoundCall, shapes: Shapes) -> Floats:
@@ -346,8 +350,8 @@ def _to_object(call: BoundCall, shapes: Shapes) -> Floats:
 def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
     """Every edge of every face of shapes as a shape in their axes, and its number within its shape."""
     components = _MeshComponents(call, call.shapes, "fe")
-    placed = components.place(np.arange(len(components.row)), "each", aligned=False)
-    return call.shapes.place(*placed[:5]), components.index
+    placed = components.shapes_of(np.arange(len(components.row)), "each", aligned=False)
+    return call.shapes.parts(*placed[:5]), components.index
 
 
 BLOCKS: dict[str, BlockOperation] = {

@@ -49,14 +49,16 @@ def _bare(call: BoundCall) -> BoundCall:
 
 
 def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
-    mesh, own, low = _asset(call, path)
+    mesh, asset_size, low = _asset(call, path)
     if "zUp" in call.words:
-        mesh, own, low = _stood_up(call, mesh, own, low)
+        mesh, asset_size, low = _stood_up(call, mesh, asset_size, low)
     if "keepSizeAlignPosition" in call.words:
-        return _standing(call, shapes, np.full(shapes.num, mesh, dtype=np.int32), np.broadcast_to(own, (shapes.num, 3)))
+        return _standing(
+            call, shapes, np.full(shapes.num, mesh, dtype=np.int32), np.broadcast_to(asset_size, (shapes.num, 3))
+        )
     if "keepSizeAndPosition" in call.words:
         shapes = shapes._replace(size=np.zeros_like(shapes.size))
-    return fitted(shapes, mesh, own, low, call)
+    return fitted(shapes, mesh, asset_size, low, call)
 
 
 def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
@@ -68,36 +70,36 @@ def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     if name in primitives.BUILTIN_ASSETS:
         return table.named(name, primitives.builtin_asset(name)), np.ones(3), np.zeros(3)
     if path.startswith("builtin:"):
-        known = ", ".join(primitives.BUILTIN_ASSETS)
-        raise call.error(f'unknown built-in mesh "{path}"', f"expected one of {known}")
+        valid_names = ", ".join(primitives.BUILTIN_ASSETS)
+        raise call.error(f'unknown built-in mesh "{path}"', f"expected one of {valid_names}")
     asset = call.workspace.asset(path, call.location)
     if asset is None:
         return BOX, np.ones(3), np.zeros(3)
     return table.named(path, asset.meshes), asset.size, asset.low
 
 
-def _stood_up(call: BoundCall, mesh: int, own: Floats, low: Floats) -> tuple[int, Floats, Floats]:
+def _stood_up(call: BoundCall, mesh: int, asset_size: Floats, low: Floats) -> tuple[int, Floats, Floats]:
     """A mesh with up axis z, rotated by -90 degrees about x so that y is up."""
-    size, corner = own[[0, 2, 1]], np.array([low[0], low[2], -low[1] - own[1]])
+    size, corner = asset_size[[0, 2, 1]], np.array([low[0], low[2], -low[1] - asset_size[1]])
     if mesh == BOX:
         return mesh, size, corner
     table = call.workspace.meshes
     unit = table.take(np.array([mesh]))
     x, y, z = unit.points.T
-    flipped = np.where(own[1] > 0.0, 1.0 - y, 0.0)
+    flipped = np.where(asset_size[1] > 0.0, 1.0 - y, 0.0)
     return table.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1))), size, corner
 
 
-def fitted(shapes: Shapes, mesh: int, own: Floats, low: Floats, call: BoundCall) -> Shapes:
+def fitted(shapes: Shapes, mesh: int, asset_size: Floats, low: Floats, call: BoundCall) -> Shapes:
     """Shapes with one mesh of the unit cube; its own size [3] and low corner [3] replace dimensions that are 0."""
     shapes = shapes._replace(mesh=np.full(shapes.num, mesh, dtype=np.int32))
     flat = shapes.size <= 0.0
     if not flat.any():
         return shapes
     size, missing = shapes.size.copy(), flat.sum(axis=1)
-    scales = np.where(flat | (own <= 0.0), 0.0, shapes.size / np.where(own > 0.0, own, 1.0))
+    scales = np.where(flat | (asset_size <= 0.0), 0.0, shapes.size / np.where(asset_size > 0.0, asset_size, 1.0))
     scale = np.where(missing == 3, 1.0, scales.sum(axis=1) / np.maximum(3 - missing, 1))
-    size[flat] = (scale[:, None] * own)[flat]
+    size[flat] = (scale[:, None] * asset_size)[flat]
     offset = np.where((missing >= 2)[:, None] & flat, scale[:, None] * low, 0.0)
     position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)
     return shapes._replace(size=size, position=position)

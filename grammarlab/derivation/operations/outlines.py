@@ -55,21 +55,21 @@ def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     outward = strips.edge_normals(meshes)
     mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
     groups = np.full(len(meshes.corners), REMAINDER, dtype=np.int64)
-    for place, head in enumerate(heads):
+    for index, head in enumerate(heads):
         if head.argument.value != "remainder":
             chosen = _edges(call, head, meshes, outward, mesh)
-            groups[chosen & (groups == REMAINDER)] = place
+            groups[chosen & (groups == REMAINDER)] = index
     result = strips.setback(meshes, _distances(call, meshes, mesh), groups)
-    places = [REMAINDER if head.argument.value == "remainder" else place for place, head in enumerate(heads)]
-    return _parts(call, result, heads, places)
+    part_groups = [REMAINDER if head.argument.value == "remainder" else index for index, head in enumerate(heads)]
+    return _parts(call, result, heads, part_groups)
 
 
 def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``innerRectangle(scope|edge) { shape : ... | remainder : ... }``: the largest rectangle inside each face."""
     alignment = cast("Literal['scope', 'edge']", call.words[0] if call.words else "scope")
     result = rectangles.inner_rectangle(local_meshes(call.shapes, call.workspace), alignment)
-    places = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
-    return _parts(call, result, heads, places)
+    part_groups = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
+    return _parts(call, result, heads, part_groups)
 
 
 def inner_rect(call: BoundCall) -> Shapes:
@@ -99,9 +99,9 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
     if head.argument.keyword:
         return picked(str(head.argument.value))
     counts = np.diff(meshes.face_offsets)[meshes.face_of_corner()]
-    place = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
+    position = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
     index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]
-    return place == index % np.maximum(counts, 1)
+    return position == index % np.maximum(counts, 1)
 
 
 def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
@@ -112,14 +112,14 @@ def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float6
     is_edge = edge_table(meshes).edge_of_corner >= 0
     before = np.cumsum(is_edge) - is_edge
     first = np.searchsorted(mesh, np.arange(len(meshes)))
-    place = before - np.append(before, 0)[first][mesh]
+    position = before - np.append(before, 0)[first][mesh]
     table, distances = np.asarray(value)[mesh], np.zeros(len(mesh))
     for number in np.unique(table).tolist():
         array = call.workspace.tables[number]
         if array.kind != "float":
             raise call.error(f"setback expected distances, found an array of the type {array.kind}")
-        given = is_edge & (table == number) & (place < len(array.cells))
-        distances[given] = np.array(array.cells, dtype=np.float64)[place[given]]
+        has_distance = is_edge & (table == number) & (position < len(array.cells))
+        distances[has_distance] = np.array(array.cells, dtype=np.float64)[position[has_distance]]
     return distances
 
 
@@ -129,19 +129,19 @@ def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:
     def divide(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
         depths = [call.column(argument) for argument in call.values]
         result = cut(local_meshes(call.shapes, call.workspace), *depths)
-        places = [REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
-        return _parts(call, result, heads, places)
+        part_groups = [REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
+        return _parts(call, result, heads, part_groups)
 
     count = {"shapeL": 2, "shapeU": 3, "shapeO": 4}[name]
     return BlockOperation(divide, frozenset(), (count, count), _PARTS)
 
 
-def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], places: Sequence[int]) -> list[BoundPart]:
+def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], part_groups: Sequence[int]) -> list[BoundPart]:
     """The pieces of each group as shapes: one per piece, or one of all pieces of a shape."""
     owner = result.meshes.mesh_of_face()
     parts = []
-    for head, place in zip(heads, places, strict=True):
-        faces = np.flatnonzero(result.group == place)
+    for head, group in zip(heads, part_groups, strict=True):
+        faces = np.flatnonzero(result.group == group)
         counts = np.ones(len(faces), dtype=np.int64)
         row = owner[faces]
         if head.joined and len(faces):
@@ -155,13 +155,13 @@ def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], places: Sequ
 def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) -> Shapes:
     """Shapes made of faces, in the axes of the shapes they come from."""
     shapes, frames = call.shapes, call.workspace.frames
-    unit, low, size = normalized(_apart(meshes, faces, counts))
+    unit, low, size = normalized(_separated(meshes, faces, counts))
     frame = shapes.frame[row]
     position = shapes.position[row] + frames.to_world(frame, low)
-    return shapes.place(row, position, size, frame, add_faces(call.workspace.meshes, unit))
+    return shapes.parts(row, position, size, frame, add_faces(call.workspace.meshes, unit))
 
 
-def _apart(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:
+def _separated(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:
     """Meshes with given numbers of these faces. Faces do not share points, but a face may pass the same point twice."""
     corners, offsets = take_rows(meshes.face_offsets, faces)
     sizes = np.diff(offsets)

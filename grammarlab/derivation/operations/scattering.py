@@ -20,9 +20,9 @@ _ENDS = {"left": (0, 0.0), "right": (0, 1.0), "bottom": (1, 0.0), "top": (1, 1.0
 """Axis of the scope, and the position along it of the middle of a side."""
 _SPREAD = 0.16
 """Default standard deviation, as a share of the scope's size."""
-_TRIES = 32
+_MAX_DRAWS = 32
 """Largest number of draws from a normal distribution until one is on a flat surface."""
-_NEAR = 1e-6
+_TOLERANCE = 1e-6
 """Largest distance of a point on a surface, as a share of the scope's size."""
 
 
@@ -60,7 +60,7 @@ def scatter(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     if on_surface:
         frame = _standing(call, meshes, frame, face)
     mesh = np.full(len(rows), EMPTY, dtype=np.int32)
-    return [BoundPart(shapes.place(rows, position, np.zeros((len(rows), 3)), frame, mesh), number)]
+    return [BoundPart(shapes.parts(rows, position, np.zeros((len(rows), 3)), frame, mesh), number)]
 
 
 def _draws(key: Keys, attempt: int) -> Floats:
@@ -75,20 +75,22 @@ def _normal(call: BoundCall, meshes: Meshes, rows: Indices, key: Keys, on_surfac
     points = _truncated(_draws(key, 0), size, mean, deviation)
     if not on_surface:
         return points, rows
-    found, face = nearest_on(meshes, rows, points)
-    reach = _NEAR * np.maximum(size.max(axis=1, initial=0.0), 1e-9)
-    left = np.flatnonzero((size <= 0.0).any(axis=1) & (_apart(found, points) > reach))
-    for attempt in range(1, _TRIES):
-        if len(left) == 0:
+    nearest, face = nearest_on(meshes, rows, points)
+    reach = _TOLERANCE * np.maximum(size.max(axis=1, initial=0.0), 1e-9)
+    rejected = np.flatnonzero((size <= 0.0).any(axis=1) & (_distances(nearest, points) > reach))
+    for attempt in range(1, _MAX_DRAWS):
+        if len(rejected) == 0:
             break
-        points[left] = _truncated(_draws(key[left], attempt), size[left], mean[left], deviation[left])
-        found[left], face[left] = nearest_on(meshes, rows[left], points[left])
-        left = left[_apart(found[left], points[left]) > reach[left]]
-    return found, face
+        points[rejected] = _truncated(
+            _draws(key[rejected], attempt), size[rejected], mean[rejected], deviation[rejected]
+        )
+        nearest[rejected], face[rejected] = nearest_on(meshes, rows[rejected], points[rejected])
+        rejected = rejected[_distances(nearest[rejected], points[rejected]) > reach[rejected]]
+    return nearest, face
 
 
-def _apart(one: Floats, other: Floats) -> Floats:
-    return np.abs(one - other).max(axis=1, initial=0.0)
+def _distances(first: Floats, second: Floats) -> Floats:
+    return np.abs(first - second).max(axis=1, initial=0.0)
 
 
 def _truncated(draws: Floats, size: Floats, mean: Floats, deviation: Floats) -> Floats:
@@ -117,23 +119,23 @@ def _deviation(call: BoundCall) -> Floats:
     if len(call.values) < 2:
         return _SPREAD * size
     argument = call.values[1]
-    given = number_column(call.number(argument), call.shapes.num)
-    if (given < 0.0).any():
-        raise call.error(f"scatter expects a deviation of at least 0, found {given.min():g}")
-    return given[:, None] * (size if argument.relative else np.ones(3))
+    deviation = number_column(call.number(argument), call.shapes.num)
+    if (deviation < 0.0).any():
+        raise call.error(f"scatter expects a deviation of at least 0, found {deviation.min():g}")
+    return deviation[:, None] * (size if argument.relative else np.ones(3))
 
 
 def _standing(call: BoundCall, meshes: Meshes, frame: Ids, face: Indices) -> Ids:
     """Frames of points [K], by the smallest rotations that turn their y axes to the normals of their faces."""
     if len(face) == 0:
         return frame
-    faces, first, which = np.unique(face, return_index=True, return_inverse=True)
+    faces, first, inverse = np.unique(face, return_index=True, return_inverse=True)
     x, y, z = face_normals(meshes)[faces].T
     share = 1.0 / np.maximum(1.0 + y, 1e-12)
     turn = np.stack([1.0 - x * x * share, x, -x * z * share, -x, y, -z, -x * z * share, z, 1.0 - z * z * share], axis=1)
     turn = turn.reshape(-1, 3, 3)
     turn[y < -1.0 + 1e-9] = np.diag([1.0, -1.0, -1.0])
-    return call.workspace.frames.rotated(frame[first], turn)[which]
+    return call.workspace.frames.rotated(frame[first], turn)[inverse]
 
 
 BLOCKS: dict[str, BlockOperation] = {

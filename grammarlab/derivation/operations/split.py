@@ -64,7 +64,7 @@ def numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> 
     if shapes.key is None and not is_wanted:
         return [np.zeros(count, np.int64) for count in counts]
     if all(piece.is_one_each for piece in pieces):
-        return [np.full(count, place) for place, count in enumerate(counts)]
+        return [np.full(count, index) for index, count in enumerate(counts)]
     row = np.concatenate([piece.row for piece in pieces])
     order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
     per_row = np.bincount(row, minlength=shapes.num)
@@ -74,18 +74,18 @@ def numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> 
 
 
 def indexed(
-    made: Sequence[Shapes],
+    parts: Sequence[Shapes],
     pieces: Sequence[SplitPieces],
     numbers: Sequence[NDArray[np.int64]],
     num_shapes: int,
-    asked: frozenset[str],
+    names: frozenset[str],
 ) -> list[Shapes]:
     """Parts with their index and total, if the grammar reads them."""
     totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
     result = []
-    for part, piece, number in zip(made, pieces, numbers, strict=True):
-        known = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
-        result.append(part._replace(state={**part.state, **{name: known[name] for name in asked}}))
+    for part, piece, number in zip(parts, pieces, numbers, strict=True):
+        values = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
+        result.append(part._replace(state={**part.state, **{name: values[name] for name in names}}))
     return result
 
 
@@ -117,38 +117,38 @@ def split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Bound
             f"split({words[0]}, ...) came to a shape without texture coordinates in set {uv_set}",
             "setupProjection and projectUV create them",
         )
-    found = range_of(call.shapes, uv_set, UV_AXES.index(words[0]), call.workspace)
-    unit_length = found.metres if words[1] == "unitSpace" else np.ones(call.shapes.num)
-    length = found.extent * unit_length
+    coordinate = range_of(call.shapes, uv_set, UV_AXES.index(words[0]), call.workspace)
+    unit_length = coordinate.metres if words[1] == "unitSpace" else np.ones(call.shapes.num)
+    length = coordinate.extent * unit_length
     elements = elements_of(call, heads, length)
     call.workspace.expanded(count_pieces(length, elements), call.shapes.num, call.location)
     pieces = divide(length, elements)
-    asked = asked_indices(call.workspace)
-    numbers = numbered(pieces, call.shapes, is_wanted=bool(asked))
-    made = [_texture_part(call, found, unit_length, piece) for piece in pieces]
-    if asked:
-        made = indexed(made, pieces, numbers, call.shapes.num, asked)
-    return [BoundPart(part, number) for part, number in zip(made, numbers, strict=True)]
+    index_names = asked_indices(call.workspace)
+    numbers = numbered(pieces, call.shapes, is_wanted=bool(index_names))
+    parts = [_texture_part(call, coordinate, unit_length, piece) for piece in pieces]
+    if index_names:
+        parts = indexed(parts, pieces, numbers, call.shapes.num, index_names)
+    return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
 
 
-def _texture_part(call: BoundCall, found: Range, unit_length: Floats, piece: SplitPieces) -> Shapes:
+def _texture_part(call: BoundCall, coordinate: Range, unit_length: Floats, piece: SplitPieces) -> Shapes:
     """The shapes [K] of one size of a split of shapes [N].
 
     Args:
         call: the split.
-        found: the coordinate on the shapes [N].
+        coordinate: the texture coordinate on the shapes [N].
         unit_length: [N] length of one unit of the coordinate in the unit of the sizes.
-        piece: what becomes of the size.
+        piece: the parts that the size makes.
     """
     rows = piece.row
     shapes = call.shapes.take(rows)
     if len(rows) == 0:
         return shapes
-    steepness = norm(found.gradient[rows])
-    direction = unit(found.gradient[rows])
+    steepness = norm(coordinate.gradient[rows])
+    direction = unit(coordinate.gradient[rows])
     ends = np.stack([piece.start, piece.start + piece.extent]) / unit_length[rows]
     # From values of the coordinate to metres from the scope's origin along its gradient.
-    low, high = (found.low[rows] + ends - found.start[rows]) / steepness
+    low, high = (coordinate.low[rows] + ends - coordinate.start[rows]) / steepness
     axis, is_simple = _scope_axes(shapes.mesh, direction)
     position, size, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
     simple = np.flatnonzero(is_simple)
@@ -169,12 +169,12 @@ def _texture_part(call: BoundCall, found: Range, unit_length: Floats, piece: Spl
 def _scope_axes(mesh: Ids, direction: Floats) -> tuple[Rows, NDArray[np.bool_]]:
     """Scope axis [K] nearest to a direction [K, 3], and whether shapes of these meshes extend exactly along it."""
     axis = np.abs(direction).argmax(axis=1)
-    others = np.abs(direction)
-    others[np.arange(len(axis)), axis] = 0.0
+    components = np.abs(direction)
+    components[np.arange(len(axis)), axis] = 0.0
     extends = np.zeros((FACE + 2, 3), dtype=bool)
     for kind, axes in _LIES_ALONG.items():
         extends[kind, list(axes)] = True
-    return axis, (others.max(axis=1) < _STRAIGHT) & extends[np.minimum(mesh, FACE + 1), axis]
+    return axis, (components.max(axis=1) < _STRAIGHT) & extends[np.minimum(mesh, FACE + 1), axis]
 
 
 def _between(
@@ -236,20 +236,20 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     along = call.workspace.frames.axis(shapes.frame, axis)
     clipped = _needs_clipping(shapes.mesh, axis)
     general = clipped if clipped.any() else None
-    asked = asked_indices(call.workspace)
+    index_names = asked_indices(call.workspace)
     row = in_a_row(length, elements)
     if row is None:
         call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
         pieces = divide(length, elements)
-    elif general is None and not asked and row.is_full:
+    elif general is None and not index_names and row.is_full:
         return _slabs(shapes, axis, row, along)
     else:
         pieces = row.pieces()
-    numbers = numbered(pieces, shapes, is_wanted=bool(asked))
-    made = [_part(call, axis, piece, along, general) for piece in pieces]
-    if asked:
-        made = indexed(made, pieces, numbers, shapes.num, asked)
-    return [BoundPart(part, number) for part, number in zip(made, numbers, strict=True)]
+    numbers = numbered(pieces, shapes, is_wanted=bool(index_names))
+    parts = [_part(call, axis, piece, along, general) for piece in pieces]
+    if index_names:
+        parts = indexed(parts, pieces, numbers, shapes.num, index_names)
+    return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
 
 
 def _slabs(shapes: Shapes, axis: int, row: SplitRow, along: Floats) -> list[BoundPart]:
@@ -287,7 +287,7 @@ def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general
         position, size, mesh = _clipped(call, axis, piece, chosen, position, size, mesh, frame)
     if everyone:
         return shapes.rescoped(position, size, frame, mesh)
-    return shapes.place(rows, position, size, frame, mesh)
+    return shapes.parts(rows, position, size, frame, mesh)
 
 
 def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:

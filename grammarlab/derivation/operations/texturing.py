@@ -62,17 +62,17 @@ def delete(call: BoundCall) -> Shapes:
 def copy(call: BoundCall) -> Shapes:
     """``copyUV(from, to)``: the coordinates of one set for another."""
     ids = map_ids(call.shapes, _uv_set(call, 0)).copy()
-    known = np.flatnonzero(ids >= 0)
-    ids[known] = _made(call, call.workspace.texture_maps.take(ids[known]))
+    rows = np.flatnonzero(ids >= 0)
+    ids[rows] = _new_ids(call, call.workspace.texture_maps.take(ids[rows]))
     return with_maps(call.shapes, _uv_set(call, 1), ids)
 
 
-def _uv_set(call: BoundCall, place: int) -> int:
-    argument = call.arguments[place]
+def _uv_set(call: BoundCall, index: int) -> int:
+    argument = call.arguments[index]
     return uv_set_of(argument.value, call.name, call.location)
 
 
-def _made(call: BoundCall, maps: Floats) -> Ids:
+def _new_ids(call: BoundCall, maps: Floats) -> Ids:
     """Ids [N] of maps [N, 2, 4] made by an operation."""
     return call.workspace.texture_maps.add(maps, np.zeros(len(maps), dtype=bool))
 
@@ -99,12 +99,12 @@ def _changing(change: Change, num_arguments: int, keywords: frozenset[str] = fro
         uv_set = _uv_set(call, 0)
         numbers = tuple(call.column(argument) for argument in call.values[1:])
         ids = map_ids(call.shapes, uv_set).copy()
-        known = np.flatnonzero(ids >= 0)
-        if len(known) == 0:
+        rows = np.flatnonzero(ids >= 0)
+        if len(rows) == 0:
             return call.shapes
-        maps = call.workspace.texture_maps.take(ids[known])
-        chosen = tuple(number[known] for number in numbers)
-        ids[known] = _made(call, change(call, call.shapes.take(known), chosen, maps))
+        maps = call.workspace.texture_maps.take(ids[rows])
+        chosen = tuple(number[rows] for number in numbers)
+        ids[rows] = _new_ids(call, change(call, call.shapes.take(rows), chosen, maps))
         return with_maps(call.shapes, uv_set, ids)
 
     return Operation(apply, keywords, (num_arguments, num_arguments))
@@ -135,9 +135,9 @@ def _tiled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: F
     the image, and a size of 0 leaves its axis unchanged.
     """
     for axis, (argument, size) in enumerate(zip(call.values[1:], numbers, strict=True)):
-        found = _range(call, shapes, axis)
-        tile = _tile(call, argument._replace(value=size), found.extent * found.metres)
-        factor = np.where(tile == 0.0, 1.0, found.metres * _reciprocal(tile))
+        coordinate = _range(call, shapes, axis)
+        tile = _tile(call, argument._replace(value=size), coordinate.extent * coordinate.metres)
+        factor = np.where(tile == 0.0, 1.0, coordinate.metres * _reciprocal(tile))
         maps[:, axis] *= factor[:, None]
     return maps
 
@@ -148,12 +148,12 @@ def _normalized(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], ma
     Faces are never normalized separately: a shape has one map.
     """
     mode = call.words[0] if call.words else ""
-    found = [_range(call, shapes, axis) for axis in range(2)]
-    largest = np.maximum(found[0].extent, found[1].extent)
-    for axis, one in enumerate(found):
+    ranges = [_range(call, shapes, axis) for axis in range(2)]
+    largest = np.maximum(ranges[0].extent, ranges[1].extent)
+    for axis, coordinate in enumerate(ranges):
         if mode in ("uv", "uvUniform", "uv"[axis]):
-            extent = largest if mode == "uvUniform" else one.extent
-            maps[:, axis, 3] -= one.low
+            extent = largest if mode == "uvUniform" else coordinate.extent
+            maps[:, axis, 3] -= coordinate.low
             maps[:, axis] *= np.where(extent > 0.0, _reciprocal(extent), 1.0)[:, None]
     return maps
 

@@ -68,14 +68,14 @@ class ArrayTable:
         return np.array([self._id(table) for table in tables], dtype=np.uint32)
 
     def _id(self, table: Table) -> int:
-        known = self._ids.get(table)
-        if known is None:
+        index = self._ids.get(table)
+        if index is None:
             self._cells += len(table.cells)
             if self._cells > MAX_CELLS_IN_ALL:
                 raise BudgetError(f"all arrays together would have more than {MAX_CELLS_IN_ALL:,} cells")
-            known = self._ids[table] = len(self._tables)
+            index = self._ids[table] = len(self._tables)
             self._tables.append(table)
-        return known
+        return index
 
 
 def cell_text(cell: Cell) -> str:

@@ -44,10 +44,10 @@ class MeshTable:
 
     def named(self, name: str, mesh: Meshes) -> int:
         """The id of one shared mesh in the unit cube, added when the name is new."""
-        known = self._named.get(name)
-        if known is None:
-            known = self._named[name] = int(self.add(mesh)[0])
-        return known
+        index = self._named.get(name)
+        if index is None:
+            index = self._named[name] = int(self.add(mesh)[0])
+        return index
 
     def mirrored(self, ids: NDArray[np.integer], axis: int) -> Ids:
         """Ids [N] of meshes with points mirrored along an axis and the same faces, which then point inwards.
@@ -55,7 +55,7 @@ class MeshTable:
         Scaled by a negative size they coincide with the given meshes: so scopes of negative height keep their
         geometry. Mirroring twice gives the original mesh.
         """
-        different, which = np.unique(ids, return_inverse=True)
+        different, inverse = np.unique(ids, return_inverse=True)
         for mesh in different.tolist():
             if (axis, mesh) not in self._mirrored:
                 unit = self.take(np.array([mesh]))
@@ -63,7 +63,7 @@ class MeshTable:
                 points[:, axis] = 1.0 - points[:, axis]
                 turned = int(self.add(unit.with_points(points))[0])
                 self._mirrored[axis, mesh], self._mirrored[axis, turned] = turned, mesh
-        return np.array([self._mirrored[axis, mesh] for mesh in different.tolist()], dtype=np.int32)[which]
+        return np.array([self._mirrored[axis, mesh] for mesh in different.tolist()], dtype=np.int32)[inverse]
 
     def take(self, ids: NDArray[np.integer]) -> Meshes:
         """The meshes [N] with these ids, in the unit cube."""
@@ -141,15 +141,15 @@ def add_faces(table: MeshTable, meshes: Meshes) -> Ids:
     candidates = np.flatnonzero(single)
     first = meshes.mesh_points[:-1][candidates]
     corner = meshes.face_offsets[meshes.mesh_faces[:-1][candidates]]
-    places = meshes.corners[corner[:, None] + np.arange(4)]
-    points = meshes.points[first[:, None] + places]
+    corners = meshes.corners[corner[:, None] + np.arange(4)]
+    points = meshes.points[first[:, None] + corners]
     plain = meshes.tags[meshes.mesh_faces[:-1][candidates]] == UNTAGGED
     ids = np.full(len(meshes), -1, dtype=np.int32)
     for kind, template in ((FACE, _FACE_POINTS), (FOOTPRINT, quad().points)):
         ids[candidates[plain & (np.abs(points - template) < _ROUNDING).all(axis=(1, 2))]] = kind
-    others = np.flatnonzero(ids < 0)
-    if len(others):
-        ids[others] = table.add(meshes.take(others))
+    other_rows = np.flatnonzero(ids < 0)
+    if len(other_rows):
+        ids[other_rows] = table.add(meshes.take(other_rows))
     return ids
 
 

@@ -58,9 +58,9 @@ def check_length(length: int, location: Location | None = None) -> None:
 def concatenated(left: Value, right: Value, strings: StringTable, location: Location | None = None) -> Value:
     """The texts of two values, one after the other."""
 
-    def joined(one: str, other: str) -> str:
-        check_length(len(one) + len(other), location)
-        return one + other
+    def joined(first_text: str, second_text: str) -> str:
+        check_length(len(first_text) + len(second_text), location)
+        return first_text + second_text
 
     first, second = value_texts(left, strings), value_texts(right, strings)
     if isinstance(first, str):
@@ -95,7 +95,7 @@ def _number(value: Value) -> float | NDArray[np.float64]:
 
 
 def _equality(symbol: str) -> BinaryOperator:
-    wanted = symbol == "=="
+    is_equality = symbol == "=="
 
     def evaluate(left: Value, right: Value, strings: StringTable, location: Location) -> Value:
         if (kind_of(left) == "string") != (kind_of(right) == "string"):
@@ -108,8 +108,8 @@ def _equality(symbol: str) -> BinaryOperator:
             right = strings.id(right)
         equal = left == right
         if isinstance(equal, np.ndarray):
-            return equal if wanted else np.logical_not(equal)
-        return equal == wanted
+            return equal if is_equality else np.logical_not(equal)
+        return equal == is_equality
 
     return evaluate
 
@@ -133,8 +133,8 @@ def _letters(value: Value, strings: StringTable) -> Any:
     """Strings as an array that NumPy can sort."""
     if not isinstance(value, np.ndarray):
         return np.str_(value)
-    codes, which = np.unique(value, return_inverse=True)
-    return np.array([strings[code] for code in codes.tolist()])[which]
+    codes, inverse = np.unique(value, return_inverse=True)
+    return np.array([strings[code] for code in codes.tolist()])[inverse]
 
 
 def _negative(value: Value, location: Location) -> Value:

@@ -15,6 +15,7 @@ from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name
 from grammarlab.errors import Location
 
 _MOST_PRINTS = 10_000
+"""Largest number of printed lines of one derivation that are stored."""
 _ZERO = np.zeros(1, dtype=np.int32)
 
 
@@ -135,11 +136,11 @@ class Recorder:
     def reports(self) -> Reports:
         """All reported values."""
         keys = tuple(sorted({key for _, key, _ in self._reports}))
-        places = {key: place for place, key in enumerate(keys)}
+        index_by_key = {key: index for index, key in enumerate(keys)}
         counts = [len(node) for node, *_ in self._reports]
         return Reports(
             _joined([node for node, *_ in self._reports], np.int32),
-            np.repeat(np.array([places[key] for _, key, _ in self._reports], dtype=np.int32), counts),
+            np.repeat(np.array([index_by_key[key] for _, key, _ in self._reports], dtype=np.int32), counts),
             _joined([values for *_, values in self._reports], np.float64),
             keys,
         )

@@ -108,7 +108,7 @@ class Shapes(NamedTuple):
 
     def take(self, rows: NDArray[np.integer]) -> Shapes:
         """The shapes at these rows, in any order, repeats allowed."""
-        return self.place(
+        return self.parts(
             rows,
             self.position.take(rows, axis=0),
             self.size.take(rows, axis=0),
@@ -116,8 +116,8 @@ class Shapes(NamedTuple):
             self.mesh.take(rows),
         )
 
-    def place(self, rows: NDArray[np.integer], position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
-        """Shapes made from the ones at these rows, with another scope and geometry."""
+    def parts(self, rows: NDArray[np.integer], position: Floats, size: Floats, frame: Ids, mesh: Ids) -> Shapes:
+        """Parts of the shapes at these rows, with scopes and geometry of their own."""
         return Shapes(
             node=self.node.take(rows),
             model=self.model.take(rows),

@@ -64,12 +64,12 @@ class TextureMapTable:
         """
         if self._used == 0:
             return self._rows[:0].copy(), ids
-        known = np.flatnonzero(ids >= 0)
-        known = known[~self._was_given[ids[known]]]
-        different, which = np.unique(ids[known], return_inverse=True)
-        place = np.full(len(ids), NONE, dtype=np.int32)
-        place[known] = which
-        return self._rows[different], place
+        rows = np.flatnonzero(ids >= 0)
+        rows = rows[~self._was_given[ids[rows]]]
+        different, inverse = np.unique(ids[rows], return_inverse=True)
+        index = np.full(len(ids), NONE, dtype=np.int32)
+        index[rows] = inverse
+        return self._rows[different], index
 
 
 def map_name(uv_set: int) -> str:

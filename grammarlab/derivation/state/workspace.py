@@ -54,9 +54,9 @@ class Workspace:
     attributes: Mapping[str, CompiledAttribute]
     """The attributes and constants of the grammar, by name."""
     state_names: frozenset[str]
-    """See `Program.state_names`."""
+    """Names of the state that rules read or change, see `Program.state_names`."""
     uv_sets: frozenset[int]
-    """See `Program.uv_sets`."""
+    """Texture coordinate sets that rules use, see `Program.uv_sets`."""
     pending: list[list[Shapes]]
     """Pending shapes of each rule, in the order they were made."""
     lots: Lots
@@ -66,7 +66,7 @@ class Workspace:
     start_symbols: tuple[str, ...]
     """The symbols of `Lots.start_rules`."""
     roots: Shapes
-    """One shape per model: the initial shapes."""
+    """Initial shapes, one per model."""
     strings: StringTable
     frames: FrameTable
     meshes: MeshTable
@@ -143,30 +143,33 @@ class Workspace:
     def _evaluate(self, name: str) -> Value:
         attribute = self.attributes[name]
         column = self.lots.attributes.get(name)
-        given = None if column is None else np.flatnonzero(column.given)
-        if column is not None and given is not None and len(given) == self.roots.num:
-            return self._given(column.values)
+        given_models = None if column is None else np.flatnonzero(column.is_given)
+        if column is not None and given_models is not None and len(given_models) == self.roots.num:
+            return self._from_outside(column.values)
         if name in self._evaluating:
             chain = " -> ".join([*self._evaluating[self._evaluating.index(name) :], name])
             raise DerivationError(f"the value of {name} depends on itself: {chain}", attribute.location)
         self._evaluating.append(name)
         try:
-            if column is None or given is None:
+            if column is None or given_models is None:
                 return attribute.code(self.roots, self)
-            own = np.flatnonzero(~column.given)
-            values = [attribute.code(self.roots.take(own), self), self._given(column.values[given])]
+            other_models = np.flatnonzero(~column.is_given)
+            values = [
+                attribute.code(self.roots.take(other_models), self),
+                self._from_outside(column.values[given_models]),
+            ]
         finally:
             self._evaluating.pop()
         try:
-            joined = join_values(values, [len(own), len(given)], self.strings)
+            joined = join_values(values, [len(other_models), len(given_models)], self.strings)
         except DerivationError as error:
             hint = "give every model, or none, a value of another type than the rule file does"
             raise DerivationError(
                 f"the value of {name} differs between models: {error}", attribute.location, hint
             ) from error
-        return take_value(joined, np.argsort(np.concatenate([own, given])))
+        return take_value(joined, np.argsort(np.concatenate([other_models, given_models])))
 
-    def _given(self, values: Values) -> Value:
+    def _from_outside(self, values: Values) -> Value:
         """Values [K] from outside in the types of rules; one value if all are the same to the last bit."""
         if values.tobytes() == values[:1].tobytes() * len(values):
             return values[0].item()

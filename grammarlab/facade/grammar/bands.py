@@ -39,20 +39,20 @@ def repeated_runs(items: Sequence[Hashable]) -> list[Repeat]:
     >>> [run.start for run in repeated_runs("wwdwwdwww")]
     [0, 6]
     """
-    numbers = {item: place for place, item in enumerate(dict.fromkeys(items))}
+    numbers = {item: number for number, item in enumerate(dict.fromkeys(items))}
     column = np.array([numbers[item] for item in items], dtype=np.int64)
     best = _longest(column)
-    return [] if best is None else _beside(column, 0, best.turns)
+    return [] if best is None else _runs_of_turns(column, 0, best.turns)
 
 
-def _beside(column: NDArray[np.int64], start: int, count: int) -> list[Repeat]:
+def _runs_of_turns(column: NDArray[np.int64], start: int, count: int) -> list[Repeat]:
     """The runs with this number of turns in a range of the items."""
-    found = _longest(column, count)
-    if found is None:
+    longest = _longest(column, count)
+    if longest is None:
         return []
-    left = _beside(column[: found.start], start, count)
-    right = _beside(column[found.end :], start + found.end, count)
-    return [*left, found._replace(start=start + found.start), *right]
+    before = _runs_of_turns(column[: longest.start], start, count)
+    after = _runs_of_turns(column[longest.end :], start + longest.end, count)
+    return [*before, longest._replace(start=start + longest.start), *after]
 
 
 def _longest(column: NDArray[np.int64], turns: int = 0) -> Repeat | None:
@@ -85,7 +85,7 @@ class Band(NamedTuple):
     start: float
     """Start from the left or from the bottom, metres."""
     end: float
-    stands: bool
+    has_elements: bool
     """Whether it contains something other than wall; otherwise it is flexible."""
 
     @property
@@ -101,48 +101,48 @@ def bands(facade: Facade, axis: int) -> list[Band]:
     window, or have a band of their own; elements that extend over several bands, such as cornices, are cut.
     """
     labels = [look_of(name) for name in facade.labels]
-    leaves = np.array([leaf for leaf in facade.leaves if not _gives(facade, leaf)], dtype=np.int64)
+    leaves = np.array([leaf for leaf in facade.leaves if not _is_flexible(facade, leaf)], dtype=np.int64)
     core = np.array([labels[label].glazed or is_door(facade.labels[label]) for label in facade.label[leaves]], bool)
     if not core.any():
         core[:] = True
     start = facade.position[leaves, axis] - facade.position[0, axis]
     extents = np.stack([start, start + facade.size[leaves, axis]], axis=1)
     least = SAME_PLACE * facade.size[0, axis]
-    standing = _joined(extents[core], least)
-    beside = [extent for extent in extents[~core] if _overlaps(standing, extent, least) < 2]
-    if len(standing):
-        standing = _joined(np.concatenate([standing, *(extent[None] for extent in beside)]), least)
-    return _filled(standing, float(facade.size[0, axis]), least)
+    element_extents = _joined(extents[core], least)
+    adjacent = [extent for extent in extents[~core] if _overlaps(element_extents, extent, least) < 2]
+    if len(element_extents):
+        element_extents = _joined(np.concatenate([element_extents, *(extent[None] for extent in adjacent)]), least)
+    return _filled(element_extents, float(facade.size[0, axis]), least)
 
 
-def _gives(facade: Facade, leaf: int) -> bool:
-    return look_of(facade.name_of(leaf)).gives
+def _is_flexible(facade: Facade, leaf: int) -> bool:
+    return look_of(facade.name_of(leaf)).is_flexible
 
 
 def _joined(extents: Floats, least: float) -> Floats:
     """[K, 2] disjoint extents with the same union as extents [N, 2]; those that only touch stay separate."""
-    found: list[list[float]] = []
+    joined: list[list[float]] = []
     for start, end in sorted(extents.tolist()):
-        if found and start < found[-1][1] - least:
-            found[-1][1] = max(found[-1][1], end)
+        if joined and start < joined[-1][1] - least:
+            joined[-1][1] = max(joined[-1][1], end)
         else:
-            found.append([start, end])
-    return np.array(found).reshape(-1, 2)
+            joined.append([start, end])
+    return np.array(joined).reshape(-1, 2)
 
 
 def _overlaps(standing: Floats, extent: Floats, least: float) -> int:
     return int(((standing[:, 0] < extent[1] - least) & (standing[:, 1] > extent[0] + least)).sum())
 
 
-def _filled(standing: Floats, whole: float, least: float) -> list[Band]:
+def _filled(element_extents: Floats, whole: float, least: float) -> list[Band]:
     """Bands of elements, and the bands between them."""
-    found, at = [], 0.0
-    for start, end in standing.tolist():
-        if start - at > least:
-            found.append(Band(at, start, stands=False))
-            at = start
-        found.append(Band(at, end, stands=True))
-        at = end
-    if whole - at > least:
-        found.append(Band(at, whole, stands=False))
-    return found
+    result, position = [], 0.0
+    for start, end in element_extents.tolist():
+        if start - position > least:
+            result.append(Band(position, start, has_elements=False))
+            position = start
+        result.append(Band(position, end, has_elements=True))
+        position = end
+    if whole - position > least:
+        result.append(Band(position, whole, has_elements=False))
+    return result

@@ -39,18 +39,18 @@ class Cell(NamedTuple):
     axis: int
     """Axis of the parts; -1 for an element."""
     parts: tuple[tuple[float, Cell], ...]
-    """For each part, its size along the axis, metres, and its content."""
+    """Size along the axis in metres, and content, of each part."""
     outline: tuple[tuple[float, float], ...] = ()
     """Corners of an element that is not a rectangle, as in `Facade`; none if the cell cuts the element."""
     shows: PictureWindow | None = None
     """Part of a picture on an element; None without a picture."""
 
-    def gives(self, axis: int) -> bool:
+    def can_stretch(self, axis: int) -> bool:
         """Whether it can be stretched along an axis with only walls changing."""
         if self.axis == LEAF:
-            return look_of(self.label).gives
-        found = (part.gives(axis) for _, part in self.parts)
-        return any(found) if axis == self.axis else all(found)
+            return look_of(self.label).is_flexible
+        part_stretches = (part.can_stretch(axis) for _, part in self.parts)
+        return any(part_stretches) if axis == self.axis else all(part_stretches)
 
     def things(self) -> Iterator[str]:
         """The labels of all elements in it."""
@@ -82,23 +82,23 @@ def cell_of(facade: Facade, nodes: Ints, low: Sequence[float], high: Sequence[fl
     extent = np.minimum(start + facade.size[nodes], high) - np.maximum(start, low)
     inside = (extent > least).all(axis=1)
     extents = dict(zip(nodes[inside].tolist(), extent[inside].tolist(), strict=True))
-    made: dict[int, Cell] = {}
+    cells: dict[int, Cell] = {}
     inner: dict[int, list[int]] = {}
     """Parts in the rectangle of nodes that are processed later."""
     for node in reversed(extents):
         along = int(facade.axis[node])
         parts = inner.pop(node, [])
         if along == LEAF:
-            made[node] = _thing(facade, node, np.asarray(low), np.asarray(high), np.asarray(least))
+            cells[node] = _leaf_cell(facade, node, np.asarray(low), np.asarray(high), np.asarray(least))
         elif parts:
-            made[node] = _together(along, [(extents[part][along], made.pop(part)) for part in parts])
-        if node in made and node:
+            cells[node] = _joined_cell(along, [(extents[part][along], cells.pop(part)) for part in parts])
+        if node in cells and node:
             inner.setdefault(int(facade.parent[node]), []).insert(0, node)
-    return made.get(0, Cell("", LEAF, ()))
+    return cells.get(0, Cell("", LEAF, ()))
 
 
-def _thing(facade: Facade, leaf: int, low: Floats, high: Floats, least: Floats) -> Cell:
-    """What a leaf is between two corners."""
+def _leaf_cell(facade: Facade, leaf: int, low: Floats, high: Floats, least: Floats) -> Cell:
+    """Content of a leaf between two corners."""
     picture = int(facade.picture[leaf])
     if picture < 0 and not len(facade.outline(leaf)):
         return Cell(facade.name_of(leaf), LEAF, ())
@@ -116,18 +116,24 @@ def _thing(facade: Facade, leaf: int, low: Floats, high: Floats, least: Floats) 
     return Cell(facade.name_of(leaf), LEAF, (), tuple((x, y) for x, y in outline), shows)
 
 
-def _together(along: int, parts: list[tuple[float, Cell]]) -> Cell:
+def _joined_cell(along: int, parts: list[tuple[float, Cell]]) -> Cell:
     """Parts in a row as one cell."""
     joined: list[tuple[float, Cell]] = []
     for size, part in parts:
-        for length, each in [(size, part)] if part.axis != along else _shares(size, part):
+        for length, cell in [(size, part)] if part.axis != along else _shares(size, part):
             before, last = joined[-1] if joined else (0.0, None)
-            if last and each.axis == LEAF and _plain(last) == _plain(each) and not each.outline and each.gives(along):
-                larger = last if before >= length else each
-                shows = _over_both(last.shows, each.shows, along) or larger.shows
-                joined[-1] = (before + length, each._replace(shows=shows))
+            if (
+                last
+                and cell.axis == LEAF
+                and _plain(last) == _plain(cell)
+                and not cell.outline
+                and cell.can_stretch(along)
+            ):
+                larger = last if before >= length else cell
+                shows = _over_both(last.shows, cell.shows, along) or larger.shows
+                joined[-1] = (before + length, cell._replace(shows=shows))
             else:
-                joined.append((length, each))
+                joined.append((length, cell))
     return joined[0][1] if len(joined) == 1 else Cell("", along, tuple(joined))
 
 
@@ -151,21 +157,21 @@ def _over_both(before: PictureWindow | None, after: PictureWindow | None, along:
 
 def _shares(size: float, part: Cell) -> list[tuple[float, Cell]]:
     """The parts of a part that is divided along the axis of its parent."""
-    whole = sum(each for each, _ in part.parts)
-    return [(each * size / whole, cell) for each, cell in part.parts]
+    whole = sum(length for length, _ in part.parts)
+    return [(length * size / whole, cell) for length, cell in part.parts]
 
 
-def alike(one: Cell, other: Cell, stretch: float) -> bool:
+def alike(first: Cell, second: Cell, stretch: float) -> bool:
     """Whether two cells have the same contents, with relative differences of sizes and outlines up to this value."""
     return (
-        (one.label, one.axis, len(one.parts)) == (other.label, other.axis, len(other.parts))
-        and all(abs(a - b) <= stretch * max(a, b) for (a, _), (b, _) in zip(one.parts, other.parts, strict=True))
-        and all(alike(a, b, stretch) for (_, a), (_, b) in zip(one.parts, other.parts, strict=True))
-        and (one.outline == other.outline or _miss(one, other) <= stretch + _SAME_AREA)
+        (first.label, first.axis, len(first.parts)) == (second.label, second.axis, len(second.parts))
+        and all(abs(a - b) <= stretch * max(a, b) for (a, _), (b, _) in zip(first.parts, second.parts, strict=True))
+        and all(alike(a, b, stretch) for (_, a), (_, b) in zip(first.parts, second.parts, strict=True))
+        and (first.outline == second.outline or _miss(first, second) <= stretch + _SAME_AREA)
     )
 
 
-def _miss(one: Cell, other: Cell) -> float:
+def _miss(first: Cell, second: Cell) -> float:
     """Part of a box in which the outlines of two things differ."""
-    shape, another = (shapely.make_valid(shapely.Polygon(cell.outline or _UNIT)) for cell in (one, other))
+    shape, another = (shapely.make_valid(shapely.Polygon(cell.outline or _UNIT)) for cell in (first, second))
     return shape.symmetric_difference(another).area

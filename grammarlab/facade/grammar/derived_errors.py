@@ -38,16 +38,16 @@ def leaf_error(
     Returns:
         Infinity if leaves are missing, surplus, or of other labels.
     """
-    found, called = derived_leaves(grammar, labels, outlined)
-    if len(found) != len(facade.leaves):
+    boxes, names = derived_leaves(grammar, labels, outlined)
+    if len(boxes) != len(facade.leaves):
         return np.inf
     expected = leaf_boxes(facade)
-    nearest = np.asarray(KDTree(found).query(expected)[1])
+    nearest = np.asarray(KDTree(boxes).query(expected)[1])
     if len(np.unique(nearest)) != len(nearest):
         return np.inf
-    if any(called[near] != facade.name_of(leaf) for near, leaf in zip(nearest, facade.leaves.tolist(), strict=True)):
+    if any(names[near] != facade.name_of(leaf) for near, leaf in zip(nearest, facade.leaves.tolist(), strict=True)):
         return np.inf
-    return float(np.abs(corners(found)[nearest] - corners(expected)).max())
+    return float(np.abs(corners(boxes)[nearest] - corners(expected)).max())
 
 
 def derived_leaves(
@@ -63,9 +63,9 @@ def derived_leaves(
     leaves = forest.leaves
     # The name of a symbol without a rule ends with a full stop.
     symbols = [forest.symbols[symbol].rstrip(".") for symbol in forest.nodes.symbol[leaves.node].tolist()]
-    own = np.array([symbol != AROUND for symbol in symbols], dtype=bool)
+    is_leaf = np.array([symbol != AROUND for symbol in symbols], dtype=bool)
     box = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
-    return box[own], [labels.get(symbol, "") for symbol in symbols if symbol != AROUND]
+    return box[is_leaf], [labels.get(symbol, "") for symbol in symbols if symbol != AROUND]
 
 
 def leaf_boxes(facade: Facade) -> Floats:
@@ -100,29 +100,32 @@ def member_error(
     Returns:
         Infinity if elements are missing or surplus; 0 if there are none.
     """
-    boxes, called = derived_leaves(grammar, labels, outlined)
-    pieces = np.array([not look_of(label).gives for label in called], dtype=bool)
-    found = corners(boxes[pieces])
+    boxes, derived_names = derived_leaves(grammar, labels, outlined)
+    pieces = np.array([not look_of(label).is_flexible for label in derived_names], dtype=bool)
+    derived = corners(boxes[pieces])
     names = [facade.name_of(leaf) for leaf in facade.leaves.tolist()]
-    things = np.array([not look_of(name).gives for name in names], dtype=bool)
+    things = np.array([not look_of(name).is_flexible for name in names], dtype=bool)
     expected = corners(leaf_boxes(facade)[things])
-    number = {label: place for place, label in enumerate(dict.fromkeys((*names, *called)))}
+    number = {label: index for index, label in enumerate(dict.fromkeys((*names, *derived_names)))}
     found_label, label = (
-        np.array([number[name] for name, one in zip(all_names, some, strict=True) if one], dtype=np.int64)
-        for all_names, some in ((called, pieces), (names, things))
+        np.array(
+            [number[name] for name, is_thing in zip(all_names, is_thing_by_name, strict=True) if is_thing],
+            dtype=np.int64,
+        )
+        for all_names, is_thing_by_name in ((derived_names, pieces), (names, things))
     )
     edges = [np.array(lines.edges) for lines in (pattern.columns, pattern.rows)]
     thing, band = _cut(expected, edges, SAME_PLACE * facade.size[0])
     own_edges = [_own_edges(lines) for lines in (pattern.columns, pattern.rows)]
-    own_band = _bands(found, own_edges)
+    own_band = _bands(derived, own_edges)
     piece, cut = _pairs(
-        (own_band, found_label, _middle(found) - _starts(own_edges, own_band)),
+        (own_band, found_label, _middle(derived) - _starts(own_edges, own_band)),
         (band, label[thing], _middle(_clipped(expected[thing], edges, band)) - _starts(edges, band)),
     )
-    if len(piece) < max(len(found), len(thing)) or len(np.unique(thing)) < len(expected):
+    if len(piece) < max(len(derived), len(thing)) or len(np.unique(thing)) < len(expected):
         return np.inf
     reach = np.full((len(expected), 4), np.inf)
-    np.minimum.at(reach, thing[cut], found[piece] * _OUTWARDS)
+    np.minimum.at(reach, thing[cut], derived[piece] * _OUTWARDS)
     return float(np.abs(reach * _OUTWARDS - expected).max(initial=0.0))
 
 
@@ -142,15 +145,15 @@ def _cut(box: Floats, edges: list[Floats], least: Floats) -> tuple[Ints, Ints]:
         > least[axis]
         for axis in range(2)
     ]
-    found = np.argwhere(inside[0][:, :, None] & inside[1][:, None, :])
-    return found[:, 0], found[:, 1:]
+    rows = np.argwhere(inside[0][:, :, None] & inside[1][:, None, :])
+    return rows[:, 0], rows[:, 1:]
 
 
 def _bands(box: Floats, edges: list[Floats]) -> Ints:
     """[P, 2] the column and row in which the middles of boxes [P, 4] are."""
     middle = _middle(box)
-    found = [np.searchsorted(edges[axis], middle[:, axis]).clip(1, len(edges[axis]) - 1) - 1 for axis in range(2)]
-    return np.stack(found, axis=1)
+    bands = [np.searchsorted(edges[axis], middle[:, axis]).clip(1, len(edges[axis]) - 1) - 1 for axis in range(2)]
+    return np.stack(bands, axis=1)
 
 
 def _clipped(box: Floats, edges: list[Floats], band: Ints) -> Floats:
@@ -171,18 +174,18 @@ _Pieces = tuple[Ints, Ints, Floats]
 """[P, 2] column and row, [P] label and [P, 2] place in them."""
 
 
-def _pairs(one: _Pieces, other: _Pieces) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _pairs(first_pieces: _Pieces, second_pieces: _Pieces) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pairs of pieces of one label in one column and row, as indices into both."""
-    keys = np.concatenate([np.column_stack(pieces[:2]) for pieces in (one, other)])
+    keys = np.concatenate([np.column_stack(pieces[:2]) for pieces in (first_pieces, second_pieces)])
     group = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
     groups = []
-    for numbers in (group[: len(one[0])], group[len(one[0]) :]):
+    for numbers in (group[: len(first_pieces[0])], group[len(first_pieces[0]) :]):
         order = np.argsort(numbers, kind="stable")
         groups.append(np.split(order, np.searchsorted(numbers[order], np.arange(1, group.max(initial=0) + 1))))
     first, second = [np.zeros(0, dtype=np.intp)], [np.zeros(0, dtype=np.intp)]
-    for here, there in zip(*groups, strict=True):
-        cost = np.abs(one[2][here][:, None] - other[2][there][None]).sum(axis=2)
+    for first_rows, second_rows in zip(*groups, strict=True):
+        cost = np.abs(first_pieces[2][first_rows][:, None] - second_pieces[2][second_rows][None]).sum(axis=2)
         rows, columns = linear_sum_assignment(cost)
-        first.append(here[rows])
-        second.append(there[columns])
+        first.append(first_rows[rows])
+        second.append(second_rows[columns])
     return np.concatenate(first), np.concatenate(second)

@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grammar.derived_errors import leaf_error
-from grammarlab.facade.grammar.leaf_looks import OutlinedLeaf, ShownPictures, outlined_leaves, projection, shown
+from grammarlab.facade.grammar.leaf_looks import (
+    OutlinedLeaf,
+    ShownPictures,
+    outlined_leaves,
+    projection,
+    shown_pictures,
+)
 from grammarlab.facade.grammar.rule_text import RuleNames, leaf_body, number, rule_name, split_body
 from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.tree import LEAF, Facade, X
@@ -70,22 +76,22 @@ def _enough_digits(facade: Facade) -> tuple[int, ...]:
 
 def flexible(facade: Facade) -> NDArray[np.bool_]:
     """[N, 2] whether a node can be stretched along x and along y with only walls changing."""
-    gives = np.ones((len(facade), 2), dtype=bool)
+    is_flexible = np.ones((len(facade), 2), dtype=bool)
     for node in range(len(facade) - 1, -1, -1):
         along, parts = int(facade.axis[node]), facade.children[node]
         if along == LEAF:
-            gives[node] = look_of(facade.name_of(node)).gives
+            is_flexible[node] = look_of(facade.name_of(node)).is_flexible
         else:
-            gives[node, along] = gives[parts, along].any()
-            gives[node, 1 - along] = gives[parts, 1 - along].all()
-    return gives
+            is_flexible[node, along] = is_flexible[parts, along].any()
+            is_flexible[node, 1 - along] = is_flexible[parts, 1 - along].all()
+    return is_flexible
 
 
 def _text(
     facade: Facade, outlined: dict[int, OutlinedLeaf], digits: int, *, repeats: bool
 ) -> tuple[str, dict[str, str]]:
     """The grammar, and the label of each of its leaf rules."""
-    shows = shown(facade)
+    shows = shown_pictures(facade)
     part, kinds = _parts(facade, outlined, shows, digits)
     names, used = [""] * len(kinds), RuleNames()
     labels: dict[str, str] = {}
@@ -93,7 +99,7 @@ def _text(
     for node in range(len(facade)):
         first.setdefault(int(part[node]), node)
     for kind, node in first.items():
-        names[kind] = "Facade" if not node else used.new(_wanted(facade, node))
+        names[kind] = "Facade" if not node else used.new(_preferred_name(facade, node))
     width, height = (number(size, digits) for size in (facade.width, facade.height))
     start = f"Lot --> s({width}, {height}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}"
     title = f"// A facade of {len(facade.leaves)} leaves, {facade.width:.4g} m wide and {facade.height:.4g} m high"
@@ -120,8 +126,8 @@ def _parts(
     The components of a leaf are the operations that draw it, those of any other part are sizes and indices of its
     parts.
     """
-    gives, part = flexible(facade), np.zeros(len(facade), dtype=np.int64)
-    known: dict[tuple[object, ...], int] = {}
+    is_flexible, part = flexible(facade), np.zeros(len(facade), dtype=np.int64)
+    kind_of_part: dict[tuple[object, ...], int] = {}
     kinds: list[tuple[str, str | tuple[tuple[str, int], ...]]] = []
     for node in range(len(facade) - 1, -1, -1):
         above, along = int(facade.parent[node]), int(facade.axis[node])
@@ -134,7 +140,7 @@ def _parts(
             content = shape.body(label, pictured=pictured) if shape else leaf_body(label, pictured=pictured)
         else:
             parts = facade.children[node]
-            floats = gives[parts, along] | ~gives[parts, along].any()
+            floats = is_flexible[parts, along] | ~is_flexible[parts, along].any()
             content = tuple(
                 (("~" if floating else "") + number(size, digits), kind)
                 for floating, size, kind in zip(
@@ -144,18 +150,18 @@ def _parts(
         key = (along, facade.label[node], setup, content)
         if not node:
             key = (*key, "root")
-        part[node] = known.setdefault(key, len(kinds))
+        part[node] = kind_of_part.setdefault(key, len(kinds))
         if part[node] == len(kinds):
             kinds.append((setup, content))
     return part, kinds
 
 
-def _wanted(facade: Facade, node: int) -> str:
+def _preferred_name(facade: Facade, node: int) -> str:
     """The preferred rule name of a node: its label, or the labels inside it and the axis of its parts."""
     label, along = facade.name_of(node), int(facade.axis[node])
     if label or along == LEAF:
         return rule_name(label)
     inside = set(facade.label[node : facade.end[node]].tolist()) - {-1}
-    things = [facade.labels[each] for each in sorted(inside) if not look_of(facade.labels[each]).gives]
+    things = [facade.labels[index] for index in sorted(inside) if not look_of(facade.labels[index]).is_flexible]
     kind = "Row" if along == X else "Bay"
     return rule_name(things[0]) + kind if len(things) == 1 else kind

@@ -42,11 +42,11 @@ Outline = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True, slots=True)
 class FacadeLeaves:
-    """What makes the things of a facade. Each leaf lays its own window of the picture on its box."""
+    """Writer of the leaves of a facade. Each leaf lays its own window of the picture on its box."""
 
     facade: Facade
     meshes: dict[Outline, OutlinedLeaf | None] = field(default_factory=dict)
-    """Of each outline that was written; None for one that is written as its box."""
+    """Mesh by outline; None for an outline that is written as its box."""
 
     def body(self, cell: Cell) -> str:
         """The operations that make a thing, which has no parts."""
@@ -77,7 +77,7 @@ def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[St
 def _own_walk(columns: KindSequence, walks: Walks) -> Walks:
     states, gaps, gap, doors = [], [], -1, 0
     for kind in columns.kind:
-        if not columns.stands[kind]:
+        if not columns.has_elements[kind]:
             gap = kind
             continue
         doors += columns.doors[kind]
@@ -116,9 +116,9 @@ class WrittenFamily:
     """CGA text."""
     rules: int
     columns: dict[int, Range]
-    """For each number of columns, the least and largest width of facades."""
+    """Least and largest width of facades in metres, by number of columns."""
     rows: dict[str, Range]
-    """By attribute, the least and largest number of turns of a run of rows."""
+    """Least and largest number of turns of a run of rows, by attribute."""
     facades: float
     """Number of different facades."""
     error: float | None = None
@@ -164,10 +164,10 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
         FacadeError: If no such facade is within these ranges; the message has the possible sizes.
     """
     pattern = pattern_of(facade, stretch)
-    storeys, found = _ways(pattern, widths, heights)
+    storeys, column_walks = _storeys_and_walks(pattern, widths, heights)
     leaves = FacadeLeaves(facade)
-    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaves.body).write()
-    error = _own_error(facade, pattern, storeys, found)
+    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=column_walks, leaf=leaves.body).write()
+    error = _own_error(facade, pattern, storeys, column_walks)
     return replace(written, error=error, outlined=leaves.outlined)
 
 
@@ -186,29 +186,30 @@ def write_pattern(
     Raises:
         FacadeError: If no such facade is within these ranges; the message has the possible sizes.
     """
-    storeys, found = _ways(pattern, widths, heights)
+    storeys, column_walks = _storeys_and_walks(pattern, widths, heights)
     names = RuleNames() if around is None else around.names
-    return _FamilyWriter(pattern=pattern, storeys=storeys, walks=found, leaf=leaf, around=around, names=names).write()
+    return _FamilyWriter(
+        pattern=pattern, storeys=storeys, walks=column_walks, leaf=leaf, around=around, names=names
+    ).write()
 
 
-def _ways(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
+def _storeys_and_walks(pattern: KindPattern, widths: Range, heights: Range) -> tuple[Storeys, Walks]:
     """Storeys and walks of these sizes."""
     storeys = storeys_of(pattern.rows, *heights)
-    found = walks(pattern.columns, *widths)
-    if found is None:
-        some = narrowest(pattern.columns, widths[1])
-        told = "it has no window and no door"
-        if some:
-            told = (
-                f"its columns make widths from {min(some):.4g} m to {max(some):.4g} m, with at most {LONGEST} columns"
-            )
-        raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {told}.")
-    return storeys, found
+    column_walks = walks(pattern.columns, *widths)
+    if column_walks is None:
+        possible = narrowest(pattern.columns, widths[1])
+        reason = "it has no window and no door"
+        if possible:
+            low, high = min(possible), max(possible)
+            reason = f"its columns make widths from {low:.4g} m to {high:.4g} m, with at most {LONGEST} columns"
+        raise FacadeError(f"no facade of this family is {widths[0]:g} to {widths[1]:g} m wide: {reason}.")
+    return storeys, column_walks
 
 
-def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, found: Walks) -> float | None:
+def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, column_walks: Walks) -> float | None:
     leaves = FacadeLeaves(facade)
-    own_storeys, own_walks = own_member(pattern, storeys, found)
+    own_storeys, own_walks = own_member(pattern, storeys, column_walks)
     writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body)
     error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
     return error if isfinite(error) else None
@@ -227,7 +228,7 @@ class _FamilyWriter:
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
     labels: dict[str, str] = field(default_factory=dict)
-    """What the symbols of leaves stand for."""
+    """Labels of leaves by symbol."""
 
     def write(self) -> WrittenFamily:
         attributes = [self._attribute(run.start, run.end) for run in self.storeys.runs]
@@ -252,23 +253,23 @@ class _FamilyWriter:
         self.lines += self.around.lines if self.around else ()
         text = format_grammar(Grammar.parse("\n".join([self._title(), 'version "2023.0"', *self.lines])))
         times = list(zip(*self.storeys.times, strict=True))
-        rows = {name: (min(found), max(found)) for name, found in zip(attributes, times, strict=True)}
+        rows = {name: (min(counts), max(counts)) for name, counts in zip(attributes, times, strict=True)}
         num = len(self.storeys.times) * self.walks.total
         return WrittenFamily(
             text=text, rules=len(Grammar.parse(text).rules), columns=self.walks.sizes, rows=rows, facades=num
         )
 
     def _title(self) -> str:
-        sizes = [size for found in self.walks.sizes.values() for size in found]
+        sizes = [size for lengths in self.walks.sizes.values() for size in lengths]
         columns, heights = self.walks.sizes, self.storeys.heights
-        wide, high = (f"{min(found):.4g} to {max(found):.4g} m" for found in (sizes, heights))
+        wide, high = (f"{min(lengths):.4g} to {max(lengths):.4g} m" for lengths in (sizes, heights))
         things = "buildings, main walls" if self.around else "facades"
         return f"// A family of {things} with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
 
     def _add_storeys(self, attributes: Listed[str]) -> None:
         ways = []
         for times, height in zip(self.storeys.times, self.storeys.heights, strict=True):
-            settings = "".join(f"set({name}, {often}) " for name, often in zip(attributes, times, strict=True))
+            settings = "".join(f"set({name}, {turns}) " for name, turns in zip(attributes, times, strict=True))
             if self.around:
                 settings += f"set({HEIGHT}, {number(height, _DIGITS)}) "
             ways.append(f"{settings}s('1, {number(height, _DIGITS)}, 0) Columns")
@@ -291,11 +292,11 @@ class _FamilyWriter:
     def _placed(self, columns: dict[int, str], gap: int, kind: int) -> str:
         """A pier and a column, side by side, and a move to the end of both."""
         text = ""
-        for each in (gap, kind):
-            if each >= 0:
-                size = self.pattern.columns.size[each]
+        for column_kind in (gap, kind):
+            if column_kind >= 0:
+                size = self.pattern.columns.size[column_kind]
                 length = number(size, _DIGITS)
-                text += f"[ {self._box(columns[each], size)} ] t({length}, 0, 0) "
+                text += f"[ {self._box(columns[column_kind], size)} ] t({length}, 0, 0) "
                 if self.around:
                     text += f"set({WIDTH}, {WIDTH} + {length}) "
         return text.rstrip()
@@ -306,13 +307,13 @@ class _FamilyWriter:
     def _column_names(self) -> dict[int, str]:
         """The rules of the kinds of columns that occur."""
         kinds = dict.fromkeys(self.pattern.columns.kind)
-        found: dict[tuple[Cell, ...], str] = {}
+        name_of_cells: dict[tuple[Cell, ...], str] = {}
         for kind in kinds:
             cells = tuple(row[kind] for row in self.pattern.cells)
-            if cells not in found:
-                stands = self.pattern.columns.stands[kind]
-                found[cells] = self.names.new(self._name(cells, "Column") if stands else "Pier")
-        return {kind: found[tuple(row[kind] for row in self.pattern.cells)] for kind in kinds}
+            if cells not in name_of_cells:
+                has_elements = self.pattern.columns.has_elements[kind]
+                name_of_cells[cells] = self.names.new(self._name(cells, "Column") if has_elements else "Pier")
+        return {kind: name_of_cells[tuple(row[kind] for row in self.pattern.cells)] for kind in kinds}
 
     def _state_name(self, state: WalkState) -> str:
         """A name from the number of columns so far, and of doors among them."""
@@ -329,7 +330,7 @@ class _FamilyWriter:
     def _name(self, cells: Listed[Cell], what: str) -> str:
         """A name for cells: by the most important element in them."""
         things = {thing for cell in cells for thing in cell.things()}
-        standing = sorted(thing for thing in things if not look_of(thing).gives)
+        standing = sorted(thing for thing in things if not look_of(thing).is_flexible)
         telling = [thing for thing in standing if look_of(thing).glazed] or standing
         chosen = ([thing for thing in standing if is_door(thing)] or telling or ["wall"])[0]
         return f"{rule_name(chosen)}{what}"
@@ -338,25 +339,27 @@ class _FamilyWriter:
         """The rows of a kind of column from the bottom up."""
         parts: list[tuple[list[str], str]] = []
         runs = {run.start: (run, name) for run, name in zip(self.storeys.runs, attributes, strict=True)}
-        place, bands = 0, self.pattern.rows.kind
-        while place < len(bands):
-            if place in runs:
-                run, attribute = runs[place]
-                turn = [(self._row_size(row), self._cell(row, kind)) for row in bands[place : place + run.period]]
-                height = sum(self.pattern.rows.size[row] for row in bands[place : place + run.period])
+        position, bands = 0, self.pattern.rows.kind
+        while position < len(bands):
+            if position in runs:
+                run, attribute = runs[position]
+                turn = [(self._row_size(row), self._cell(row, kind)) for row in bands[position : position + run.period]]
+                height = sum(self.pattern.rows.size[row] for row in bands[position : position + run.period])
                 rule = turn[0][1]
                 if any(name != rule for _, name in turn) or not self._stretches(rule):
                     group = " | ".join(f"{size} : {name}" for size, name in turn)
                     rule = f"split(y) {{ {{ {group} }}* }}"
                 self._append(parts, f"{attribute} * {number(height, _DIGITS)}", rule)
-                place = run.end
+                position = run.end
             else:
-                self._append(parts, self._row_size(bands[place]), self._cell(bands[place], kind))
-                place += 1
+                self._append(parts, self._row_size(bands[position]), self._cell(bands[position], kind))
+                position += 1
         if len(parts) == 1:
             return parts[0][1]
-        only = sum(self._gives(rule) for _, rule in parts) == 1
-        named = [("~1" if only and self._gives(rule) else " + ".join(sizes), rule) for sizes, rule in parts]
+        is_only_flexible = sum(self._is_flexible(rule) for _, rule in parts) == 1
+        named = [
+            ("~1" if is_only_flexible and self._is_flexible(rule) else " + ".join(sizes), rule) for sizes, rule in parts
+        ]
         return split_body("y", named, repeats=False)
 
     def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
@@ -366,14 +369,14 @@ class _FamilyWriter:
         else:
             parts.append(([size], rule))
 
-    def _gives(self, rule: str) -> bool:
+    def _is_flexible(self, rule: str) -> bool:
         return any(
-            name == rule and cell.axis == LEAF and look_of(cell.label).gives for cell, name in self.cells.items()
+            name == rule and cell.axis == LEAF and look_of(cell.label).is_flexible for cell, name in self.cells.items()
         )
 
     def _stretches(self, rule: str) -> bool:
         """Whether several such rows are one: walls without a picture, which would be stretched with them."""
-        return self._gives(rule) and not any(cell.shows for cell, name in self.cells.items() if name == rule)
+        return self._is_flexible(rule) and not any(cell.shows for cell, name in self.cells.items() if name == rule)
 
     def _row_size(self, row: int) -> str:
         return number(self.pattern.rows.size[row], _DIGITS)
@@ -396,7 +399,7 @@ class _FamilyWriter:
                 self.labels[terminal] = cell.label
                 self.lines.append(f"{name} --> {body}")
             else:
-                floats = [part.gives(cell.axis) for _, part in cell.parts]
+                floats = [part.can_stretch(cell.axis) for _, part in cell.parts]
                 sizes = [
                     (("~" if floating or not any(floats) else "") + number(size, _DIGITS), self._rule_of(part))
                     for floating, (size, part) in zip(floats, cell.parts, strict=True)

@@ -45,7 +45,7 @@ class ShownPictures:
     """[N, 4] left, bottom, right, top of the picture's part on the whole facade, if the picture were continued."""
 
 
-def shown(facade: Facade) -> ShownPictures:
+def shown_pictures(facade: Facade) -> ShownPictures:
     """The picture of every node: a node has the picture of its children, if they share one in one position."""
     picture, window = np.where(facade.axis == LEAF, facade.picture, -1), _extended(facade)
     for node in range(len(facade) - 1, -1, -1):
@@ -67,16 +67,16 @@ def _extended(facade: Facade) -> Floats:
 
 def picture_file(facade: Facade, picture: int) -> str:
     """The file name of a picture in rules."""
-    names = [re.sub(r"[^A-Za-z0-9._-]", "_", each.name).lstrip(".-") for each in facade.pictures[: picture + 1]]
+    names = [re.sub(r"[^A-Za-z0-9._-]", "_", entry.name).lstrip(".-") for entry in facade.pictures[: picture + 1]]
     return f"{picture}_{names[-1]}" if names[-1] in names[:-1] else names[-1]
 
 
 def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
     """The operations that set up a picture on a node, for ``projectUV`` below it; empty if it cannot be shown."""
-    place = (facade.position[node] - facade.position[0]) / facade.size[0]
+    offset = (facade.position[node] - facade.position[0]) / facade.size[0]
     part = facade.size[node] / facade.size[0]
     low, whole = shows.window[node, :2], shows.window[node, 2:] - shows.window[node, :2]
-    return window_projection(picture_file(facade, int(shows.picture[node])), low + place * whole, part * whole)
+    return window_projection(picture_file(facade, int(shows.picture[node])), low + offset * whole, part * whole)
 
 
 def window_projection(file: str, first: Floats, extent: Floats) -> str:
@@ -101,7 +101,7 @@ def store_as_assets(facade: Facade, folder: Path) -> None:
         FacadeError: If a file of such a name exists with another picture; nothing is written then.
     """
     names = [picture_file(facade, index) for index in range(len(facade.pictures))]
-    store_pictures((replace(each, name=name) for each, name in zip(facade.pictures, names, strict=True)), folder)
+    store_pictures((replace(picture, name=name) for picture, name in zip(facade.pictures, names, strict=True)), folder)
 
 
 _LEAST_AREA = 1e-9
@@ -172,34 +172,34 @@ class OutlinedLeaf:
 
     def body(self, label: str, *, pictured: bool) -> str:
         """CGA that makes the leaf from a rectangle, and the wall around it."""
-        body = leaf_body(label, pictured=pictured, made=f'i("{self.shape.file}")')
+        body = leaf_body(label, pictured=pictured, geometry=f'i("{self.shape.file}")')
         # The area outside of a wall stays empty.
-        if self.around is None or look_of(label).gives:
+        if self.around is None or look_of(label).is_flexible:
             return body
         low, size = self.around.low.tolist(), self.around.size.tolist()
-        place = f"t('{number(low[0], _DIGITS)}, '{number(low[1], _DIGITS)}, 0)"
+        move = f"t('{number(low[0], _DIGITS)}, '{number(low[1], _DIGITS)}, 0)"
         scope = f"s('{number(size[0], _DIGITS)}, '{number(size[1], _DIGITS)}, {number(THICKNESS, 3)})"
-        wall = leaf_body("", pictured=pictured, made=f'i("{self.around.file}")', scope=scope)
-        return f"[ {place} {wall} {AROUND}. ] {body}"
+        wall = leaf_body("", pictured=pictured, geometry=f'i("{self.around.file}")', scope=scope)
+        return f"[ {move} {wall} {AROUND}. ] {body}"
 
 
 def outlined_leaves(facade: Facade) -> dict[int, OutlinedLeaf]:
     """Meshes of each leaf with an outline that reaches all sides of its box; equal ones are shared."""
-    found: dict[int, OutlinedLeaf] = {}
-    made: dict[bytes, OutlinedLeaf | None] = {}
+    leaves: dict[int, OutlinedLeaf] = {}
+    by_outline: dict[bytes, OutlinedLeaf | None] = {}
     for leaf in facade.leaves[np.diff(facade.outline_offsets)[facade.leaves] > 0].tolist():
         outline = facade.outline(leaf)
         key = outline.tobytes()
-        if key not in made:
-            made[key] = outlined_leaf(outline)
-        if (one := made[key]) is not None:
-            found[leaf] = one
-    return found
+        if key not in by_outline:
+            by_outline[key] = outlined_leaf(outline)
+        if (leaf_shape := by_outline[key]) is not None:
+            leaves[leaf] = leaf_shape
+    return leaves
 
 
 def outlined_leaf(outline: Floats) -> OutlinedLeaf | None:
-    """What a leaf with an outline [P, 2] is made of; None if the outline misses a side of the box."""
-    inside, rest = (_shape(each) for each in prisms(outline))
+    """Meshes of a leaf with an outline [P, 2]; None if the outline misses a side of the box."""
+    inside, rest = (_shape(prism) for prism in prisms(outline))
     if inside is None or np.abs([inside.low, inside.size - 1.0]).max() > _WHOLE:
         return None
     return OutlinedLeaf(inside, rest)
@@ -207,7 +207,7 @@ def outlined_leaf(outline: Floats) -> OutlinedLeaf | None:
 
 def store_shapes(leaves: Iterable[OutlinedLeaf], folder: Path) -> None:
     """Write the meshes of leaves into a folder of assets."""
-    shapes = {each.file: each.text for leaf in leaves for each in (leaf.shape, leaf.around) if each is not None}
+    shapes = {shape.file: shape.text for leaf in leaves for shape in (leaf.shape, leaf.around) if shape is not None}
     for file, text in shapes.items():
         write_text(folder / file, text)
 

@@ -40,23 +40,23 @@ class RuleNames:
     def __init__(self) -> None:
         self._used = set(RESERVED)
 
-    def new(self, wanted: str) -> str:
+    def new(self, preferred: str) -> str:
         """The preferred name, or the first free one with a number appended."""
-        name, count = wanted, 1
+        name, count = preferred, 1
         while name in self._used:
             count += 1
-            name = f"{wanted}_{count}" if wanted[-1].isdigit() else f"{wanted}{count}"
+            name = f"{preferred}_{count}" if preferred[-1].isdigit() else f"{preferred}{count}"
         self._used.add(name)
         return name
 
 
-def leaf_body(label: str, *, pictured: bool = False, made: str = "primitiveCube()", scope: str = "") -> str:
+def leaf_body(label: str, *, pictured: bool = False, geometry: str = "primitiveCube()", scope: str = "") -> str:
     """CGA that makes a box from a rectangle, with the thickness and colour of its label, or with its picture.
 
     Args:
         label: the label.
         pictured: whether it shows a picture.
-        made: the operation that makes its geometry.
+        geometry: the operation that makes its geometry.
         scope: the operation that sets its size; all of the rectangle by default.
     """
     look = look_of(label)
@@ -65,8 +65,8 @@ def leaf_body(label: str, *, pictured: bool = False, made: str = "primitiveCube(
     if look.glazed:
         surface += f" set(material.metallic, {look.metallic}) set(material.roughness, {look.roughness})"
     scope = scope or f"s('1, '1, {number(depth, 3)})"
-    shown = f"{scope} t(0, 0, {number(-THICKNESS, 3)}) {made}"
-    return f"{shown} projectUV(0)" if pictured else f"{surface} {shown}"
+    box = f"{scope} t(0, 0, {number(-THICKNESS, 3)}) {geometry}"
+    return f"{box} projectUV(0)" if pictured else f"{surface} {box}"
 
 
 def split_body(axis: str, parts: Sequence[tuple[str, str]], *, repeats: bool = True) -> str:
@@ -76,7 +76,7 @@ def split_body(axis: str, parts: Sequence[tuple[str, str]], *, repeats: bool = T
     'split(x) { { ~1 : Pier | 2 : Bay }* | ~1 : Pier }'
     """
     words = [f"{size} : {name}" for size, name in parts]
-    for found in reversed(repeated_runs(words) if repeats else []):
-        group = " | ".join(words[found.start : found.start + found.period])
-        words[found.start : found.end] = [f"{{ {group} }}*"]
+    for run in reversed(repeated_runs(words) if repeats else []):
+        group = " | ".join(words[run.start : run.start + run.period])
+        words[run.start : run.end] = [f"{{ {group} }}*"]
     return f"split({axis}) {{ {' | '.join(words)} }}"

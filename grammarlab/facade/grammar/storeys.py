@@ -22,7 +22,7 @@ class Storeys(NamedTuple):
     runs: tuple[Repeat, ...]
     """Runs of the bands of rows, from the bottom up."""
     times: tuple[tuple[int, ...], ...]
-    """Each combination of the numbers of turns of all runs."""
+    """Possible combinations of the numbers of turns of all runs."""
     heights: tuple[float, ...]
     """Height of the facade for each of these, metres."""
 
@@ -52,51 +52,53 @@ def storeys_of(rows: KindSequence, low: float, high: float) -> Storeys:
         num_ways *= times + 1
     if num_ways > 100 * MOST_CHOICES:
         raise FacadeError(f"{num_ways:,} combinations of rows are too many; use a narrower range of heights.")
-    found: list[tuple[tuple[int, ...], float]] = []
+    combinations: list[tuple[tuple[int, ...], float]] = []
     for times in product(*(range(count + 1) for count in most)):
         height = fixed + sum(count * size for count, size in zip(times, turn, strict=True))
         if low - slack <= height <= high + slack and height > 0.0:
-            found.append((times, height))
-    if not found:
+            combinations.append((times, height))
+    if not combinations:
         steps = ", ".join(f"{size:.3g}" for size in turn) or "nothing"
         raise FacadeError(
             f"no facade of this family is {low:g} to {high:g} m high: its fixed rows take {fixed:.4g} m, and rows of "
             f"{steps} m may be added. Use a wider range."
         )
-    if len(found) > MOST_CHOICES:
-        raise FacadeError(f"{len(found)} combinations of rows are too many; use a narrower range of heights.")
-    return Storeys(runs, tuple(times for times, _ in found), tuple(height for _, height in found))
+    if len(combinations) > MOST_CHOICES:
+        raise FacadeError(f"{len(combinations)} combinations of rows are too many; use a narrower range of heights.")
+    return Storeys(runs, tuple(times for times, _ in combinations), tuple(height for _, height in combinations))
 
 
 def _runs(rows: KindSequence) -> tuple[Repeat, ...]:
     """Runs of rows without doors; first those that occur in the facade."""
-    found: list[Repeat] = []
+    runs: list[Repeat] = []
     kinds = list(rows.kind)
     while True:
         longest = [run for run in repeated_runs(kinds) if not any(rows.doors[kind] for kind in _turn(rows, run))]
         if not longest:
             break
         run = longest[0]
-        found.append(run)
+        runs.append(run)
         # The items of a run belong to no other run: unique numbers replace them.
         kinds[run.start : run.end] = range(-1 - run.end, -1 - run.start)
-    found = [run for run in found if any(rows.stands[kind] for kind in _turn(rows, run))]
-    if found:
-        return tuple(sorted(found))
+    runs = [run for run in runs if any(rows.has_elements[kind] for kind in _turn(rows, run))]
+    if runs:
+        return tuple(sorted(runs))
     alone = [
-        k for k, kind in enumerate(rows.kind) if rows.stands[kind] and not rows.doors[kind] and _is_storey(rows, k)
+        k
+        for k, kind in enumerate(rows.kind)
+        if rows.has_elements[kind] and not rows.doors[kind] and _is_storey(rows, k)
     ]
     if not alone:
         return ()
-    place = alone[-1]
-    with_gap = place > 0 and not rows.stands[rows.kind[place - 1]]
-    return (Repeat(place - with_gap, 1 + with_gap, 1),)
+    index = alone[-1]
+    with_gap = index > 0 and not rows.has_elements[rows.kind[index - 1]]
+    return (Repeat(index - with_gap, 1 + with_gap, 1),)
 
 
 def _turn(rows: KindSequence, run: Repeat) -> tuple[int, ...]:
     return rows.kind[run.start : run.start + run.period]
 
 
-def _is_storey(rows: KindSequence, place: int) -> bool:
+def _is_storey(rows: KindSequence, index: int) -> bool:
     """Whether a band is neither at the top nor at the bottom, unlike cornices and bases."""
-    return 0 < place < len(rows.kind) - 1 or len(rows.kind) == 1
+    return 0 < index < len(rows.kind) - 1 or len(rows.kind) == 1

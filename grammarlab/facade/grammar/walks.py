@@ -31,7 +31,7 @@ class KindSequence:
     """[B] kind of each band, numbered by first occurrence."""
     size: tuple[float, ...]
     """[K] size of each kind, metres: that of its first band of elements, or the mean of bands of wall."""
-    stands: tuple[bool, ...]
+    has_elements: tuple[bool, ...]
     """[K] whether it contains elements."""
     doors: tuple[bool, ...]
     """[K] whether it contains doors."""
@@ -70,8 +70,8 @@ def pattern_of(facade: Facade, stretch: float) -> KindPattern:
     first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
     first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
     return KindPattern(
-        _sequence(columns, across, [[row[place] for row in cells] for place in first_column]),
-        _sequence(rows, up, [cells[place] for place in first_row]),
+        _sequence(columns, across, [[row[index] for row in cells] for index in first_column]),
+        _sequence(rows, up, [cells[index] for index in first_row]),
         tuple(tuple(cells[row][column] for column in first_column) for row in first_row),
     )
 
@@ -91,47 +91,49 @@ def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -
     return _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
 
 
-def _joined(found: list[Band], kinds: list[int]) -> list[Band]:
+def _joined(columns: list[Band], kinds: list[int]) -> list[Band]:
     """The bands, with each repeated group of several columns, such as a bay of windows, merged into one."""
     for run in repeated_runs(kinds):
-        if sum(band.stands for band in found[run.start : run.start + run.period]) > 1:
+        if sum(band.has_elements for band in columns[run.start : run.start + run.period]) > 1:
             turns = range(run.start, run.end, run.period)
-            bays = [Band(found[k].start, found[k + run.period - 1].end, stands=True) for k in turns]
-            return [*found[: run.start], *bays, *found[run.end :]]
-    return found
+            bays = [Band(columns[k].start, columns[k + run.period - 1].end, has_elements=True) for k in turns]
+            return [*columns[: run.start], *bays, *columns[run.end :]]
+    return columns
 
 
-def _kinds(found: list[Band], stretch: float, same: Callable[[int, int], bool]) -> list[int]:
+def _kinds(pieces: list[Band], stretch: float, is_same: Callable[[int, int], bool]) -> list[int]:
     """[B] the kind of each band. Walls may differ more in size, but each wall at an end has its own kind."""
     kinds: list[int] = []
     first: list[int] = []
     """The first band of each kind."""
-    ends = {0, len(found) - 1}
-    for place, band in enumerate(found):
+    ends = {0, len(pieces) - 1}
+    for index, band in enumerate(pieces):
         for earlier in first:
-            other = found[earlier]
-            if band.stands != other.stands or (not band.stands and (place in ends or earlier in ends)):
+            other = pieces[earlier]
+            if band.has_elements != other.has_elements or (
+                not band.has_elements and (index in ends or earlier in ends)
+            ):
                 continue
-            differ = stretch if band.stands else WALL_STRETCH
-            if abs(band.size - other.size) <= differ * max(band.size, other.size) and same(earlier, place):
+            differ = stretch if band.has_elements else WALL_STRETCH
+            if abs(band.size - other.size) <= differ * max(band.size, other.size) and is_same(earlier, index):
                 kinds.append(kinds[earlier])
                 break
         else:
             kinds.append(len(first))
-            first.append(place)
+            first.append(index)
     return kinds
 
 
-def _sequence(kinds: list[int], found: list[Band], cells: list[list[Cell]]) -> KindSequence:
+def _sequence(kinds: list[int], pieces: list[Band], cells: list[list[Cell]]) -> KindSequence:
     """The bands as kinds, with the cells of the first of each."""
-    size, stands = [], []
+    size, has_elements = [], []
     for kind in range(max(kinds) + 1):
-        those = [band for band, of in zip(found, kinds, strict=True) if of == kind]
-        stands.append(those[0].stands)
-        size.append(those[0].size if those[0].stands else sum(band.size for band in those) / len(those))
+        those = [band for band, band_kind in zip(pieces, kinds, strict=True) if band_kind == kind]
+        has_elements.append(those[0].has_elements)
+        size.append(those[0].size if those[0].has_elements else sum(band.size for band in those) / len(those))
     doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
-    edges = (found[0].start, *(band.end for band in found))
-    return KindSequence(tuple(kinds), tuple(size), tuple(stands), tuple(doors), edges=edges)
+    edges = (pieces[0].start, *(band.end for band in pieces))
+    return KindSequence(tuple(kinds), tuple(size), tuple(has_elements), tuple(doors), edges=edges)
 
 
 LONGEST = 60
@@ -168,11 +170,11 @@ class Walks:
     """Kind of the pier after the last one; -1 for none."""
     start: WalkState
     steps: dict[WalkState, tuple[WalkStep, ...]]
-    """By state, possible next steps; states in the order of walks."""
+    """Possible next steps by state; states in the order of walks."""
     end: dict[WalkState, float]
     """Probability that a walk ends in a state."""
     sizes: dict[int, tuple[float, float]]
-    """For each number of columns, the least and the largest width, metres."""
+    """Least and largest width in metres, by number of columns."""
     total: float
     """Number of different walks."""
 
@@ -207,30 +209,30 @@ def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
         low: least width, metres.
         high: largest width, metres.
     """
-    found = _walks(columns, _moves(columns), low, high)
-    if found is None or found.total == 1.0:
-        found = _walks(columns, _with_repeats(columns), low, high)
-    return found
+    result = _walks(columns, _moves(columns), low, high)
+    if result is None or result.total == 1.0:
+        result = _walks(columns, _with_repeats(columns), low, high)
+    return result
 
 
 def narrowest(columns: KindSequence, up_to: float) -> list[float]:
     """Width of the narrowest walk for each number of columns, metres, up to a little above a length; for messages."""
-    found = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))
-    return [] if found is None else [least for least, _ in found.sizes.values()]
+    result = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))
+    return [] if result is None else [least for least, _ in result.sizes.values()]
 
 
 def _moves(columns: KindSequence) -> dict[int, Counter[_Move]]:
     """Frequency of each transition between kinds in the facade, with the pier between them."""
-    found: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.stands[kind]}
+    moves: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.has_elements[kind]}
     last, gap = -1, -1
     for kind in columns.kind:
-        if not columns.stands[kind]:
+        if not columns.has_elements[kind]:
             gap = kind
             continue
         if last >= 0:
-            found[last][_move(columns, gap, kind)] += 1
+            moves[last][_move(columns, gap, kind)] += 1
         last, gap = kind, -1
-    return found
+    return moves
 
 
 def _move(columns: KindSequence, gap: int, kind: int) -> _Move:
@@ -238,22 +240,22 @@ def _move(columns: KindSequence, gap: int, kind: int) -> _Move:
 
 
 def _with_repeats(columns: KindSequence) -> dict[int, Counter[_Move]]:
-    """The same, with a transition from every column without a door to itself, except for those at an end."""
-    found = _moves(columns)
-    usual = Counter(move.gap for moves in found.values() for move in moves).most_common(1)
-    end = columns.kind[0] if not columns.stands[columns.kind[0]] else -1
+    """Frequencies of `_moves`, with a transition from every column without a door to itself, except those at an end."""
+    moves_of_kind = _moves(columns)
+    usual = Counter(move.gap for moves in moves_of_kind.values() for move in moves).most_common(1)
+    end = columns.kind[0] if not columns.has_elements[columns.kind[0]] else -1
     gap = usual[0][0] if usual else end
-    for kind, moves in found.items():
+    for kind, moves in moves_of_kind.items():
         if not columns.doors[kind] and kind not in columns.ends:
             moves[_move(columns, next((move.gap for move in moves), gap), kind)] += 1
-    return found
+    return moves_of_kind
 
 
 def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, high: float) -> Walks | None:
-    standing = [kind for kind in columns.kind if columns.stands[kind]]
+    standing = [kind for kind in columns.kind if columns.has_elements[kind]]
     if not standing:
         return None
-    before, after = (kind if not columns.stands[kind] else -1 for kind in (columns.kind[0], columns.kind[-1]))
+    before, after = (kind if not columns.has_elements[kind] else -1 for kind in (columns.kind[0], columns.kind[-1]))
     fixed = standing[0], *(kind for kind in (before, after) if kind >= 0)
     start = WalkState(standing[0], int(columns.doors[standing[0]]), 1)
     following = _following(moves, [kind for kind in standing if columns.doors[kind]], columns.doors)
@@ -270,16 +272,16 @@ def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, 
         return None
 
     def going_on(state: WalkState) -> list[tuple[_Move, int, WalkState]]:
-        return [each for each in following(state) if reached[state].least + each[0].length <= limit]
+        return [step for step in following(state) if reached[state].least + step[0].length <= limit]
 
     future: dict[WalkState, float] = {}
     for state in reversed(reached):  # later states never lead to earlier ones
         ends = 1.0 / fits[state].weight if state in fits else 0.0
-        future[state] = ends + sum(often * future.get(to, 0.0) for _, often, to in going_on(state))
+        future[state] = ends + sum(frequency * future.get(to, 0.0) for _, frequency, to in going_on(state))
     steps = {
         state: tuple(
-            WalkStep(often * future[to] / future[state], move.gap, to)
-            for move, often, to in going_on(state)
+            WalkStep(frequency * future[to] / future[state], move.gap, to)
+            for move, frequency, to in going_on(state)
             if future.get(to, 0.0) > 0.0
         )
         for state in reached
@@ -305,11 +307,11 @@ def _following(moves: dict[int, Counter[_Move]], doors: list[int], is_door: tupl
     """The transitions from a state, their frequencies in the facade and the next states: doors are in order."""
 
     def following(state: WalkState) -> Iterator[tuple[_Move, int, WalkState]]:
-        for move, often in moves[state.kind].items():
+        for move, frequency in moves[state.kind].items():
             if not is_door[move.kind]:
-                yield move, often, WalkState(move.kind, state.doors, state.columns + 1)
+                yield move, frequency, WalkState(move.kind, state.doors, state.columns + 1)
             elif doors[state.doors : state.doors + 1] == [move.kind]:
-                yield move, often, WalkState(move.kind, state.doors + 1, state.columns + 1)
+                yield move, frequency, WalkState(move.kind, state.doors + 1, state.columns + 1)
 
     return following
 
@@ -320,16 +322,16 @@ def _reached(start: WalkState, following: _Following, first: float, high: float)
     for _ in range(LONGEST):
         after: dict[WalkState, _Reach] = {}
         for state, reach in layer.items():
-            for move, often, to in following(state):
+            for move, frequency, to in following(state):
                 least, most = reach.least + move.length, reach.most + move.length
                 if least > high:
                     continue
-                known = after.get(to, _Reach(least, most, 0.0, 0.0))
+                reach_before = after.get(to, _Reach(least, most, 0.0, 0.0))
                 after[to] = _Reach(
-                    min(known.least, least),
-                    max(known.most, most),
-                    known.weight + often * reach.weight,
-                    known.walks + reach.walks,
+                    min(reach_before.least, least),
+                    max(reach_before.most, most),
+                    reach_before.weight + frequency * reach.weight,
+                    reach_before.walks + reach.walks,
                 )
         if not after:
             break

@@ -46,10 +46,10 @@ class GmlPolygons:
     """
 
     def __init__(self, root: Node) -> None:
-        self._by_id = {identity(each): each for each in root.iter() if local_name(each) in _POLYGONS and identity(each)}
+        self._by_id = {identity(node): node for node in root.iter() if local_name(node) in _POLYGONS and identity(node)}
         self._points_left = MOST_POINTS
 
-    def of(self, node: Node, name: str) -> list[Polygon]:
+    def of_element(self, node: Node, name: str) -> list[Polygon]:
         """The polygons of a surface or an opening, of its highest level of detail.
 
         Args:
@@ -60,17 +60,17 @@ class GmlPolygons:
             FacadeError: If a ring is not a list of points, or there are too many points.
         """
         levels = [child for child in node if local_name(child)[:3] == "lod"]
-        found: list[Polygon] = []
+        polygons: list[Polygon] = []
         for part in max(levels, key=local_name).iter() if levels else ():
-            meant = part if local_name(part) in _POLYGONS else self._by_id.get(part.get(_HREF, "").removeprefix("#"))
-            if meant is not None:
-                rings = [_ring(ring, name) for ring in meant.iter() if local_name(ring) == "LinearRing"]
+            polygon = part if local_name(part) in _POLYGONS else self._by_id.get(part.get(_HREF, "").removeprefix("#"))
+            if polygon is not None:
+                rings = [_ring(ring, name) for ring in polygon.iter() if local_name(ring) == "LinearRing"]
                 self._points_left -= sum(map(len, rings))
                 if self._points_left < 0:
                     raise FacadeError(f"The walls and openings of this file have more than {MOST_POINTS:,} corners.")
                 if rings and len(rings[0]) >= 3:
-                    found.append([ring for ring in rings if len(ring) >= 3])
-        return found
+                    polygons.append([ring for ring in rings if len(ring) >= 3])
+        return polygons
 
 
 def _ring(node: Node, name: str) -> Floats:
@@ -91,12 +91,13 @@ def _ring(node: Node, name: str) -> Floats:
 _OPENINGS = {"Window": "window", "Door": "door", "WindowSurface": "window", "DoorSurface": "door"}
 HOLE = "opening"
 """Label of holes in a wall without an opening."""
-_NAMED = 30
+_MAX_LISTED = 30
 """Largest number of walls in a message."""
-_FLAT = 0.9
+_MIN_NORMAL_Z = 0.9
 """Least vertical component of the normal of a surface that is not a wall."""
 _MOST_PAIRS = 100_000_000
-_NEAR = 0.5
+"""Largest number of pairs of a wall and an opening without one, which bounds the time."""
+_MAX_DISTANCE_M = 0.5
 """Largest distance between a wall and its openings, metres."""
 
 
@@ -133,10 +134,10 @@ def read_citygml(root: Node, source: Source) -> BoxAnnotation:
     wall, walls = source.wall, _walls(root)
     if not walls:
         raise FacadeError("This file has no WallSurface with a polygon.")
-    meant = [each for each in walls if wall in (each.name, "")]
-    if len(meant) != 1:
+    matches = [candidate for candidate in walls if wall in (candidate.name, "")]
+    if len(matches) != 1:
         raise UsageError(_listing(walls, wall))
-    return _annotation(meant[0])
+    return _annotation(matches[0])
 
 
 def _walls(root: Node) -> list[_Wall]:
@@ -145,49 +146,49 @@ def _walls(root: Node) -> list[_Wall]:
     walls: list[_Wall] = []
     orphans: list[tuple[str, _Opening]] = []
     counts: dict[str, int] = {}
-    waiting = [(root, "")]
-    while waiting:
-        node, inside = waiting.pop()
+    stack = [(root, "")]
+    while stack:
+        node, inside = stack.pop()
         if local_name(node) == "WallSurface":
             counts[inside] = counts.get(inside, 0) + 1
             name = identity(node) or f"{inside}/{counts[inside]}"
             openings = _openings(node, polygons_of)
-            if polygons := polygons_of.of(node, name):
+            if polygons := polygons_of.of_element(node, name):
                 walls.append(_Wall(name, inside, polygons, openings))
             else:
-                orphans += [(inside, each) for each in openings]
+                orphans += [(inside, opening) for opening in openings]
             continue
         inside = identity(node) or inside
-        waiting += [(child, inside) for child in reversed(node)]
-    _give(orphans, walls)
+        stack += [(child, inside) for child in reversed(node)]
+    _assign_openings(orphans, walls)
     return walls
 
 
 def _openings(wall: Node, polygons_of: GmlPolygons) -> list[_Opening]:
-    found = []
+    openings = []
     for holder in wall:
         for node in holder if local_name(holder) in ("opening", "fillingSurface") else ():
             label = _OPENINGS.get(local_name(node))
-            if label and (polygons := polygons_of.of(node, identity(node) or label)):
-                found.append(_Opening(label, polygons))
-    return found
+            if label and (polygons := polygons_of.of_element(node, identity(node) or label)):
+                openings.append(_Opening(label, polygons))
+    return openings
 
 
-def _give(orphans: Sequence[tuple[str, _Opening]], walls: Sequence[_Wall]) -> None:
+def _assign_openings(orphans: Sequence[tuple[str, _Opening]], walls: Sequence[_Wall]) -> None:
     """Assigns openings without a wall to the nearest wall of their building in whose plane they lie, if any."""
     if len(orphans) * len(walls) > _MOST_PAIRS:
         raise FacadeError(f"{len(orphans):,} openings belong to none of {len(walls):,} walls: too many to assign.")
     planes = [_plane(wall) for wall in walls] if orphans else []
     flat = [_flat(wall.polygons, *plane) for wall, plane in zip(walls, planes, strict=True)] if orphans else []
-    low, high = (np.array([end(each, axis=0) for each in flat]).reshape(-1, 2) for end in (np.min, np.max))
+    low, high = (np.array([end(corners, axis=0) for corners in flat]).reshape(-1, 2) for end in (np.min, np.max))
     origins = np.array([origin for origin, _ in planes]).reshape(-1, 3)
-    axes = np.array([each for _, each in planes]).reshape(-1, 3, 3)
+    axes = np.array([plane_axes for _, plane_axes in planes]).reshape(-1, 3, 3)
     buildings = np.array([wall.building for wall in walls])
     for building, opening in orphans:
         away = np.einsum("wij,wj->wi", axes, opening.points().mean(axis=0) - origins)
         lies_on = np.all((away[:, :2] > low) & (away[:, :2] < high), axis=1) & (buildings == building)
         distance = np.where(lies_on, np.abs(away[:, 2]), np.inf)
-        if distance.min(initial=np.inf) < _NEAR:
+        if distance.min(initial=np.inf) < _MAX_DISTANCE_M:
             walls[int(distance.argmin())].openings.append(opening)
 
 
@@ -202,7 +203,7 @@ def _plane(wall: _Wall) -> tuple[Floats, Floats]:
         ring = polygon[0] - origin
         normal += np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
     length = np.linalg.norm(normal)
-    if not length > 0.0 or abs(normal[2]) > _FLAT * length:
+    if not length > 0.0 or abs(normal[2]) > _MIN_NORMAL_Z * length:
         # No opening lies on such a surface.
         return origin, np.zeros((3, 3))
     normal /= length
@@ -229,18 +230,18 @@ def _annotation(wall: _Wall) -> BoxAnnotation:
     for hole in _holes(wall, origin, axes, outlines):
         outlines.append(hole)
         names.append(HOLE)
-    boxes = np.array([[*each.min(axis=0), *each.max(axis=0)] for each in outlines]).reshape(-1, 4)
-    there = np.all((boxes[:, :2] < bounds[1]) & (boxes[:, 2:] > bounds[0]), axis=1)
-    lost = len(boxes) - int(there.sum())
-    kept = np.flatnonzero(there).tolist()
+    boxes = np.array([[*outline.min(axis=0), *outline.max(axis=0)] for outline in outlines]).reshape(-1, 4)
+    is_on_wall = np.all((boxes[:, :2] < bounds[1]) & (boxes[:, 2:] > bounds[0]), axis=1)
+    num_outside = len(boxes) - int(is_on_wall.sum())
+    visible = np.flatnonzero(is_on_wall).tolist()
     return annotate(
-        boxes[kept],
-        [names[each] for each in kept],
+        boxes[visible],
+        [names[index] for index in visible],
         "metres",
-        outlines=[outline_of(outlines[each]) for each in kept],
+        outlines=[outline_of(outlines[index]) for index in visible],
         bounds=bounds,
         wall=outline_of(_joined(wall.polygons, origin, axes)),
-        notes=[f"{lost} openings outside the wall are left out"] if lost else [],
+        notes=[f"{num_outside} openings outside the wall are left out"] if num_outside else [],
     )
 
 
@@ -257,23 +258,23 @@ def _joined(polygons: Sequence[Polygon], origin: Floats, axes: Floats) -> Floats
 
 def _holes(wall: _Wall, origin: Floats, axes: Floats, outlines: Sequence[Floats]) -> list[Floats]:
     """Corners of holes of the wall's polygons without an opening."""
-    filled = shapely.MultiPoint([each.mean(axis=0) for each in outlines])
-    found = []
+    filled = shapely.MultiPoint([outline.mean(axis=0) for outline in outlines])
+    holes = []
     for ring in (ring for polygon in wall.polygons for ring in polygon[1:]):
         corners = (ring - origin) @ axes[:2].T
         hole = shapely.box(*corners.min(axis=0), *corners.max(axis=0))
         if hole.area > 0.0 and not hole.intersects(filled):
-            found.append(corners)
-    return found
+            holes.append(corners)
+    return holes
 
 
 def _listing(walls: Sequence[_Wall], wall: str) -> str:
     """A list of the walls, those with most openings first."""
     lines = []
-    for each in sorted(walls, key=lambda each: -len(each.openings))[:_NAMED]:
-        across, up = np.ptp(_flat(each.polygons, *_plane(each)), axis=0)
-        lines.append(f"  {each.name}  ({across:.1f} x {up:.1f} m, {len(each.openings)} openings)")
-    if len(walls) > _NAMED:
-        lines.append(f"  and {len(walls) - _NAMED} more")
+    for wall_entry in sorted(walls, key=lambda wall_entry: -len(wall_entry.openings))[:_MAX_LISTED]:
+        across, up = np.ptp(_flat(wall_entry.polygons, *_plane(wall_entry)), axis=0)
+        lines.append(f"  {wall_entry.name}  ({across:.1f} x {up:.1f} m, {len(wall_entry.openings)} openings)")
+    if len(walls) > _MAX_LISTED:
+        lines.append(f"  and {len(walls) - _MAX_LISTED} more")
     head = f"unknown wall {wall!r}" if wall else f"this file has {len(walls)} walls"
     return f"{head}; choose one with --wall:\n" + "\n".join(lines)

@@ -23,9 +23,9 @@ FACES = {"front": 0.0, "right": 90.0, "back": 180.0, "left": 270.0}
 
 APART, BESIDE = 1.0, 0.1
 """Distances between separate walls of one side: in depth, and sideways, metres."""
-_FACING = 0.99
+_MIN_COSINE = 0.99
 """Least cosine of the angle between the axes of a shape and those of the side."""
-_RECTANGULAR = 0.995
+_MIN_FILL = 0.995
 """Least part of its box that a rectangular shape fills."""
 
 
@@ -34,7 +34,7 @@ class Face:
     """A side of a building."""
 
     annotation: BoxAnnotation
-    """Its boxes, metres from the left and the ground."""
+    """Boxes of the side, metres from the left and the ground."""
     shapes: TriangleBatch
     """The shapes on it, as one model, whose picture from the front fills the wall."""
     azimuth: float
@@ -58,13 +58,13 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
         UsageError: If the side is unknown.
         FacadeError: If there are no shapes on it, or none of these symbols.
     """
-    name, _, place = face.partition(":")
-    if name not in FACES or not re.fullmatch("[0-9]{0,6}", place):
+    name, _, rank = face.partition(":")
+    if name not in FACES or not re.fullmatch("[0-9]{0,6}", rank):
         raise UsageError(f"unknown side {face[:60]!r}; expected one of {', '.join(FACES)}, with :1, :2, … for others.")
     azimuth = np.radians(FACES[name])
     outwards = np.array([np.sin(azimuth), 0.0, np.cos(azimuth)])
     right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
-    on_side = _on_side(forest, outwards, right, int(place or 0))
+    on_side = _on_side(forest, outwards, right, int(rank or 0))
     if not on_side.any():
         raise FacadeError(f"this building has no shapes on its side {face}.")
     owner = _owners(forest, parts)
@@ -73,15 +73,15 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
     bounds = _bounds(flat[on_side[leaf]])
     boxes, names, outlines = [], [], []
     for node in np.unique(owner[on_side & (owner >= 0)]).tolist():
-        own = flat[(owner[leaf] == node) & on_side[leaf]]
-        box = _bounds(own)
+        points = flat[(owner[leaf] == node) & on_side[leaf]]
+        box = _bounds(points)
         if (box[1] > box[0]).all():
             boxes.append(box.ravel())
             names.append(_label(forest.symbols[forest.nodes.symbol[node]]))
-            outlines.append(_outline(own, box))
+            outlines.append(_outline(points, box))
     if parts and not boxes:
-        known = sorted({forest.symbols[symbol] for symbol in forest.nodes.symbol[forest.leaves.node[on_side]]})
-        raise FacadeError(f"this side has no shape of {', '.join(parts)}; its leaves are {', '.join(known[:20])}.")
+        symbols = sorted({forest.symbols[symbol] for symbol in forest.nodes.symbol[forest.leaves.node[on_side]]})
+        raise FacadeError(f"this side has no shape of {', '.join(parts)}; its leaves are {', '.join(symbols[:20])}.")
     wall = _outline(flat[on_side[leaf]], bounds)
     if not len(wall):
         wall = np.stack([bounds[[0, 1, 1, 0], 0], bounds[[0, 0, 1, 1], 1]], axis=1)
@@ -89,37 +89,37 @@ def face_of(forest: Forest, face: str, parts: Collection[str], picture: str = ""
         np.array(boxes).reshape(-1, 4), names, "metres", outlines=outlines, bounds=bounds, picture=picture, wall=wall
     )
     scene = realize(forest)
-    kept = np.flatnonzero(on_side[leaf_order(forest)])
-    return Face(annotation, triangles(chosen(scene, kept)).model(0), FACES[name])
+    instances = np.flatnonzero(on_side[leaf_order(forest)])
+    return Face(annotation, triangles(chosen(scene, instances)).model(0), FACES[name])
 
 
-def _on_side(forest: Forest, outwards: Floats, right: Floats, place: int) -> NDArray[np.bool_]:
+def _on_side(forest: Forest, outwards: Floats, right: Floats, rank: int) -> NDArray[np.bool_]:
     """[L] whether each leaf of the first model is on a side."""
     leaves = forest.leaves
-    facing = forest.frames[leaves.frame][:, :, 2] @ outwards > _FACING
+    facing = forest.frames[leaves.frame][:, :, 2] @ outwards > _MIN_COSINE
     facing &= (forest.nodes.model[leaves.node] == 0) & (leaves.size[:, :2] > 0.0).all(axis=1)
     rows = np.flatnonzero(facing)
-    depth, left = leaves.position[rows] @ outwards, leaves.position[rows] @ right
+    depth, start = leaves.position[rows] @ outwards, leaves.position[rows] @ right
     group = _groups(np.zeros(len(rows), dtype=np.int64), depth, depth, APART)
-    group = _groups(group, left, left + leaves.size[rows, 0], BESIDE)
+    group = _groups(group, start, start + leaves.size[rows, 0], BESIDE)
     areas = np.bincount(group, weights=leaves.size[rows, 0] * leaves.size[rows, 1])
     on_side = np.zeros(len(leaves), dtype=bool)
-    if place < len(areas):
-        on_side[rows[group == np.argsort(-areas, kind="stable")[place]]] = True
+    if rank < len(areas):
+        on_side[rows[group == np.argsort(-areas, kind="stable")[rank]]] = True
     return on_side
 
 
-def _groups(group: Ints, low: Floats, high: Floats, apart: float) -> Ints:
+def _groups(group: Ints, low: Floats, high: Floats, gap: float) -> Ints:
     """Groups [N], divided where the intervals, low [N] to high [N], of one group have a gap above this many metres."""
     order = np.lexsort((low, group))
-    found = np.empty(len(order), dtype=np.int64)
+    result = np.empty(len(order), dtype=np.int64)
     number, reach, last = -1, -np.inf, -1
     for row in order.tolist():
-        if group[row] != last or low[row] > reach + apart:
+        if group[row] != last or low[row] > reach + gap:
             number, reach, last = number + 1, -np.inf, int(group[row])
         reach = max(reach, high[row])
-        found[row] = number
-    return found
+        result[row] = number
+    return result
 
 
 def _belongs(forest: Forest, owner: Ints, on_side: NDArray[np.bool_], outwards: Floats) -> NDArray[np.bool_]:
@@ -134,9 +134,9 @@ def _owners(forest: Forest, parts: Collection[str]) -> Ints:
     if not parts:
         return forest.leaves.node.astype(np.int64)
     names = {name.rstrip(".") for name in parts}
-    those = [place for place, symbol in enumerate(forest.symbols) if symbol.rstrip(".") in names]
-    wanted = np.isin(forest.nodes.symbol, those)
-    owner = np.where(wanted, np.arange(len(wanted)), -1)
+    those = [index for index, symbol in enumerate(forest.symbols) if symbol.rstrip(".") in names]
+    is_part = np.isin(forest.nodes.symbol, those)
+    owner = np.where(is_part, np.arange(len(is_part)), -1)
     for node, above in enumerate(forest.nodes.parent.tolist()):  # parents come first
         if above >= 0 and owner[above] >= 0:
             owner[node] = owner[above]
@@ -160,7 +160,7 @@ def _outline(corners: Floats, box: Floats) -> Floats:
     """[P, 2] silhouette of triangles [T, 3, 2], anticlockwise; empty if it fills its box, or has several pieces."""
     pieces = np.asarray(shapely.polygons(corners))
     shape = shapely.union_all(pieces[shapely.area(pieces) > 0.0]).simplify(1e-5)
-    if not isinstance(shape, shapely.Polygon) or shape.area >= _RECTANGULAR * float(np.prod(box[1] - box[0])):
+    if not isinstance(shape, shapely.Polygon) or shape.area >= _MIN_FILL * float(np.prod(box[1] - box[0])):
         return np.zeros((0, 2))
     return shapely.get_coordinates(shapely.geometry.polygon.orient(shape).exterior)[:-1]
 

@@ -69,8 +69,8 @@ def polygon(name: str, corners: Floats, *, rectangle: bool = False) -> Shape:
     """A polygon [P, 2] of at least one corner.
 
     Args:
-        name: its label.
-        corners: [P, 2] its corners in order.
+        name: label of the shape.
+        corners: [P, 2] corners in order.
         rectangle: whether its four corners are those of a rectangle, whose rotation is then measured.
     """
     (left, top), (right, bottom) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
@@ -85,7 +85,7 @@ def rotated(name: str, sides: Sequence[float], degrees: float, pivot: tuple[floa
     """A rectangle that is rotated clockwise on the picture.
 
     Args:
-        name: its label.
+        name: label of the shape.
         sides: left, top, right, bottom before the rotation.
         degrees: angle of the rotation.
         pivot: the point that stays; the centre when left out.
@@ -128,7 +128,7 @@ def on_picture(
     """The annotation of a picture.
 
     Args:
-        shapes: its shapes, in pixels, or in fractions if the size is `FRACTIONS`.
+        shapes: shapes of the picture, in pixels, or in fractions if the size is `FRACTIONS`.
         source: the file.
         size: width and height of the picture, pixels; if unknown, that of the picture beside the file. Without any, the
             shapes have no bounds, and show no picture.
@@ -136,7 +136,7 @@ def on_picture(
         notes: notes so far.
 
     Raises:
-        FacadeError: As `annotate`; or if the picture beside the file is broken.
+        FacadeError: If the boxes are unusable, see `annotate`, or the picture beside the file is broken.
     """
     check_count(len(shapes))
     remarks = [*notes, *_rotation_notes(shapes), *_crossing_notes(shapes)]

@@ -61,7 +61,7 @@ class Format(Generic[_Parsed]):
     matches: Callable[[_Parsed], bool]
     """Whether a parsed file has this format."""
     read: Callable[[_Parsed, Source], BoxAnnotation] | None
-    """Its reader; None if the format is only recognised."""
+    """Reader of the format; None if the format is only recognised."""
     export: str = ""
     """The export of the same program that is read instead, if there is no reader."""
 
@@ -121,15 +121,15 @@ def read_as(formats: tuple[Format[_Parsed], ...], parsed: _Parsed, source: Sourc
 
     Args:
         formats: those that it may have.
-        parsed: its content.
+        parsed: content of the file.
         source: the file.
-        otherwise: what to say on a file of no such format.
+        otherwise: message for a file of another format.
 
     Raises:
         FacadeError: If the file has none of the formats, or one that is not read; and as its reader.
         UsageError: As its reader.
     """
-    match = next((each for each in formats if each.matches(parsed)), None)
+    match = next((candidate for candidate in formats if candidate.matches(parsed)), None)
     if match is None:
         raise FacadeError(otherwise)
     if match.read is None:
@@ -140,7 +140,7 @@ def read_as(formats: tuple[Format[_Parsed], ...], parsed: _Parsed, source: Sourc
 def readable() -> str:
     """The names of all formats with a reader."""
     formats: list[Format[Any]] = [*XML, *JSON, *TABLES, *TEXTS]
-    return ", ".join(each.name for each in formats if each.read is not None)
+    return ", ".join(entry.name for entry in formats if entry.read is not None)
 
 
 def _has(document: Any, *keys: str) -> bool:
@@ -194,7 +194,7 @@ def _read(content: bytes, suffix: str, source: Source) -> BoxAnnotation:
         keys = sorted(map(str, document))[:8] if isinstance(document, dict) else []
         kind = f"with the keys {', '.join(map(shown, keys))}" if keys else "without keys"
         return read_as(JSON, document, source, f"This is JSON {kind}. Read are {readable()}.")
-    if suffix == ".txt" and any(each.matches(text := decoded(content)) for each in TEXTS):
+    if suffix == ".txt" and any(text_format.matches(text := decoded(content)) for text_format in TEXTS):
         return read_as(TEXTS, text, source, "")
     table = read_table(content, MOST_ROWS)
     return read_as(TABLES, table, source, f"{missing_columns(table)} Read are {readable()}.")

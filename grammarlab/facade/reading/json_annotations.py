@@ -43,7 +43,7 @@ from grammarlab.facade.values import a_list, an_object, numbers, shown
 _ROTATED = ("oriented_rectangle", "rotation")
 _SHAPES = ("rectangle", *_ROTATED, "polygon", "circle", "mask")
 _WITHOUT_AREA = ("point", "points", "line", "linestrip")
-"""What may be drawn beside them and is no box."""
+"""Shapes that are not boxes."""
 
 
 def is_labelme(document: Any) -> bool:
@@ -98,7 +98,7 @@ def _labelme_shape(shape: dict[str, Any], kind: Any, where: str) -> Shape:
 
 def _points(shape: dict[str, Any], where: str) -> Floats:
     points = [
-        [coordinate(each, f"{where}, points") for each in numbers(point, f"{where}, points", 2)]
+        [coordinate(number, f"{where}, points") for number in numbers(point, f"{where}, points", 2)]
         for point in a_list(shape.get("points"), f"{where}, points", MOST_CORNERS)
     ]
     if len(points) < 2:
@@ -132,7 +132,8 @@ def read_createml(document: list[Any], source: Source) -> BoxAnnotation:
     where = f"image {names[index].text}, annotation"
     annotations = a_list(images[index].get("annotations"), f"{where}s", MOST_BOXES)
     shapes = [
-        _createml_shape(an_object(each, f"{where} {k}"), f"{where} {k}") for k, each in enumerate(annotations, start=1)
+        _createml_shape(an_object(annotation, f"{where} {k}"), f"{where} {k}")
+        for k, annotation in enumerate(annotations, start=1)
     ]
     return on_picture(shapes, source, size=None, picture=names[index].file)
 
@@ -165,7 +166,7 @@ def read_coco(document: dict[str, Any], source: Source) -> BoxAnnotation:
     names = [ImageName(str(image.get("file_name") or ""), _identity(image.get("id"))) for image in images]
     index = chosen_image(names, source.wall)
     image = names[index]
-    if sum(image.identity == each.identity for each in names) > 1:
+    if sum(image.identity == other.identity for other in names) > 1:
         raise FacadeError(
             f"images, entry {index}: {image.text} has the id {image.identity} of another image: its boxes are unknown."
         )
@@ -183,7 +184,9 @@ def read_coco(document: dict[str, Any], source: Source) -> BoxAnnotation:
 
 
 def _entries(document: dict[str, Any], key: str) -> list[dict[str, Any]]:
-    return [an_object(each, f"{key}, entry {k}") for k, each in enumerate(a_list(document.get(key), key, _MOST_OF_ALL))]
+    return [
+        an_object(entry, f"{key}, entry {k}") for k, entry in enumerate(a_list(document.get(key), key, _MOST_OF_ALL))
+    ]
 
 
 def _identity(value: Any) -> str:
@@ -196,11 +199,11 @@ def _positions(
     annotations: Sequence[dict[str, Any]], names: Sequence[ImageName], image: ImageName
 ) -> tuple[list[int], list[str]]:
     """Positions of the annotations of an image, and a note on those of no image."""
-    owners = [_identity(each.get("image_id")) for each in annotations]
-    known = {name.identity for name in names}
+    owners = [_identity(annotation.get("image_id")) for annotation in annotations]
+    identities = {name.identity for name in names}
     if image.identity not in owners and image.file in owners:  # some programs refer to an image by its file
         return [position for position, owner in enumerate(owners) if owner == image.file], []
-    strays = [owner for owner in owners if owner not in known]
+    strays = [owner for owner in owners if owner not in identities]
     if strays and len(names) == 1 and len(strays) == len(owners):
         raise FacadeError(
             f"annotations, entry 0: expected the image_id {shown(image.identity)} of the only image, "
@@ -214,23 +217,23 @@ def _positions(
 def _categories(document: dict[str, Any]) -> dict[str, Any]:
     """Names of categories, by id and by name."""
     entries = _entries(document, "categories") if "categories" in document else []
-    by_name = {str(each.get("name")): each.get("name") for each in entries}
-    return by_name | {_identity(each.get("id")): each.get("name") for each in entries}
+    by_name = {str(entry.get("name")): entry.get("name") for entry in entries}
+    return by_name | {_identity(entry.get("id")): entry.get("name") for entry in entries}
 
 
 def _shape(annotation: dict[str, Any], categories: dict[str, Any], where: str) -> Shape:
     category = _identity(annotation.get("category_id"))
     if category not in categories:
         advice = " VIA writes null for a label that is not an option of its attribute." if category == "None" else ""
-        found = shown(annotation.get("category_id"))
-        raise FacadeError(f"{where}: expected a category_id of the list categories, found {found}.{advice}")
+        identity = shown(annotation.get("category_id"))
+        raise FacadeError(f"{where}: expected a category_id of the list categories, found {identity}.{advice}")
     name = label_of(categories[category], f"{where}: the name of its category_id")
     polygons = _polygons(annotation.get("segmentation"), f"{where}, segmentation")
     box = annotation.get("bbox")
     if not box and polygons:  # some programs leave the box of a polygon empty
         whole = polygon(name, np.vstack(polygons))
         return polygon(name, polygons[0]) if len(polygons) == 1 else upright(name, *whole.box)
-    left, top, across, down = (coordinate(each, f"{where}, bbox") for each in numbers(box, f"{where}, bbox", 4))
+    left, top, across, down = (coordinate(number, f"{where}, bbox") for number in numbers(box, f"{where}, bbox", 4))
     sides = (left, top, left + across, top + down)
     degrees = _rotation(annotation.get("attributes"), where)
     if degrees:
@@ -250,7 +253,7 @@ def _polygons(segmentation: Any, where: str) -> list[Floats]:
         return []
     parts = segmentation if isinstance(segmentation[0], list) else [segmentation]  # one polygon may be flat
     flat = [
-        [coordinate(each, where) for each in a_list(part, where, 2 * MOST_CORNERS)]
+        [coordinate(number, where) for number in a_list(part, where, 2 * MOST_CORNERS)]
         for part in a_list(parts, where, MOST_BOXES)
     ]
     return [np.array(part[: len(part) // 2 * 2]).reshape(-1, 2) for part in flat if len(part) >= 6]

@@ -38,7 +38,7 @@ _ANNOTATIONS = ("annotations", "completions", "predictions")
 """Keys of the annotations of a task: today's, that of old versions, and those of models."""
 _LABELS = ("rectanglelabels", "polygonlabels", "ellipselabels", "brushlabels", "keypointlabels", "labels")
 _MOST_TASKS = 1_000_000
-_WHOLE = 100.0
+_PERCENT = 100.0
 """Width and height of an image in its percentages."""
 
 
@@ -82,7 +82,7 @@ def read_label_studio(document: Any, source: Source) -> BoxAnnotation:
     regions = [an_object(value, f"{where}, region {number}") for number, value in enumerate(values, start=1)]
     picture = last_part(names[index].file)
     size = next(
-        filter(None, (known_size(*map(each.get, ("original_width", "original_height"))) for each in regions)), None
+        filter(None, (known_size(*map(entry.get, ("original_width", "original_height"))) for entry in regions)), None
     )
     size = size or source.picture_size(picture)
     shapes: list[Shape] = []
@@ -114,9 +114,9 @@ def _regions(task: dict[str, Any], where: str) -> tuple[list[Any], list[str]]:
         return _short_regions(task), []
     for key in _ANNOTATIONS:
         annotations = [
-            each
-            for each in a_list(task.get(key) or [], f"{where}, {key}", MOST_BOXES)
-            if isinstance(each, dict) and not each.get("was_cancelled") and each.get("result")
+            annotation
+            for annotation in a_list(task.get(key) or [], f"{where}, {key}", MOST_BOXES)
+            if isinstance(annotation, dict) and not annotation.get("was_cancelled") and annotation.get("result")
         ]
         if annotations:
             notes = [f"the task has {len(annotations)} {key}: the first one is read"] if len(annotations) > 1 else []
@@ -145,10 +145,10 @@ def _first_label_notes(regions: Sequence[dict[str, Any]]) -> list[str]:
 def _shape(value: dict[str, Any], label: Any, where: str, size: tuple[float, float] | None) -> Shape | None:
     """A shape in pixels, or in fractions if the size is unknown; None if it is not an area."""
     name = label_of(label, f"{where}, label")
-    scale = np.array(size or FRACTIONS) / _WHOLE
+    scale = np.array(size or FRACTIONS) / _PERCENT
     if "points" in value:
         points = a_list(value["points"], f"{where}, points", MOST_CORNERS)
-        corners = [[coordinate(each, where) for each in numbers(point, f"{where}, points", 2)] for point in points]
+        corners = [[coordinate(number, where) for number in numbers(point, f"{where}, points", 2)] for point in points]
         return polygon(name, np.array(corners) * scale) if len(corners) >= 3 else None
     degrees = coordinate(value.get("rotation") or 0.0, f"{where}, rotation")
     if degrees % 360.0 and size is None:

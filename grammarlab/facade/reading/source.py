@@ -21,7 +21,7 @@ from grammarlab.facade.file import is_plain, load_picture, picture_size
 from grammarlab.facade.reading.annotation import FARTHEST
 from grammarlab.facade.values import shown
 
-_MOST_NAMED = 20
+_MAX_LISTED = 20
 """Largest number of images in a message."""
 
 
@@ -30,9 +30,9 @@ class ImageName:
     """The names of an image."""
 
     file: str
-    """Its file name, perhaps with a path or an address; empty if the file has none."""
+    """File name of the image, perhaps with a path or an address; empty if the file has none."""
     identity: str = ""
-    """Its number or id; empty if the file has none."""
+    """Number or id of the image; empty if the file has none."""
 
     @property
     def text(self) -> str:
@@ -60,9 +60,9 @@ def chosen_image(images: Sequence[ImageName], wall: str) -> int:
         files = Counter(image.file for image in images)
         names = ", ".join(
             shown(image.identity) if image.identity and files[image.file] > 1 else image.text
-            for image in images[:_MOST_NAMED]
+            for image in images[:_MAX_LISTED]
         )
-        more = f" and {len(images) - _MOST_NAMED} more" if len(images) > _MOST_NAMED else ""
+        more = f" and {len(images) - _MAX_LISTED} more" if len(images) > _MAX_LISTED else ""
         raise UsageError(f"choose one of the {len(images)} images of this file with --wall: {names}{more}.")
     return matches[0]
 
@@ -111,7 +111,7 @@ def coordinate(value: Any, where: str) -> float:
 
     Args:
         value: the value in the file.
-        where: its position in messages.
+        where: position of the value, for messages.
 
     Raises:
         FacadeError: If it is not a finite number, or is beyond `FARTHEST`.

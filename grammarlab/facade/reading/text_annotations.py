@@ -101,15 +101,17 @@ def box_sides(columns: Columns, table: Table, rows: Sequence[TableRow]) -> Float
     Raises:
         FacadeError: If a cell is not a finite number.
     """
-    places = [columns.names.index(name) for name in columns.sides]
-    return np.array([[_number(row, place, columns, table) for place in places] for row in rows]).reshape(-1, 4)
+    column_indices = [columns.names.index(name) for name in columns.sides]
+    return np.array([[_number(row, column, columns, table) for column in column_indices] for row in rows]).reshape(
+        -1, 4
+    )
 
 
-def _number(row: TableRow, place: int, columns: Columns, table: Table) -> float:
-    value = table.number(row.cells[place])
+def _number(row: TableRow, column: int, columns: Columns, table: Table) -> float:
+    value = table.number(row.cells[column])
     if value is None:
         raise FacadeError(
-            f"Line {row.line}, {columns.names[place]}: expected a finite number, found {shown(row.cells[place])}."
+            f"Line {row.line}, {columns.names[column]}: expected a finite number, found {shown(row.cells[column])}."
         )
     return value
 
@@ -118,8 +120,8 @@ def _standard(header: Sequence[str]) -> tuple[str, ...]:
     """Standard names of columns."""
     plain = ["".join(filter(str.isalnum, name)) for name in header]
     names = [_OTHER_NAMES.get(name, name) for name in plain]
-    for standard, others in ((LABEL, _LABELS), (IMAGE, _IMAGES)):
-        first = next((name for name in others if name in names), None)
+    for standard, synonyms in ((LABEL, _LABELS), (IMAGE, _IMAGES)):
+        first = next((name for name in synonyms if name in names), None)
         if first is not None:
             names[names.index(first)] = standard
     return tuple(names)
@@ -138,10 +140,10 @@ def _of_length(row: TableRow, length: int) -> TableRow:
     return TableRow(row.line, row.cells[:length])
 
 
-_LARGEST = 200.0
+_MAX_METRES = 200.0
 """Largest width or height of a facade that a table gives in metres; larger ones are pixels, or a smaller unit."""
-_LARGEST_WHOLE = 100.0
-"""The same, if all numbers are whole: pixels are, and measurements of a building are not."""
+_MAX_WHOLE_METRES = 100.0
+"""Largest width or height in metres if all numbers are whole: pixels are, and measurements of a building are not."""
 
 
 def is_box_table(table: Table) -> bool:
@@ -193,7 +195,7 @@ def _unit(boxes: Floats) -> tuple[Unit, list[str]]:
     if not len(boxes):
         return "metres", []
     width, height = (boxes[:, 2:].max(axis=0) - boxes[:, :2].min(axis=0)).tolist()
-    most = _LARGEST_WHOLE if (boxes == np.round(boxes)).all() else _LARGEST
+    most = _MAX_WHOLE_METRES if (boxes == np.round(boxes)).all() else _MAX_METRES
     if max(width, height) <= most:
         return "metres", []
     note = f"the boxes extend over {width:g} x {height:g}: too large for a facade in metres, so they are read as pixels"

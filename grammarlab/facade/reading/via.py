@@ -31,7 +31,7 @@ class _Region:
     """One region of an image."""
 
     where: str
-    """Its position in messages."""
+    """Position of the region, for messages."""
     shape: dict[str, Any]
     attributes: dict[str, Any]
 
@@ -94,15 +94,15 @@ def read_via_table(table: Table, source: Source) -> BoxAnnotation:
     missing = [name for name in _CELLS if name not in columns]
     if missing:
         raise FacadeError(f"Line 1: this is a table of VIA without the column {missing[0]}.")
-    places = [columns.index(name) for name in _CELLS]
-    rows = [row for row in table.body if len(row.cells) > max(places)]
+    column_indices = [columns.index(name) for name in _CELLS]
+    rows = [row for row in table.body if len(row.cells) > max(column_indices)]
     if len(rows) < len(table.body):
         raise FacadeError(f"Expected {len(columns)} fields in each line of this table of VIA, found fewer.")
-    images = list(dict.fromkeys(row.cells[places[0]] for row in rows))
+    images = list(dict.fromkeys(row.cells[column_indices[0]] for row in rows))
     image = images[chosen_image([ImageName(name) for name in images], source.wall)]
     regions = []
     for row in rows:
-        file, shape, attributes = (row.cells[place] for place in places)
+        file, shape, attributes = (row.cells[column] for column in column_indices)
         if file == image and shape not in ("", "{}"):  # an image without regions has one line
             where = f"line {row.line}"
             texts = {"shape_attributes": shape, "region_attributes": attributes or "{}"}
@@ -162,10 +162,10 @@ def _label_key(regions: Sequence[_Region]) -> tuple[str, list[str]]:
     keys = [key for key, count in counts.items() if count == most]
     usual = [name for name in _LABEL_KEYS for key in keys if key.lower() == name]
     key = next((key for key in keys if usual and key.lower() == usual[0]), keys[0])
-    others = [shown(name) for name in counts if name != key]
-    if not others:
+    other_keys = [shown(name) for name in counts if name != key]
+    if not other_keys:
         return key, []
-    return key, [f"the attribute {shown(key)} is read as the label; others are not: {', '.join(others[:8])}"]
+    return key, [f"the attribute {shown(key)} is read as the label; others are not: {', '.join(other_keys[:8])}"]
 
 
 def _text(value: Any) -> str:

@@ -53,7 +53,7 @@ def is_voc(root: Node) -> bool:
     """Whether the root is one of Pascal VOC; a file without objects may be of any program that writes this root."""
     objects = root.findall("object")
     return root.tag == "annotation" and all(
-        each.find("bndbox") is not None or each.find("robndbox") is not None for each in objects[:1]
+        node.find("bndbox") is not None or node.find("robndbox") is not None for node in objects[:1]
     )
 
 

@@ -212,8 +212,8 @@ def crs_of_member(member: Any) -> Crs:
         value = str(value)
     if not isinstance(value, str) or not value.strip():
         raise AssetError(
-            f"expected the name of a CRS in its member 'crs', found {_shown(json.dumps(member))}. Leave it out if the "
-            "coordinates are degrees; otherwise find out their CRS, and add -s_srs EPSG:CODE below"
+            f"expected the name of a CRS in its member 'crs', found {_excerpt(json.dumps(member))}. Leave it out if "
+            "the coordinates are degrees; otherwise find out their CRS, and add -s_srs EPSG:CODE below"
         )
     return crs_of_name(value.strip())
 
@@ -254,10 +254,10 @@ def crs_of_code(code: int) -> Crs:
 
 def _unknown(name: str) -> AssetError:
     if _WEB_MERCATOR.search(name):
-        return AssetError(f"its CRS, {_shown(name)}, is Web Mercator, whose metres are not those on the ground")
-    return AssetError(f"its CRS, {_shown(name)}, is not known to count in true metres or in degrees")
+        return AssetError(f"its CRS, {_excerpt(name)}, is Web Mercator, whose metres are not those on the ground")
+    return AssetError(f"its CRS, {_excerpt(name)}, is not known to count in true metres or in degrees")
 
 
-def _shown(text: str) -> str:
+def _excerpt(text: str) -> str:
     text = "".join(c if c.isprintable() else " " for c in text)
     return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}…"

@@ -31,7 +31,7 @@ class Footprint:
     properties: Mapping[str, float | bool | str] = field(default_factory=dict)
     """Properties in the file; they set attributes of the grammar with the same names."""
     name: str = ""
-    """Its source, for messages: ``lots.geojson, feature 3``."""
+    """Name of the source, for messages: ``lots.geojson, feature 3``."""
     unread: tuple[str, ...] = ()
     """Names of properties that are lists, objects or not finite."""
 
@@ -53,7 +53,7 @@ class Remark:
     """Something in a source of footprints that is left out, ignored or repaired."""
 
     source: str
-    """Its place in the source: ``lots.geojson, feature 3``."""
+    """Position in the source: ``lots.geojson, feature 3``."""
     kind: RemarkKind
     reason: str
     """``self-intersection at x = 45, y = 4``, ``a LineString is not an outline``."""
@@ -67,7 +67,7 @@ class FootprintMap:
     """All that a source of footprints says."""
 
     footprints: tuple[Footprint, ...]
-    """At least one."""
+    """Footprints of the map, at least one."""
     georeference: Georeference | None = None
     """None if the source does not say where it is."""
     remarks: tuple[Remark, ...] = ()
@@ -79,10 +79,10 @@ class Outline:
 
     polygon: shapely.Polygon
     name: str
-    """Its place in the source: ``lots.geojson, feature 3``."""
+    """Position in the source: ``lots.geojson, feature 3``."""
     properties: Mapping[str, float | bool | str] = field(default_factory=dict)
     unread: tuple[str, ...] = ()
-    """See `Footprint.unread`."""
+    """Content that is not read, see `Footprint.unread`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,7 +47,7 @@ def read_wkt(text: str, expected: str) -> Source:
 
     Args:
         text: WKT, in metres unless an SRID says otherwise.
-        expected: what may be written, for the message.
+        expected: expected forms, for the message.
 
     Raises:
         AssetError: If it is not WKT, has curves, or its CRS is not known to be in true metres or degrees.
@@ -158,9 +158,9 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
     """
     plan = read_footprint_map(text)
     if plan.remarks:
-        shown = "".join(f"\n  {remark}" for remark in plan.remarks[:MOST_REASONS])
+        listing = "".join(f"\n  {remark}" for remark in plan.remarks[:MOST_REASONS])
         more = f"\n  … and {len(plan.remarks) - MOST_REASONS:,} more" if len(plan.remarks) > MOST_REASONS else ""
-        warnings.warn(f"{len(plan.remarks):,} remarks about the footprints:{shown}{more}", stacklevel=2)
+        warnings.warn(f"{len(plan.remarks):,} remarks about the footprints:{listing}{more}", stacklevel=2)
     return plan.footprints
 
 
@@ -168,7 +168,7 @@ def read_footprint_map(text: str) -> FootprintMap:
     """Footprints from the text of an option, with their place and with remarks about what is left out.
 
     Args:
-        text: see `read_footprints`.
+        text: text of the option, see `read_footprints`.
 
     Raises:
         UsageError: If the text is none of these.

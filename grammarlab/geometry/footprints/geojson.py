@@ -108,7 +108,7 @@ def _whole_number(digits: str) -> float:
 
 
 def _advice(path: Path) -> str:
-    """How to convert a map of another format."""
+    """Command that converts a map of another format."""
     if path.suffix.lower() in _OTHER_MAPS:
         return f"Convert it: ogr2ogr -f GeoJSON -t_srs EPSG:4326 {path.stem}.geojson {path.name}"
     return ""
@@ -286,7 +286,7 @@ def _note_crs(systems: dict[str, Crs], member: Any, feature: str, path: Path) ->
         command = "ogr2ogr -t_srs EPSG:4326 {new} {old}".format_map(_files(path))
         raise AssetError(f"{path}: {error}. Convert it: {command}") from error
     systems[key] = crs
-    names = {known.name for known in systems.values()}
+    names = {system.name for system in systems.values()}
     if len(names) > 1:
         first, second = (name or "none" for name in sorted(names))
         raise AssetError(

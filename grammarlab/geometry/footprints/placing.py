@@ -277,7 +277,7 @@ def _nothing(source: Source, remarks: Sequence[Remark]) -> AssetError:
 
 
 def _advice(source: Source, reasons: str) -> str:
-    """What to try for some reasons."""
+    """Advice for some reasons."""
     if (
         source.crs.unit == "degrees"
         and ("in degrees" in reasons or "metres; a footprint" in reasons)

@@ -52,10 +52,10 @@ class Ground:
         """Polygons in degrees as polygons in metres east and north of the middle."""
         centres = centres_of(polygons)
         angles, step = np.radians(centres), np.array([0.0, _STEP])
-        places, north = self._project(angles), self._project(angles + step) - self._project(angles - step)
+        positions, north = self._project(angles), self._project(angles + step) - self._project(angles - step)
         north /= np.hypot(*north.T)[:, None]
         scales = _metres_per_degree(centres[:, 1])
-        rows = zip(polygons, centres, places, north, scales, strict=True)
+        rows = zip(polygons, centres, positions, north, scales, strict=True)
         return [_moved(*row) for row in rows]
 
     def _project(self, points: Floats) -> Floats:
@@ -106,11 +106,11 @@ def _metres_per_degree(latitude: Floats) -> Floats:
     return np.radians(np.column_stack([east, _EQUATOR * (1 - _SQUARED_ECCENTRICITY) / curvature**1.5]))
 
 
-def _moved(polygon: shapely.Polygon, centre: Floats, place: Floats, north: Floats, scale: Floats) -> shapely.Polygon:
+def _moved(polygon: shapely.Polygon, centre: Floats, position: Floats, north: Floats, scale: Floats) -> shapely.Polygon:
     """A polygon in degrees, scaled around its centre, turned to the north of the map and moved to its place."""
     turn = np.array([[north[1], -north[0]], north])
 
     def transform(points: Floats) -> Floats:
-        return ((points - centre) * scale) @ turn + place
+        return ((points - centre) * scale) @ turn + position
 
     return shapely.transform(polygon, transform)

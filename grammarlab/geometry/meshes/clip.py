@@ -73,18 +73,18 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     faces = walk.faces
     face = row_of_value(np.diff(faces.offsets))
     along = cross(area_vectors(faces.as_one_mesh(points)), normals[faces.mesh])
-    kept = walk.distance > 0.0
-    changes = kept != kept.take(walk.following)
+    is_inside = walk.distance > 0.0
+    changes = is_inside != is_inside.take(walk.following)
     gaps = _gaps(walk, face, points, along)
-    touching, gap, place = _corners_in_gaps(walk, face, points, along, gaps)
+    touching, gap, position = _corners_in_gaps(walk, face, points, along, gaps)
 
     # Two nodes per corner: the corner itself, then the point where the edge after it leaves or enters.
     rows = np.stack((faces.rows, walk.edge_row), axis=1).ravel()
-    chains = np.flatnonzero(np.stack((kept, changes), axis=1).ravel())
-    offsets = offsets_from_counts(sum_rows(kept + changes.view(np.int8), faces.offsets))
+    chains = np.flatnonzero(np.stack((is_inside, changes), axis=1).ravel())
+    offsets = offsets_from_counts(sum_rows(is_inside + changes.view(np.int8), faces.offsets))
     successor = np.zeros(len(rows), np.int64)
     successor[chains] = chains.take(next_in_row(offsets))
-    here, there = _bridges(gaps, touching, gap, place)
+    here, there = _bridges(gaps, touching, gap, position)
     successor[here] = there
 
     nodes = np.sort(np.concatenate((chains, 2 * touching)))
@@ -93,37 +93,37 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     cycle, loop_offsets = cycles(renumbered[successor[nodes]])
     root = nodes[cycle[loop_offsets[:-1]]]
     source = face[root // 2]
-    loops = Soup(rows[nodes[cycle]], loop_offsets, faces.mesh[source], faces.place[source], faces.tags[source])
+    loops = Soup(rows[nodes[cycle]], loop_offsets, faces.mesh[source], faces.rank[source], faces.tags[source])
     # The rest of the first edge of a face is its first node, if that belongs to its first corner.
     has_first = (root == chains[offsets[:-1]][source]) & (root // 2 == faces.offsets[:-1][source])
     return loops.begun_earlier(~has_first).without_repeats()
 
 
-def _bridges(gaps: _Gaps, touching: Indices, gap: Indices, place: Floats) -> tuple[Indices, Indices]:
+def _bridges(gaps: _Gaps, touching: Indices, gap: Indices, position: Floats) -> tuple[Indices, Indices]:
     """Nodes across the gaps and the node that follows each: from the exit over the touching corners to the entry."""
     number = np.arange(len(gaps.leaving))
     nodes = np.concatenate((2 * gaps.leaving + 1, 2 * touching, 2 * gaps.entering + 1))
     of_gap = np.concatenate((number, gap, number))
     far = np.full(len(number), np.inf)
-    order = np.lexsort((np.concatenate((-far, place, far)), of_gap))
+    order = np.lexsort((np.concatenate((-far, position, far)), of_gap))
     goes_on = np.flatnonzero(np.diff(of_gap[order]) == 0)
     return nodes[order[goes_on]], nodes[order[goes_on + 1]]
 
 
 def _gaps(walk: Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
-    kept = walk.distance > 0.0
-    then_kept = kept.take(walk.following)
+    is_inside = walk.distance > 0.0
+    is_next_inside = is_inside.take(walk.following)
     ends = []
-    for corners in (np.flatnonzero(kept & ~then_kept), np.flatnonzero(~kept & then_kept)):
+    for corners in (np.flatnonzero(is_inside & ~is_next_inside), np.flatnonzero(~is_inside & is_next_inside)):
         here, there = walk.faces.rows[corners], walk.faces.rows[walk.following[corners]]
-        inner, outer = np.where(kept[corners], here, there), np.where(kept[corners], there, here)
+        inner, outer = np.where(is_inside[corners], here, there), np.where(is_inside[corners], there, here)
         direction = along[face[corners]]
         depth = np.abs(walk.distance[walk.following[corners]] - walk.distance[corners])
         # Edges that meet the plane in one point are sorted by their position slightly further inside.
         drift = dot(points[inner] - points[outer], direction) / depth
-        place = dot(points[walk.edge_row[corners]], direction)
-        order = np.lexsort((drift, place, face[corners]))
-        ends.append((corners[order], place[order]))
+        position = dot(points[walk.edge_row[corners]], direction)
+        order = np.lexsort((drift, position, face[corners]))
+        ends.append((corners[order], position[order]))
     (leaving, start), (entering, end) = ends
     return _Gaps(leaving, entering, start, end)
 
@@ -136,20 +136,22 @@ def _corners_in_gaps(
     on_plane[walk.following[gaps.leaving]] = False
     on_plane[gaps.entering] = False
     corner = np.flatnonzero(on_plane)
-    place = dot(points[walk.faces.rows[corner]], along[face[corner]])
+    position = dot(points[walk.faces.rows[corner]], along[face[corner]])
     low, high = np.minimum(gaps.start, gaps.end), np.maximum(gaps.start, gaps.end)
 
     # A sweep along the cut of each face; at one place gaps end first and begin last.
     gap_face = face[gaps.leaving]
     count, spare = len(gap_face), len(corner)
     kind = np.repeat([0, 1, 2], [count, spare, count])
-    order = np.lexsort((kind, np.concatenate((high, place, low)), np.concatenate((gap_face, face[corner], gap_face))))
+    order = np.lexsort(
+        (kind, np.concatenate((high, position, low)), np.concatenate((gap_face, face[corner], gap_face)))
+    )
     is_open = np.cumsum(np.array([-1, 0, 1])[kind[order]])
     latest = np.maximum.accumulate(np.where(kind[order] == 2, np.arange(len(order)), -1))
     inside = np.flatnonzero((kind[order] == 1) & (is_open == 1))
     gap = order[latest[inside]] - count - spare
     chosen = order[inside] - count
-    return corner[chosen], gap, np.abs(place[chosen] - gaps.start[gap])
+    return corner[chosen], gap, np.abs(position[chosen] - gaps.start[gap])
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,13 +178,13 @@ def cut(faces: Soup, points: Floats, distance: Floats, normals: Floats) -> Cut:
         distance: [P] distance of each point from the plane, positive on the kept side, exactly zero on the plane.
         normals: [M, 3] normal of the plane that cuts each mesh.
     """
-    walk, made, owner = _walked(faces, points, distance)
-    difficult = _leaves_often_or_touches(walk)
+    walk, new_points, owner = _walked(faces, points, distance)
+    difficult = _is_difficult(walk)
     if not difficult.any():
-        return Cut(_remains(walk), made, owner)
-    simple = _only(walk, np.flatnonzero(~difficult))
-    rest = rejoined(_only(walk, np.flatnonzero(difficult)), np.concatenate((points, made)), normals)
-    return Cut(Soup.together([_remains(simple), rest]), made, owner)
+        return Cut(_remains(walk), new_points, owner)
+    simple = _subset(walk, np.flatnonzero(~difficult))
+    rest = rejoined(_subset(walk, np.flatnonzero(difficult)), np.concatenate((points, new_points)), normals)
+    return Cut(Soup.concatenate([_remains(simple), rest]), new_points, owner)
 
 
 def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[Walk, Floats, Indices]:
@@ -196,11 +198,11 @@ def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[Walk, Floats
     edge_row = faces.rows.copy()
     edge_row[corners] = faces.rows.take(np.where(start == 0.0, corners, following.take(corners)))
     corners = corners.take(passing)
-    new, made = _crossings(faces.rows.take(corners), faces.rows.take(following.take(corners)), points, distance)
+    new, new_points = _crossings(faces.rows.take(corners), faces.rows.take(following.take(corners)), points, distance)
     edge_row[corners] = new + len(points)
-    owner = np.empty(len(made), np.int64)
+    owner = np.empty(len(new_points), np.int64)
     owner[new] = faces.mesh.take(row_of_value(np.diff(faces.offsets)).take(corners))
-    return Walk(faces, following, here, edge_row), made, owner
+    return Walk(faces, following, here, edge_row), new_points, owner
 
 
 def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -> tuple[Indices, Floats]:
@@ -213,13 +215,13 @@ def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -
     return number, begin + share[:, None] * (points.take(high, axis=0) - begin)
 
 
-def _only(walk: Walk, chosen: Indices) -> Walk:
+def _subset(walk: Walk, chosen: Indices) -> Walk:
     where, _ = take_rows(walk.faces.offsets, chosen)
     faces = walk.faces.take(chosen)
     return Walk(faces, next_in_row(faces.offsets), walk.distance.take(where), walk.edge_row.take(where))
 
 
-def _leaves_often_or_touches(walk: Walk) -> Flags:
+def _is_difficult(walk: Walk) -> Flags:
     """[F] whether faces leave the kept side more than once, or have corners on the plane without a kept neighbour."""
     offsets, following = walk.faces.offsets, walk.following
     ahead = walk.distance > 0.0
@@ -227,9 +229,9 @@ def _leaves_often_or_touches(walk: Walk) -> Flags:
     difficult = sum_rows(ahead & ~then_ahead, offsets) > 1
     on_plane = walk.distance == 0.0
     if on_plane.any():
-        beside = then_ahead.copy()
-        beside[following] |= ahead
-        difficult |= sum_rows(on_plane & ~beside, offsets) > 0
+        has_kept_neighbour = then_ahead.copy()
+        has_kept_neighbour[following] |= ahead
+        difficult |= sum_rows(on_plane & ~has_kept_neighbour, offsets) > 0
         difficult |= sum_rows(on_plane & on_plane.take(following), offsets) > 0
     return difficult
 
@@ -237,16 +239,16 @@ def _leaves_often_or_touches(walk: Walk) -> Flags:
 def _remains(walk: Walk) -> Soup:
     """Remaining parts of faces that leave the kept side once."""
     faces = walk.faces
-    kept = walk.distance > 0.0
-    then_kept = kept.take(walk.following)
-    changes = kept != then_kept
+    is_inside = walk.distance > 0.0
+    is_next_inside = is_inside.take(walk.following)
+    changes = is_inside != is_next_inside
     # Two slots per corner: the corner itself, then the point where the edge after it leaves or enters.
-    filled = np.stack((kept, changes), axis=1)
+    filled = np.stack((is_inside, changes), axis=1)
     rows = np.stack((faces.rows, walk.edge_row), axis=1)[filled]
-    counts = sum_rows(kept + changes.view(np.int8), faces.offsets)
+    counts = sum_rows(is_inside + changes.view(np.int8), faces.offsets)
     pieces = replace(faces, rows=rows, offsets=offsets_from_counts(counts))
     first = faces.offsets[:-1]
-    return pieces.begun_earlier(~kept.take(first) & ~then_kept.take(first))
+    return pieces.begun_earlier(~is_inside.take(first) & ~is_next_inside.take(first))
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,7 +263,7 @@ class _Rim:
     """[E] the mesh of each edge."""
 
 
-def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, place: Indices) -> Soup:
+def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, rank: Indices) -> Soup:
     """Faces on a plane that close the cut edges of closed meshes.
 
     A cap begins at the edge of the first face that it closes. Holes of the section are joined to the outline by
@@ -272,7 +274,7 @@ def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, place
         points: [P, 3] the table of points in metres.
         is_on_plane: [P] whether points lie on the plane that cut their mesh.
         normals: [M, 3] normal of the plane that cut each mesh, towards the kept side.
-        place: [M] `Soup.place` of the caps of each mesh.
+        rank: [M] `Soup.rank` of the caps of each mesh.
     """
     rim = _open_edges(faces, is_on_plane)
     if not len(rim.start):
@@ -281,7 +283,7 @@ def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, place
     order, offsets = cycles(_successors(rim, plane))
     mesh = rim.mesh[order[offsets[:-1]]]
     rows = rim.start[order]
-    loops = Soup(rows, offsets, mesh, place[mesh], np.full(len(mesh), UNTAGGED, np.int8))
+    loops = Soup(rows, offsets, mesh, rank[mesh], np.full(len(mesh), UNTAGGED, np.int8))
     flat = plane[order]
     ahead = flat[next_in_row(offsets)]
     is_hole = sum_rows(flat[:, 0] * ahead[:, 1] - flat[:, 1] * ahead[:, 0], offsets) < 0.0
@@ -299,10 +301,10 @@ def _open_edges(faces: Soup, is_on_plane: Flags) -> _Rim:
     order = np.argsort(key, kind="stable")
     first = np.flatnonzero(np.diff(key[order], prepend=-1))
     balance = np.add.reduceat(np.sign(end - start)[order], first) if len(first) else first
-    again = np.repeat(np.arange(len(first)), np.abs(balance))
-    leader = order[first[again]]
-    again, leader = again[np.argsort(leader, kind="stable")], np.sort(leader)
-    upwards = balance[again] > 0
+    repeats = np.repeat(np.arange(len(first)), np.abs(balance))
+    leader = order[first[repeats]]
+    repeats, leader = repeats[np.argsort(leader, kind="stable")], np.sort(leader)
+    upwards = balance[repeats] > 0
     mesh = faces.mesh[row_of_value(np.diff(faces.offsets))[corner[leader]]]
     low, high = low[leader], high[leader]
     return _Rim(np.where(upwards, high, low), np.where(upwards, low, high), mesh)
@@ -364,10 +366,12 @@ def _with_holes(loops: Soup, flat: Floats, is_hole: Flags) -> Soup:
         path = keyhole([rings[k] for k in members])
         rows[outline] = np.concatenate([rows[k] for k in members])[path]
     joined = {hole for holes in inside.values() for hole in holes}
-    kept = np.array([k for k in range(len(rows)) if k not in joined])
-    counts = np.array([len(rows[k]) for k in kept])
-    joined_rows = np.concatenate([rows[k] for k in kept])
-    return Soup(joined_rows, offsets_from_counts(counts), loops.mesh[kept], loops.place[kept], loops.tags[kept])
+    selected = np.array([k for k in range(len(rows)) if k not in joined])
+    counts = np.array([len(rows[k]) for k in selected])
+    joined_rows = np.concatenate([rows[k] for k in selected])
+    return Soup(
+        joined_rows, offsets_from_counts(counts), loops.mesh[selected], loops.rank[selected], loops.tags[selected]
+    )
 
 
 TOLERANCE = 1e-9
@@ -427,7 +431,7 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
     face, part = _faces_within(meshes, mesh, axis, low, high, extent)
     sides = [_side(meshes, mesh, extent, face, part, level, sign) for level, sign in ((low, 1.0), (high, -1.0))]
     faces, points, owner = _gathered(meshes, mesh, face, part)
-    capped = _closed_ones(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
+    capped = _closed_meshes(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
 
     cuts = []
     for side in sides:
@@ -439,13 +443,13 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
         points[on_plane, axis] = side.level.take(owner[on_plane])
         normals = np.zeros((len(mesh), 3))
         normals[:, axis] = side.sign
-        # `place` is still the number of the face within the slabs that a piece was cut from.
-        is_crossing = side.crosses.take(faces.place)
+        # `rank` is still the number of the face within the slabs that a piece was cut from.
+        is_crossing = side.crosses.take(faces.rank)
         result = cut(faces.where(is_crossing), points, distance, normals)
         # Interpolation can differ from the plane in the last bit, but parts must end where their neighbours begin.
         result.points[:, axis] = side.level.take(result.mesh_of_point)
         points, owner = np.concatenate((points, result.points)), np.concatenate((owner, result.mesh_of_point))
-        faces = Soup.together([faces.where(~is_crossing), result.faces])
+        faces = Soup.concatenate([faces.where(~is_crossing), result.faces])
         cuts.append((side, np.append(on_plane, np.ones(len(result.points), bool)), normals))
 
     closing = []
@@ -453,9 +457,9 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
         needs_cap = capped & side.is_cut
         if needs_cap.any():
             flags = np.append(on_plane, np.zeros(len(points) - len(on_plane), bool))
-            place = np.where(side.lost_first, -1, len(face))
-            closing.append(caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, place))
-    return Soup.together([faces, *closing]).meshes(points, owner, len(mesh))
+            rank = np.where(side.lost_first, -1, len(face))
+            closing.append(caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, rank))
+    return Soup.concatenate([faces, *closing]).meshes(points, owner, len(mesh))
 
 
 def _slack(meshes: Meshes) -> Floats:
@@ -539,7 +543,7 @@ def _side(
 def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: Indices) -> tuple[Soup, Floats, Indices]:
     """Faces of parts over a table in which every part has its own copy of the points, and the owners of those points.
 
-    The place of each face is its number in `face`.
+    The rank of each face is its number in `face`.
     """
     where, offsets = take_rows(meshes.face_offsets, face)
     candidates, candidate_offsets = take_rows(meshes.mesh_points, mesh)
@@ -549,7 +553,7 @@ def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: In
     return soup, meshes.points.take(candidates, axis=0), row_of_value(np.diff(candidate_offsets))
 
 
-def _closed_ones(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> Flags:
+def _closed_meshes(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> Flags:
     """[N] whether a part is cut from a closed mesh; false for uncut parts."""
     is_candidate = np.zeros(len(meshes), bool)
     is_candidate[mesh[is_cut]] = True

@@ -52,10 +52,10 @@ def edges(meshes: Meshes) -> Edges:
     counts = np.diff(np.append(first, len(order)))
     first_corner, second_corner = _lowest_two(order, first, counts)
     second_face = np.where(counts > 1, face[second_corner], -1)
-    kept = second_face != face[first_corner]
+    is_edge = second_face != face[first_corner]
 
     rank = np.full(len(first), -1, np.int64)
-    by_encounter = np.flatnonzero(kept)[np.argsort(first_corner[kept])]
+    by_encounter = np.flatnonzero(is_edge)[np.argsort(first_corner[is_edge])]
     rank[by_encounter] = np.arange(len(by_encounter))
     edge_of_corner = np.empty(len(order), np.int64)
     edge_of_corner[order] = rank[np.cumsum(is_first) - 1]
@@ -77,10 +77,10 @@ def _lowest_two(values: Indices, starts: Indices, counts: Indices) -> tuple[Indi
     if not len(starts):
         return starts, starts
     lowest = np.minimum.reduceat(values, starts)
-    others = values.copy()
+    remaining = values.copy()
     crowded = np.repeat(counts > 1, counts)
-    others[crowded & (values == np.repeat(lowest, counts))] = np.iinfo(np.int64).max
-    return lowest, np.minimum.reduceat(others, starts)
+    remaining[crowded & (values == np.repeat(lowest, counts))] = np.iinfo(np.int64).max
+    return lowest, np.minimum.reduceat(remaining, starts)
 
 
 def num_edges(meshes: Meshes) -> Indices:
@@ -112,6 +112,8 @@ def boundary_lengths(meshes: Meshes) -> Floats:
 
 def faces_at_boundary(meshes: Meshes, table: Edges) -> NDArray[np.bool_]:
     """[F] whether a face has an edge that no other face shares."""
-    known = table.edge_of_corner >= 0
-    at_boundary = known & table.is_boundary[np.where(known, table.edge_of_corner, 0)] if len(table) else known & False
+    is_edge = table.edge_of_corner >= 0
+    at_boundary = (
+        is_edge & table.is_boundary[np.where(is_edge, table.edge_of_corner, 0)] if len(table) else is_edge & False
+    )
     return any_rows(at_boundary, meshes.face_offsets)

@@ -102,11 +102,11 @@ def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
     )
     corners = np.where(chosen_corner, corner_index, meshes.corners)
     points = np.empty((mesh_points[-1], 3))
-    kept = np.repeat(~chosen, np.diff(meshes.mesh_points))
+    is_unchanged = np.repeat(~chosen, np.diff(meshes.mesh_points))
     old, _ = take_rows(mesh_points, np.flatnonzero(~chosen))
-    points[old] = meshes.points[kept]
-    own = corner_index + np.repeat(mesh_points[:-1], corners_per_mesh)
-    points[own[chosen_corner]] = meshes.points[meshes.corner_points()[chosen_corner]]
+    points[old] = meshes.points[is_unchanged]
+    own_points = corner_index + np.repeat(mesh_points[:-1], corners_per_mesh)
+    points[own_points[chosen_corner]] = meshes.points[meshes.corner_points()[chosen_corner]]
     return Meshes(points, corners, meshes.face_offsets, meshes.mesh_faces, mesh_points, meshes.tags)
 
 
@@ -140,11 +140,11 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     untagged = np.zeros(meshes.num_faces, np.int8)
     parts = [
         Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, corner, np.zeros(len(walls), np.int8)),
-        replace(whole, rows=top, place=whole.place + len(here), tags=untagged).where(solid),
-        replace(whole, rows=bottom, place=whole.place + 2 * len(here), tags=untagged).where(solid),
+        replace(whole, rows=top, rank=whole.rank + len(here), tags=untagged).where(solid),
+        replace(whole, rows=bottom, rank=whole.rank + 2 * len(here), tags=untagged).where(solid),
         whole.where(~moving),
     ]
-    faces = Soup.together(parts)
+    faces = Soup.concatenate(parts)
     if not is_lifted[moves[meshes.mesh_of_point()]].all():
         faces = faces.without_repeats()
     points = np.concatenate((meshes.points, meshes.points + shift))

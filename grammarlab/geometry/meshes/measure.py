@@ -103,12 +103,12 @@ def is_reflex(meshes: Meshes) -> Flags:
     u, v, w = (column.take(following) for column in (x, y, z))
     face = meshes.face_of_corner()
     p, q, r = (column.take(face) for column in face_normals(meshes).T)
-    left = (y * w - z * v) * p + (z * u - x * w) * q + (x * v - y * u) * r
+    turn = (y * w - z * v) * p + (z * u - x * w) * q + (x * v - y * u) * r
     lengths = np.sqrt(x * x + y * y + z * z)
     slack = STRAIGHT * lengths * lengths.take(following)
-    turns_back = (x * u + y * v + z * w < 0.0) & (np.abs(left) <= slack)
+    turns_back = (x * u + y * v + z * w < 0.0) & (np.abs(turn) <= slack)
     reflex = np.zeros(len(x), bool)
-    reflex[following] = ((left < -slack) | turns_back) & ((p != 0.0) | (q != 0.0) | (r != 0.0))
+    reflex[following] = ((turn < -slack) | turns_back) & ((p != 0.0) | (q != 0.0) | (r != 0.0))
     return reflex
 
 

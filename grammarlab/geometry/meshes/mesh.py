@@ -151,8 +151,8 @@ class Meshes:
         counts = np.diff(self.face_offsets)
         face = row_of_value(counts)
         starts = self.face_offsets[:-1][face]
-        place = np.arange(len(self.corners)) - starts
-        mirrored = starts + (1 - place) % counts[face]
+        position = np.arange(len(self.corners)) - starts
+        mirrored = starts + (1 - position) % counts[face]
         corners = self.corners[mirrored]
         if faces is not None:
             corners = np.where(faces[face], corners, self.corners)
@@ -179,7 +179,7 @@ class Soup:
     """[F + 1] into `rows`."""
     mesh: Indices
     """[F] the mesh that each face goes to."""
-    place: Indices
+    rank: Indices
     """[F] faces of one mesh are sorted by this."""
     tags: NDArray[np.int8]
     """[F] as in `Meshes`."""
@@ -194,7 +194,7 @@ class Soup:
         return cls(meshes.corner_points()[where], offsets, meshes.mesh_of_face()[chosen], chosen, meshes.tags[chosen])
 
     @classmethod
-    def together(cls, parts: Sequence[Soup]) -> Soup:
+    def concatenate(cls, parts: Sequence[Soup]) -> Soup:
         """Faces of several parts over one table of points."""
         parts = [part for part in parts if len(part)] or list(parts[:1])
         if len(parts) == 1:
@@ -204,14 +204,14 @@ class Soup:
             np.concatenate([part.rows for part in parts]),
             offsets_from_counts(counts),
             np.concatenate([part.mesh for part in parts]),
-            np.concatenate([part.place for part in parts]),
+            np.concatenate([part.rank for part in parts]),
             np.concatenate([part.tags for part in parts]),
         )
 
     def take(self, chosen: Indices) -> Soup:
         """Selected faces."""
         where, offsets = take_rows(self.offsets, chosen)
-        return Soup(self.rows[where], offsets, self.mesh[chosen], self.place[chosen], self.tags[chosen])
+        return Soup(self.rows[where], offsets, self.mesh[chosen], self.rank[chosen], self.tags[chosen])
 
     def begun_earlier(self, chosen: NDArray[np.bool_]) -> Soup:
         """The faces; chosen ones begin one corner earlier."""
@@ -262,9 +262,9 @@ class Soup:
         return Meshes(points.take(used, axis=0), corners, faces.offsets, mesh_faces, mesh_points, faces.tags)
 
     def _sorted(self) -> Soup:
-        """The faces sorted by mesh and place; equal ones keep their order."""
-        lowest = int(self.place.min(initial=0))
-        key = self.mesh * (int(self.place.max(initial=0)) - lowest + 1) + (self.place - lowest)
+        """The faces sorted by mesh and rank; equal ones keep their order."""
+        lowest = int(self.rank.min(initial=0))
+        key = self.mesh * (int(self.rank.max(initial=0)) - lowest + 1) + (self.rank - lowest)
         if bool((key[1:] >= key[:-1]).all()):
             return self
         # The parts of a soup are runs in order, which a stable sort merges in almost no time.

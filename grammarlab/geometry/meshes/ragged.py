@@ -91,10 +91,10 @@ def cycles(successor: Indices) -> tuple[Indices, Indices]:
     smallest = np.arange(size, dtype=np.int64)
     jump = successor.astype(np.int64)
     while True:
-        better = np.minimum(smallest, smallest[jump])
-        if np.array_equal(better, smallest):
+        shorter = np.minimum(smallest, smallest[jump])
+        if np.array_equal(shorter, smallest):
             break
-        smallest, jump = better, jump[jump]
+        smallest, jump = shorter, jump[jump]
     back = np.empty(size, np.int64)
     back[successor] = np.arange(size)
     is_start = smallest == np.arange(size)

@@ -26,16 +26,16 @@ def points_on(meshes: Meshes, mesh: Indices, draws: Floats) -> tuple[Floats, Ind
         [K, 3] the points in metres, and [K] the faces they lie on.
     """
     points, faces = np.zeros((len(mesh), 3)), np.zeros(len(mesh), np.int64)
-    for rows, corners, face in _each(meshes, mesh):
+    for rows, corners, face in _mesh_triangles(meshes, mesh):
         sides = corners[:, 1:] - corners[:, :1]
         normals = np.cross(sides[:, 0], sides[:, 1])
         ends = np.cumsum(np.sqrt(normals[:, 0] ** 2 + normals[:, 1] ** 2 + normals[:, 2] ** 2))
-        which = np.minimum(np.searchsorted(ends, draws[rows, 0] * ends[-1], side="right"), len(ends) - 1)
+        triangle = np.minimum(np.searchsorted(ends, draws[rows, 0] * ends[-1], side="right"), len(ends) - 1)
         # A square of draws folded onto a triangle (Turk 1990, "Generating random points in triangles").
         root = np.sqrt(draws[rows, 1])
         along, across = root * (1.0 - draws[rows, 2]), root * draws[rows, 2]
-        points[rows] = corners[which, 0] + along[:, None] * sides[which, 0] + across[:, None] * sides[which, 1]
-        faces[rows] = face[which]
+        points[rows] = corners[triangle, 0] + along[:, None] * sides[triangle, 0] + across[:, None] * sides[triangle, 1]
+        faces[rows] = face[triangle]
     return points, faces
 
 
@@ -45,33 +45,33 @@ def nearest_on(meshes: Meshes, mesh: Indices, points: Floats) -> tuple[Floats, I
     Args:
         meshes: with at least one face each.
         mesh: [K] the mesh of each point, ascending.
-        points: [K, 3] in metres.
+        points: [K, 3] positions in metres.
 
     Returns:
         [K, 3] the closest points, and [K] the faces they lie on.
     """
-    found, faces = np.zeros((len(mesh), 3)), np.zeros(len(mesh), np.int64)
-    for rows, corners, face in _each(meshes, mesh):
+    nearest, faces = np.zeros((len(mesh), 3)), np.zeros(len(mesh), np.int64)
+    for rows, corners, face in _mesh_triangles(meshes, mesh):
         step = max(1, _MOST_PAIRS // len(corners))
         for first in range(rows.start, rows.stop, step):
-            some = slice(first, min(first + step, rows.stop))
-            closest = _closest(points[some, None, :], corners[None])
-            away = closest - points[some, None, :]
-            which = (away * away).sum(axis=2).argmin(axis=1)
-            found[some] = closest[np.arange(len(which)), which]
-            faces[some] = face[which]
-    return found, faces
+            batch = slice(first, min(first + step, rows.stop))
+            closest = _closest(points[batch, None, :], corners[None])
+            away = closest - points[batch, None, :]
+            argmin = (away * away).sum(axis=2).argmin(axis=1)
+            nearest[batch] = closest[np.arange(len(argmin)), argmin]
+            faces[batch] = face[argmin]
+    return nearest, faces
 
 
-def _each(meshes: Meshes, mesh: Indices) -> Iterator[tuple[slice, Floats, Indices]]:
+def _mesh_triangles(meshes: Meshes, mesh: Indices) -> Iterator[tuple[slice, Floats, Indices]]:
     """For each mesh with points: their rows, the corners [T, 3, 3] and the faces [T] of its triangles."""
     triangles, face = triangulate(meshes)
     first = np.searchsorted(face, meshes.mesh_faces)
     numbers, starts = np.unique(mesh, return_index=True)
     ends = np.searchsorted(mesh, numbers, side="right")
     for number, start, end in zip(numbers.tolist(), starts.tolist(), ends.tolist(), strict=True):
-        own = slice(first[number], first[number + 1])
-        yield slice(start, end), meshes.points[triangles[own]], face[own]
+        triangle_rows = slice(first[number], first[number + 1])
+        yield slice(start, end), meshes.points[triangles[triangle_rows]], face[triangle_rows]
 
 
 def _closest(points: Floats, corners: Floats) -> Floats:

@@ -37,9 +37,9 @@ def keyhole(rings: Sequence[Floats]) -> Indices:
     for hole in sorted(range(1, len(rings)), key=lambda k: -float(rings[k][:, 0].max())):
         tip = int(starts[hole] + np.argmax(rings[hole][:, 0]))
         ring = np.roll(np.arange(starts[hole], starts[hole + 1]), -(tip - starts[hole]))
-        at = _visible(points, walk, edges, tip)
-        walk = np.concatenate((walk[: at + 1], ring, [tip], walk[at:]))
-        edges = np.vstack((edges, [[walk[at], tip]]))
+        index = _visible(points, walk, edges, tip)
+        walk = np.concatenate((walk[: index + 1], ring, [tip], walk[index:]))
+        edges = np.vstack((edges, [[walk[index], tip]]))
     return walk
 
 
@@ -62,15 +62,15 @@ def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int:
     """Index in the walk of the nearest corner to which a bridge from the tip crosses no edge."""
     distance = np.hypot(*(points[walk] - points[tip]).T)
     order = np.argsort(distance, kind="stable")
-    for at in order.tolist():
-        if _in_corner(points, walk, at, tip) and not _is_blocked(points, edges, int(walk[at]), tip):
-            return at
+    for index in order.tolist():
+        if _in_corner(points, walk, index, tip) and not _is_blocked(points, edges, int(walk[index]), tip):
+            return index
     return int(order[0])
 
 
-def _in_corner(points: Floats, walk: Indices, at: int, tip: int) -> bool:
+def _in_corner(points: Floats, walk: Indices, index: int, tip: int) -> bool:
     """Whether the tip lies within the interior angle of the walk at this index."""
-    before, here, after = (points[walk[(at + k) % len(walk)]] for k in (-1, 0, 1))
+    before, here, after = (points[walk[(index + k) % len(walk)]] for k in (-1, 0, 1))
     left_of_out = _turn(here, after, points[tip]) > 0.0
     left_of_in = _turn(before, here, points[tip]) > 0.0
     if _turn(before, here, after) > 0.0:
@@ -112,7 +112,7 @@ def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
     shift = np.zeros(len(counts), np.int64)
     is_irregular = np.zeros(len(counts), bool)
     if len(needs_look):
-        shift[needs_look], is_irregular[needs_look] = _concavity(_only(meshes, needs_look))
+        shift[needs_look], is_irregular[needs_look] = _concavity(_subset(meshes, needs_look))
     fanned = np.flatnonzero(~is_irregular & (counts >= 3))
     triangles, face = _fans(meshes, fanned, shift[fanned])
     irregular = np.flatnonzero(is_irregular)
@@ -124,7 +124,7 @@ def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
     return triangles[order], face[order]
 
 
-def _only(meshes: Meshes, faces: Indices) -> Meshes:
+def _subset(meshes: Meshes, faces: Indices) -> Meshes:
     """Some of the faces as one mesh over the same points."""
     where, face_offsets = take_rows(meshes.face_offsets, faces)
     return Meshes(
@@ -173,15 +173,15 @@ def _ears(meshes: Meshes, faces: Indices) -> tuple[Indices, Indices]:
     # Only batches with concave faces load the library.
     from mapbox_earcut import triangulate_float64  # noqa: PLC0415
 
-    only = _only(meshes, faces)
-    rows = only.corner_points()
-    flat = _flattened(only, rows)
-    found: list[Indices] = []
-    for start, end in zip(only.face_offsets[:-1].tolist(), only.face_offsets[1:].tolist(), strict=True):
+    selected = _subset(meshes, faces)
+    rows = selected.corner_points()
+    flat = _flattened(selected, rows)
+    triangles: list[Indices] = []
+    for start, end in zip(selected.face_offsets[:-1].tolist(), selected.face_offsets[1:].tolist(), strict=True):
         ring = np.array([end - start], np.uint32)
-        found.append(triangulate_float64(flat[start:end], ring).astype(np.int64) + start)
-    per_face = np.array([len(part) // 3 for part in found], np.int64)
-    corners = np.concatenate(found).reshape(-1, 3)
+        triangles.append(triangulate_float64(flat[start:end], ring).astype(np.int64) + start)
+    per_face = np.array([len(part) // 3 for part in triangles], np.int64)
+    corners = np.concatenate(triangles).reshape(-1, 3)
     a, b, c = flat[corners[:, 0]], flat[corners[:, 1]], flat[corners[:, 2]]
     signed = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     corners = np.where((signed < 0.0)[:, None], corners[:, ::-1], corners)

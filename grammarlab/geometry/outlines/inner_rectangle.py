@@ -168,13 +168,13 @@ def _largest_in(chains: Sequence[_Chain]) -> list[Floats]:
     span_rows = np.array([(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0)], float)
     bounds = np.concatenate([height_rows, np.broadcast_to(span_rows, (len(chains), 4, 3))], axis=1)
     limits = np.concatenate([gaps[..., 2].reshape(len(chains), 9), spans * [-1, 1, -1, 1]], axis=1)
-    found = np.concatenate([_corners(bounds, limits), _along_edges(bounds, limits)], axis=1)
-    slack = limits[:, None, :] - np.einsum("kcj,kbj->kcb", found, bounds)
-    feasible = np.isfinite(found).all(axis=2) & (slack >= -_TOLERANCE).all(axis=2)
-    area = np.where(feasible, (found[..., 1] - found[..., 0]) * found[..., 2], -np.inf)
+    candidates = np.concatenate([_corners(bounds, limits), _along_edges(bounds, limits)], axis=1)
+    slack = limits[:, None, :] - np.einsum("kcj,kbj->kcb", candidates, bounds)
+    feasible = np.isfinite(candidates).all(axis=2) & (slack >= -_TOLERANCE).all(axis=2)
+    area = np.where(feasible, (candidates[..., 1] - candidates[..., 0]) * candidates[..., 2], -np.inf)
     rectangles = []
     for k, c in enumerate(area.argmax(axis=1)):
-        left, right, height = found[k, c]
+        left, right, height = candidates[k, c]
         if area[k, c] > 0.0 and height > 0.0:
             floor = float((floors[k, :, :2] @ (left, right) + floors[k, :, 2]).max())
             rectangles.append(np.array([(left, floor), (right, floor + height)]))
@@ -186,11 +186,11 @@ def _sides(chain: _Chain) -> tuple[Floats, Floats]:
     result = []
     for constant, name in ((chain.floor, "floor"), (chain.ceiling, "ceiling")):
         rows = [(0.0, 0.0, constant)]
-        for place, trapezoid, span in ((0, chain.first, chain.first_span), (1, chain.last, chain.last_span)):
+        for column, trapezoid, span in ((0, chain.first, chain.first_span), (1, chain.last, chain.last_span)):
             begin, end = getattr(trapezoid, name)
             slope = (end - begin) / (span[1] - span[0])
             row = [0.0, 0.0, begin - slope * span[0]]
-            row[place] = slope
+            row[column] = slope
             rows.append((row[0], row[1], row[2]))
         result.append(np.array(rows))
     return result[0], result[1]
@@ -226,10 +226,10 @@ Alignment = Literal["scope", "edge"]
 RECTANGLE = 0
 """The group of inner rectangles."""
 
-_LONG_ENOUGH = 0.25
+_MIN_EDGE_SHARE = 0.25
 """Smallest length of an edge that gives rectangles a direction, as a share of the longest edge of its ring."""
 
-_Seen = tuple[float, float, float, float]
+_Projection = tuple[float, float, float, float]
 """A row-major matrix: the projections of the unit vectors along x and y of a face's frame."""
 
 
@@ -251,8 +251,8 @@ def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
         Rectangles as group `RECTANGLE`, the rest as `REMAINDER`, face by face.
     """
     polygons = lay_flat(meshes)
-    seen = _projections(polygons)
-    whole = _whole_rectangles(polygons, seen, alignment)
+    projections = _projections(polygons)
+    whole = _whole_rectangles(polygons, projections, alignment)
     batches: list[Meshes] = []
     rows: list[Indices] = []
     groups: list[Indices] = []
@@ -263,7 +263,7 @@ def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
         rows.append(fast)
         groups.append(np.full((len(fast), 1), RECTANGLE))
     slow = np.flatnonzero(~whole)
-    keys: list[_Seen] = [(a, b, c, d) for a, b, c, d in seen[slow].reshape(-1, 4).tolist()]
+    keys: list[_Projection] = [(a, b, c, d) for a, b, c, d in projections[slow].reshape(-1, 4).tolist()]
     for members, xy, matrix in alike(polygons, slow, keys):
         patch, pieces = _inner_patch(xy, np.array(matrix).reshape(2, 2), alignment)
         batches.append(stamp_patch(polygons, members, patch))
@@ -305,34 +305,37 @@ def _projections(polygons: Polygons) -> Floats:
     return np.stack([flat[row, :, first] * side[:, None], flat[row, :, second]], axis=2)
 
 
-def _whole_rectangles(polygons: Polygons, seen: Floats, alignment: Alignment) -> NDArray[np.bool_]:
+def _whole_rectangles(polygons: Polygons, projections: Floats, alignment: Alignment) -> NDArray[np.bool_]:
     """[F] whether faces are their own inner rectangles: aligned rectangles that are not slanted."""
     rectangular, _ = rectangle_sizes(polygons)
-    upright = np.abs(np.abs(seen[:, 0, 0] * seen[:, 1, 1] - seen[:, 0, 1] * seen[:, 1, 0]) - 1.0) <= RELATIVE_TOLERANCE
-    aligned = np.abs(seen[:, 0]).min(axis=1) <= RELATIVE_TOLERANCE
+    upright = (
+        np.abs(np.abs(projections[:, 0, 0] * projections[:, 1, 1] - projections[:, 0, 1] * projections[:, 1, 0]) - 1.0)
+        <= RELATIVE_TOLERANCE
+    )
+    aligned = np.abs(projections[:, 0]).min(axis=1) <= RELATIVE_TOLERANCE
     return rectangular & upright & (aligned if alignment == "scope" else True)
 
 
-def _inner_patch(xy: Floats, seen: Floats, alignment: Alignment) -> tuple[Patch, list[int]]:
+def _inner_patch(xy: Floats, projection: Floats, alignment: Alignment) -> tuple[Patch, list[int]]:
     """The rectangle and the remainder of a polygon, and the group of each piece."""
     loops = rings(xy)
     corners = tuple(corner for ring in loops for corner in ring)
-    flat = np.stack([xy[:, 0] * seen[0, i] + xy[:, 1] * seen[1, i] for i in range(2)], axis=1)
+    flat = np.stack([xy[:, 0] * projection[0, i] + xy[:, 1] * projection[1, i] for i in range(2)], axis=1)
     rectangle = _best(flat, loops, alignment) if _is_simple(flat, loops) else None
     if rectangle is None:
         whole = tuple(range(len(xy)))
         return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
-    known = flat[list(corners)]
-    reach = 4.0 * RELATIVE_TOLERANCE * float(np.ptp(known, axis=0).max())
-    pieces = [_snapped(rectangle, known, reach)]
-    pieces += _remainder(flat, loops, rectangle, np.concatenate([known, pieces[0]]), reach)
+    outline_points = flat[list(corners)]
+    reach = 4.0 * RELATIVE_TOLERANCE * float(np.ptp(outline_points, axis=0).max())
+    pieces = [_snapped(rectangle, outline_points, reach)]
+    pieces += _remainder(flat, loops, rectangle, np.concatenate([outline_points, pieces[0]]), reach)
     number: dict[tuple[float, float], int] = {}
-    for place in map(tuple, np.concatenate([known, *pieces]).tolist()):
-        number.setdefault(place, len(number))
-    faces: list[Loop] = [tuple(number[place] for place in map(tuple, piece.tolist())) for piece in pieces]
+    for point in map(tuple, np.concatenate([outline_points, *pieces]).tolist()):
+        number.setdefault(point, len(number))
+    faces: list[Loop] = [tuple(number[point] for point in map(tuple, piece.tolist())) for piece in pieces]
     nodes = np.array(list(number))
-    turned = float(seen[0, 0] * seen[1, 1] - seen[0, 1] * seen[1, 0])
-    back = np.array([[seen[1, 1], -seen[0, 1]], [-seen[1, 0], seen[0, 0]]]) / turned
+    determinant = float(projection[0, 0] * projection[1, 1] - projection[0, 1] * projection[1, 0])
+    back = np.array([[projection[1, 1], -projection[0, 1]], [-projection[1, 0], projection[0, 0]]]) / determinant
     nodes = np.stack([nodes[:, 0] * back[0, i] + nodes[:, 1] * back[1, i] for i in range(2)], axis=1)
     patch = Patch(nodes, np.zeros(len(nodes)), corners, tuple(faces), (0,) * len(faces))
     return patch, [RECTANGLE, *([REMAINDER] * (len(faces) - 1))]
@@ -343,8 +346,8 @@ def _area(flat: Floats, loops: list[list[int]]) -> shapely.Polygon:
 
 
 def _is_simple(flat: Floats, loops: list[list[int]]) -> bool:
-    known = bool(loops) and bool(np.isfinite(flat).all()) and min(map(len, loops)) > 2
-    return known and _area(flat, loops).is_valid
+    is_valid = bool(loops) and bool(np.isfinite(flat).all()) and min(map(len, loops)) > 2
+    return is_valid and _area(flat, loops).is_valid
 
 
 def _best(flat: Floats, loops: list[list[int]], alignment: Alignment) -> Floats | None:
@@ -352,10 +355,10 @@ def _best(flat: Floats, loops: list[list[int]], alignment: Alignment) -> Floats 
     best, largest = None, 0.0
     for x, y in _directions(flat, loops) if alignment == "edge" else [(1.0, 0.0)]:
         turn = np.array([[x, -y], [y, x]])
-        found = largest_rectangle([_turned(flat[ring], turn) for ring in loops])
-        if found is None:
+        bounds = largest_rectangle([_turned(flat[ring], turn) for ring in loops])
+        if bounds is None:
             continue
-        (left, low), (right, high) = found.tolist()
+        (left, low), (right, high) = bounds.tolist()
         if (right - left) * (high - low) > largest * (1.0 + RELATIVE_TOLERANCE):
             largest = (right - left) * (high - low)
             best = _turned(np.array([(left, low), (right, low), (right, high), (left, high)]), turn.T)
@@ -373,57 +376,60 @@ def _turned(points: Floats, turn: Floats) -> Floats:
 
 def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float]]:
     """Unit vectors along the longer edges, each direction once, quarter turns being the same."""
-    found: dict[tuple[float, float], tuple[float, float]] = {}
+    directions: dict[tuple[float, float], tuple[float, float]] = {}
     for ring in loops:
         along = np.roll(flat[ring], -1, axis=0) - flat[ring]
         length = np.hypot(along[:, 0], along[:, 1])
         for (x, y), size in zip(along.tolist(), length.tolist(), strict=True):
-            if size > _LONG_ENOUGH * length.max():
+            if size > _MIN_EDGE_SHARE * length.max():
                 quarters = [(x, y), (-y, x), (-x, -y), (y, -x)]
-                way = next((a / size, b / size) for a, b in quarters if a > 0.0 and b >= 0.0)
-                found.setdefault((round(way[0], 9), round(way[1], 9)), way)
-    return list(found.values())
+                direction = next((a / size, b / size) for a, b in quarters if a > 0.0 and b >= 0.0)
+                directions.setdefault((round(direction[0], 9), round(direction[1], 9)), direction)
+    return list(directions.values())
 
 
-def _remainder(flat: Floats, loops: list[list[int]], rectangle: Floats, known: Floats, reach: float) -> list[Floats]:
+def _remainder(
+    flat: Floats, loops: list[list[int]], rectangle: Floats, known_points: Floats, reach: float
+) -> list[Floats]:
     """[n, 2] remainder of a polygon without a rectangle, in the order of its corners.
 
     Args:
         flat: [C, 2] the corners of the polygon.
-        loops: its rings.
+        loops: corner indices of the rings of the polygon.
         rectangle: [4, 2] the rectangle.
-        known: [K, 2] corners of both; corners of the remainder within ``reach`` are moved to them.
-        reach: in metres; a remainder must be wider.
+        known_points: [K, 2] corners of both; corners of the remainder within ``reach`` are moved to them.
+        reach: tolerance in metres; a remainder must be wider.
     """
-    left = shapely.difference(_area(flat, loops), shapely.Polygon(rectangle), grid_size=0.25 * reach)
+    remainder = shapely.difference(_area(flat, loops), shapely.Polygon(rectangle), grid_size=0.25 * reach)
     pieces: list[tuple[int, Floats]] = []
-    for part in shapely.get_parts(left).tolist():
+    for part in shapely.get_parts(remainder).tolist():
         if not isinstance(part, shapely.Polygon) or part.area <= reach * part.length:
             continue
         outlines = [
-            _snapped(shapely.get_coordinates(ring)[:-1], known, reach) for ring in (part.exterior, *part.interiors)
+            _snapped(shapely.get_coordinates(ring)[:-1], known_points, reach)
+            for ring in (part.exterior, *part.interiors)
         ]
         turned = [
             ring if shapely.LinearRing(ring).is_ccw == (i == 0) else ring[::-1] for i, ring in enumerate(outlines)
         ]
-        places = np.concatenate(turned)
+        points = np.concatenate(turned)
         bounds = offsets_from_counts(np.array([len(ring) for ring in turned], np.int64)).tolist()
-        (walk,) = fill(places, [tuple(range(a, b)) for a, b in pairwise(bounds)])
-        ranks = [_rank(places[node], known) for node in walk]
+        (walk,) = fill(points, [tuple(range(a, b)) for a, b in pairwise(bounds)])
+        ranks = [_rank(points[node], known_points) for node in walk]
         first = int(np.argmin(ranks))
-        pieces.append((ranks[first], places[[*walk[first:], *walk[:first]]]))
+        pieces.append((ranks[first], points[[*walk[first:], *walk[:first]]]))
     return [piece for _, piece in sorted(pieces, key=lambda pair: pair[0])]
 
 
-def _snapped(points: Floats, places: Floats, reach: float) -> Floats:
+def _snapped(points: Floats, known_points: Floats, reach: float) -> Floats:
     """The points; those within reach of a known point are moved to it."""
-    distance = np.abs(points[:, None] - places[None]).max(axis=2)
+    distance = np.abs(points[:, None] - known_points[None]).max(axis=2)
     nearest = distance.argmin(axis=1)
     near = distance[np.arange(len(points)), nearest] <= reach
-    return np.where(near[:, None], places[nearest], points)
+    return np.where(near[:, None], known_points[nearest], points)
 
 
-def _rank(place: Floats, known: Floats) -> int:
+def _rank(point: Floats, known_points: Floats) -> int:
     """Index of the known point at this place; their number if there is none."""
-    at = np.flatnonzero((known == place).all(axis=1))
-    return int(at[0]) if len(at) else len(known)
+    matches = np.flatnonzero((known_points == point).all(axis=1))
+    return int(matches[0]) if len(matches) else len(known_points)

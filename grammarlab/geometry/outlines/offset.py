@@ -32,8 +32,8 @@ def offset(meshes: Meshes, distance: Floats | float, keep: Keep = "all") -> Mesh
         keep: which faces to keep.
     """
     polygons = lay_flat(meshes)
-    wanted = np.broadcast_to(np.asarray(distance, np.float64), len(meshes))[meshes.mesh_of_face()]
-    distances = np.where(np.abs(wanted) > RELATIVE_TOLERANCE * polygons.extents(), wanted, 0.0)
+    requested = np.broadcast_to(np.asarray(distance, np.float64), len(meshes))[meshes.mesh_of_face()]
+    distances = np.where(np.abs(requested) > RELATIVE_TOLERANCE * polygons.extents(), requested, 0.0)
     rectangular, sizes = rectangle_sizes(polygons)
     smallest = sizes.min(axis=1, initial=np.inf)
     simple = rectangular & (distances != 0.0) & (-2.0 * distances < smallest * (1.0 - RELATIVE_TOLERANCE))
@@ -41,10 +41,10 @@ def offset(meshes: Meshes, distance: Floats | float, keep: Keep = "all") -> Mesh
     rows: list[Indices] = []
     fast = np.flatnonzero(simple)
     if len(fast):
-        kept = [i for i, tag in enumerate(_RECTANGLE_TAGS) if _is_kept(tag, keep)]
-        faces = [_RECTANGLE_FACES[i] for i in kept]
+        selected = [i for i, tag in enumerate(_RECTANGLE_TAGS) if _is_kept(tag, keep)]
+        faces = [_RECTANGLE_FACES[i] for i in selected]
         xy = _rectangle_nodes(sizes[fast], distances[fast])
-        tags = [_RECTANGLE_TAGS[i] for i in kept]
+        tags = [_RECTANGLE_TAGS[i] for i in selected]
         batches.append(stamp(polygons, fast, xy, np.zeros(xy.shape[:2]), range(4), faces, tags))
         rows.append(fast)
     slow = np.flatnonzero(~simple)
@@ -77,16 +77,16 @@ def _corners(low: Floats, high: Floats) -> Floats:
 def _offset_patch(xy: Floats, distance: float, keep: Keep) -> Patch:
     whole = Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (tuple(range(len(xy))),), (INSIDE,))
     if distance == 0.0:
-        return _only(whole, keep)
+        return _selected_faces(whole, keep)
     grown = _shrunk(xy, -distance) if distance < 0.0 else _grown(xy, distance)
     if grown is None:
-        return _only(whole, keep)
+        return _selected_faces(whole, keep)
     if keep == "inside" and INSIDE not in grown.tags:
         return whole
-    return _only(grown, keep)
+    return _selected_faces(grown, keep)
 
 
-def _only(patch: Patch, keep: Keep) -> Patch:
+def _selected_faces(patch: Patch, keep: Keep) -> Patch:
     pairs = [(face, tag) for face, tag in zip(patch.faces, patch.tags, strict=True) if _is_kept(tag, keep)]
     return Patch(patch.xy, patch.height, patch.corner, tuple(face for face, _ in pairs), tuple(tag for _, tag in pairs))
 
@@ -121,14 +121,14 @@ def _grown(xy: Floats, distance: float) -> Patch | None:
         if result is None:
             return None
         shift = first_new - len(ring)
-        place = [len(corners) + i if i < len(ring) else i + shift for i in range(len(result.xy))]
+        node_index = [len(corners) + i if i < len(ring) else i + shift for i in range(len(result.xy))]
         # The edge that leaves a corner backwards is the one that arrives there.
         edges = backwards[1:] + backwards[:1]
         for edge, faces in zip(edges, result.faces, strict=True):
-            border += [(edge, tuple(place[node] for node in (face[1], face[0], *face[:1:-1]))) for face in faces]
+            border += [(edge, tuple(node_index[node] for node in (face[1], face[0], *face[:1:-1]))) for face in faces]
         for loop in result.rest_from_first_edge(edges):
             turned = (loop[1], loop[0], *loop[:1:-1])
-            loops.append(tuple(place[node] for node in turned))
+            loops.append(tuple(node_index[node] for node in turned))
         corners += backwards
         nodes.append(result.xy[: len(ring)])
         moved.append(result.xy[len(ring) :])

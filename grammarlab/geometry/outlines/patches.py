@@ -34,7 +34,7 @@ class Patch:
     """The corner of the polygon at each of the first nodes; the rest are new."""
     faces: tuple[Loop, ...]
     tags: tuple[int, ...]
-    """One tag per face."""
+    """Tags, one per face."""
 
 
 def stamp(
@@ -112,9 +112,9 @@ def in_order(batches: Sequence[Meshes], rows: Sequence[NDArray[np.integer]]) -> 
 
 def rings(xy: Floats) -> list[list[int]]:
     """Outline and holes of a polygon as corner indices, without the doubled edges of keyholes."""
-    places: dict[tuple[float, float], int] = {}
-    first = [places.setdefault((x, y), i) for i, (x, y) in enumerate(xy.tolist())]
-    if len(places) == len(first):
+    corner_at: dict[tuple[float, float], int] = {}
+    first = [corner_at.setdefault((x, y), i) for i, (x, y) in enumerate(xy.tolist())]
+    if len(corner_at) == len(first):
         return [first]
     arcs = list(zip(first, first[1:] + first[:1], strict=True))
     leaving = {arc: i for i, arc in enumerate(arcs)}
@@ -130,9 +130,9 @@ def fill(xy: Floats, loops: Sequence[Loop]) -> list[Loop]:
     holes = [loop for loop in loops if loop_area(xy, loop) < 0.0]
     faces = []
     for outline in sorted(outlines, key=lambda loop: loop_area(xy, loop)):
-        own = [hole for hole in holes if len(outlines) == 1 or contains(xy[list(outline)], xy[list(hole)])]
-        holes = [hole for hole in holes if hole not in own]
-        nodes = [node for ring in (outline, *own) for node in ring]
-        walk = keyhole([xy[list(ring)] for ring in (outline, *own)]) if own else range(len(outline))
+        own_holes = [hole for hole in holes if len(outlines) == 1 or contains(xy[list(outline)], xy[list(hole)])]
+        holes = [hole for hole in holes if hole not in own_holes]
+        nodes = [node for ring in (outline, *own_holes) for node in ring]
+        walk = keyhole([xy[list(ring)] for ring in (outline, *own_holes)]) if own_holes else range(len(outline))
         faces.append((outlines.index(outline), tuple(nodes[i] for i in walk)))
     return [face for _, face in sorted(faces)]

@@ -71,8 +71,8 @@ def _directions(polygons: Polygons) -> Floats:
     """[F, 2] the x axis of the mesh in the frame of each face; the first edge for faces that look along x."""
     flat = polygons.axes[:, :2, 0]
     length = np.hypot(flat[:, 0], flat[:, 1])[:, None]
-    known = length > RELATIVE_TOLERANCE
-    return np.where(known, flat / np.where(known, length, 1.0), [1.0, 0.0])
+    is_defined = length > RELATIVE_TOLERANCE
+    return np.where(is_defined, flat / np.where(is_defined, length, 1.0), [1.0, 0.0])
 
 
 def _rectangle_nodes(sizes: Floats, kind: int) -> Floats:
@@ -80,8 +80,8 @@ def _rectangle_nodes(sizes: Floats, kind: int) -> Floats:
     width, depth = sizes.T
     zero = 0.0 * width
     ends = [(zero, 0.5 * depth), (width, 0.5 * depth)] if kind == 0 else [(0.5 * width, zero), (0.5 * width, depth)]
-    places = [(zero, zero), (width, zero), (width, depth), (zero, depth), *ends]
-    return np.stack([np.stack(place, axis=1) for place in places], axis=1)
+    nodes = [(zero, zero), (width, zero), (width, depth), (zero, depth), *ends]
+    return np.stack([np.stack(node, axis=1) for node in nodes], axis=1)
 
 
 def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Patch:
@@ -95,7 +95,7 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
         return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (tuple(range(len(xy))),), (0,))
     side[np.abs(side) <= RELATIVE_TOLERANCE * half] = 0.0
     corner_at = {tuple(xy[corner].tolist()): corner for ring in loops for corner in ring}
-    bottom = tuple(corner_at[place] for place in map(tuple, xy.tolist()))
+    bottom = tuple(corner_at[point] for point in map(tuple, xy.tolist()))
     underside = (bottom[0], *bottom[:0:-1])
     if value <= 0.0:
         return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (bottom, underside), (0, 0))
@@ -107,10 +107,10 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
     ridge = [pair for pair in zip(crossings[::2], crossings[1::2], strict=True) if pair[0] != pair[1]]
     arcs = [arc for path in paths for arc in pairwise(path)]
     is_right = [any(node < len(xy) and side[node] < 0.0 for node in arc) for arc in arcs]
-    left = [arc for arc, right in zip(arcs, is_right, strict=True) if not right]
-    right = [arc for arc, right in zip(arcs, is_right, strict=True) if right]
+    left_arcs = [arc for arc, right_arcs in zip(arcs, is_right, strict=True) if not right_arcs]
+    right_arcs = [arc for arc, right_arcs in zip(arcs, is_right, strict=True) if right_arcs]
     # Seen along the ridge, the part to its left has the ridge in forward direction on its border.
-    slopes = fill(nodes, trace([*left, *ridge])) + fill(nodes, trace([*right, *((b, a) for a, b in ridge)]))
+    slopes = fill(nodes, trace([*left_arcs, *ridge])) + fill(nodes, trace([*right_arcs, *((b, a) for a, b in ridge)]))
     faces: list[Loop] = [tuple(top[node] for node in face) for face in slopes]
     faces += [wall for wall in (_wall(path, top) for path in paths) if len(wall) > 2]
     faces.append(underside)
@@ -170,8 +170,8 @@ class _Rims:
     """Faces of a batch as the base of solids: corners at one place are one point, bridges are not edges."""
 
     polygons: Polygons
-    place: Indices
-    """[C] the first corner of the same face at the same place."""
+    first_corner: Indices
+    """[C] the first corner of the same face at the same position."""
     is_edge: NDArray[np.bool_]
     """[C] whether the edge that leaves a corner is a real one, with length, and no side of a bridge."""
     is_flat: NDArray[np.bool_]
@@ -198,7 +198,7 @@ def pyramids(meshes: Meshes, amount: Floats, is_height: bool, balanced: bool = F
     tips = polygons.lift(np.arange(len(polygons)), tip[:, None], height[:, None])[:, 0]
     edge = np.flatnonzero(rims.is_edge & ~rims.is_flat[face])
     over = len(polygons.xy) + face[edge]
-    triangles = np.stack([rims.place[edge], rims.place[polygons.next_corner()[edge]], over], axis=1)
+    triangles = np.stack([rims.first_corner[edge], rims.first_corner[polygons.next_corner()[edge]], over], axis=1)
     sides = _Faces(face[edge], edge - polygons.offsets[face[edge]], np.full(len(edge), 3), triangles.ravel())
     points = np.concatenate([polygons.points, tips])
     owner = np.concatenate([face, np.arange(len(polygons))])
@@ -251,20 +251,20 @@ def _prisms(rims: _Rims, height: Floats, lead: Indices) -> Meshes:
 
     Args:
         rims: the faces.
-        height: [C] of the slope over each corner, in metres, 0 or more.
+        height: [C] height of the slope over each corner, in metres, 0 or more.
         lead: [F] the corner at which the slope begins.
     """
     polygons, face = rims.polygons, rims.polygons.face_of_corner()
     highest = np.zeros(len(polygons))
     np.maximum.at(highest, face, height)
-    rises = height[rims.place] > RELATIVE_TOLERANCE * highest[face]
-    top = np.where(rises, len(polygons.xy) + rims.place, rims.place)
+    rises = height[rims.first_corner] > RELATIVE_TOLERANCE * highest[face]
+    top = np.where(rises, len(polygons.xy) + rims.first_corner, rims.first_corner)
     following = polygons.next_corner()
     faces = [_undersides(rims), _slopes(rims, top, lead)]
     wall = rims.is_edge & ~rims.is_flat[face]
     for first, second in ((True, True), (True, False), (False, True)):
         edge = np.flatnonzero(wall & (rises == first) & (rises[following] == second))
-        ring = [rims.place[edge], rims.place[following[edge]]]
+        ring = [rims.first_corner[edge], rims.first_corner[following[edge]]]
         ring += [top[following[edge]]] if second else []
         ring += [top[edge]] if first else []
         corners = np.stack(ring, axis=1)
@@ -280,9 +280,9 @@ def _slopes(rims: _Rims, top: Indices, lead: Indices) -> _Faces:
     polygons = rims.polygons
     chosen = np.flatnonzero(~rims.is_flat)
     where, offsets = take_rows(polygons.offsets, chosen)
-    of = np.repeat(chosen, np.diff(offsets))
-    first, count = polygons.offsets[of], polygons.counts[of]
-    turned = first + (where - first + lead[of] - first) % np.maximum(count, 1)
+    face = np.repeat(chosen, np.diff(offsets))
+    first, count = polygons.offsets[face], polygons.counts[face]
+    turned = first + (where - first + lead[face] - first) % np.maximum(count, 1)
     return _Faces(chosen, np.full(len(chosen), -1), np.diff(offsets), top[turned])
 
 
@@ -292,25 +292,25 @@ def _undersides(rims: _Rims) -> _Faces:
     first, count = polygons.offsets[face], polygons.counts[face]
     index = np.arange(len(face)) - first
     turned = np.where(rims.is_flat[face], index, -index % np.maximum(count, 1))
-    return _Faces(np.arange(len(polygons)), polygons.counts, polygons.counts, rims.place[first + turned])
+    return _Faces(np.arange(len(polygons)), polygons.counts, polygons.counts, rims.first_corner[first + turned])
 
 
 def _rims(polygons: Polygons) -> _Rims:
     face, following = polygons.face_of_corner(), polygons.next_corner()
-    place = np.arange(len(face))
+    first_corner = np.arange(len(face))
     if (polygons.counts >= _FEWEST_WITH_HOLE).any():
         _, first, inverse = np.unique(
             np.column_stack([face, polygons.points]), axis=0, return_index=True, return_inverse=True
         )
-        place = first[inverse.ravel()]
-    is_edge = place != place[following]
-    if (place != np.arange(len(face))).any():
+        first_corner = first[inverse.ravel()]
+    is_edge = first_corner != first_corner[following]
+    if (first_corner != np.arange(len(face))).any():
         size = max(len(face), 1)
-        forth, back = place * size + place[following], place[following] * size + place
+        forth, back = first_corner * size + first_corner[following], first_corner[following] * size + first_corner
         is_edge &= ~np.isin(forth, back)
     extent = polygons.extents()
     is_flat = ~(signed_areas(polygons) > RELATIVE_TOLERANCE * extent * extent)
-    return _Rims(polygons, place, is_edge, is_flat)
+    return _Rims(polygons, first_corner, is_edge, is_flat)
 
 
 def _solids(points: Floats, owner: Indices, num_solids: int, parts: list[_Faces]) -> Meshes:
@@ -329,11 +329,11 @@ def _solids(points: Floats, owner: Indices, num_solids: int, parts: list[_Faces]
     corners = corners[where]
     used = np.zeros(len(points), np.bool_)
     used[corners] = True
-    kept = np.flatnonzero(used)
-    kept = kept[np.argsort(owner[kept], kind="stable")]
-    mesh_points = offsets_from_counts(np.bincount(owner[kept], minlength=num_solids))
+    used_points = np.flatnonzero(used)
+    used_points = used_points[np.argsort(owner[used_points], kind="stable")]
+    mesh_points = offsets_from_counts(np.bincount(owner[used_points], minlength=num_solids))
     number = np.zeros(len(points), np.int64)
-    number[kept] = np.arange(len(kept)) - mesh_points[owner[kept]]
+    number[used_points] = np.arange(len(used_points)) - mesh_points[owner[used_points]]
     mesh_faces = offsets_from_counts(np.bincount(polygon, minlength=num_solids))
     tags = np.zeros(len(order), np.int8)
-    return Meshes(points[kept], number[corners], face_offsets, mesh_faces, mesh_points, tags)
+    return Meshes(points[used_points], number[corners], face_offsets, mesh_faces, mesh_points, tags)

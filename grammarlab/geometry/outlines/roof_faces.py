@@ -11,6 +11,7 @@ from grammarlab.geometry.outlines.roof_plan import Plan
 from grammarlab.geometry.outlines.straight_skeleton import Loop, sweep
 
 _PARALLEL = 1e-9
+"""Largest cross product of the normals of edges that count as parallel."""
 
 _MARGIN = 0.999
 """Largest overhang, as a share of the overhang at which slopes meet."""
@@ -74,10 +75,10 @@ def build(plan: Plan, has_eaves: bool, has_verges: bool, has_soffits: bool) -> S
                 faces.append(ring)
     push = np.zeros((len(plan.xy) + len(pushed), 2, 2))
     rise = np.zeros((len(push), 2))
-    for node, place in pushed.items():
-        push[place] = _push(plan, borders[arriving[node]], borders[node])
+    for node, index in pushed.items():
+        push[index] = _push(plan, borders[arriving[node]], borders[node])
         normal = _inward(plan, borders[node].roof)
-        rise[place] = push[place] @ normal
+        rise[index] = push[index] @ normal
     source = np.concatenate([np.arange(len(plan.xy)), np.array(list(pushed), np.int64)])
     return Sheet(source, push, rise, tuple(faces))
 
@@ -114,19 +115,22 @@ def _inward(plan: Plan, edge: int) -> Floats:
 def _push(plan: Plan, before: _Border, after: _Border) -> Floats:
     """[2, 2] displacement of a border node per metre of overhang, at eaves and at gables."""
     first, second = _inward(plan, before.edge), _inward(plan, after.edge)
-    wanted = np.zeros((2, 2))
-    wanted[int(before.edge in plan.gables), 0] = -1.0
-    wanted[int(after.edge in plan.gables), 1] = -1.0
+    displacement = np.zeros((2, 2))
+    displacement[int(before.edge in plan.gables), 0] = -1.0
+    displacement[int(after.edge in plan.gables), 1] = -1.0
     if before.edge == after.edge:
         # The tip of a gable follows the ridge between the two slopes that meet there.
         second = _inward(plan, before.roof) - _inward(plan, after.roof)
-        wanted[:, 1] = 0.0
+        displacement[:, 1] = 0.0
     cross = float(first[0] * second[1] - first[1] * second[0])
     if abs(cross) <= _PARALLEL:
-        return wanted[:, :1] * first
+        return displacement[:, :1] * first
     return (
         np.stack(
-            [wanted[:, 0] * second[1] - wanted[:, 1] * first[1], wanted[:, 1] * first[0] - wanted[:, 0] * second[0]],
+            [
+                displacement[:, 0] * second[1] - displacement[:, 1] * first[1],
+                displacement[:, 1] * first[0] - displacement[:, 0] * second[0],
+            ],
             axis=1,
         )
         / cross
@@ -150,6 +154,6 @@ def free_overhang(plan: Plan, eave: float, verge: float) -> float:
         result = sweep([plan.xy[ring]], speeds, 1.0)
         if result is None:
             return 0.0
-        met = result.time[(result.time > 0.0) & (result.time < 1.0 - _PARALLEL)]
-        share = min(share, _MARGIN * float(met.min(initial=1.0 / _MARGIN)))
+        event_times = result.time[(result.time > 0.0) & (result.time < 1.0 - _PARALLEL)]
+        share = min(share, _MARGIN * float(event_times.min(initial=1.0 / _MARGIN)))
     return share

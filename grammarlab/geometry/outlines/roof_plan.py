@@ -17,7 +17,7 @@ AUTOMATIC = -1
 _STRAIGHT = 1e-6
 """Sine of the largest angle between edges of one wall."""
 
-_OPPOSED = -0.5
+_MAX_COSINE = -0.5
 """Largest cosine between the directions of two edges for which the line where their slopes meet is a ridge."""
 
 
@@ -34,7 +34,7 @@ class Plan:
     edges: tuple[tuple[int, int], ...]
     """The nodes at both ends of every edge, in the polygon's order, without the bridges of keyholes."""
     faces: tuple[tuple[Loop, ...], ...]
-    """For every edge the roof over it; for a gable its vertical wall, which has no area in the plan."""
+    """Roof over each edge; for a gable its vertical wall, which has no area in the plan."""
     gables: frozenset[int]
     """Numbers of the edges that are gables."""
     bottom: Loop
@@ -52,7 +52,7 @@ class Plan:
 def hip_plan(xy: Floats, even: bool) -> Plan | None:
     """Straight skeleton of a polygon [n, 2]; None if it has no area or its edges cross."""
     plan = _plan(xy, frozenset())
-    return _evened(plan) if plan and even else plan
+    return _with_level_ridges(plan) if plan and even else plan
 
 
 def gable_plan(xy: Floats, index: int, even: bool) -> Plan | None:
@@ -80,7 +80,7 @@ def gable_plan(xy: Floats, index: int, even: bool) -> Plan | None:
     gabled = _plan(xy, gables) if gables else plan
     if gabled is None or any(not gabled.faces[edge] for edge in gables):
         return plan
-    return _evened(gabled) if even and index == AUTOMATIC else gabled
+    return _with_level_ridges(gabled) if even and index == AUTOMATIC else gabled
 
 
 def _plan(xy: Floats, gables: frozenset[int]) -> Plan | None:
@@ -92,8 +92,8 @@ def _plan(xy: Floats, gables: frozenset[int]) -> Plan | None:
     result = sweep([xy[ring] for ring in loops], speeds.tolist())
     if result is None:
         return None
-    node_at = {place: node for node, place in enumerate(map(tuple, xy[corner].tolist()))}
-    bottom = tuple(node_at[place] for place in map(tuple, xy.tolist()))
+    node_at = {point: node for node, point in enumerate(map(tuple, xy[corner].tolist()))}
+    bottom = tuple(node_at[point] for point in map(tuple, xy.tolist()))
     return Plan(
         xy=result.xy,
         time=result.time,
@@ -203,15 +203,15 @@ def _has_one_tip(plan: Plan, wall: list[int]) -> bool:
 def _facing_pair(plan: Plan, walls: list[list[int]], index: int) -> list[int]:
     """The wall of an edge and the wall that is most opposite to it, unless they meet."""
     along = _directions(plan)
-    own = next((i for i, wall in enumerate(walls) if index in wall), 0)
-    around = _neighbours(plan, walls)[own]
-    others = [i for i in range(len(walls)) if i != own and i not in around]
-    if not others:
-        return [own]
-    return [own, min(others, key=lambda i: float(along[walls[i][0]] @ along[walls[own][0]]))]
+    wall_index = next((i for i, wall in enumerate(walls) if index in wall), 0)
+    around = _neighbours(plan, walls)[wall_index]
+    candidates = [i for i in range(len(walls)) if i != wall_index and i not in around]
+    if not candidates:
+        return [wall_index]
+    return [wall_index, min(candidates, key=lambda i: float(along[walls[i][0]] @ along[walls[wall_index][0]]))]
 
 
-def _evened(plan: Plan) -> Plan:
+def _with_level_ridges(plan: Plan) -> Plan:
     """The plan with the same height all along each ridge: the mean of its nodes."""
     along = _directions(plan)
     roof_of: dict[tuple[int, int], int] = {}
@@ -222,7 +222,7 @@ def _evened(plan: Plan) -> Plan:
     for (a, b), edge in roof_of.items():
         other = roof_of.get((b, a))
         above = plan.time[a] > 0.0 and plan.time[b] > 0.0
-        if other is not None and above and along[edge] @ along[other] < _OPPOSED:
+        if other is not None and above and along[edge] @ along[other] < _MAX_COSINE:
             low, high = sorted((level[a], level[b]))
             level = [low if group == high else group for group in level]
     groups = np.array(level)

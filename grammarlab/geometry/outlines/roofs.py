@@ -86,7 +86,7 @@ def roof_gable(
         even: whether ridges are made level; slopes may then be not planar.
         index: [M] or one for all: the edge that is a gable together with the opposite one; any integer, counted
             cyclically. Convex faces only: others ignore it. By default the shape decides.
-        soffits: see `roof_hip`.
+        soffits: whether overhangs have undersides, see `roof_hip`.
 
     Raises:
         DerivationError: If a value is not finite.
@@ -95,19 +95,19 @@ def roof_gable(
     amount, eaves, verges = _per_face(meshes, value, overhang_x, overhang_y)
     rectangular, sizes = rectangle_sizes(polygons)
     if index is None:
-        wanted = np.full(len(polygons), AUTOMATIC)
+        gable_edge = np.full(len(polygons), AUTOMATIC)
         near = sizes[:, 0] >= sizes[:, 1] - RELATIVE_TOLERANCE * sizes[:, 1]
         first_gable = np.where(near, 1, 0)
     else:
-        each = np.broadcast_to(np.asarray(index, np.int64), len(meshes))[meshes.mesh_of_face()]
-        wanted = each % np.maximum(polygons.counts, 1)
-        first_gable = wanted % 2
+        index_of_face = np.broadcast_to(np.asarray(index, np.int64), len(meshes))[meshes.mesh_of_face()]
+        gable_edge = index_of_face % np.maximum(polygons.counts, 1)
+        first_gable = gable_edge % 2
     roofs = _Roofs(polygons, amount, by, eaves, verges, soffits)
     for i in range(2):
         members = np.flatnonzero(rectangular & (first_gable == i))
         roofs.add_rectangles(members, sizes, 1 - i, gables=(i, i + 2))
     slow = np.flatnonzero(~rectangular)
-    for members, xy, edge in alike(polygons, slow, wanted[slow].tolist()):
+    for members, xy, edge in alike(polygons, slow, gable_edge[slow].tolist()):
         roofs.add(members, gable_plan(xy, edge, even))
     return roofs.collected(meshes)
 
@@ -219,8 +219,8 @@ class _Roofs:
             tips = [(half, inset), (half, depth - inset)]
         else:
             tips = [(half, half)]
-        places = [(zero, zero), (width, zero), (width, depth), (zero, depth), *tips]
-        xy = np.stack([np.stack(place, axis=1) for place in places], axis=1)
+        nodes = [(zero, zero), (width, zero), (width, depth), (zero, depth), *tips]
+        xy = np.stack([np.stack(node, axis=1) for node in nodes], axis=1)
         time = np.stack([zero] * 4 + [half] * len(tips), axis=1)
         for members, has_eaves, has_verges in self._by_overhang(rows, bool(gables)):
             chosen = np.isin(rows, members)
@@ -265,8 +265,8 @@ class _Roofs:
         eaves = self._eaves[rows] / np.sqrt(1.0 + slope * slope)
         verges = self._verges[rows] * bool(plan.gables)
         if not plan.is_convex:
-            distinct, which = np.unique(np.stack([eaves, verges], axis=1), axis=0, return_inverse=True)
-            free = np.array([free_overhang(plan, eave, verge) for eave, verge in distinct.tolist()])[which.ravel()]
+            distinct, inverse = np.unique(np.stack([eaves, verges], axis=1), axis=0, return_inverse=True)
+            free = np.array([free_overhang(plan, eave, verge) for eave, verge in distinct.tolist()])[inverse.ravel()]
             eaves, verges = eaves * free, verges * free
         push, rise = sheet.push, sheet.rise
         out = xy[:, sheet.source] + eaves[:, None, None] * push[:, 0] + verges[:, None, None] * push[:, 1]

@@ -42,14 +42,14 @@ def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) ->
 
     Args:
         meshes: M meshes.
-        distances: [C] for the edge that leaves each corner, in metres; an edge does not move if it is not above 0
-            (relative to the size of the face).
+        distances: [C] setback of the edge that leaves each corner, in metres; an edge does not move if it is not
+            above 0 (relative to the size of the face).
         groups: [C] strips of different groups are kept apart, `REMAINDER` leaves an edge where it is; every edge of a
             face is its own group when left out.
     """
     polygons = lay_flat(meshes)
-    own = np.arange(len(distances)) - np.repeat(polygons.offsets[:-1], polygons.counts)
-    group = own if groups is None else groups
+    edge_number = np.arange(len(distances)) - np.repeat(polygons.offsets[:-1], polygons.counts)
+    group = edge_number if groups is None else groups
     least = (RELATIVE_TOLERANCE * polygons.extents())[polygons.face_of_corner()]
     moved = np.where((group == REMAINDER) | ~(distances > least), 0.0, distances)
     rectangular, sizes = rectangle_sizes(polygons)
@@ -95,10 +95,10 @@ def shape_o(
 
     Args:
         meshes: M meshes, in the axes of their scopes: right is x, front is z.
-        front: [M] or one for all: depth of the wing in metres, 0 for none.
-        right: see front.
-        back: see front.
-        left: see front.
+        front: [M] or one for all: depth of the wing at the front in metres, 0 for none.
+        right: [M] or one for all: depth of the wing at the right in metres.
+        back: [M] or one for all: depth of the wing at the back in metres.
+        left: [M] or one for all: depth of the wing at the left in metres.
 
     Returns:
         The wings as group 0, the rest as `REMAINDER`.
@@ -151,8 +151,8 @@ def _by_pattern(
     names = group[corner]
     first_alike = (names[:, :, None] == names[:, None, :]).argmax(axis=2)
     pattern = np.where(moved[corner] > 0.0, first_alike, REMAINDER)
-    distinct, which = np.unique(pattern, axis=0, return_inverse=True)
-    return [(rectangles[which.ravel() == i], *_rectangle_pieces(names)) for i, names in enumerate(distinct.tolist())]
+    distinct, inverse = np.unique(pattern, axis=0, return_inverse=True)
+    return [(rectangles[inverse.ravel() == i], *_rectangle_pieces(names)) for i, names in enumerate(distinct.tolist())]
 
 
 def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
@@ -162,7 +162,9 @@ def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
     if list(names) == [0, 0, 0, 0]:
         pieces: list[tuple[int, Loop]] = [(0, (0, 1, 2, 3, 0, 4, 7, 6, 5, 4))]
     else:
-        pieces = sorted(piece for loops, own in _joined(strips, names) for piece in _begun(loops, own))
+        pieces = sorted(
+            piece for loops, edge_of in _joined(strips, names) for piece in _from_first_edge(loops, edge_of)
+        )
     pieces.append((REMAINDER, tuple(inner)))
     return [face for _, face in pieces], [lead for lead, _ in pieces]
 
@@ -180,16 +182,16 @@ def _joined(
     ]
 
 
-def _begun(faces: Sequence[Loop], edge_of: dict[tuple[int, ...], int]) -> list[tuple[int, Loop]]:
+def _from_first_edge(faces: Sequence[Loop], edge_of: dict[tuple[int, ...], int]) -> list[tuple[int, Loop]]:
     """Strips of a group, each beginning with its first edge, which comes with it."""
     result = []
     for face in faces:
         arcs = list(zip(face, face[1:] + face[:1], strict=True))
         # The area that an edge sweeps behind a fixed edge may be disconnected from it.
-        lead, at = min(
+        lead, start = min(
             ((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of), default=(min(edge_of.values()), 0)
         )
-        result.append((lead, face[at:] + face[:at]))
+        result.append((lead, face[start:] + face[:start]))
     return result
 
 
@@ -209,7 +211,11 @@ def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> 
         whole = tuple(range(len(xy)))
         return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
     strips = {corner: result.faces[i] for i, corner in enumerate(corners) if steps[corner] > 0.0 and result.faces[i]}
-    pieces = sorted(piece for loops, own in _joined(strips, names) for piece in _begun(fill(result.xy, loops), own))
+    pieces = sorted(
+        piece
+        for loops, edge_of in _joined(strips, names)
+        for piece in _from_first_edge(fill(result.xy, loops), edge_of)
+    )
     pieces += [(REMAINDER, face) for face in fill(result.xy, result.rest_from_first_edge(corners))]
     faces = tuple(face for _, face in pieces)
     return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), faces, (0,) * len(faces)), [e for e, _ in pieces]

@@ -21,10 +21,10 @@ from grammarlab.geometry.outlines.wavefront import TOLERANCE, Wavefront
 Loop = tuple[int, ...]
 """Node indices around an area, counter-clockwise around solid ground, clockwise around a hole."""
 
-_CLOSURE = 1e-6
+_MAX_AREA_ERROR = 1e-6
 """Largest error of the sum of swept and remaining areas, as a share of the area, before a sweep counts as failed."""
 
-_SHAKE = 1e-7
+_JITTER = 1e-7
 """Displacement of corners after a failed sweep, as a share of the size."""
 
 
@@ -41,7 +41,7 @@ class Sweep:
     rest: tuple[Loop, ...]
     """Area not swept before the time limit."""
     rest_edges: tuple[tuple[int, ...], ...]
-    """For each loop of `rest`, the edge that leaves each of its nodes."""
+    """Edge that leaves each node, for each loop of `rest`."""
 
     def rest_from_first_edge(self, order: Sequence[int]) -> list[Loop]:
         """The loops of `rest`, each beginning at a piece of the first edge that it has, by their ranks [E]."""
@@ -60,9 +60,9 @@ def sweep(
     Args:
         loops: outlines [n, 2] in metres with the inside to the left: counter-clockwise outline, clockwise holes; a
             clockwise outline alone is swept outwards and needs a time limit.
-        speeds: for the edge that leaves each corner, loop after loop, metres per unit of time, 0 or more.
+        speeds: speed of the edge that leaves each corner, loop after loop, metres per unit of time, 0 or more.
         until: time to stop; infinite until everything is swept.
-        square_cuts: see `Wavefront`.
+        square_cuts: whether cuts are square, see `Wavefront`.
 
     Returns:
         The subdivision, or None if the loops do not bound a simple polygon.
@@ -86,7 +86,7 @@ def sweep(
     unit_speeds = [speed / fastest for speed in speeds]
     limit = until * fastest / scale
     unit = (points - low) / scale
-    for shake in (0.0, _SHAKE, 10 * _SHAKE):
+    for shake in (0.0, _JITTER, 10 * _JITTER):
         result = _attempt(unit + shake * _jitter(len(unit)), loops, unit_speeds, limit, square_cuts)
         if result is not None:
             xy = result.xy * scale + low
@@ -125,18 +125,18 @@ def _walk(start: int, following: dict[int, list[int]]) -> list[Loop]:
     position = {start: 0}
     while following.get(path[-1]):
         node = following[path[-1]].pop(0)
-        at = position.get(node)
-        if at is None:
+        first = position.get(node)
+        if first is None:
             position[node] = len(path)
             path.append(node)
             continue
-        loop = tuple(path[at:])
+        loop = tuple(path[first:])
         for passed in loop[1:]:
             del position[passed]
-        del path[at + 1 :]
+        del path[first + 1 :]
         if len(loop) > 2:
             loops.append(loop)
-        if at == 0:
+        if first == 0:
             break
     return loops
 
@@ -157,9 +157,9 @@ def _attempt(
         numbers += rows
     num_kept = len(numbers)
     rest = front.run(limit)
-    others = range(len(unit), len(unit) + len(front.nodes) - num_kept)
-    numbers += others
-    nodes = np.zeros((len(unit) + len(others), 3))
+    new_nodes = range(len(unit), len(unit) + len(front.nodes) - num_kept)
+    numbers += new_nodes
+    nodes = np.zeros((len(unit) + len(new_nodes), 3))
     nodes[: len(unit), :2] = unit
     nodes[numbers] = front.nodes
     by_edge: list[list[tuple[int, int]]] = [[] for _ in unit]
@@ -168,8 +168,8 @@ def _attempt(
     faces = tuple(_faces_of(arcs) for arcs in by_edge)
     areas = [(tuple(numbers[node] for node, _ in loop), tuple(edge for _, edge in loop)) for loop in rest]
     solid = [pair for pair in areas if _has_area(nodes, pair[0])]
-    left = tuple(loop for loop, _ in solid), tuple(edges for _, edges in solid)
-    result = Sweep(nodes[:, :2], nodes[:, 2], faces, *left)
+    remaining = tuple(loop for loop, _ in solid), tuple(edges for _, edges in solid)
+    result = Sweep(nodes[:, :2], nodes[:, 2], faces, *remaining)
     if limit == math.inf:
         # At equal speeds every edge keeps its area in one piece.
         torn = min(speeds) == max(speeds) and any(len(faces[edge]) != 1 for edge in numbers[:num_kept])
@@ -186,43 +186,47 @@ def _faces_of(arcs: Sequence[tuple[int, int]]) -> tuple[Loop, ...]:
     loops = trace(arcs)
     for i, loop in enumerate(loops):
         if start in loop and loop[(loop.index(start) + 1) % len(loop)] == end:
-            at = loop.index(start)
-            return (loop[at:] + loop[:at], *loops[:i], *loops[i + 1 :])
+            first = loop.index(start)
+            return (loop[first:] + loop[:first], *loops[:i], *loops[i + 1 :])
     return tuple(loops)
 
 
 def _without_repeats(unit: Floats, rows: range) -> list[int]:
     """Corners of a loop without corners that coincide with the next one."""
-    places = unit[rows.start : rows.stop].tolist()
-    kept: list[int] = []
+    points = unit[rows.start : rows.stop].tolist()
+    selected: list[int] = []
     for i in reversed(range(len(rows))):
-        after = kept[-1] if kept else 0
-        near = all(abs(a - b) <= 10 * TOLERANCE for a, b in zip(places[i], places[after], strict=True))
+        after = selected[-1] if selected else 0
+        near = all(abs(a - b) <= 10 * TOLERANCE for a, b in zip(points[i], points[after], strict=True))
         if i == after or not near:
-            kept.append(i)
-    return [rows[i] for i in reversed(kept)]
+            selected.append(i)
+    return [rows[i] for i in reversed(selected)]
 
 
 def _is_subdivision(result: Sweep, loops: Sequence[Floats], corners: Sequence[int]) -> bool:
     """Whether swept and remaining areas are all positive and add up to the polygon."""
     whole, first = 0.0, 0
-    kept = set(corners)
+    corner_set = set(corners)
     for loop in loops:
-        whole += loop_area(result.xy, [row for row in range(first, first + len(loop)) if row in kept])
+        whole += loop_area(result.xy, [row for row in range(first, first + len(loop)) if row in corner_set])
         first += len(loop)
     swept = [loop_area(result.xy, loop) for faces in result.faces for loop in faces]
-    left = [loop_area(result.xy, loop) for loop in result.rest]
+    remaining = [loop_area(result.xy, loop) for loop in result.rest]
     size = max(abs(whole), 1e-9)
-    missing = abs(whole - sum(swept) - sum(left))
-    return missing <= _CLOSURE * max(size, sum(swept)) and min(swept, default=0.0) >= -_CLOSURE * size and whole != 0.0
+    missing = abs(whole - sum(swept) - sum(remaining))
+    return (
+        missing <= _MAX_AREA_ERROR * max(size, sum(swept))
+        and min(swept, default=0.0) >= -_MAX_AREA_ERROR * size
+        and whole != 0.0
+    )
 
 
 def loop_area(xy: Floats, loop: Sequence[int]) -> float:
     """Signed area within a loop of nodes, positive where it runs counter-clockwise."""
-    places = xy[list(loop)].tolist()
-    x0, y0 = places[0]
+    points = xy[list(loop)].tolist()
+    x0, y0 = points[0]
     twice, px, py = 0.0, 0.0, 0.0
-    for x, y in places[1:]:
+    for x, y in points[1:]:
         dx, dy = x - x0, y - y0
         twice += px * dy - dx * py
         px, py = dx, dy

@@ -68,7 +68,7 @@ class Corner:
     previous: Corner = field(init=False)
     next: Corner = field(init=False)
 
-    def at(self, time: float) -> tuple[float, float]:
+    def position(self, time: float) -> tuple[float, float]:
         """Position of the corner at a time."""
         passed = time - self.time
         return self.x + self.vx * passed, self.y + self.vy * passed
@@ -99,7 +99,7 @@ def reaches(start: Corner, x: float, y: float, time: float) -> bool:
     edge = start.after
     if abs(edge.ahead(x, y, time)) > TOLERANCE:
         return False
-    (x1, y1), (x2, y2) = start.at(time), start.next.at(time)
+    (x1, y1), (x2, y2) = start.position(time), start.next.position(time)
     before = (x - x1) * edge.dx + (y - y1) * edge.dy
     after = (x2 - x) * edge.dx + (y2 - y) * edge.dy
     return before >= -TOLERANCE and after >= -TOLERANCE
@@ -225,7 +225,7 @@ class Wavefront:
     def _plan_collapse(self, start: Corner, end: Corner) -> None:
         edge = start.after
         time = max(start.time, end.time)
-        (x, y), (x2, y2) = start.at(time), end.at(time)
+        (x, y), (x2, y2) = start.position(time), end.position(time)
         length = (x2 - x) * edge.dx + (y2 - y) * edge.dy
         rate = (start.vx - end.vx) * edge.dx + (start.vy - end.vy) * edge.dy
         if rate > PARALLEL:
@@ -233,12 +233,12 @@ class Wavefront:
 
     def _meet(self, time: float, corner: Corner, partner: Corner | Edge) -> bool:
         """Process an event if it is still valid; returns whether the wavefront has changed."""
-        x, y = corner.at(time)
+        x, y = corner.position(time)
         met = {corner}
         if isinstance(partner, Corner):
             if not partner.alive or corner.next is not partner:
                 return False
-            x2, y2 = partner.at(time)
+            x2, y2 = partner.position(time)
             x, y = 0.5 * (x + x2), 0.5 * (y + y2)
             met.add(partner)
         elif not any(reaches(start, x, y, time) for start in partner.corners if start is not corner):
@@ -257,7 +257,7 @@ class Wavefront:
     def _near(self, x: float, y: float, time: float) -> set[Corner]:
         near = set()
         for corner in self._corners:
-            cx, cy = corner.at(time)
+            cx, cy = corner.position(time)
             if abs(cx - x) <= TOLERANCE and abs(cy - y) <= TOLERANCE:
                 near.add(corner)
         return near
@@ -309,7 +309,7 @@ class Wavefront:
         ends = [corner] if corner.next is corner else [corner, corner.next]
         nodes = []
         for end in ends:
-            x, y = end.at(time)
+            x, y = end.position(time)
             born = self.nodes[end.node]
             near = abs(x - born[0]) <= TOLERANCE and abs(y - born[1]) <= TOLERANCE
             nodes.append(end.node if near else self._node(x, y, time))
@@ -334,10 +334,10 @@ class Wavefront:
 
     def _stop_loop(self, loop: list[Corner], until: float) -> list[tuple[int, int]]:
         time = until if math.isfinite(until) else max(corner.time for corner in loop)
-        places = [corner.at(time) for corner in loop]
+        positions = [corner.position(time) for corner in loop]
         nodes: list[int] = []
-        for i, (x, y) in enumerate(places):
-            px, py = places[i - 1]
+        for i, (x, y) in enumerate(positions):
+            px, py = positions[i - 1]
             repeats = i > 0 and abs(x - px) <= TOLERANCE and abs(y - py) <= TOLERANCE
             nodes.append(nodes[-1] if repeats else self._node(x, y, time))
         for i, corner in enumerate(loop):

@@ -34,42 +34,42 @@ def check_arguments(
     checker: Checker,
     name: str,
     forms: Sequence[Signature],
-    given: Sequence[Expression],
+    arguments: Sequence[Expression],
     location: Location,
     scope: Scope,
 ) -> Signature | None:
     """Check the arguments of an operation or function; returns the matching form, if any."""
-    candidates = [form for form in forms if form.takes(len(given))]
+    candidates = [form for form in forms if form.takes(len(arguments))]
     if not candidates:
-        for argument in given:
+        for argument in arguments:
             if not isinstance(argument, Name):
                 checker.value(argument, replace(scope, relative=True, floating=True))
-        message = f"{name} takes {_counts(forms)}, found {len(given)}"
-        checker.remarks.error("wrong-arity", location, message, f"write {' or '.join(map(_shown, forms))}")
+        message = f"{name} takes {_counts(forms)}, found {len(arguments)}"
+        checker.remarks.error("wrong-arity", location, message, f"write {' or '.join(map(_signature_text, forms))}")
         return None
     types = [
         _argument(checker, argument, [form.parameters[i] for form in candidates], scope)
-        for i, argument in enumerate(given)
+        for i, argument in enumerate(arguments)
     ]
-    misfits = {form: _misfit(form, given, types) for form in candidates}
-    best = max(candidates, key=lambda form: len(given) if misfits[form] is None else misfits[form] or 0)
-    at = misfits[best]
-    if at is None:
-        for argument, parameter in zip(given, best.parameters, strict=False):
+    misfits = {form: _misfit(form, arguments, types) for form in candidates}
+    best = max(candidates, key=lambda form: len(arguments) if misfits[form] is None else misfits[form] or 0)
+    misfit = misfits[best]
+    if misfit is None:
+        for argument, parameter in zip(arguments, best.parameters, strict=False):
             _note_keyword(checker, name, argument, parameter)
         return best
-    wanted = best.parameters[at]
-    argument = given[at]
-    if wanted.keywords:
-        choices = sorted(set().union(*(form.parameters[at].keywords for form in candidates)))
-        found = f"'{argument.identifier}'" if isinstance(argument, Name) else in_words(types[at] or ANY)
-        message = f"{name} expects one of {', '.join(choices)} here, found {found}"
+    expected = best.parameters[misfit]
+    argument = arguments[misfit]
+    if expected.keywords:
+        choices = sorted(set().union(*(form.parameters[misfit].keywords for form in candidates)))
+        actual = f"'{argument.identifier}'" if isinstance(argument, Name) else in_words(types[misfit] or ANY)
+        message = f"{name} expects one of {', '.join(choices)} here, found {actual}"
         hint = suggestion(argument.identifier, choices) if isinstance(argument, Name) else ""
         checker.remarks.error("unknown-keyword", argument.location, message, hint)
     else:
-        wanted_types = types_of(wanted.types)
-        message = f"{name} expects {in_words(wanted_types)} here, found {in_words(types[at] or ANY)}"
-        hint = advice(wanted_types, types[at] or ANY)
+        expected_types = types_of(expected.types)
+        message = f"{name} expects {in_words(expected_types)} here, found {in_words(types[misfit] or ANY)}"
+        hint = advice(expected_types, types[misfit] or ANY)
         checker.remarks.error("wrong-type", argument.location, message, hint)
     return None
 
@@ -78,20 +78,20 @@ def _argument(checker: Checker, node: Expression, parameters: Sequence[Parameter
     """Types of an argument; None for a keyword, known or unknown."""
     takes_keyword = any(parameter.keywords for parameter in parameters)
     if isinstance(node, Name) and takes_keyword:
-        known = node.identifier in scope.locals or checker.symbols.is_value(node.identifier)
+        is_value = node.identifier in scope.locals or checker.symbols.is_value(node.identifier)
         if any(node.identifier in parameter.keywords for parameter in parameters) or not (
-            known or node.identifier in builtins.attributes()
+            is_value or node.identifier in builtins.attributes()
         ):
             return None
     if any("place" in parameter.types for parameter in parameters):
-        return _place(checker, node, scope)
+        return _argument_to_set(checker, node, scope)
     kinds = {kind for parameter in parameters for kind in parameter.types}
     return checker.value(
         node, replace(scope.plain(), relative=bool(kinds & {"size", "tile"}), floating="tile" in kinds)
     )
 
 
-def _place(checker: Checker, node: Expression, scope: Scope) -> Types:
+def _argument_to_set(checker: Checker, node: Expression, scope: Scope) -> Types:
     """Check the name that ``set`` sets."""
     if isinstance(node, Call) and node.function == "sel":
         checker.value(node, scope.plain())
@@ -100,28 +100,28 @@ def _place(checker: Checker, node: Expression, scope: Scope) -> Types:
     elif node.identifier in builtins.READ_ONLY_ATTRIBUTES:
         checker.remarks.error("read-only", node.location, f"{node.identifier} cannot be set")
     elif node.identifier in builtins.attributes():
-        what = f"the shape attribute {node.identifier}"
+        subject = f"the shape attribute {node.identifier}"
         if node.identifier in checker.supported.harmless:
-            checker.remarks.left_out(node.location, what)
+            checker.remarks.left_out(node.location, subject)
         else:
-            checker.remarks.unsupported(checker.supported.attributes, node.identifier, node.location, what)
+            checker.remarks.unsupported(checker.supported.attributes, node.identifier, node.location, subject)
     elif node.identifier not in checker.symbols.attributes:
         checker.name(node, scope.plain())
     return ANY
 
 
-def _misfit(form: Signature, given: Sequence[Expression], types: Sequence[Types | None]) -> int | None:
+def _misfit(form: Signature, arguments: Sequence[Expression], types: Sequence[Types | None]) -> int | None:
     """Index of the first argument that does not fit the form."""
-    for index, (argument, found) in enumerate(zip(given, types, strict=True)):
+    for index, (argument, argument_types) in enumerate(zip(arguments, types, strict=True)):
         parameter = form.parameters[index]
         if parameter.keywords:
             # A parameter of a rule may hold a selector that its caller made with sel(...): its type is unknown.
             # Quotes around a keyword are an older way to write it.
             quoted = isinstance(argument, String) and argument.value in parameter.keywords
             fits = quoted or (isinstance(argument, Name) and argument.identifier in parameter.keywords)
-            if not fits and found != ANY:
+            if not fits and argument_types != ANY:
                 return index
-        elif found is None or not found & types_of(parameter.types):
+        elif argument_types is None or not argument_types & types_of(parameter.types):
             return index
     return None
 
@@ -146,6 +146,6 @@ def _counts(forms: Sequence[Signature]) -> str:
     return f"{' or '.join(map(str, counts))} argument{'s' if counts != [1] else ''}"
 
 
-def _shown(form: Signature) -> str:
+def _signature_text(form: Signature) -> str:
     arguments = [("|".join(p.types).replace("$", "")) + ("?" if p.optional else "") for p in form.parameters]
     return f"{form.name}({', '.join(arguments)})"

@@ -44,7 +44,7 @@ def check_text(text: str, file: str = "<text>", supported: SupportedFeatures = E
 
     Args:
         text: the whole file.
-        file: its name, for messages.
+        file: name of the file, for messages.
         supported: the supported features.
     """
     return check_parsed(parse(text.removeprefix("\ufeff"), file), supported, {}, ())[0]
@@ -61,7 +61,7 @@ def check_parsed(
 
     Args:
         parsed: the file.
-        supported: what can be carried out.
+        supported: the supported features.
         libraries: definitions of imported files, by alias; None for unknown ones.
         problems: findings about the imports.
         imported: whether other files start with its rules, so that all rules count as reachable.
@@ -112,8 +112,8 @@ def _check_tree(
 def _variables(expressions: ExpressionChecker, variables: tuple[Variable, ...], scope: Scope) -> Scope:
     """Check the local variables of a definition; returns the scope of its body."""
     for variable in variables:
-        what = "a local variable"
-        expressions.remarks.unsupported(expressions.supported.constructs, "variables", variable.location, what)
+        kind = "a local variable"
+        expressions.remarks.unsupported(expressions.supported.constructs, "variables", variable.location, kind)
         expressions.value(variable.value, scope)
         scope = Scope(scope.locals | {variable.name})
     return scope
@@ -158,7 +158,7 @@ def check_files(
 
     Args:
         path: the rule file.
-        name: its name in messages; imported files are named by their paths relative to it.
+        name: name of the file in messages; imported files are named by their paths relative to it.
         supported: the supported features; all others are reported with the severity ``unsupported``.
         root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
             `rules_folder`.
@@ -179,11 +179,11 @@ def check_files(
 class _Checker:
     """Checks each file once."""
 
-    def __init__(self, supported: SupportedFeatures, root: Path, folder: Path, shown: Path) -> None:
+    def __init__(self, supported: SupportedFeatures, root: Path, folder: Path, display_folder: Path) -> None:
         self.supported = supported
         self.root = root
         self.folder = folder
-        self.shown = shown
+        self.display_folder = display_folder
         """The folder, as the user gave it."""
         self.checked: dict[Path, CheckedFile] = {}
         self.symbols: dict[Path, Symbols | None] = {}
@@ -228,4 +228,6 @@ class _Checker:
         return self.symbols.get(path)
 
     def _name(self, path: Path) -> str:
-        return str(self.shown / path.relative_to(self.folder)) if path.is_relative_to(self.folder) else str(path)
+        return (
+            str(self.display_folder / path.relative_to(self.folder)) if path.is_relative_to(self.folder) else str(path)
+        )

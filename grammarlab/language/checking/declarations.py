@@ -29,7 +29,8 @@ class _Form:
     """Whether it applies to attributes only."""
 
 
-_MANY = 10_000
+_ANY_NUMBER = 10_000
+"""Number of values of an annotation that stands for any number."""
 _RESTRICTED = frozenset({"restricted"})
 _HANDLE = frozenset(
     {"shape", "axis", "type", "reference", "align", "color", "skin", "slip", "translate", "minColor", "extend"}
@@ -37,18 +38,18 @@ _HANDLE = frozenset(
 )
 _ANYWHERE = _Form(of_attributes=False)
 _ANNOTATIONS = {
-    "Acceptance": _Form(1, _MANY, of_attributes=False),
+    "Acceptance": _Form(1, _ANY_NUMBER, of_attributes=False),
     "Angle": _Form(),
     "Color": _Form(),
     "Description": _Form(1, 1, of_attributes=False),
     "Directory": _Form(),
     "DisplayName": _Form(1, 1, of_attributes=False),
     "Distance": _Form(),
-    "Enum": _Form(0, _MANY, _RESTRICTED | {"valuesAttr"}),
-    "File": _Form(0, _MANY),
-    "Group": _Form(0, _MANY, of_attributes=False),
-    "Handle": _Form(0, _MANY, _HANDLE),
-    "Hidden": _Form(0, _MANY, of_attributes=False),
+    "Enum": _Form(0, _ANY_NUMBER, _RESTRICTED | {"valuesAttr"}),
+    "File": _Form(0, _ANY_NUMBER),
+    "Group": _Form(0, _ANY_NUMBER, of_attributes=False),
+    "Handle": _Form(0, _ANY_NUMBER, _HANDLE),
+    "Hidden": _Form(0, _ANY_NUMBER, of_attributes=False),
     "InLine": _ANYWHERE,
     "InMesh": _ANYWHERE,
     "InPoint": _ANYWHERE,
@@ -58,7 +59,7 @@ _ANNOTATIONS = {
     "Order": _Form(1, 1, of_attributes=False),
     "Out": _Form(0, 0, frozenset({"granularity"}), of_attributes=False),
     "Percent": _Form(),
-    "Range": _Form(0, _MANY, _RESTRICTED | {"min", "max", "stepsize"}),
+    "Range": _Form(0, _ANY_NUMBER, _RESTRICTED | {"min", "max", "stepsize"}),
     "RuleFileDescription": _Form(1, 1, of_attributes=False),
     "StartRule": _ANYWHERE,
 }
@@ -67,14 +68,14 @@ _BY_LOWER = {name.lower(): name for name in _ANNOTATIONS}
 
 def check_declarations(tree: RuleFile, remarks: Remarks) -> None:
     """Report duplicate definitions, and annotations without a meaning."""
-    seen: dict[tuple[str, str, int], Definition] = {}
+    first_definitions: dict[tuple[str, str, int], Definition] = {}
     styles = {"Default"}
     for definition in tree.definitions:
         if isinstance(definition, Style):
             _check_style(definition, styles, remarks)
-            seen.clear()
+            first_definitions.clear()
             continue
-        _check_duplicate(definition, seen, remarks)
+        _check_duplicate(definition, first_definitions, remarks)
         for annotation in definition.annotations:
             _check_annotation(annotation, definition, remarks)
         if isinstance(definition, Rule | Function):
@@ -90,21 +91,23 @@ def _check_style(style: Style, styles: set[str], remarks: Remarks) -> None:
     styles.add(style.name)
 
 
-def _check_duplicate(definition: Definition, seen: dict[tuple[str, str, int], Definition], remarks: Remarks) -> None:
+def _check_duplicate(
+    definition: Definition, first_definitions: dict[tuple[str, str, int], Definition], remarks: Remarks
+) -> None:
     match definition:
         case Rule(name=name):
-            key, what = ("rule", name, len(definition.parameters)), f"the rule {name}"
+            key, subject = ("rule", name, len(definition.parameters)), f"the rule {name}"
         case Attribute(name=name):
-            key, what = ("value", name, 0), f"{'the constant' if definition.constant else 'the attribute'} {name}"
+            key, subject = ("value", name, 0), f"{'the constant' if definition.constant else 'the attribute'} {name}"
         case Function(name=name):
-            key, what = ("value", name, len(definition.parameters)), f"the function {name}"
+            key, subject = ("value", name, len(definition.parameters)), f"the function {name}"
         case Import(alias=alias):
-            key, what = ("import", alias, 0), f"the import {alias}"
+            key, subject = ("import", alias, 0), f"the import {alias}"
         case Style():
             return
-    first = seen.setdefault(key, definition)
+    first = first_definitions.setdefault(key, definition)
     if first is not definition:
-        message = f"{what} is defined twice, first in line {first.location.line}"
+        message = f"{subject} is defined twice, first in line {first.location.line}"
         hint = "rules and functions of one name must differ in the number of their parameters"
         remarks.error("duplicate-definition", definition.location, message, hint)
 
@@ -126,8 +129,8 @@ def _check_annotation(annotation: Annotation, definition: Definition, remarks: R
     form = _ANNOTATIONS[name]
     values = [value for keyword, value in annotation.arguments if not keyword]
     if not form.fewest <= len(values) <= form.most:
-        wanted = "one value" if form.most else "no value"
-        message = f"@{name} takes {wanted}, found {len(values)}"
+        expected = "one value" if form.most else "no value"
+        message = f"@{name} takes {expected}, found {len(values)}"
         remarks.warning("bad-annotation", annotation.location, message)
     for keyword, value in annotation.arguments:
         if keyword and keyword not in form.keywords:

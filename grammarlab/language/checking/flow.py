@@ -39,15 +39,15 @@ def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -
     """
     successors: dict[Key, set[Key]] = {}
     for rule in _rules(tree):
-        called = {(item.name, len(item.arguments)) for item in walk(rule) if isinstance(item, Invoke)}
-        successors.setdefault(_key(rule), set()).update(called)
+        callees = {(item.name, len(item.arguments)) for item in walk(rule) if isinstance(item, Invoke)}
+        successors.setdefault(_key(rule), set()).update(callees)
     reached: set[Key] = set()
-    waiting = [_key(rule) for rule in roots]
-    while waiting:
-        key = waiting.pop()
+    stack = [_key(rule) for rule in roots]
+    while stack:
+        key = stack.pop()
         if key not in reached:
             reached.add(key)
-            waiting += successors.get(key, set()) & successors.keys()
+            stack += successors.get(key, set()) & successors.keys()
     for rule in _rules(tree):
         redefines_import = "." in rule.name.rstrip(".")
         if _key(rule) not in reached and not redefines_import and rule.keyword != "extension":
@@ -73,7 +73,7 @@ def check_endless(tree: RuleFile, remarks: Remarks) -> None:
     for rule in rules:
         bodies.setdefault(_key(rule), []).append(rule.body)
     ending: set[Key] = set()
-    _grow(ending, {key: [_rule_needs(body) for body in choices] for key, choices in bodies.items()})
+    _grow(ending, {key: [_rule_requirements(body) for body in choices] for key, choices in bodies.items()})
     for rule in rules:
         if _key(rule) not in ending and rule.name not in builtins.operations():
             message = f"the rule {rule.name} never ends: all its branches call it, or another such rule"
@@ -82,24 +82,24 @@ def check_endless(tree: RuleFile, remarks: Remarks) -> None:
     _check_endless_values(tree, remarks)
 
 
-Needs = list[frozenset[Key]]
+Requirements = list[frozenset[Key]]
 """Paths through a definition; each is the set of definitions that must end for it to end."""
-MAX_WAYS = 64
+MAX_PATHS = 64
 """Largest number of distinguished paths through a definition; one with more paths is assumed to end."""
 
 
-def _grow(ending: set[Key], needs: dict[Key, list[Needs]]) -> None:
+def _grow(ending: set[Key], requirements: dict[Key, list[Requirements]]) -> None:
     """Add definitions that can end to `ending`, until none is left."""
     owners: list[Key] = []
     missing: list[int] = []
     users: dict[Key, list[int]] = {}
     ready: list[Key] = []
-    for key, way in ((key, way) for key, choices in needs.items() for ways in choices for way in ways):
-        unsettled = [needed for needed in way if needed in needs and needed not in ending]
+    for key, path in ((key, path) for key, choices in requirements.items() for paths in choices for path in paths):
+        unsettled = [requirement for requirement in path if requirement in requirements and requirement not in ending]
         if not unsettled:
             ready.append(key)
-        for needed in unsettled:
-            users.setdefault(needed, []).append(len(owners))
+        for requirement in unsettled:
+            users.setdefault(requirement, []).append(len(owners))
         owners.append(key)
         missing.append(len(unsettled))
     while ready:
@@ -107,18 +107,18 @@ def _grow(ending: set[Key], needs: dict[Key, list[Needs]]) -> None:
         if key in ending:
             continue
         ending.add(key)
-        for way_number in users.get(key, ()):
-            missing[way_number] -= 1
-            if missing[way_number] == 0:
-                ready.append(owners[way_number])
+        for path_index in users.get(key, ()):
+            missing[path_index] -= 1
+            if missing[path_index] == 0:
+                ready.append(owners[path_index])
 
 
-def _rule_needs(choice: Choice) -> Needs:
+def _rule_requirements(choice: Choice) -> Requirements:
     if isinstance(choice, Case | Stochastic):
-        return [way for branch in choice.branches for way in _rule_needs(branch)][:MAX_WAYS]
+        return [path for branch in choice.branches for path in _rule_requirements(branch)][:MAX_PATHS]
     if not isinstance(choice, Sequence):
         return [frozenset()]
-    ways: Needs = [frozenset()]
+    paths: Requirements = [frozenset()]
     always: set[Key] = set()
     for item in choice.items:
         if isinstance(item, Invoke):
@@ -127,24 +127,24 @@ def _rule_needs(choice: Choice) -> Needs:
             if item.name not in builtins.operations():
                 always.add((item.name, len(item.arguments)))
         elif isinstance(item, Scoped):
-            inner = _rule_needs(item.body)
-            if len(inner) * len(ways) > MAX_WAYS:
+            inner = _rule_requirements(item.body)
+            if len(inner) * len(paths) > MAX_PATHS:
                 return [frozenset()]
             if len(inner) == 1:
                 always |= inner[0]
             else:
-                ways = [way | more for way in ways for more in inner]
-    return [way | always for way in ways]
+                paths = [path | inner_path for path in paths for inner_path in inner]
+    return [path | always for path in paths]
 
 
 def _check_endless_values(tree: RuleFile, remarks: Remarks) -> None:
     definitions = [node for node in tree.definitions if isinstance(node, Attribute | Function)]
     attributes = {node.name for node in definitions if isinstance(node, Attribute)}
-    needs: dict[Key, list[Needs]] = {}
+    requirements: dict[Key, list[Requirements]] = {}
     for node in definitions:
-        needs.setdefault(_value_key(node), []).append(_value_needs(node.value, _locals(node), attributes))
+        requirements.setdefault(_value_key(node), []).append(_value_requirements(node.value, _locals(node), attributes))
     ending: set[Key] = set()
-    _grow(ending, needs)
+    _grow(ending, requirements)
     for node in definitions:
         if _value_key(node) not in ending:
             message = f"{node.name} is defined by itself, so it never has a value"
@@ -156,12 +156,12 @@ def _locals(node: Attribute | Function) -> frozenset[str]:
     return frozenset((*parameters, *(variable.name for variable in node.variables)))
 
 
-def _value_needs(choice: Choice, hidden: frozenset[str], attributes: set[str]) -> Needs:
+def _value_requirements(choice: Choice, hidden: frozenset[str], attributes: set[str]) -> Requirements:
     if isinstance(choice, Case | Stochastic):
         heads = choice.conditions if isinstance(choice, Case) else choice.percentages
         first = _used(heads[0], hidden, attributes) if heads[0] is not None else frozenset[Key]()
-        ways = [way for branch in choice.branches for way in _value_needs(branch, hidden, attributes)]
-        return [first | way for way in ways][:MAX_WAYS]
+        paths = [path for branch in choice.branches for path in _value_requirements(branch, hidden, attributes)]
+        return [first | path for path in paths][:MAX_PATHS]
     return [_used(choice, hidden, attributes)]
 
 
@@ -178,16 +178,16 @@ def _used(node: Node, hidden: frozenset[str], attributes: set[str]) -> frozenset
 
 def _unconditional(node: Node) -> Iterator[Node]:
     """The parts of an expression that are always evaluated: no branches of choices, nothing that && and || may skip."""
-    waiting: list[Node] = [node]
-    while waiting:
-        current = waiting.pop()
+    stack: list[Node] = [node]
+    while stack:
+        current = stack.pop()
         if isinstance(current, Case | Stochastic):
             continue
         yield current
         if isinstance(current, Binary) and current.operator in ("&&", "||"):
-            waiting.append(current.left)
+            stack.append(current.left)
         else:
-            waiting += children(current)
+            stack += children(current)
 
 
 def _rules(tree: RuleFile) -> Iterator[Rule]:

@@ -72,15 +72,15 @@ class ExpressionChecker:
         if isinstance(choice, Case) and choice.conditions[-1] is not None:
             message = "expected an 'else' at the end of the cases: a value is needed in every case"
             self.remarks.error("case-without-else", choice.location, message, "add else : …")
-        found: Types = frozenset()
+        common_types: Types = frozenset()
         for branch in choice.branches:
             types = self.value(branch, scope)
-            if found and not found & types:
-                message = f"expected {in_words(found)} as in the branch before, found {in_words(types)}"
+            if common_types and not common_types & types:
+                message = f"expected {in_words(common_types)} as in the branch before, found {in_words(types)}"
                 self.remarks.error("mixed-types", branch.location, message, "all branches must be of one type")
                 return ANY
-            found = found & types if found else types
-        return found
+            common_types = common_types & types if common_types else types
+        return common_types
 
     def heads(self, choice: Case | Stochastic, scope: Scope) -> None:
         """Check the conditions or percentages of a choice."""
@@ -105,11 +105,11 @@ class ExpressionChecker:
                 self._expect(part, FLOAT, "a bound of a span", scope)
         return frozenset({"float[]"})
 
-    def _expect(self, node: Expression, wanted: Types, what: str, scope: Scope) -> None:
-        found = self.types(node, scope)
-        if not found & wanted:
-            message = f"expected {in_words(wanted)} for {what}, found {in_words(found)}"
-            self.remarks.error("wrong-type", node.location, message, advice(wanted, found))
+    def _expect(self, node: Expression, expected: Types, subject: str, scope: Scope) -> None:
+        actual = self.types(node, scope)
+        if not actual & expected:
+            message = f"expected {in_words(expected)} for {subject}, found {in_words(actual)}"
+            self.remarks.error("wrong-type", node.location, message, advice(expected, actual))
 
     # Names
 
@@ -123,8 +123,8 @@ class ExpressionChecker:
         if name in self.symbols.attributes or name in self.symbols.functions:
             return self._defined(name, 0 if name in self.symbols.functions else -1, node.location)
         if name in builtins.attributes():
-            what = f"the shape attribute {name}"
-            self.remarks.unsupported(self.supported.attributes, name, node.location, what)
+            subject = f"the shape attribute {name}"
+            self.remarks.unsupported(self.supported.attributes, name, node.location, subject)
             return frozenset({builtins.attributes()[name]})
         if name in builtins.functions():
             return self._builtin(name, (), node.location, scope)
@@ -132,16 +132,16 @@ class ExpressionChecker:
         if alias:
             library = self.symbols.libraries[alias]
             if library is not None and not library.is_value(rest):
-                self._unknown(node, [f"{alias}.{known}" for known in (*library.attributes, *library.functions)])
+                self._unknown(node, [f"{alias}.{value}" for value in (*library.attributes, *library.functions)])
             return ANY
         if name not in self.symbols.broken:
-            known = (*scope.locals, *scope.selectors, *self.symbols.attributes, *self.symbols.functions)
-            self._unknown(node, (*known, *builtins.attributes(), *builtins.functions()))
+            defined = (*scope.locals, *scope.selectors, *self.symbols.attributes, *self.symbols.functions)
+            self._unknown(node, (*defined, *builtins.attributes(), *builtins.functions()))
         return ANY
 
-    def _unknown(self, node: Name, known: Sequence[str]) -> None:
+    def _unknown(self, node: Name, valid_names: Sequence[str]) -> None:
         message = f"unknown name '{node.identifier}'"
-        self.remarks.error("unknown-name", node.location, message, suggestion(node.identifier, known))
+        self.remarks.error("unknown-name", node.location, message, suggestion(node.identifier, valid_names))
 
     def _defined(self, name: str, num_arguments: int, location: Location) -> Types:
         """Types of an attribute (`num_arguments` -1), or of a call of a function of the file."""
@@ -151,8 +151,8 @@ class ExpressionChecker:
         definition: Attribute | Function | None
         definition = self.symbols.attributes.get(name) if num_arguments == -1 else overloads.get(num_arguments)
         if definition is None:
-            wanted = " or ".join(map(str, sorted(overloads)))
-            message = f"{name} takes {wanted} arguments, found {max(num_arguments, 0)}"
+            arities = " or ".join(map(str, sorted(overloads)))
+            message = f"{name} takes {arities} arguments, found {max(num_arguments, 0)}"
             self.remarks.error("wrong-arity", location, message)
             return ANY
         key = (name, num_arguments)
@@ -178,16 +178,16 @@ class ExpressionChecker:
         if alias:
             library = self.symbols.libraries[alias]
             if library is not None and rest not in library.functions:
-                known = [f"{alias}.{name}" for name in library.functions]
-                self._unknown_function(node, known)
+                library_functions = [f"{alias}.{name}" for name in library.functions]
+                self._unknown_function(node, library_functions)
             return ANY
         if node.function not in self.symbols.broken:
             self._unknown_function(node, (*self.symbols.functions, *builtins.functions()))
         return ANY
 
-    def _unknown_function(self, node: Call, known: Sequence[str]) -> None:
+    def _unknown_function(self, node: Call, valid_names: Sequence[str]) -> None:
         message = f"unknown function '{node.function}'"
-        self.remarks.error("unknown-function", node.location, message, suggestion(node.function, known))
+        self.remarks.error("unknown-function", node.location, message, suggestion(node.function, valid_names))
 
     def _builtin(self, name: str, arguments: Sequence[Expression], location: Location, scope: Scope) -> Types:
         self.remarks.unsupported(self.supported.functions, name, location, f"the function {name}")
@@ -195,8 +195,10 @@ class ExpressionChecker:
         form = check_arguments(self, name, forms, arguments, location, scope)
         results = frozenset().union(*(types_of(form.result) for form in ((form,) if form else forms)))
         if results & ARRAYS and results - ARRAYS and "any" not in forms[0].result and arguments:
-            given = self._silently(arguments[0], scope)
-            return results & ARRAYS if given <= ARRAYS else results - ARRAYS if not given & ARRAYS else results
+            first_types = self._silently(arguments[0], scope)
+            return (
+                results & ARRAYS if first_types <= ARRAYS else results - ARRAYS if not first_types & ARRAYS else results
+            )
         return results
 
     def _silently(self, node: Expression, scope: Scope) -> Types:
@@ -210,9 +212,9 @@ class ExpressionChecker:
         if node.operator.startswith("."):
             self.remarks.unsupported(self.supported.constructs, "element-wise", node.location, node.operator)
             return self.types(node.operand, scope)
-        wanted = BOOL if node.operator == "!" else FLOAT
-        self._expect(node.operand, wanted, f"'{node.operator}'", scope)
-        return wanted
+        types = BOOL if node.operator == "!" else FLOAT
+        self._expect(node.operand, types, f"'{node.operator}'", scope)
+        return types
 
     def _binary(self, node: Binary, scope: Scope) -> Types:
         operator = node.operator
@@ -251,10 +253,10 @@ class ExpressionChecker:
         return STRING if STRING in (left, right) else result
 
     def _size(self, node: Relative | Floating, scope: Scope) -> Types:
-        allowed, sign = (scope.relative, "'") if isinstance(node, Relative) else (scope.floating, "~")
-        if not allowed:
-            places = "in the sizes of operations and splits" if sign == "'" else "at the head of a part of a split"
-            self.remarks.error("misplaced-size", node.location, f"{sign} is allowed only {places}")
+        is_allowed, sign = (scope.relative, "'") if isinstance(node, Relative) else (scope.floating, "~")
+        if not is_allowed:
+            contexts = "in the sizes of operations and splits" if sign == "'" else "at the head of a part of a split"
+            self.remarks.error("misplaced-size", node.location, f"{sign} is allowed only {contexts}")
         self._expect(node.operand, FLOAT, "a size", replace(scope, floating=False))
         return FLOAT
 
@@ -262,15 +264,15 @@ class ExpressionChecker:
 
     def _array(self, node: Array, scope: Scope) -> Types:
         self.remarks.unsupported(self.supported.constructs, "array", node.location, "an array")
-        found = ANY - ARRAYS
+        cell_types = ANY - ARRAYS
         for cell in (cell for row in node.rows for cell in row):
             types = frozenset(kind.removesuffix("[]") for kind in self.types(cell, scope.plain()))
-            if not found & types:
-                message = f"expected {in_words(found)} as in the cells before, found {in_words(types)}"
+            if not cell_types & types:
+                message = f"expected {in_words(cell_types)} as in the cells before, found {in_words(types)}"
                 self.remarks.error("mixed-types", cell.location, message, "all cells must be of one type")
                 return ARRAYS
-            found &= types
-        return frozenset(f"{kind}[]" for kind in found)
+            cell_types &= types
+        return frozenset(f"{kind}[]" for kind in cell_types)
 
     def _index(self, node: Index, scope: Scope) -> Types:
         array = self.types(node.array, scope.plain())
@@ -286,11 +288,11 @@ class ExpressionChecker:
         self.remarks.unsupported(self.supported.constructs, "comp-function", node.location, "comp as a function")
         form = check_arguments(self, "comp", builtins.blocks()["comp"], node.arguments, node.location, scope)
         selectors = builtins.KEYWORDS[form.heads] if form and form.heads else frozenset[str]()
-        found = ANY - ARRAYS
+        part_types = ANY - ARRAYS
         for part in node.parts:
             self.types(part.head, replace(scope.plain(), selectors=selectors))
-            found &= self.value(part.body, scope.plain())
-        return frozenset(f"{kind}[]" for kind in found or ANY - ARRAYS)
+            part_types &= self.value(part.body, scope.plain())
+        return frozenset(f"{kind}[]" for kind in part_types or ANY - ARRAYS)
 
 
 _LITERALS: dict[type, Types] = {Number: FLOAT, String: STRING, Boolean: BOOL}

@@ -44,7 +44,7 @@ def weights_of_percentages(percentages: NDArray[np.float64], has_else: bool) -> 
     """Weights of branches [..., B]: their percentages; ``else`` has the rest to 100, at least 0.
 
     Args:
-        percentages: [..., B] as written; 0 for ``else``.
+        percentages: [..., B] percentages in 0..100; 0 for ``else``.
         has_else: whether the last branch is ``else``.
     """
     if not has_else:
@@ -55,10 +55,10 @@ def weights_of_percentages(percentages: NDArray[np.float64], has_else: bool) -> 
 
 def probabilities(choice: Stochastic) -> tuple[float, ...] | None:
     """Probabilities of the branches of a choice, summing to 1; None if a percentage is not constant."""
-    given = [0.0 if node is None else constant(node) for node in choice.percentages]
-    if any(value is None or not value >= 0.0 for value in given):
+    percentages = [0.0 if node is None else constant(node) for node in choice.percentages]
+    if any(value is None or not value >= 0.0 for value in percentages):
         return None
-    weights = weights_of_percentages(np.array(given, dtype=np.float64), choice.percentages[-1] is None)
+    weights = weights_of_percentages(np.array(percentages, dtype=np.float64), choice.percentages[-1] is None)
     total = weights.sum()
     return tuple((weights / total).tolist()) if 0.0 < total < np.inf else None
 
@@ -70,15 +70,15 @@ def check_percentages(choice: Stochastic, remarks: Remarks) -> None:
         if percentage is not None and value is not None and not value >= 0:
             message = f"expected a percentage of at least 0, found {value:g}"
             remarks.error("bad-percentage", percentage.location, message)
-    known = [value for value in values if value is not None]
-    if len(known) < len(values) or any(not value >= 0 for value in known):
+    constants = [value for value in values if value is not None]
+    if len(constants) < len(values) or any(not value >= 0 for value in constants):
         return
-    total = sum(known)  # infinite if it is too large, where math.fsum raises
+    total = sum(constants)  # infinite if it is too large, where math.fsum raises
     has_else = choice.percentages[-1] is None
     excess = max(total - 100, 0) if has_else else abs(total - 100)
     if excess > TOLERANCE:
-        wanted = "at most 100 before 'else'" if has_else else "100"
-        message = f"the percentages sum to {total:g}, expected {wanted}"
+        expected = "at most 100 before 'else'" if has_else else "100"
+        message = f"the percentages sum to {total:g}, expected {expected}"
         hint = "end with else : …, which gets the rest to 100" if total < 100 else "lower some of them"
         add = remarks.error if excess > 1 else remarks.warning
         add("percentages", choice.location, message, hint)

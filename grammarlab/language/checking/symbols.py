@@ -51,14 +51,14 @@ class Remarks:
     def warning(self, code: str, location: Location, message: str, hint: str = "") -> None:
         self.add("warning", code, location, message, hint)
 
-    def unsupported(self, names: frozenset[str] | None, name: str, location: Location, what: str) -> None:
+    def unsupported(self, names: frozenset[str] | None, name: str, location: Location, subject: str) -> None:
         """Report a CGA feature as unsupported, unless it is among `names`."""
         if names is not None and name not in names:
-            self.add("unsupported", "unsupported", location, f"{what} is CGA that grammarlab does not support yet")
+            self.add("unsupported", "unsupported", location, f"{subject} is CGA that grammarlab does not support yet")
 
-    def left_out(self, location: Location, what: str) -> None:
+    def left_out(self, location: Location, subject: str) -> None:
         """Warn of a feature that affects only texture coordinates, normals and details of materials."""
-        self.add("warning", "left-out", location, f"{what} is left out: no shape or colour depends on it")
+        self.add("warning", "left-out", location, f"{subject} is left out: no shape or colour depends on it")
 
     def in_order(self) -> tuple[Finding, ...]:
         """Findings in the order of the text."""
@@ -73,7 +73,7 @@ class Symbols:
     """Numbers of parameters."""
     attributes: dict[str, Attribute] = field(default_factory=dict)
     functions: dict[str, dict[int, Function]] = field(default_factory=dict)
-    """By number of parameters."""
+    """Overloads of each function by number of parameters."""
     libraries: dict[str, Symbols | None] = field(default_factory=dict)
     """Symbols of imported files, by alias; None for a file that was not read."""
     broken: frozenset[str] = frozenset()
@@ -82,8 +82,8 @@ class Symbols:
     def library_of(self, name: str) -> tuple[str, str]:
         """The alias at the beginning of a dotted name, and the rest; the alias is empty if there is none."""
         dots = (i for i, character in enumerate(name) if character == "." and name[:i] in self.libraries)
-        at = next(dots, 0)
-        return (name[:at], name[at + 1 :]) if at else ("", name)
+        dot = next(dots, 0)
+        return (name[:dot], name[dot + 1 :]) if dot else ("", name)
 
     def is_value(self, name: str) -> bool:
         """Whether a name without arguments has a value: an attribute, constant or function without parameters."""

@@ -75,8 +75,8 @@ class BodyChecker:
             case Inline():
                 self._inline(item, scope)
             case Combine():
-                what = f"the operation {item.operation}"
-                self.remarks.unsupported(self.supported.operations, item.operation, item.location, what)
+                subject = f"the operation {item.operation}"
+                self.remarks.unsupported(self.supported.operations, item.operation, item.location, subject)
                 self.body(item.first, scope)
                 self.body(item.second, scope)
 
@@ -111,8 +111,8 @@ class BodyChecker:
             self._dynamic_import(item, scope)
         if arities is not None:
             if len(item.arguments) not in arities:
-                wanted = " or ".join(map(str, sorted(arities)))
-                message = f"the rule {name} takes {wanted} arguments, found {len(item.arguments)}"
+                counts = " or ".join(map(str, sorted(arities)))
+                message = f"the rule {name} takes {counts} arguments, found {len(item.arguments)}"
                 self.remarks.error("wrong-arity", item.location, message, f"or write a rule {_headline(item)} --> …")
             return
         alias, rest = self.symbols.library_of(name)
@@ -128,11 +128,11 @@ class BodyChecker:
         arities = library.rules.get(rest)
         if arities is None:
             message = f"the import {alias} has no rule {rest}"
-            known = [f"{alias}.{rule}" for rule in library.rules]
-            self.remarks.error("unknown-name", item.location, message, suggestion(item.name, known))
+            valid_names = [f"{alias}.{rule}" for rule in library.rules]
+            self.remarks.error("unknown-name", item.location, message, suggestion(item.name, valid_names))
         elif len(item.arguments) not in arities:
-            wanted = " or ".join(map(str, sorted(arities)))
-            message = f"the rule {item.name} takes {wanted} arguments, found {len(item.arguments)}"
+            counts = " or ".join(map(str, sorted(arities)))
+            message = f"the rule {item.name} takes {counts} arguments, found {len(item.arguments)}"
             self.remarks.error("wrong-arity", item.location, message)
 
     def _terminal(self, item: Invoke) -> None:
@@ -143,13 +143,13 @@ class BodyChecker:
         # Symbols begin with a capital by custom, operations never do.
         slip = folded in self._rules or (item.name[0].islower() and folded in self._operations)
         if item.parenthesised or slip:
-            known = (*self.symbols.rules, *builtins.operations(), *builtins.blocks())
+            valid_names = (*self.symbols.rules, *builtins.operations(), *builtins.blocks())
             message = f"unknown rule or operation '{item.name}': it ends the derivation here"
-            self.remarks.warning("unknown-symbol", item.location, message, suggestion(item.name, known))
+            self.remarks.warning("unknown-symbol", item.location, message, suggestion(item.name, valid_names))
 
     def _dynamic_import(self, item: Invoke, scope: Scope) -> None:
-        what = "redefining attributes at a rule's call"
-        self.remarks.unsupported(self.supported.constructs, "dynamic-import", item.location, what)
+        subject = "redefining attributes at a rule's call"
+        self.remarks.unsupported(self.supported.constructs, "dynamic-import", item.location, subject)
         for override in item.overrides or ():
             if isinstance(override, Rule):
                 parameters = scope.locals | frozenset(override.parameters)
@@ -162,8 +162,8 @@ class BodyChecker:
     def _block(self, item: Block, scope: Scope) -> None:
         forms = builtins.blocks().get(item.name, ())
         if not forms:
-            known = builtins.operations()
-            if item.name in known:
+            operations = builtins.operations()
+            if item.name in operations:
                 message, hint = f"the operation {item.name} takes no block", ""
             else:
                 message = f"unknown operation with a block '{item.name}'"
@@ -197,9 +197,9 @@ class BodyChecker:
             self.body(part.body, scope)
 
     def _size(self, head: Expression, scope: Scope) -> None:
-        found = self.expressions.types(head, replace(scope.plain(), relative=True, floating=True))
-        if not found & FLOAT:
-            message = f"expected a size, found {in_words(found)}"
+        types = self.expressions.types(head, replace(scope.plain(), relative=True, floating=True))
+        if not types & FLOAT:
+            message = f"expected a size, found {in_words(types)}"
             self.remarks.error("wrong-type", head.location, message)
         value = head
         while isinstance(value, Relative | Floating):
@@ -238,8 +238,8 @@ class BodyChecker:
 
     def _has_value(self, name: str, scope: Scope) -> bool:
         alias, _ = self.symbols.library_of(name)
-        known = name in scope.locals or self.symbols.is_value(name) or name in builtins.attributes()
-        return known or bool(alias) or name in self.symbols.broken or name in builtins.functions()
+        is_value = name in scope.locals or self.symbols.is_value(name) or name in builtins.attributes()
+        return is_value or bool(alias) or name in self.symbols.broken or name in builtins.functions()
 
 
 def _headline(item: Invoke) -> str:

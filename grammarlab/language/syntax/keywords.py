@@ -172,10 +172,10 @@ def in_words(types: Types) -> str:
     return "anything" if types == ANY else " or ".join(words[kind] for kind in sorted(types)) or "nothing"
 
 
-def advice(wanted: Types, found: Types) -> str:
+def advice(expected: Types, actual: Types) -> str:
     """Hint for a conversion from the found type to the expected type; empty if there is none."""
-    if wanted == STRING:
+    if expected == STRING:
         return "str(…) converts to a string"
-    if wanted == FLOAT and found == STRING:
+    if expected == FLOAT and actual == STRING:
         return "float(…) converts a string to a number"
     return ""

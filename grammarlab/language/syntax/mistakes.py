@@ -69,7 +69,7 @@ class _Error:
         """Type of the next token."""
         return self.tokens[self.position + 1].type if self.position + 1 < len(self.tokens) else ""
 
-    def found(self) -> str:
+    def token_in_words(self) -> str:
         """The token in words."""
         if self.ended:
             return "the end of the definition"
@@ -110,24 +110,24 @@ def explain(tokens: Sequence[Token], position: int, expected: frozenset[str]) ->
         advice = recognise(error)
         if advice is not None:
             code, message, hint = advice
-            return Finding("error", code, f"{message}, found {error.found()}", error.token.location, hint)
-    message = f"expected {_in_words(expected)}, found {error.found()}"
+            return Finding("error", code, f"{message}, found {error.token_in_words()}", error.token.location, hint)
+    message = f"expected {_in_words(expected)}, found {error.token_in_words()}"
     return Finding("error", "syntax", message, error.token.location)
 
 
 def _in_words(expected: frozenset[str]) -> str:
     words: list[str] = []
-    left = set(expected)
-    if left >= {"NUMBER", "STRING"}:
+    remaining = set(expected)
+    if remaining >= {"NUMBER", "STRING"}:
         words.append("an expression")
-        left -= _OPERAND | {"NAME", "SIGN", "_LBRACKET", "CASE", "CHANCE"}
-    elif left & _ITEM - {"NAME"}:
+        remaining -= _OPERAND | {"NAME", "SIGN", "_LBRACKET", "CASE", "CHANCE"}
+    elif remaining & _ITEM - {"NAME"}:
         words.append("an operation or a symbol")
-        left -= _ITEM | {"_LBRACKET", "CASE", "CHANCE"}
-    if "OPERATOR" in left:
+        remaining -= _ITEM | {"_LBRACKET", "CASE", "CHANCE"}
+    if "OPERATOR" in remaining:
         words.append("an operator")
-        left -= {"OPERATOR", "SIGN", "_LBRACKET"}
-    words += [_WORDS[kind] for kind in _WORDS if kind in left]
+        remaining -= {"OPERATOR", "SIGN", "_LBRACKET"}
+    words += [_WORDS[kind] for kind in _WORDS if kind in remaining]
     if len(words) < 2:
         return "".join(words) or "something else"
     return f"{', '.join(words[:-1])} or {words[-1]}"

@@ -31,7 +31,7 @@ def expression_start(tokens: Sequence[Token], partner: Mapping[int, int], index:
     Args:
         tokens: the tokens of the file.
         partner: index of the opening bracket by index of the closing one.
-        index: where to begin, at least -1.
+        index: index of the first token, at least -1.
     """
     while True:
         index = max(_operand_start(tokens, partner, index), 0)
@@ -106,7 +106,7 @@ class Nesting:
         """Add a token.
 
         Args:
-            kind: its type.
+            kind: type of the token.
             brackets: number of open brackets after it.
         """
         while len(self._levels) <= brackets:
@@ -244,15 +244,15 @@ class _Scan:
             self.tokens[name] = self.tokens[name]._replace(type="SCATTER")
 
     def _closing(self, index: int, token: Token) -> None:
-        wanted = _PARTNERS[token.type]
-        if not any(self.tokens[i].type == wanted for i in self.open):
-            message = f"found '{token.value}' without an open '{_OPENERS[wanted]}' before it"
-            hint = f"delete it, or add the missing '{_OPENERS[wanted]}'"
+        opening = _PARTNERS[token.type]
+        if not any(self.tokens[i].type == opening for i in self.open):
+            message = f"found '{token.value}' without an open '{_OPENERS[opening]}' before it"
+            hint = f"delete it, or add the missing '{_OPENERS[opening]}'"
             self.findings.append(Finding("error", "unmatched-bracket", message, token.location, hint))
             self.dropped.add(index)
             self.damage.add(index)
             return
-        while self.tokens[self.open[-1]].type != wanted:
+        while self.tokens[self.open[-1]].type != opening:
             self._report_unclosed(self.open.pop(), f"before '{token.value}' in line {token.location.line}")
         self.partner[index] = self.open.pop()
 
@@ -368,7 +368,7 @@ class _Scan:
             self.tokens[index] = token._replace(type="INLINE", value=self.tokens[index + 2].value)
             self.dropped.update((index + 1, index + 2, index + 3))
 
-    def _at(self, index: int, token: Token) -> None:
+    def _annotation_start(self, index: int, token: Token) -> None:
         if self.open:
             if not self._first_on_line(index):
                 return
@@ -485,7 +485,7 @@ _STEPS = {
     "SIGN": _Scan._pass,
     "PREFIX": _Scan._pass,
     "OPERATOR": _Scan._star,
-    "_AT": _Scan._at,
+    "_AT": _Scan._annotation_start,
     "CARET": _Scan._caret,
     "_SEMICOLON": _Scan._semicolon,
 }

@@ -34,14 +34,14 @@ def with_sizes(tokens: Sequence[Token]) -> list[Token]:
     partners = _partners(tokens)
     is_split = [False]
     result: list[Token] = []
-    for place, token in enumerate(tokens):
-        begins = place > 0 and tokens[place - 1].type in ("_LBRACE", "_BAR")
-        if is_split[-1] and begins and _is_block_alone(tokens, place, partners):
+    for index, token in enumerate(tokens):
+        begins = index > 0 and tokens[index - 1].type in ("_LBRACE", "_BAR")
+        if is_split[-1] and begins and _is_block_alone(tokens, index, partners):
             mark = Token("PREFIX", "~", token.location, token.start, token.start)
             result += [mark, mark._replace(type="NUMBER", value="1"), mark._replace(type="_COLON", value=":")]
         if token.type in _OPEN:
             is_group = token.type == "_LBRACE" and (
-                _follows_split(tokens, place, partners) or (is_split[-1] and begins)
+                _follows_split(tokens, index, partners) or (is_split[-1] and begins)
             )
             is_split.append(is_group)
         elif token.type in _SHUT and len(is_split) > 1:
@@ -53,27 +53,27 @@ def with_sizes(tokens: Sequence[Token]) -> list[Token]:
 def _partners(tokens: Sequence[Token]) -> dict[int, int]:
     """Index of the matching bracket, by index of each bracket."""
     partners: dict[int, int] = {}
-    waiting: list[int] = []
-    for place, token in enumerate(tokens):
+    stack: list[int] = []
+    for index, token in enumerate(tokens):
         if token.type in _OPEN:
-            waiting.append(place)
-        elif token.type in _SHUT and waiting:
-            first = waiting.pop()
-            partners[first], partners[place] = place, first
+            stack.append(index)
+        elif token.type in _SHUT and stack:
+            first = stack.pop()
+            partners[first], partners[index] = index, first
     return partners
 
 
-def _follows_split(tokens: Sequence[Token], place: int, partners: dict[int, int]) -> bool:
+def _follows_split(tokens: Sequence[Token], index: int, partners: dict[int, int]) -> bool:
     """Whether the brace at a place opens the block of a ``split(...)``."""
-    before = partners.get(place - 1, 0)
-    return before > 0 and tokens[place - 1].type == "RPAR" and tokens[before - 1].value == "split"
+    before = partners.get(index - 1, 0)
+    return before > 0 and tokens[index - 1].type == "RPAR" and tokens[before - 1].value == "split"
 
 
-def _is_block_alone(tokens: Sequence[Token], place: int, partners: dict[int, int]) -> bool:
+def _is_block_alone(tokens: Sequence[Token], index: int, partners: dict[int, int]) -> bool:
     """Whether a whole part is an operation with a block."""
-    if tokens[place].type != "NAME":
+    if tokens[index].type != "NAME":
         return False
-    following = place + 1
+    following = index + 1
     if following < len(tokens) and tokens[following].type == "_LPAR":
         following = partners.get(following, len(tokens)) + 1
     if following >= len(tokens) or tokens[following].type != "_LBRACE":
@@ -104,7 +104,7 @@ def parse(text: str, file: str = "<text>") -> Parsed:
 
     Args:
         text: the whole rule file.
-        file: its name, for locations.
+        file: name of the file, for locations.
     """
     if len(text) > MAX_CHARACTERS:
         message = f"the file has {len(text):,} characters: expected at most {MAX_CHARACTERS:,}"

@@ -248,11 +248,11 @@ def needs_braces(node: Scatter | Inline) -> bool:
 
 def invoke(node: Invoke) -> str:
     """An operation without a block, or a symbol."""
-    given = f"({arguments(node.arguments)})" if node.arguments or node.parenthesised else ""
+    argument_list = f"({arguments(node.arguments)})" if node.arguments or node.parenthesised else ""
     if node.overrides is None:
-        return node.name + given
+        return node.name + argument_list
     alias, _, rule = node.name.partition(".")
-    return f"{alias}({', '.join(map(override, node.overrides))}).{rule}{given}"
+    return f"{alias}({', '.join(map(override, node.overrides))}).{rule}{argument_list}"
 
 
 def override(node: Attribute | Rule) -> str:
@@ -297,8 +297,10 @@ def signature(node: Attribute | Function | Rule) -> str:
 
 def annotation(node: Annotation) -> str:
     """``@Range(min=1, max=5)``."""
-    given = ", ".join(f"{keyword}={_cell(node)}" if keyword else _cell(node) for keyword, node in node.arguments)
-    return f"@{node.name}({given})" if node.arguments else f"@{node.name}"
+    argument_list = ", ".join(
+        f"{keyword}={_cell(node)}" if keyword else _cell(node) for keyword, node in node.arguments
+    )
+    return f"@{node.name}({argument_list})" if node.arguments else f"@{node.name}"
 
 
 def _cell(node: Expression) -> str:
@@ -309,9 +311,9 @@ def _cell(node: Expression) -> str:
 def import_statement(node: Import) -> str:
     """``import alias : "file.cga" (height = 20)``."""
     styles = f"({', '.join(node.styles)})" if node.styles else ""
-    given = [f"{name} = {value(argument)}" for name, argument in node.arguments]
-    given += [*(node.protected or ()), *map(override, node.rules)]
-    tail = f" ({', '.join(given)})" if given or node.protected is None else ""
+    items = [f"{name} = {value(argument)}" for name, argument in node.arguments]
+    items += [*(node.protected or ()), *map(override, node.rules)]
+    tail = f" ({', '.join(items)})" if items or node.protected is None else ""
     return f"import {node.alias}{styles} : {_string(String(node.path))}{tail}"
 
 

@@ -71,7 +71,7 @@ class Call(Numbered):
 @dataclass(frozen=True, slots=True)
 class Unary(Node):
     operator: Literal["-", "+", "!", ".-", ".+", ".!"]
-    """With a leading dot: element by element over an array."""
+    """Unary operator; with a leading dot it is applied element by element to an array."""
     operand: Expression
 
 
@@ -81,7 +81,7 @@ BinaryOperator: TypeAlias = Literal[
     ".+", ".-", ".*", "./", ".%", ".==", ".!=", ".<", ".<=", ".>", ".>=", ".&&", ".||",
 ]
 # fmt: on
-"""With a leading dot: element by element over arrays."""
+"""Binary operator; with a leading dot it is applied element by element to arrays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +135,7 @@ class Components(Node):
 
     arguments: tuple[Expression, ...]
     parts: tuple[Part, ...]
-    """Their bodies are expressions, or choices between expressions."""
+    """Parts, whose bodies are expressions or choices between expressions."""
 
 
 # Choices ---------------------------------------------------------------------------------------------------
@@ -206,7 +206,7 @@ class Part(Node):
     body: Choice
     inclusive: bool = False
     connected: bool = False
-    """For ``head =: body``: one shape for each connected set of components."""
+    """Whether the part is ``head =: body``: one shape for each connected set of components."""
     depth: Expression | None = None
     """The setback of a ``length : depth : body`` part of splitAndSetbackPerimeter."""
 
@@ -380,19 +380,19 @@ def alternatives(choice: Choice) -> Iterator[Sequence | Expression]:
 
 def children(node: Node) -> list[Node]:
     """Children of a node, in the order of its fields."""
-    found: list[Node] = []
+    nodes: list[Node] = []
     for name in _field_names(type(node)):
-        _gather(getattr(node, name), found)
-    return found
+        _gather(getattr(node, name), nodes)
+    return nodes
 
 
 def walk(node: Node) -> Iterator[Node]:
     """The node and all nodes below it, in preorder."""
-    waiting = [node]
-    while waiting:
-        current = waiting.pop()
+    stack = [node]
+    while stack:
+        current = stack.pop()
         yield current
-        waiting += reversed(children(current))
+        stack += reversed(children(current))
 
 
 def number(tree: RuleFile) -> None:
@@ -400,8 +400,8 @@ def number(tree: RuleFile) -> None:
 
     So reformatting a grammar or renaming a rule changes no draw.
     """
-    for place, node in enumerate(node for node in walk(tree) if isinstance(node, Numbered)):
-        object.__setattr__(node, "number", place)  # safe to mutate: the tree is new and not shared yet
+    for position, node in enumerate(node for node in walk(tree) if isinstance(node, Numbered)):
+        object.__setattr__(node, "number", position)  # safe to mutate: the tree is new and not shared yet
 
 
 @cache
@@ -409,9 +409,9 @@ def _field_names(kind: type[Any]) -> tuple[str, ...]:
     return tuple(field.name for field in fields(kind) if field.name not in ("location", "number"))
 
 
-def _gather(value: object, found: list[Node]) -> None:
+def _gather(value: object, nodes: list[Node]) -> None:
     if isinstance(value, Node):
-        found.append(value)
+        nodes.append(value)
     elif isinstance(value, tuple):
         for item in value:
-            _gather(item, found)
+            _gather(item, nodes)

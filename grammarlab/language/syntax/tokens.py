@@ -96,7 +96,7 @@ def tokenize(text: str, file: str = "<text>") -> TokenStream:
 
     Args:
         text: the whole rule file.
-        file: its name, for locations.
+        file: name of the file, for locations.
     """
     tokens: list[Token] = []
     comments: list[Comment] = []
@@ -184,15 +184,15 @@ _HINTS = (
 
 def _unknown(token: Token) -> tuple[Token | None, list[Finding]]:
     if token.value in _STAND_INS:
-        kind, meant = _STAND_INS[token.value]
+        kind, replacement = _STAND_INS[token.value]
         message = f"CGA has no sign '{token.value}'"
-        finding = Finding("error", "unknown-character", message, token.location, f"write '{meant}'")
-        return token._replace(type=kind, value=meant), [finding]
+        finding = Finding("error", "unknown-character", message, token.location, f"write '{replacement}'")
+        return token._replace(type=kind, value=replacement), [finding]
     if token.value == "\ufeff":
         return None, []
-    shown = token.value if token.value.isprintable() else f"U+{ord(token.value):04X}"
+    character = token.value if token.value.isprintable() else f"U+{ord(token.value):04X}"
     hint = next((hint for characters, hint in _HINTS if token.value in characters), "")
-    message = f"the character '{shown}' has no meaning in CGA"
+    message = f"the character '{character}' has no meaning in CGA"
     return None, [Finding("error", "unknown-character", message, token.location, hint)]
 
 

@@ -108,13 +108,13 @@ class Arguments:
             without_braces(item)
         return cast(tuple[Expression, ...], self.items)
 
-    def names(self, what: str) -> tuple[str, ...]:
+    def names(self, kind: str) -> tuple[str, ...]:
         """Parameters of a definition, or styles of an import."""
         names: list[str] = []
         for item in self.expressions():
             if not isinstance(item, Name) or "." in item.identifier:
                 hint = "write Name(a, b): a definition has names in parentheses, a call has values"
-                raise MistakeError("bad-parameter", f"expected the plain name of a {what}", item.location, hint)
+                raise MistakeError("bad-parameter", f"expected the plain name of a {kind}", item.location, hint)
             names.append(item.identifier)
         return tuple(names)
 
@@ -316,8 +316,8 @@ class TreeBuilder(Transformer[Any, Any]):
     def block(self, children: list[Any]) -> Block:
         name, *rest = children
         arguments = next((item.expressions() for item in rest if isinstance(item, Arguments)), ())
-        group, *more = [item for item in rest if isinstance(item, Group)]
-        remainder = more[0] if more else None
+        group, *further = [item for item in rest if isinstance(item, Group)]
+        remainder = further[0] if further else None
         if remainder is not None and name.value != "splitAndSetbackPerimeter":
             hint = "an operation takes one pair of braces; start the next operation with its name"
             raise MistakeError("second-block", "expected an operation, found '{'", remainder.location, hint)
@@ -440,9 +440,9 @@ class TreeBuilder(Transformer[Any, Any]):
         _, alias, *rest = children
         styles = rest.pop(0).names("style") if isinstance(rest[0], Arguments) else ()
         path = self.string([rest[0]]).value
-        given = rest[1].items if len(rest) > 1 else ()
-        protected = tuple(item.identifier for item in given if isinstance(item, Name))
-        for item in given:
+        items = rest[1].items if len(rest) > 1 else ()
+        protected = tuple(item.identifier for item in items if isinstance(item, Name))
+        for item in items:
             if not isinstance(item, Name | Keyword | Rule):
                 hint = 'write import alias : "file.cga" (attribute = value)'
                 raise MistakeError("bad-override", "expected 'attribute = value'", item.location, hint)
@@ -450,11 +450,11 @@ class TreeBuilder(Transformer[Any, Any]):
             alias=alias.value,
             path=path,
             arguments=tuple(
-                (item.name.value, without_braces(item.value)) for item in given if isinstance(item, Keyword)
+                (item.name.value, without_braces(item.value)) for item in items if isinstance(item, Keyword)
             ),
             styles=styles,
-            protected=None if len(rest) > 1 and not given else protected,
-            rules=tuple(item for item in given if isinstance(item, Rule)),
+            protected=None if len(rest) > 1 and not items else protected,
+            rules=tuple(item for item in items if isinstance(item, Rule)),
             location=alias.location,
         )
 

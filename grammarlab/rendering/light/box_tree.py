@@ -131,13 +131,13 @@ class BoxedTriangles(AbstractScene):
                 stack.append(_Pairs(pairs.level, pairs.ray[half:], pairs.box[half:]))
                 stack.append(_Pairs(pairs.level, pairs.ray[:half], pairs.box[:half]))
                 continue
-            kept, near = self._met(rays, pairs)
+            intersected, near = self._met(rays, pairs)
             if pairs.level == self._depth:
-                self._hit(rays, kept, any_hit=any_hit)
+                self._hit(rays, intersected, any_hit=any_hit)
             elif pairs.level == sorted_level:
-                stack += [_children(rank) for rank in _by_rank(kept, near)]
+                stack += [_children(rank) for rank in _by_rank(intersected, near)]
             else:
-                stack.append(_children(kept))
+                stack.append(_children(intersected))
         return rays
 
     def _met(self, rays: _Rays, pairs: _Pairs) -> tuple[_Pairs, Singles]:
@@ -146,16 +146,16 @@ class BoxedTriangles(AbstractScene):
         near, far = np.zeros(len(pairs.ray), np.float32), rays.limit.take(pairs.ray)
         for axis in range(3):
             origin, inverse = rays.origin[axis].take(pairs.ray), rays.inverse[axis].take(pairs.ray)
-            one = low[axis].take(pairs.box)
-            one -= origin
-            one *= inverse
-            other = high[axis].take(pairs.box)
-            other -= origin
-            other *= inverse
-            np.maximum(near, np.minimum(one, other), out=near)
-            np.minimum(far, np.maximum(one, other), out=far)
-        met = np.flatnonzero(near <= far)
-        return _Pairs(pairs.level, pairs.ray.take(met), pairs.box.take(met)), near.take(met)
+            t_low = low[axis].take(pairs.box)
+            t_low -= origin
+            t_low *= inverse
+            t_high = high[axis].take(pairs.box)
+            t_high -= origin
+            t_high *= inverse
+            np.maximum(near, np.minimum(t_low, t_high), out=near)
+            np.minimum(far, np.maximum(t_low, t_high), out=far)
+        hit_rows = np.flatnonzero(near <= far)
+        return _Pairs(pairs.level, pairs.ray.take(hit_rows), pairs.box.take(hit_rows)), near.take(hit_rows)
 
     def _hit(self, rays: _Rays, pairs: _Pairs, *, any_hit: bool) -> None:
         """Update the hits of rays by the triangles of their boxes of the last level."""
@@ -189,9 +189,9 @@ def _halved(centres: Singles, depth: int) -> NDArray[np.int32]:
     size = -(-num_triangles // (1 << depth)) << depth
     order = (np.arange(size) * num_triangles // size)[None]
     for _ in range(depth):
-        place = centres.take(order, axis=0)
-        axis = np.ptp(place, axis=1).argmax(axis=1)
-        along = np.take_along_axis(place, axis[:, None, None], axis=2)[..., 0]
+        positions = centres.take(order, axis=0)
+        axis = np.ptp(positions, axis=1).argmax(axis=1)
+        along = np.take_along_axis(positions, axis[:, None, None], axis=2)[..., 0]
         order = np.take_along_axis(order, along.argsort(axis=1, kind="stable"), axis=1)
         order = order.reshape(2 * len(order), -1)
     return order.ravel().astype(np.int32)
@@ -235,7 +235,7 @@ def _by_rank(pairs: _Pairs, near: Singles) -> list[_Pairs]:
     position = np.arange(len(ray))
     first = np.maximum.accumulate(np.where(np.diff(ray, prepend=-1) != 0, position, 0))
     rank = np.minimum(position - first, NUM_RANKS)
-    return [_Pairs(pairs.level, ray[rank == each], box[rank == each]) for each in range(NUM_RANKS, -1, -1)]
+    return [_Pairs(pairs.level, ray[rank == number], box[rank == number]) for number in range(NUM_RANKS, -1, -1)]
 
 
 def _children(pairs: _Pairs) -> _Pairs:

@@ -52,22 +52,22 @@ def find_breaks(shows: Flags, points: Floats, normals: Floats, spacing: float) -
 
 
 def _breaks(axis: int, shows: Flags, points: Floats, normals: Floats, spacing: float) -> Breaks:
-    here, there = _neighbours(axis)
-    step = points[there] - points[here]
-    off_plane = np.minimum(np.abs(dot(step, normals[here])), np.abs(dot(step, normals[there])))
-    both = shows[here] & shows[there]
-    jump = both & (off_plane > JUMP * spacing)
-    crease = both & ~jump & (dot(normals[here], normals[there]) < CREASE_COSINE)
-    return Breaks(axis, shows[here] != shows[there], jump, crease)
+    first, second = _neighbours(axis)
+    step = points[second] - points[first]
+    off_plane = np.minimum(np.abs(dot(step, normals[first])), np.abs(dot(step, normals[second])))
+    shows_both = shows[first] & shows[second]
+    jump = shows_both & (off_plane > JUMP * spacing)
+    crease = shows_both & ~jump & (dot(normals[first], normals[second]) < CREASE_COSINE)
+    return Breaks(axis, shows[first] != shows[second], jump, crease)
 
 
 def edge_strength(shows: Flags, breaks: tuple[Breaks, Breaks]) -> Floats:
     """[H, W] how strongly each sample of the model is an edge, 0..1."""
     strength = np.zeros(shows.shape, np.float32)
-    for found in breaks:
-        drawn = np.where(found.jump, JUMP_STRENGTH, np.where(found.crease, CREASE_STRENGTH, np.float32(0)))
-        drawn = np.where(found.silhouette, SILHOUETTE_STRENGTH, drawn)
-        for side in _neighbours(found.axis):
+    for along_axis in breaks:
+        drawn = np.where(along_axis.jump, JUMP_STRENGTH, np.where(along_axis.crease, CREASE_STRENGTH, np.float32(0)))
+        drawn = np.where(along_axis.silhouette, SILHOUETTE_STRENGTH, drawn)
+        for side in _neighbours(along_axis.axis):
             np.maximum(strength[side], drawn, out=strength[side])
     strength[~shows] = 0
     return strength
@@ -78,8 +78,8 @@ def smooth(values: Floats, breaks: tuple[Breaks, Breaks]) -> Floats:
 
     A pattern with a period of four samples, such as that of the rays, becomes constant.
     """
-    for found in breaks:
-        values = _smooth_along(values, found.axis, found.together)
+    for along_axis in breaks:
+        values = _smooth_along(values, along_axis.axis, along_axis.together)
     return values
 
 
@@ -89,12 +89,12 @@ def _smooth_along(values: Floats, axis: int, together: Flags) -> Floats:
     for distance, share in enumerate(PERIOD_WEIGHTS, start=1):
         if distance > 1:
             linked = linked[_shifted(axis, 0, 1)] & together[_shifted(axis, distance - 1)]
-        here, there = _shifted(axis, 0, distance), _shifted(axis, distance)
+        first, second = _shifted(axis, 0, distance), _shifted(axis, distance)
         amount = linked * np.float32(share)
-        total[here] += amount * values[there]
-        total[there] += amount * values[here]
-        weight[here] += amount
-        weight[there] += amount
+        total[first] += amount * values[second]
+        total[second] += amount * values[first]
+        weight[first] += amount
+        weight[second] += amount
     return total / weight
 
 

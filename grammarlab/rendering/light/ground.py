@@ -61,7 +61,7 @@ def ground_below(low: Floats, high: Floats, height: float, sun: Floats, look: Lo
         high: [3] largest ones.
         height: height of the ground, at most that of the box.
         sun: [3] direction of the middle of the sun.
-        look: how large the sun is.
+        look: the light, with the size of the sun.
     """
     flat = np.array([0, 2])
     return Ground(height, low[flat], high[flat], _shadow_sides(low - SLACK, high + SLACK, height, sun, look))

@@ -25,7 +25,7 @@ DIELECTRIC = np.float32(0.04)
 MOST_GLARE = np.float32(1.2)
 """Largest brightness of the mirrored sun, in suns, so that flat steel keeps some of its colour."""
 POLISHED = np.float32(0.26)
-"""The same for very smooth surfaces, with a larger value for double panes of glass."""
+"""Reflectance of a very smooth non-metal at normal incidence, with a larger value for double panes of glass."""
 
 
 def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Floats, look: Look, spot: Floats) -> Floats:
@@ -37,14 +37,14 @@ def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Float
         normals: [N, 3] unit vectors.
         sun: [3] direction of the middle of the sun.
         look: the light.
-        spot: [N] in 0..1, selects a point of the sun's disc; equal steps cover it evenly.
+        spot: [N] number in 0..1 that selects a point of the sun's disc; equal steps cover it evenly.
     """
     lit = np.flatnonzero(normals @ sun > 0)
     visible = np.zeros(len(points), np.float32)
     spot = spot[lit]
     angle = spot * np.float32(36.0 * GOLDEN_ANGLE)
     distance = np.float32(look.sun_softness) * np.sqrt(spot)
-    directions = _beside(sun, distance * np.cos(angle), distance * np.sin(angle))
+    directions = _directions_near(sun, distance * np.cos(angle), distance * np.sin(angle))
     start = points.take(lit, axis=0) + LIFT * normals.take(lit, axis=0)
     visible[lit] = ~blockers.is_blocked(start, directions)
     return visible
@@ -55,10 +55,12 @@ def sun_spread(sun: Floats, look: Look) -> Floats:
 
     Args:
         sun: [3] direction of the middle of the sun.
-        look: how large the sun is.
+        look: the light, with the size of the sun.
     """
     side = np.float32(look.sun_softness)
-    return _beside(sun, side * np.array([-1, -1, 1, 1], np.float32), side * np.array([-1, 1, -1, 1], np.float32))
+    return _directions_near(
+        sun, side * np.array([-1, -1, 1, 1], np.float32), side * np.array([-1, 1, -1, 1], np.float32)
+    )
 
 
 def openness(blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[np.integer], num_rays: int) -> Floats:
@@ -97,40 +99,40 @@ class Exposure:
 
 
 def shade(
-    model: ShadedModel, seen: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
+    model: ShadedModel, visible: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
 ) -> tuple[Floats, Floats]:
     """Light [N, 3] from surfaces along rays to the eye, and their transparency [N].
 
     Args:
         model: materials, and surfaces for mirror images.
-        seen: the surfaces.
+        visible: the surfaces.
         exposure: the light at the surfaces.
-        directions: [N, 3] of the rays.
+        directions: [N, 3] unit directions of the rays.
         sun: [3] direction towards the sun.
         look: the light.
     """
     shadow, free = exposure.sun, exposure.free
-    facing = np.clip(seen.normal @ sun, 0.0, None) * shadow
-    skylight = ambient(look, seen.normal)
+    facing = np.clip(visible.normal @ sun, 0.0, None) * shadow
+    skylight = ambient(look, visible.normal)
     closed = look.bounce * np.array(look.ground, np.float32)
     received = free[:, None] * skylight + mixed((facing, 1.0 - free), (look.sun, closed))
 
-    color, metallic = model.color.take(seen.material, axis=0), model.metallic[seen.material][:, None]
-    roughness, opacity = model.roughness[seen.material], model.opacity[seen.material]
-    mirrored = _mirrored(seen, directions, model, sun, look, exposure, skylight, roughness)
-    facing_eye = np.clip(-dot(seen.normal, directions), 0.0, 1.0)
+    color, metallic = model.color.take(visible.material, axis=0), model.metallic[visible.material][:, None]
+    roughness, opacity = model.roughness[visible.material], model.opacity[visible.material]
+    mirrored = _mirrored(visible, directions, model, sun, look, exposure, skylight, roughness)
+    facing_eye = np.clip(-dot(visible.normal, directions), 0.0, 1.0)
     polished = DIELECTRIC + (POLISHED - DIELECTRIC) * (1.0 - roughness[:, None]) ** 4
     at_normal = polished + (color - polished) * metallic
     grazing = (1.0 - roughness) * (1.0 - facing_eye) ** 5
     fresnel = at_normal + (1.0 - at_normal) * grazing[:, None]
     diffuse = color * received * (1.0 - metallic) * (1.0 - fresnel)
-    light = opacity[:, None] * diffuse + fresnel * mirrored + 2.0 * model.emissive.take(seen.material, axis=0)
+    light = opacity[:, None] * diffuse + fresnel * mirrored + 2.0 * model.emissive.take(visible.material, axis=0)
     through = (1.0 - opacity) * (1.0 - fresnel.mean(axis=1))
     return light, through
 
 
 def _mirrored(
-    seen: Surfaces,
+    visible: Surfaces,
     directions: Floats,
     model: ShadedModel,
     sun: Floats,
@@ -140,19 +142,19 @@ def _mirrored(
     roughness: Floats,
 ) -> Floats:
     """[N, 3] reflections: sky, sun, and in smooth surfaces the model itself."""
-    along = directions - 2.0 * dot(directions, seen.normal)[:, None] * seen.normal
+    along = directions - 2.0 * dot(directions, visible.normal)[:, None] * visible.normal
     image = mirrored_surroundings(look, along)
     blur = roughness[:, None]
     image = image + blur * (skylight - image)
     image *= (exposure.free + (1.0 - exposure.free) * look.bounce)[:, None]
     smooth = np.flatnonzero(roughness < 0.35)
     if len(smooth):
-        start = seen.point.take(smooth, axis=0) + LIFT * seen.flat.take(smooth, axis=0)
+        start = visible.point.take(smooth, axis=0) + LIFT * visible.flat.take(smooth, axis=0)
         hits = model.tracer.first_hit(start, along.take(smooth, axis=0))
-        met = hits.triangle >= 0
-        other = model.material[hits.triangle[met]]
-        image[smooth[met]] = model.color[other] * (0.55 * np.array(look.sky, np.float32)) + model.emissive[other]
-        image[smooth[~met]] = mirrored_surroundings(look, along[smooth[~met]])
+        is_hit = hits.triangle >= 0
+        other = model.material[hits.triangle[is_hit]]
+        image[smooth[is_hit]] = model.color[other] * (0.55 * np.array(look.sky, np.float32)) + model.emissive[other]
+        image[smooth[~is_hit]] = mirrored_surroundings(look, along[smooth[~is_hit]])
     # GGX distribution about the mirror direction, with a limited peak so that single samples do not sparkle.
     alpha = np.clip(roughness * roughness, 0.02, 1.0)
     closeness = np.clip(along @ sun, 0.0, 1.0)
@@ -162,7 +164,7 @@ def _mirrored(
     return image + mixed((highlight,), (look.sun,))
 
 
-def _beside(direction: Floats, along: Floats, across: Floats) -> Floats:
+def _directions_near(direction: Floats, along: Floats, across: Floats) -> Floats:
     """[N, 3] directions beside one [3], by distances [N] along two axes at right angles to it."""
     (tangent,), (other,) = _frames(direction[None])
     return mixed((np.ones_like(along), along, across), (direction, tangent, other))

@@ -55,9 +55,9 @@ def welded(vertices: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[
     key = (bits[:, 0] << np.uint64(32) | bits[:, 1]) * np.uint64(0x9E3779B97F4A7C15)
     key ^= bits[:, 2] * np.uint64(0xBF58476D1CE4E5B9)
     first, number = distinct_keys(key)
-    different, place = vertices[first], number.astype(np.int32)
-    if np.array_equal(different.take(place, axis=0), vertices):
-        return different, place
+    different, index = vertices[first], number.astype(np.int32)
+    if np.array_equal(different.take(index, axis=0), vertices):
+        return different, index
     return vertices, np.arange(len(vertices), dtype=np.int32)
 
 

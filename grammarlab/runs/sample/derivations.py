@@ -158,7 +158,7 @@ def _require(folder: Path, names: Sequence[str]) -> None:
 def _lots_to_arrow(lots: Lots) -> pa.Table:
     columns = {name: pa.array(getattr(lots, name)) for name in ("seed", "model", "footprint", "start_rule")}
     for name, column in lots.attributes.items():
-        columns[_ATTRIBUTE + name] = pa.array(column.values, mask=~column.given)
+        columns[_ATTRIBUTE + name] = pa.array(column.values, mask=~column.is_given)
     return pa.table(columns)
 
 

@@ -215,7 +215,7 @@ def _draws(trace: DerivationTrace, node: int) -> Iterator[tuple[Site, float, Loc
     draws = trace.forest.draws
     for row in trace.draws.get(node, ()):
         site = int(draws.site[row])
-        yield trace.forest.sites[site], float(draws.value[row]), trace.numbering.places[site].node.location
+        yield trace.forest.sites[site], float(draws.value[row]), trace.numbering.random_places[site].node.location
 
 
 def _place(location: Location | None) -> dict[str, int] | None:

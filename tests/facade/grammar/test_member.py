@@ -17,7 +17,9 @@ from tests.facade.grammar.test_family import samples
 def things(label: list[str], box: np.ndarray) -> tuple[list[str], np.ndarray]:
     """All elements except walls and the cornice, which columns cut, in the order of their positions."""
     kept = [(tuple(row[1::-1].round(3)), name, row) for name, row in zip(label, box, strict=True)]
-    kept = sorted((each for each in kept if not look_of(each[1]).gives and each[1] != "cornice"), key=lambda e: e[:2])
+    kept = sorted(
+        (each for each in kept if not look_of(each[1]).is_flexible and each[1] != "cornice"), key=lambda e: e[:2]
+    )
     return [name for _, name, _ in kept], np.array([row for _, _, row in kept])
 
 
