@@ -35,7 +35,7 @@ class _OpenSession:
     path: Path
     """Resolved path of the session file."""
     inode: int
-    given: tuple[str, Path, SessionOptions]
+    inputs: tuple[str, Path, SessionOptions]
     """Text of the rule file, folder of its assets, and options of the session."""
     newest: str = ""
     """Identifier of the newest widget of the session."""
@@ -43,22 +43,22 @@ class _OpenSession:
     """Warnings already logged."""
 
     @classmethod
-    def of(cls, grammar: str, path: Path, options: SessionOptions) -> _OpenSession:
+    def open(cls, grammar: str, path: Path, options: SessionOptions) -> _OpenSession:
         """Session of a file: the open one if grammar and options are equal, otherwise a new one that replaces it."""
-        place, source = path.resolve(), find_rules(grammar, options.get("assets"))
-        given = source.text(), source.assets.resolve(), options
-        known = _OPEN.get(place)
-        if known is not None and not known.has_its_file():
+        file, source = path.resolve(), find_rules(grammar, options.get("assets"))
+        inputs = source.text(), source.assets.resolve(), options
+        current = _OPEN.get(file)
+        if current is not None and not current.has_its_file():
             # Close first, since the old SQLite connection would use the log of the new file.
-            known.close()
-            known = None
-        if known is not None and known.given == given:
-            return known
+            current.close()
+            current = None
+        if current is not None and current.inputs == inputs:
+            return current
         session = Session(grammar, path, **options)
-        if known is not None:
-            known.close()
-        _OPEN[place] = cls(session, place, place.stat().st_ino, given)
-        return _OPEN[place]
+        if current is not None:
+            current.close()
+        _OPEN[file] = cls(session, file, file.stat().st_ino, inputs)
+        return _OPEN[file]
 
     def has_its_file(self) -> bool:
         """Whether the file still exists and is the same file."""
@@ -125,7 +125,7 @@ class ScoringSession(anywidget.AnyWidget):
         """
         super().__init__()
         self._path = Path(path)
-        self._opened = _OpenSession.of(grammar, self._path, options)
+        self._opened = _OpenSession.open(grammar, self._path, options)
         self._opened.newest = self.model_id
         self._session = self._opened.session
         self.on_msg(self._receive)

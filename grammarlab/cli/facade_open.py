@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
@@ -12,37 +12,15 @@ from grammarlab.cli.file_kinds import DESIGN, ELEMENTS, FACADE, MESH, expected_k
 from grammarlab.cli.page import page_opener
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from grammarlab.pages.server import Page, Served
-
-
-class _Desk(Protocol):
-    """The edited document."""
-
-    target: Path
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether changes could not be saved."""
-        ...
-
-    def rescue(self) -> Path:
-        """Save it to another path, and return the path."""
-        ...
+    from grammarlab.pages.desktop import Desktop
+    from grammarlab.pages.server import Page
 
 
-class _DocumentPage(NamedTuple):
-    """The page for a file."""
+class _Opened(NamedTuple):
+    """The page for a file, and its workers."""
 
-    served: Served
+    desktop: Desktop[Any]
     page: Page
-    target: Path
-    """The file that the page saves to."""
-    desk: _Desk | None
-    """None if every change is saved at once."""
-    close: Callable[[], None]
-    """Ends the workers of the page."""
 
 
 def open_facade(
@@ -80,45 +58,42 @@ def open_facade(
         from grammarlab.synthesis.mesh.building_files import FORMATS
 
         if file.suffix.lower() == ".toml":
-            document_page = _design(file, output)
+            opened = _design(file, output)
         elif is_elements(file):
-            document_page = _scan(file, output, templates)
+            opened = _scan(file, output, templates)
         elif file.suffix.lower() in FORMATS:
-            document_page = _building(file, output)
+            opened = _building(file, output)
         else:
             with expected_kind(file, FACADE, DESIGN, MESH, ELEMENTS):
-                document_page = _facade(file, output)
+                opened = _facade(file, output)
         try:
-            _serve(document_page, port, browser=browser)
+            _serve(opened, port, browser=browser)
         finally:
-            document_page.close()
-            if document_page.desk is not None and document_page.desk.is_lost:
-                say(f"unsaved changes are in {document_page.desk.rescue()}")
+            opened.desktop.close()
+            if opened.desktop.desk.is_lost:
+                say(f"unsaved changes are in {opened.desktop.desk.rescue()}")
 
 
-def _facade(file: Path, output: Path | None) -> _DocumentPage:
+def _facade(file: Path, output: Path | None) -> _Opened:
     from grammarlab.pages.editor.editor import PAGE, Editor
 
-    editor = Editor(file, output)
-    return _DocumentPage(editor, PAGE, editor.desk.target, editor.desk, editor.close)
+    return _Opened(Editor(file, output), PAGE)
 
 
-def _design(file: Path, output: Path | None) -> _DocumentPage:
+def _design(file: Path, output: Path | None) -> _Opened:
     from grammarlab.pages.layers.designer import PAGE, Designer
 
-    designer = Designer(file, output)
-    return _DocumentPage(designer, PAGE, designer.desk.target, designer.desk, designer.close)
+    return _Opened(Designer(file, output), PAGE)
 
 
-def _building(file: Path, output: Path | None) -> _DocumentPage:
+def _building(file: Path, output: Path | None) -> _Opened:
     from grammarlab.pages.corrector import PAGE, Corrector
 
     say("reading the building ...")
-    corrector = Corrector(file, output)
-    return _DocumentPage(corrector, PAGE, corrector.desk.target, corrector.desk, corrector.close)
+    return _Opened(Corrector(file, output), PAGE)
 
 
-def _scan(file: Path, output: Path | None, templates: str) -> _DocumentPage:
+def _scan(file: Path, output: Path | None, templates: str) -> _Opened:
     from grammarlab.extras import require
     from grammarlab.matching.library import templates_by_name
     from grammarlab.matching.scans.scan_files import load_elements
@@ -127,15 +102,14 @@ def _scan(file: Path, output: Path | None, templates: str) -> _DocumentPage:
 
     require("jax")
     target = output or Path(f"{file.stem}.corrections.json")
-    matcher = Matcher(ScanDesk(file.name, load_elements(file), templates_by_name(templates), target))
-    return _DocumentPage(matcher, PAGE, target, None, matcher.close)
+    return _Opened(Matcher(ScanDesk(file.name, load_elements(file), templates_by_name(templates), target)), PAGE)
 
 
-def _serve(document_page: _DocumentPage, port: int, *, browser: bool) -> None:
+def _serve(opened: _Opened, port: int, *, browser: bool) -> None:
     from grammarlab.pages.server import serve
 
     try:
-        with page_opener(f"saves to {document_page.target}; Ctrl-C ends", browser=browser) as announce:
-            serve(document_page.served, document_page.page, port, announce)
+        with page_opener(f"saves to {opened.desktop.desk.target}; Ctrl-C ends", browser=browser) as announce:
+            serve(opened.desktop, opened.page, port, announce)
     except KeyboardInterrupt:
         say("ended.")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.pages.desktop import Desktop
-from grammarlab.pages.example_commands import run, state_of
+from grammarlab.pages.example_commands import COMMANDS, state_of
 from grammarlab.pages.example_desk import ExampleDesk
 from grammarlab.pages.server import built_page
 
@@ -29,4 +29,5 @@ class Corrector(Desktop[ExampleDesk]):
         Raises:
             FacadeError: If the file cannot be read or has no units.
         """
-        super().__init__(ExampleDesk.of(file, output or Path(f"{file.stem}.example.json")), run, state_of)
+        desk = ExampleDesk.open(file, output or Path(f"{file.stem}.example.json"))
+        super().__init__(lambda _: desk, COMMANDS, state_of)

@@ -2,51 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from io import BytesIO
 
 from PIL import Image
 
 from grammarlab.errors import UsageError
 from grammarlab.pages import example_desk
-from grammarlab.pages.desktop import Message, Send
+from grammarlab.pages.desk import DESK_COMMANDS, Command
+from grammarlab.pages.desktop import Message, StateEvent
 from grammarlab.pages.example_desk import ExampleDesk
-from grammarlab.pages.requests import Request, answered
+from grammarlab.pages.requests import Request
 from grammarlab.synthesis.example_pictures import wall_picture
 
 PROTOCOL = 1
-MOST_TRIED = 60
+MOST_UNITS = 60
 """Largest number of rows or columns of a building on the page; the command has no such limit."""
 
 
-def run(desk: ExampleDesk, message: object, buffers: Sequence[bytes], window: Send) -> None:
-    """Executes the request of a window, and answers it; `message` may be any value."""
-    answered(COMMANDS, desk, message, buffers, window)
-
-
-def state_of(desk: ExampleDesk) -> tuple[Message, Sequence[bytes]]:
+def state_of(desk: ExampleDesk) -> StateEvent:
     """The whole state of the page, except pictures."""
-    kept = {wall["name"]: wall for wall in desk.document["walls"]}
+    included = {wall["name"]: wall for wall in desk.document["walls"]}
     walls = []
-    for region, first in zip(desk.found.regions, desk.first["walls"], strict=True):
+    for region, first in zip(desk.analysis.regions, desk.first["walls"], strict=True):
         walls.append(
             {
-                **kept.get(region.name, first),
-                "kept": region.name in kept,
+                **included.get(region.name, first),
+                "kept": region.name in included,
                 "box": region.wall.tolist(),
                 "elements": region.elements.round(4).tolist(),
             }
         )
-    past, future = desk.history.past, desk.history.future
     state = {
         "protocol": PROTOCOL,
-        "revision": desk.revision,
+        **desk.summary(),
         "title": desk.file.name,
-        "file": str(desk.target),
-        "saved": desk.is_saved,
-        "undo": past[-1][0] if past else "",
-        "redo": future[-1][0] if future else "",
-        "main": desk.found.main.name,
+        "main": desk.analysis.main.name,
         "names": desk.label_names(),
         "walls": walls,
     }
@@ -70,14 +60,16 @@ def _merge(desk: ExampleDesk, request: Request) -> Message:
 
 
 def _move(desk: ExampleDesk, request: Request) -> Message:
-    index, at = request.whole("line", 0, 10_000, -1), round(request.number("at"), 4)
-    desk.do("move a line", example_desk.moved(desk.document, request.text("wall"), request.text("axis"), index, at))
+    index, position = request.whole("line", 0, 10_000, -1), round(request.number("at"), 4)
+    desk.do(
+        "move a line", example_desk.moved(desk.document, request.text("wall"), request.text("axis"), index, position)
+    )
     return {}
 
 
 def _split(desk: ExampleDesk, request: Request) -> Message:
-    at = round(request.number("at"), 4)
-    desk.do("one more line", example_desk.split(desk.document, request.text("wall"), request.text("axis"), at))
+    position = round(request.number("at"), 4)
+    desk.do("one more line", example_desk.split(desk.document, request.text("wall"), request.text("axis"), position))
     return {}
 
 
@@ -89,7 +81,7 @@ def _join(desk: ExampleDesk, request: Request) -> Message:
 
 def _exclude(desk: ExampleDesk, request: Request) -> Message:
     wall = request.text("wall")
-    if wall == desk.found.main.name:
+    if wall == desk.analysis.main.name:
         raise UsageError("The main wall cannot be excluded: its rows and columns are those of the result.")
     desk.do(f"exclude {wall}", example_desk.excluded(desk.document, wall))
     return {}
@@ -101,31 +93,18 @@ def _include(desk: ExampleDesk, request: Request) -> Message:
     return {}
 
 
-def _undo(desk: ExampleDesk, _request: Request) -> Message:
-    return {"words": desk.step(forward=False)}
-
-
-def _redo(desk: ExampleDesk, _request: Request) -> Message:
-    return {"words": desk.step(forward=True)}
-
-
-def _save(desk: ExampleDesk, _request: Request) -> Message:
-    desk.save()
-    return {"file": str(desk.target)}
-
-
 def _picture(desk: ExampleDesk, request: Request) -> None:
     name = request.text("wall")
-    region = next((each for each in desk.found.regions if each.name == name), None)
+    region = next((region for region in desk.analysis.regions if region.name == name), None)
     if region is None:
         raise UsageError(f"unknown wall {name!r}.")
-    request.answer({}, (_png(wall_picture(desk.found, region)),))
+    request.answer({}, (_png(wall_picture(desk.analysis, region)),))
 
 
 def _synthesize(desk: ExampleDesk, request: Request) -> None:
-    rows, columns = (request.whole(name, 1, MOST_TRIED, 0) for name in ("rows", "columns"))
-    made, picture = desk.tried(rows, columns, request.whole("seed", 0, 2**31 - 1, 0))
-    request.answer(made.as_dict(), (_png(picture),))
+    rows, columns = (request.whole(name, 1, MOST_UNITS, 0) for name in ("rows", "columns"))
+    building, picture = desk.synthesized(rows, columns, request.whole("seed", 0, 2**31 - 1, 0))
+    request.answer(building.as_dict(), (_png(picture),))
 
 
 def _png(picture: Image.Image) -> bytes:
@@ -134,7 +113,8 @@ def _png(picture: Image.Image) -> bytes:
     return content.getvalue()
 
 
-COMMANDS: dict[str, Callable[[ExampleDesk, Request], Message | None]] = {
+COMMANDS: dict[str, Command[ExampleDesk]] = {
+    **DESK_COMMANDS,
     "relabel": _relabel,
     "merge": _merge,
     "move": _move,
@@ -142,9 +122,7 @@ COMMANDS: dict[str, Callable[[ExampleDesk, Request], Message | None]] = {
     "join": _join,
     "exclude": _exclude,
     "include": _include,
-    "undo": _undo,
-    "redo": _redo,
-    "save": _save,
     "picture": _picture,
     "synthesize": _synthesize,
 }
+"""Functions of commands."""

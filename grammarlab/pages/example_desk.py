@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from grammarlab.errors import FacadeError, UsageError
+from grammarlab.errors import UsageError
 from grammarlab.files import rewrite_text, write_text
-from grammarlab.pages.editor.history import History
+from grammarlab.pages.desk import AbstractDocumentDesk
 from grammarlab.runs.facade.built import Built, build
 from grammarlab.runs.facade.gallery import sheet
 from grammarlab.synthesis.analysis.correction import corrected, dumps, with_corrections
@@ -43,13 +43,13 @@ def relabelled(document: Document, wall: str, cells: tuple[int, int, int, int], 
         name: the label, which may be new.
     """
 
-    def change(found: Wall) -> Wall:
-        labels = np.array(found["labels"], dtype=object)
+    def change(target: Wall) -> Wall:
+        labels = np.array(target["labels"], dtype=object)
         first, last = sorted(cells[0::2]), sorted(cells[1::2])
         if first[1] >= labels.shape[0] or last[1] >= labels.shape[1]:
             raise UsageError(f"{wall}: expected cells of {labels.shape[0]} rows and {labels.shape[1]} columns.")
         labels[first[0] : first[1] + 1, last[0] : last[1] + 1] = _checked(name)
-        return {**found, "labels": labels.tolist()}
+        return {**target, "labels": labels.tolist()}
 
     return _changed(document, wall, change)
 
@@ -57,39 +57,40 @@ def relabelled(document: Document, wall: str, cells: tuple[int, int, int, int], 
 def merged(document: Document, wall: str, name: str, into: str) -> Document:
     """The document with all units of one label relabelled."""
 
-    def change(found: Wall) -> Wall:
-        if not any(name in row for row in found["labels"]):
+    def change(target: Wall) -> Wall:
+        if not any(name in row for row in target["labels"]):
             raise UsageError(f"{wall}: unknown label {name!r}.")
         label = _checked(into)
-        return {**found, "labels": [[label if each == name else each for each in row] for row in found["labels"]]}
+        return {**target, "labels": [[label if cell == name else cell for cell in row] for row in target["labels"]]}
 
     return _changed(document, wall, change)
 
 
-def moved(document: Document, wall: str, axis: str, index: int, at: float) -> Document:
+def moved(document: Document, wall: str, axis: str, index: int, position: float) -> Document:
     """The document with a line between units, or a border, moved to a coordinate, metres, between its neighbours."""
 
-    def change(found: Wall) -> Wall:
-        lines = list(found[_lines(axis)])
-        lines[_known(index, len(lines))] = at
-        return {**found, _lines(axis): lines}
+    def change(target: Wall) -> Wall:
+        lines = list(target[_lines(axis)])
+        _check_index(index, len(lines))
+        lines[index] = position
+        return {**target, _lines(axis): lines}
 
     return _changed(document, wall, change)
 
 
-def split(document: Document, wall: str, axis: str, at: float) -> Document:
+def split(document: Document, wall: str, axis: str, position: float) -> Document:
     """The document with one more line: both parts of the divided row or column keep their labels."""
 
-    def change(found: Wall) -> Wall:
-        lines, labels = list(found[_lines(axis)]), np.array(found["labels"], dtype=object)
-        place = int(np.searchsorted(lines, at)) - 1
-        if not 0 <= place < len(lines) - 1:
+    def change(target: Wall) -> Wall:
+        lines, labels = list(target[_lines(axis)]), np.array(target["labels"], dtype=object)
+        index = int(np.searchsorted(lines, position)) - 1
+        if not 0 <= index < len(lines) - 1:
             raise UsageError(f"{wall}: expected a position between {lines[0]:g} and {lines[-1]:g} m.")
         if len(lines) > MOST_LINES:
             raise UsageError(f"{wall}: at most {MOST_LINES} {axis} are possible.")
-        lines.insert(place + 1, at)
-        parts = np.insert(labels, place, np.take(labels, place, axis=_axis(axis)), axis=_axis(axis))
-        return {**found, _lines(axis): lines, "labels": parts.tolist()}
+        lines.insert(index + 1, position)
+        parts = np.insert(labels, index, np.take(labels, index, axis=_axis(axis)), axis=_axis(axis))
+        return {**target, _lines(axis): lines, "labels": parts.tolist()}
 
     return _changed(document, wall, change)
 
@@ -97,38 +98,38 @@ def split(document: Document, wall: str, axis: str, at: float) -> Document:
 def joined(document: Document, wall: str, axis: str, index: int) -> Document:
     """The document with one line less: adjacent rows, or columns, are merged with the labels of the first one."""
 
-    def change(found: Wall) -> Wall:
-        lines, labels = list(found[_lines(axis)]), np.array(found["labels"], dtype=object)
-        place = _known(index, len(lines))
+    def change(target: Wall) -> Wall:
+        lines, labels = list(target[_lines(axis)]), np.array(target["labels"], dtype=object)
+        _check_index(index, len(lines))
         if len(lines) < 3:
             raise UsageError(f"{wall}: only one of its {axis} is left; exclude the wall instead.")
-        del lines[place]
-        gone = min(place, labels.shape[_axis(axis)] - 1)
-        return {**found, _lines(axis): lines, "labels": np.delete(labels, gone, axis=_axis(axis)).tolist()}
+        del lines[index]
+        removed = min(index, labels.shape[_axis(axis)] - 1)
+        return {**target, _lines(axis): lines, "labels": np.delete(labels, removed, axis=_axis(axis)).tolist()}
 
     return _changed(document, wall, change)
 
 
 def excluded(document: Document, wall: str) -> Document:
     """The document without a wall: it is stretched with the rest."""
-    _changed(document, wall, lambda found: found)
-    return {**document, "walls": [each for each in document["walls"] if each["name"] != wall]}
+    _changed(document, wall, lambda target: target)
+    return {**document, "walls": [other for other in document["walls"] if other["name"] != wall]}
 
 
 def included(document: Document, first: Document, wall: str) -> Document:
     """The document with an excluded wall restored from the analysis."""
-    kept = {each["name"]: each for each in document["walls"]}
-    walls = [kept.get(each["name"], each) for each in first["walls"] if each["name"] in {*kept, wall}]
-    if len(walls) == len(kept):
+    present = {other["name"]: other for other in document["walls"]}
+    walls = [present.get(other["name"], other) for other in first["walls"] if other["name"] in {*present, wall}]
+    if len(walls) == len(present):
         raise UsageError(f"unknown excluded wall {wall!r}.")
     return {**document, "walls": walls}
 
 
 def _changed(document: Document, wall: str, change: Callable[[Wall], Wall]) -> Document:
-    names = [each["name"] for each in document["walls"]]
+    names = [other["name"] for other in document["walls"]]
     if wall not in names:
         raise UsageError(f"unknown wall {wall!r}; expected one of {', '.join(names)}.")
-    return {**document, "walls": [change(each) if each["name"] == wall else each for each in document["walls"]]}
+    return {**document, "walls": [change(other) if other["name"] == wall else other for other in document["walls"]]}
 
 
 def _lines(axis: str) -> str:
@@ -141,10 +142,9 @@ def _axis(axis: str) -> int:
     return 0 if _lines(axis) == "rows" else 1
 
 
-def _known(index: int, count: int) -> int:
+def _check_index(index: int, count: int) -> None:
     if not 0 <= index < count:
         raise UsageError(f"line: expected 0 to {count - 1}, found {index}.")
-    return index
 
 
 def _checked(name: str) -> str:
@@ -153,114 +153,75 @@ def _checked(name: str) -> str:
     return name.strip()
 
 
-@dataclass
-class ExampleDesk:
-    """The state; commands change it and then increment `revision`."""
+class ExampleDesk(AbstractDocumentDesk[Document]):
+    """The corrections of an example."""
 
-    file: Path
-    """Path of the mesh."""
-    target: Path
-    """File to save corrections to."""
-    found: Example
-    """The example from the analysis."""
-    first: Document
-    """The same as a document."""
-    history: History[Document]
-    saved: Document | None = None
-    """Content of the target; None if it is unknown."""
-    revision: int = 0
-    names: list[str] = field(default_factory=list)
-    """Labels in order of first occurrence, so that their colors do not change."""
+    def __init__(self, file: Path, target: Path, analysis: Example, saved: Document | None = None) -> None:
+        """Start with the saved corrections, if any.
+
+        Args:
+            file: path of the mesh.
+            target: file to save corrections to.
+            analysis: the example from the analysis.
+            saved: content of the target; None if it is unknown.
+        """
+        super().__init__(target, json.loads(dumps(analysis)), saved=saved)
+        self.file, self.analysis = file, analysis
+        self._label_names: dict[str, None] = {}
 
     @classmethod
-    def of(cls, file: Path, target: Path) -> ExampleDesk:
+    def open(cls, file: Path, target: Path) -> ExampleDesk:
         """A desk with the building of a file, and its saved corrections, if any.
 
         Raises:
             FacadeError: If the file cannot be read, or has no units, or the target belongs to another example.
         """
-        found = analyse(read_mesh(file))
-        first = json.loads(dumps(found))
-        if not target.exists():
-            return cls(file, target, found, first, History(first))
-        document = json.loads(dumps(corrected(found, target)))
-        return cls(file, target, found, first, History(document), document)
+        analysis = analyse(read_mesh(file))
+        saved = json.loads(dumps(corrected(analysis, target))) if target.exists() else None
+        return cls(file, target, analysis, saved)
 
-    @property
-    def document(self) -> Document:
-        """The current document."""
-        return self.history.present
+    def accept(self, document: Document) -> None:
+        """Check that the example allows the corrections.
 
-    @property
-    def is_saved(self) -> bool:
-        return self.saved is self.document
+        Raises:
+            FacadeError: If it does not, with the reason.
+        """
+        with_corrections(self.analysis, document)
 
-    @property
-    def is_lost(self) -> bool:
-        """Whether no file holds the current corrections."""
-        return not self.is_saved and self.document is not self.first
+    def follow(self, previous: Document) -> None:
+        """No other state depends on the document."""
+
+    def write(self, path: Path, document: Document, *, is_new: bool) -> None:
+        """Write the corrections; a missing folder is made."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        (write_text if is_new else rewrite_text)(path, dumps(with_corrections(self.analysis, document)))
 
     @property
     def example(self) -> Example:
         """The corrected example."""
-        return with_corrections(self.found, self.document)
+        return with_corrections(self.analysis, self.document)
 
     @cached_property
     def picture(self) -> Image.Image:
         """Picture of the building."""
-        return building_picture(self.found.surface, self.found.mesh.colors)
-
-    def do(self, words: str, document: Document) -> None:
-        """Performs a step that can be undone.
-
-        Raises:
-            FacadeError: If the example does not allow it; with the reason.
-        """
-        with_corrections(self.found, document)
-        self.history.do(words, document)
-        self.revision += 1
-
-    def step(self, *, forward: bool) -> str:
-        """Undoes or redoes a step; returns its description."""
-        words = self.history.redo() if forward else self.history.undo()
-        self.revision += 1
-        return words
+        return building_picture(self.analysis.surface, self.analysis.mesh.colors)
 
     def label_names(self) -> list[str]:
-        """All labels that have occurred so far."""
+        """All labels that have occurred so far, in order of first occurrence, so that their colors do not change."""
         for wall in self.document["walls"]:
-            for name in (each for row in wall["labels"] for each in row):
-                if name not in self.names:
-                    self.names.append(name)
-        return self.names
+            self._label_names |= dict.fromkeys(name for row in wall["labels"] for name in row)
+        return list(self._label_names)
 
-    def save(self) -> None:
-        """Saves the corrections atomically."""
-        document = self.document
-        self.target.parent.mkdir(parents=True, exist_ok=True)
-        rewrite_text(self.target, dumps(self.example))
-        self.saved = document
-        self.revision += 1
-
-    def rescue(self) -> Path:
-        """Saves unsaved changes to a new file beside the target."""
-        for number in range(1, 1_000):
-            path = self.target.with_name(f"{self.target.stem}.unsaved{number}.json")
-            if not path.exists():
-                write_text(path, dumps(self.example))
-                return path
-        raise FacadeError(f"{self.target.parent} has too many files of unsaved changes: delete some.")
-
-    def tried(self, rows: int, columns: int, seed: int) -> tuple[Built, Image.Image]:
+    def synthesized(self, rows: int, columns: int, seed: int) -> tuple[Built, Image.Image]:
         """A new building from the corrected example, and a picture: example, labels, new labels, new building."""
         example = replace(self.example, notes=())
         stock = stock_of([example])
         main = synthesize(stock.grids, rows, columns, seed=seed)[0]
-        made = build(example, stock, main, None, (None, None, None), seed, edge_numbers(example.surface), {})
+        building = build(example, stock, main, None, (None, None, None), seed, edge_numbers(example.surface), {})
         pictures = [
             self.picture,
             label_picture(example.main.grid),
             label_picture(main.grid),
-            building_picture(made.surface, stock.colors),
+            building_picture(building.surface, stock.colors),
         ]
-        return made, sheet(pictures)
+        return building, sheet(pictures)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
-
 from grammarlab.matching.corrections import correction_of
-from grammarlab.pages.desktop import Desktop, Message
-from grammarlab.pages.requests import Request, answered
+from grammarlab.pages.desk import DESK_COMMANDS, Command
+from grammarlab.pages.desktop import DeskHooks, Desktop, Message, StateEvent
+from grammarlab.pages.requests import Request
 from grammarlab.pages.scan_desk import ScanDesk
 from grammarlab.pages.server import built_page
 
@@ -18,10 +16,10 @@ class Matcher(Desktop[ScanDesk]):
     """Elements corrected by several windows; matched again once no requests wait."""
 
     def __init__(self, desk: ScanDesk) -> None:
-        super().__init__(desk, partial(answered, COMMANDS), _state_of, _match)
+        super().__init__(lambda _: desk, COMMANDS, _state_of, DeskHooks(idle=_match))
 
 
-def _state_of(desk: ScanDesk) -> tuple[Message, Sequence[bytes]]:
+def _state_of(desk: ScanDesk) -> StateEvent:
     return {"event": "state", "state": desk.state()}, ()
 
 
@@ -32,29 +30,20 @@ def _match(desk: ScanDesk) -> None:
 
 
 def _correct(desk: ScanDesk, request: Request) -> Message:
-    said = correction_of(request.values.get("correction"), "correction")
-    desk.say((*desk.corrections, said))
-    return _done(desk)
+    correction = correction_of(request.values.get("correction"), "correction")
+    desk.do("correct", (*desk.document, correction))
+    return desk.done()
 
 
 def _remove(desk: ScanDesk, request: Request) -> Message:
-    place = request.whole("number", 0, len(desk.corrections) - 1, -1)
-    desk.say((*desk.corrections[:place], *desk.corrections[place + 1 :]))
-    return _done(desk)
+    number = request.whole("number", 0, len(desk.document) - 1, -1)
+    desk.do("remove", (*desk.document[:number], *desk.document[number + 1 :]))
+    return desk.done()
 
 
-def _undo(desk: ScanDesk, _request: Request) -> Message:
-    desk.undo()
-    return _done(desk)
-
-
-def _done(desk: ScanDesk) -> Message:
-    return {"revision": desk.revision}
-
-
-COMMANDS: dict[str, Callable[[ScanDesk, Request], Message | None]] = {
+COMMANDS: dict[str, Command[ScanDesk]] = {
+    **DESK_COMMANDS,
     "correct": _correct,
     "remove": _remove,
-    "undo": _undo,
 }
 """Functions of commands."""

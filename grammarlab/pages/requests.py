@@ -53,6 +53,17 @@ class Request:
             raise UsageError(f"{name}: expected a whole number from {low} to {high}, found {shown(value)}.")
         return value
 
+    def one_of(self, name: str, values: Sequence[str]) -> str:
+        """A text argument with few possible values.
+
+        Raises:
+            UsageError: If it has another value.
+        """
+        text = self.text(name)
+        if text not in values:
+            raise UsageError(f"{name}: expected one of {', '.join(values)}, found {shown(text)}.")
+        return text
+
     def number(self, name: str) -> float:
         """A finite number.
 
@@ -69,7 +80,7 @@ Subject = TypeVar("Subject")
 """Subject of commands, such as a session."""
 
 
-def answered(
+def run_request(
     commands: Mapping[str, Callable[[Subject, Request], Message | None]],
     subject: Subject,
     message: object,
@@ -102,7 +113,12 @@ def answered(
         refuse(str(error))
     except Exception as error:  # a bug must not end the session
         traceback.print_exc()
-        refuse(f"unexpected {type(error).__name__}: {error}. Please report it.")
+        refuse(unexpected(error))
+
+
+def unexpected(error: Exception) -> str:
+    """Message about a bug."""
+    return f"unexpected {type(error).__name__}: {error}. Please report it."
 
 
 def _command(

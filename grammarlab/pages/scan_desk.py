@@ -13,6 +13,7 @@ from grammarlab.matching.elements import Elements
 from grammarlab.matching.match import Match, doubt, drawn_parameters, sentences
 from grammarlab.matching.match_picture import color_of
 from grammarlab.matching.template import Template, points_along
+from grammarlab.pages.desk import AbstractDocumentDesk
 from grammarlab.runs.facade.match_files import match_elements
 
 PROTOCOL = 1
@@ -23,8 +24,8 @@ _POINTS = 120
 _GREY = "#888888"
 
 
-class ScanDesk:
-    """State shared by several windows; used on one thread."""
+class ScanDesk(AbstractDocumentDesk[Corrections]):
+    """Elements, their match, and corrections, each of which is saved at once."""
 
     def __init__(
         self, title: str, elements: Elements, templates: tuple[Template, ...], target: Path, seed: int = 0
@@ -42,70 +43,60 @@ class ScanDesk:
             )
         if target.suffix.lower() != ".json":
             raise UsageError(f"--output: expected the suffix .json, found {target.name!r}.")
-        self.title, self.elements, self.templates, self.target, self._seed = title, elements, templates, target, seed
-        self.corrections = load_corrections(target) if target.exists() else ()
-        check_corrections(self.corrections, len(elements), templates)
-        self._past: list[Corrections] = []
+        corrections = load_corrections(target) if target.exists() else ()
+        check_corrections(corrections, len(elements), templates)
+        super().__init__(target, corrections, saved=corrections)
+        self.title, self.elements, self.templates, self._seed = title, elements, templates, seed
         self.match: Match | None = None
-        self.revision = 0
         self.is_stale = True
         """Whether the match is from earlier corrections."""
 
-    def say(self, corrections: Corrections) -> None:
-        """Replaces the corrections, and saves them.
+    def accept(self, document: Corrections) -> None:
+        """Save corrections before they become the current ones.
 
         Raises:
             FacadeError: If corrections have unknown elements, or contradict each other.
         """
-        check_corrections(corrections, len(self.elements), self.templates)
-        save_corrections(corrections, self.target)
-        self._past.append(self.corrections)
-        self.corrections = corrections
-        self.is_stale = True
-        self.revision += 1
+        check_corrections(document, len(self.elements), self.templates)
+        self.write(self.target, document, is_new=False)
+        self.saved = document
 
-    def undo(self) -> None:
-        """Undoes the last step.
-
-        Raises:
-            UsageError: If there is none.
-        """
-        if not self._past:
-            raise UsageError("There is nothing to undo.")
-        save_corrections(self._past[-1], self.target)
-        self.corrections = self._past.pop()
+    def follow(self, previous: Corrections) -> None:
+        """Let the elements be matched again."""
         self.is_stale = True
-        self.revision += 1
+
+    def write(self, path: Path, document: Corrections, *, is_new: bool) -> None:
+        """Write corrections."""
+        save_corrections(document, path)
 
     def rematch(self) -> None:
         """Matches again with all corrections."""
         self.is_stale = False
-        self.match = match_elements(self.elements, self.templates, "default", self._seed, self.corrections)
-        self.revision += 1
+        self.match = match_elements(self.elements, self.templates, "default", self._seed, self.document)
+        self.notify()
 
     def state(self) -> dict[str, Any]:
         """The whole state of the page."""
         low, high = self.elements.low.min(axis=0), self.elements.high.max(axis=0)
         return {
             "protocol": PROTOCOL,
-            "revision": self.revision,
+            **self.summary(),
             "title": self.title,
-            "file": str(self.target),
             "busy": self.is_stale,
-            "undo": bool(self._past),
+            "undo": bool(self.history.past),
             "bounds": [*low.tolist(), *high.tolist()],
             "templates": sorted({template.base for template in self.templates}),
-            "elements": [self._element(each) for each in range(len(self.elements))],
-            "corrections": [as_dict(each) for each in self.corrections],
+            "elements": [self._element(element) for element in range(len(self.elements))],
+            "corrections": [as_dict(correction) for correction in self.document],
             "words": sentences(self.match) if self.match else [],
         }
 
     def _element(self, element: int) -> dict[str, Any]:
         points = self.elements.points_of(element)[:, :2]
-        shown = points[np.linspace(0, len(points) - 1, min(len(points), _POINTS)).astype(np.int64)]
+        sampled = points[np.linspace(0, len(points) - 1, min(len(points), _POINTS)).astype(np.int64)]
         values: dict[str, Any] = {
             "box": [*self.elements.low[element].tolist(), *self.elements.high[element].tolist()],
-            "points": shown.round(3).tolist(),
+            "points": sampled.round(3).tolist(),
             "kind": "",
             "color": _GREY,
             "lines": [],
@@ -113,13 +104,13 @@ class ScanDesk:
             "uncertain": "",
         }
         match = self.match
-        found = drawn_parameters(match, element) if match else None
         if match is None:
             return values
         values |= {"kind": match.name_of(int(match.kind[element])), "uncertain": doubt(match, element)}
-        if found is None:
+        fit = drawn_parameters(match, element)
+        if fit is None:
             return values
-        template, parameters = found
+        template, parameters = fit
         red, green, blue = color_of(int(match.kind[element]))
         lines = points_along(template, parameters) + match.corner[element]
         return values | {

@@ -85,7 +85,7 @@ class Outgoing:
 
 
 ADDRESS = "127.0.0.1"
-KEPT = "GRAMMARLAB_TOKEN"
+ENVIRONMENT_VARIABLE = "GRAMMARLAB_TOKEN"
 """Environment variable with the token to use."""
 MAX_BUFFERS = 4
 MAX_CONNECTIONS = 200
@@ -149,13 +149,13 @@ def serve(session: Served, page: Page, port: int, on_ready: Callable[[str], None
         UsageError: If the port is in use.
         KeyboardInterrupt: If the user ends it.
     """
-    asyncio.run(_until_ended(serving(session, page, port, on_ready)))
+    asyncio.run(_run_until_interrupted(serving(session, page, port, on_ready)))
 
 
-async def _until_ended(served: Coroutine[None, None, None]) -> None:
+async def _run_until_interrupted(served: Coroutine[None, None, None]) -> None:
     """Wait for a server; that the process is terminated, or loses its terminal, counts as an interruption."""
     task = asyncio.ensure_future(served)
-    with _signals_that(task.cancel):
+    with _handled_signals(task.cancel):
         try:
             await task
         except asyncio.CancelledError:
@@ -163,7 +163,7 @@ async def _until_ended(served: Coroutine[None, None, None]) -> None:
 
 
 @contextmanager
-def _signals_that(end: Callable[[], object]) -> Iterator[None]:
+def _handled_signals(end: Callable[[], object]) -> Iterator[None]:
     loop = asyncio.get_running_loop()
     handled: list[signal.Signals] = []
     for name in ("SIGTERM", "SIGHUP"):
@@ -184,7 +184,7 @@ def _signals_that(end: Callable[[], object]) -> Iterator[None]:
 async def serving(session: Served, page: Page, port: int, on_ready: Callable[[str], None]) -> None:
     """The same on a running event loop, until it is cancelled."""
     token = _token()
-    listening = _listening(port)
+    listener = _bound_socket(port)
     shared = {"session": session, "page": page, "token": token}
     application = Application(
         [
@@ -206,8 +206,8 @@ async def serving(session: Served, page: Page, port: int, on_ready: Callable[[st
         idle_connection_timeout=page.patience,
         body_timeout=page.patience,
     )
-    server.add_socket(listening)
-    on_ready(f"http://{ADDRESS}:{listening.getsockname()[1]}/?token={token}")
+    server.add_socket(listener)
+    on_ready(f"http://{ADDRESS}:{listener.getsockname()[1]}/?token={token}")
     try:
         await asyncio.Event().wait()
     finally:
@@ -217,21 +217,21 @@ async def serving(session: Served, page: Page, port: int, on_ready: Callable[[st
 
 def _token() -> str:
     """A new token for each run, unless the environment sets one so that open pages find the next run."""
-    given = os.environ.get(KEPT, "")
-    if given and not re.fullmatch(r"[\w-]{16,128}", given, re.ASCII):
-        raise UsageError(f"{KEPT}: expected 16 to 128 letters, digits, - and _.")
-    return given or secrets.token_urlsafe(24)
+    token = os.environ.get(ENVIRONMENT_VARIABLE, "")
+    if token and not re.fullmatch(r"[\w-]{16,128}", token, re.ASCII):
+        raise UsageError(f"{ENVIRONMENT_VARIABLE}: expected 16 to 128 letters, digits, - and _.")
+    return token or secrets.token_urlsafe(24)
 
 
-def _listening(port: int) -> socket.socket:
+def _bound_socket(port: int) -> socket.socket:
     try:
-        listening = socket.create_server((ADDRESS, port))
+        listener = socket.create_server((ADDRESS, port))
     except (OSError, OverflowError) as error:
         raise UsageError(
             f"port {port} cannot be used ({error}). Give another one, or leave --port out for any that is free."
         ) from error
-    listening.setblocking(False)
-    return listening
+    listener.setblocking(False)
+    return listener
 
 
 def _escaped(name: str) -> str:
@@ -264,8 +264,8 @@ class _GuardedHandler(RequestHandler):
     def prepare(self) -> None:
         if self.request.host_name not in _HOSTS:
             raise HTTPError(403, reason="Unknown host")
-        given = self.get_query_argument("token", "")
-        if not secrets.compare_digest(given.encode(), self.token.encode()):
+        token = self.get_query_argument("token", "")
+        if not secrets.compare_digest(token.encode(), self.token.encode()):
             raise HTTPError(403, reason="Wrong or missing token")
 
     def log_exception(

@@ -8,27 +8,26 @@ from typing import Any
 import pytest
 
 from grammarlab.errors import FacadeError
-from grammarlab.pages.example_commands import run, state_of
+from grammarlab.pages.example_commands import COMMANDS, state_of
 from grammarlab.pages.example_desk import ExampleDesk
+from grammarlab.pages.requests import run_request
 from tests.synthesis.houses import house
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> ExampleDesk:
+def analysed(tmp_path_factory: pytest.TempPathFactory) -> ExampleDesk:
     folder = tmp_path_factory.mktemp("desk")
-    return ExampleDesk.of(house(3, 2, 1, door=1).write(folder / "house.obj"), folder / "example.json")
+    return ExampleDesk.open(house(3, 2, 1, door=1).write(folder / "house.obj"), folder / "example.json")
 
 
 @pytest.fixture
-def desk(found: ExampleDesk, tmp_path: Path) -> ExampleDesk:
-    return ExampleDesk(
-        found.file, tmp_path / "example.json", found.found, found.first, type(found.history)(found.first)
-    )
+def desk(analysed: ExampleDesk, tmp_path: Path) -> ExampleDesk:
+    return ExampleDesk(analysed.file, tmp_path / "example.json", analysed.analysis)
 
 
 def ask(desk: ExampleDesk, **message: Any) -> dict[str, Any]:
     answers: list[Any] = []
-    run(desk, {"id": 1, **message}, (), lambda answer, _: answers.append(answer))
+    run_request(COMMANDS, desk, {"id": 1, **message}, (), lambda answer, _: answers.append(answer))
     return answers[0]
 
 
@@ -78,11 +77,11 @@ def test_what_is_saved_is_read_again_and_a_file_of_another_example_is_refused(de
     ask(desk, command="exclude", wall="left")
     assert desk.is_lost
     ask(desk, command="save")
-    again = ExampleDesk.of(desk.file, desk.target)
+    again = ExampleDesk.open(desk.file, desk.target)
     assert again.document == desk.document
     assert again.is_saved
     ask(again, command="include", wall="left")
-    assert [wall["name"] for wall in again.document["walls"]] == [region.name for region in again.found.regions]
+    assert [wall["name"] for wall in again.document["walls"]] == [region.name for region in again.analysis.regions]
     desk.target.write_text('{"format": "grammarlab example", "version": 1, "walls": []}')
     with pytest.raises(FacadeError, match="main wall"):
-        ExampleDesk.of(desk.file, desk.target)
+        ExampleDesk.open(desk.file, desk.target)

@@ -18,7 +18,7 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
-from grammarlab.pages.record.session_labels import Said
+from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.maker import maker
 from grammarlab.pages.workers.tasks import LearnGrammar, Update
@@ -76,7 +76,7 @@ families = ["paths", "symbols", "thresholds"]
     scores = dict(zip(map(str, answers.designs), answers.scores.tolist(), strict=True))
     place, size = ("house", str(tmp_path)), len(material.study.pool)
     handler = learner(".cga", RULES, *place, SEED, size, False)
-    shuffled = {name: Said(scores[name]) for name in sorted(scores, key=lambda name: name[::-1])}
+    shuffled = {name: Judgement(scores[name]) for name in sorted(scores, key=lambda name: name[::-1])}
     found = handler(Update({OVERALL: shuffled}, {OVERALL: 1}, None), nothing)
     assert np.array_equal(found.product.mean, predicted.astype(np.float32))
     make = maker(".cga", RULES, *place, str(tmp_path / "session.db"), SEED, size)

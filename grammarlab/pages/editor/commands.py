@@ -5,7 +5,6 @@ Manual editing of grids: the nodes of a click and a lasso, and names.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,8 @@ from grammarlab.facade.size_locks import KINDS
 from grammarlab.facade.sizes.size_wishes import Wish, checked
 from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.tree import Facade, Ints, X, Y
-from grammarlab.pages.desktop import Message, Send
+from grammarlab.pages.desk import DESK_COMMANDS, Command
+from grammarlab.pages.desktop import Message
 from grammarlab.pages.editor.desk import EditorDesk, boxes, drawing
 from grammarlab.pages.editor.document import (
     Document,
@@ -30,7 +30,7 @@ from grammarlab.pages.editor.document import (
     with_locks,
 )
 from grammarlab.pages.editor.suggestions import none_found
-from grammarlab.pages.requests import Request, answered
+from grammarlab.pages.requests import Request
 
 
 def pressed(facade: Facade, grid: str, node: int) -> int:
@@ -49,11 +49,11 @@ def pressed(facade: Facade, grid: str, node: int) -> int:
     holding = np.intersect1d(around, elements)
     if holding.size:
         return int(holding[0])
-    called = set(facade.label[elements].tolist()) - {-1}
+    labels = set(facade.label[elements].tolist()) - {-1}
     free = [
-        each
-        for each in around.tolist()
-        if facade.label[each] in called and not ((elements > each) & (elements < facade.end[each])).any()
+        ancestor
+        for ancestor in around.tolist()
+        if facade.label[ancestor] in labels and not ((elements > ancestor) & (elements < facade.end[ancestor])).any()
     ]
     return free[0] if free else node
 
@@ -83,18 +83,18 @@ def renamed(facade: Facade, name: str, to: str) -> Facade:
     Raises:
         FacadeError: If the name is empty, or another grid has it.
     """
-    grid, to = grid_of(facade, name), to.strip()
-    if not to or to in {other.name for other in facade.grids if other is not grid}:
+    old, to = grid_of(facade, name), to.strip()
+    if not to or to in {grid.name for grid in facade.grids if grid is not old}:
         raise FacadeError(f"{to!r}: expected a name that no other grid has.")
-    return replace(facade, grids=tuple(replace(each, name=to) if each is grid else each for each in facade.grids))
+    return replace(facade, grids=tuple(replace(grid, name=to) if grid is old else grid for grid in facade.grids))
 
 
 def _around(facade: Facade, node: int) -> Ints:
     """The ancestors of a node, and itself, the topmost first."""
-    found = [node]
-    while facade.parent[found[-1]] >= 0:
-        found.append(int(facade.parent[found[-1]]))
-    return np.array(found[::-1])
+    nodes = [node]
+    while facade.parent[nodes[-1]] >= 0:
+        nodes.append(int(facade.parent[nodes[-1]]))
+    return np.array(nodes[::-1])
 
 
 MOST_SUGGESTIONS = 60
@@ -103,18 +103,13 @@ MOST_EXPLAINED = 2_000
 LATER = "These sizes contradict locks, alignments or equal sizes: release to see which."
 
 
-def run(desk: EditorDesk, message: object, buffers: Sequence[bytes], window: Send) -> None:
-    """Executes the request of a window, and answers it; `message` may be any value."""
-    answered(COMMANDS, desk, message, buffers, window)
-
-
 def _drag(desk: EditorDesk, request: Request) -> None:
     """Sizes during a drag of a side or a part: nothing is stored, and contradictory sizes are not shown."""
     if "node" in request.values:
-        wished, sizing = _moved(desk, request)
-        wishes = wished.wishes(wished.facade.width, wished.facade.height)
+        requested, sizing = _moved_sizing(desk, request)
+        wishes = requested.wishes(requested.facade.width, requested.facade.height)
     else:
-        sizing, wishes = desk.sizing(desk.document), _resized(desk, request)
+        sizing, wishes = desk.sizing(desk.document), _wishes(desk, request)
     if len(sizing.facade.leaves) > MOST_EXPLAINED and not is_possible(sizing, checked(wishes, sizing.facade)):
         return request.answer({"conflict": LATER}, ())
     resized = sizing.resized(wishes)
@@ -124,113 +119,103 @@ def _drag(desk: EditorDesk, request: Request) -> None:
     return request.answer(sizes, (boxes(resized.facade).astype("<f8").tobytes(),))
 
 
-def _skip(_desk: EditorDesk, _request: Request) -> Message:
-    """The answer to a drag that a later one has replaced."""
-    return {"skipped": True}
-
-
 def _resize(desk: EditorDesk, request: Request) -> Message:
     document = desk.document
-    made = document.settled(desk.sizing(document).resized(_resized(desk, request)))
-    facade = made.facade
+    resized = document.settled(desk.sizing(document).resized(_wishes(desk, request)))
+    facade = resized.facade
     unchanged = (np.array_equal(getattr(facade, name), getattr(document.facade, name)) for name in ("size", "position"))
     if not all(unchanged):
-        desk.do(f"{facade.width:.2f} × {facade.height:.2f} m", made)
-    return _done(desk)
+        desk.do(f"{facade.width:.2f} × {facade.height:.2f} m", resized)
+    return desk.done()
 
 
-def _resized(desk: EditorDesk, request: Request) -> tuple[Wish, ...]:
+def _wishes(desk: EditorDesk, request: Request) -> tuple[Wish, ...]:
     width, height = (_metres(request, name) for name in ("width", "height"))
     return desk.document.wishes(width, height)
 
 
 def _move(desk: EditorDesk, request: Request) -> Message:
-    wished, sizing = _moved(desk, request)
-    desk.do("move", wished.settled(sizing.resized(wished.wishes(wished.facade.width, wished.facade.height))))
-    return _done(desk)
+    requested, sizing = _moved_sizing(desk, request)
+    desk.do(
+        "move", requested.settled(sizing.resized(requested.wishes(requested.facade.width, requested.facade.height)))
+    )
+    return desk.done()
 
 
-def _moved(desk: EditorDesk, request: Request) -> tuple[Document, Sizing]:
-    node = _place(desk, request)
-    wished = with_locks(desk.document, node, {name: request.number(name) for name in ("left", "bottom")})
-    return wished, desk.sizing(wished, node)
+def _moved_sizing(desk: EditorDesk, request: Request) -> tuple[Document, Sizing]:
+    node = _node(desk, request)
+    requested = with_locks(desk.document, node, {name: request.number(name) for name in ("left", "bottom")})
+    return requested, desk.sizing(requested, node)
 
 
 def _give(desk: EditorDesk, request: Request) -> Message:
-    what = _what(request)
+    what = _property(request)
     is_range = what == "aspect"
     value = (request.number("least"), request.number("most")) if is_range else request.number("value")
-    desk.do(f"set {what}", arranged(desk.document, _place(desk, request), {what: value}))
-    return _done(desk)
+    desk.do(f"set {what}", arranged(desk.document, _node(desk, request), {what: value}))
+    return desk.done()
 
 
 def _lock(desk: EditorDesk, request: Request) -> Message:
-    desk.do("lock", locked(desk.document, _place(desk, request), _what(request)))
-    return _done(desk)
+    desk.do("lock", locked(desk.document, _node(desk, request), _property(request)))
+    return desk.done()
 
 
 def _unlock(desk: EditorDesk, request: Request) -> Message:
-    desk.do("unlock", unlocked(desk.document, _place(desk, request), _what(request)))
-    return _done(desk)
-
-
-def _undo(desk: EditorDesk, _request: Request) -> Message:
-    return {"words": desk.step(desk.history.undo), **_done(desk)}
-
-
-def _redo(desk: EditorDesk, _request: Request) -> Message:
-    return {"words": desk.step(desk.history.redo), **_done(desk)}
+    desk.do("unlock", unlocked(desk.document, _node(desk, request), _property(request)))
+    return desk.done()
 
 
 def _choose(desk: EditorDesk, request: Request) -> Message:
     desk.choose(request.text("grid"))
-    return _done(desk)
+    return desk.done()
 
 
 def _press(desk: EditorDesk, request: Request) -> Message:
-    node, facade = _place(desk, request), desk.document.facade
+    node, facade = _node(desk, request), desk.document.facade
     if not desk.active:
         raise UsageError("There is no grid: draw a rectangle around some windows to make one.")
     desk.regrid(f"change {desk.active}", with_pressed(facade, desk.active, node))
-    return _done(desk)
+    return desk.done()
 
 
 def _lasso(desk: EditorDesk, request: Request) -> Message:
     sides = [request.number(name) for name in ("left", "bottom", "right", "top")]
     facade, name = with_lasso(desk.document.facade, np.array(sides[:2]), np.array(sides[2:]))
     desk.regrid(f"new grid {name}", facade, name)
-    return {"grid": name, **_done(desk)}
+    return {"grid": name, **desk.done()}
 
 
 def _rename(desk: EditorDesk, request: Request) -> Message:
     name, to = request.text("grid"), request.text("to")
     desk.regrid(f"rename {name}", renamed(desk.document.facade, name, to), to.strip())
-    return _done(desk)
+    return desk.done()
 
 
 def _delete(desk: EditorDesk, request: Request) -> Message:
     name = request.text("grid")
     desk.regrid(f"delete {name}", without_grid(desk.document.facade, name))
-    return _done(desk)
+    return desk.done()
 
 
 def _propose(desk: EditorDesk, _request: Request) -> Message:
     desk.regrid("propose grids", with_proposals(desk.document.facade))
-    return _done(desk)
+    return desk.done()
 
 
 def _vary(desk: EditorDesk, request: Request) -> None:
     axis, more = _axis(request), request.whole("change", -1, 1, 1) > 0
     suggestions = desk.suggest(axis, more=more, most=request.whole("most", 1, MOST_SUGGESTIONS, 12))
-    found, buffers = [], []
-    for each in suggestions.found:
-        values, columns = drawing(each.document.facade)
-        told = [contradiction(each.resized.conflict)] if each.resized.conflict else list(each.missing)
-        found.append({"words": each.words, "told": told, **values})
+    variations, buffers = [], []
+    for suggestion in suggestions.variations:
+        values, columns = drawing(suggestion.document.facade)
+        conflict = suggestion.resized.conflict
+        notes = [contradiction(conflict)] if conflict else list(suggestion.missing)
+        variations.append({"words": suggestion.words, "told": notes, **values})
         buffers.append(columns)
     result = {
         "revision": desk.revision,
-        "variations": found,
+        "variations": variations,
         "total": suggestions.total,
         "none": none_found(suggestions, desk.active, axis, more=more),
     }
@@ -239,33 +224,20 @@ def _vary(desk: EditorDesk, request: Request) -> None:
 
 def _accept(desk: EditorDesk, request: Request) -> Message:
     suggestions = desk.suggestions
-    if suggestions is None or suggestions.of is not desk.document:
+    if suggestions is None or suggestions.document is not desk.document:
         raise UsageError("The facade has changed since these variations were made; choose from the new ones.")
-    chosen = suggestions.found[request.whole("number", 0, len(suggestions.found) - 1, 0)]
+    chosen = suggestions.variations[request.whole("number", 0, len(suggestions.variations) - 1, 0)]
     if chosen.resized.conflict:
         raise FacadeError(contradiction(chosen.resized.conflict))
     desk.chosen = desk.active
     desk.do(chosen.words, chosen.document)
-    return _done(desk)
-
-
-def _save(desk: EditorDesk, _request: Request) -> Message:
-    desk.save()
-    return {"file": str(desk.target), **_done(desk)}
-
-
-def _export(desk: EditorDesk, request: Request) -> Message:
-    return {"file": str(desk.export(request.text("format")))}
+    return desk.done()
 
 
 def _picture(desk: EditorDesk, request: Request) -> None:
     pictures = desk.document.facade.pictures
     picture = pictures[request.whole("number", 0, len(pictures) - 1, 0)]
     request.answer({"name": picture.name}, (picture.content,))
-
-
-def _done(desk: EditorDesk) -> Message:
-    return {"revision": desk.revision}
 
 
 def _metres(request: Request, name: str) -> float:
@@ -275,35 +247,26 @@ def _metres(request: Request, name: str) -> float:
     return metres
 
 
-def _place(desk: EditorDesk, request: Request) -> int:
+def _node(desk: EditorDesk, request: Request) -> int:
     return request.whole("node", 0, len(desk.document.facade) - 1, -1)
 
 
 def _axis(request: Request) -> int:
-    return {"x": X, "y": Y}[_one_of(request, "axis", ("x", "y"))]
+    return {"x": X, "y": Y}[request.one_of("axis", ("x", "y"))]
 
 
-def _what(request: Request) -> str:
-    return _one_of(request, "what", KINDS)
+def _property(request: Request) -> str:
+    return request.one_of("what", KINDS)
 
 
-def _one_of(request: Request, name: str, values: Sequence[str]) -> str:
-    text = request.text(name)
-    if text not in values:
-        raise UsageError(f"{name}: expected one of {', '.join(values)}, found {text!r}.")
-    return text
-
-
-COMMANDS: dict[str, Callable[[EditorDesk, Request], Message | None]] = {
+COMMANDS: dict[str, Command[EditorDesk]] = {
+    **DESK_COMMANDS,
     "drag": _drag,
-    "skip": _skip,
     "resize": _resize,
     "move": _move,
     "give": _give,
     "lock": _lock,
     "unlock": _unlock,
-    "undo": _undo,
-    "redo": _redo,
     "choose": _choose,
     "press": _press,
     "lasso": _lasso,
@@ -312,8 +275,6 @@ COMMANDS: dict[str, Callable[[EditorDesk, Request], Message | None]] = {
     "propose": _propose,
     "vary": _vary,
     "accept": _accept,
-    "save": _save,
-    "export": _export,
     "picture": _picture,
 }
-"""Functions of commands; those without a result send the answer themselves."""
+"""Functions of commands."""

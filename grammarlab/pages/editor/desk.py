@@ -7,8 +7,7 @@ Drawing data of facades for a page: numbers as columns in buffers, other values 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,44 +19,50 @@ from grammarlab.facade.size_locks import kind_of
 from grammarlab.facade.sizes.size_wishes import Aspect, Wish, in_words
 from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.tree import Facade
+from grammarlab.pages.desk import AbstractDocumentDesk, Exports
 from grammarlab.pages.desktop import Message
 from grammarlab.pages.editor.document import Document, opened
-from grammarlab.pages.editor.exporting import FORMATS, SUFFIX, export, stem_of, unused_path
-from grammarlab.pages.editor.history import History
+from grammarlab.pages.editor.exporting import SUFFIX, SUFFIXES, export
 from grammarlab.pages.editor.suggestions import Suggestions, suggest
+from grammarlab.pages.targets import stem_of
 
 
-@dataclass
-class EditorDesk:
-    """The state; commands change it and then increment `revision`."""
+class EditorDesk(AbstractDocumentDesk[Document]):
+    """The edited facade."""
 
-    title: str
-    target: Path
-    """The file to save to."""
-    history: History[Document]
-    first: Document
-    """The document when it was opened."""
-    saved: Document | None
-    """Content of the target; None if it is unknown."""
-    revision: int = 0
-    chosen: str = ""
-    """Name of the last chosen grid, which may not exist any more."""
-    suggestions: Suggestions | None = None
-    _sizing: tuple[Document, int, Sizing] | None = None
-    _exported: dict[str, Path] = field(default_factory=dict)
-    """Exported files by format."""
+    def __init__(
+        self, facade: Facade, file: Path, target: Path, locks: tuple[Wish, ...] = (), *, is_target: bool = False
+    ) -> None:
+        """Start with the facade of a file and its locks.
 
-    @classmethod
-    def of(cls, facade: Facade, file: Path, target: Path, locks: tuple[Wish, ...] = ()) -> EditorDesk:
-        """A desk with the facade of a file and its locks."""
+        Args:
+            facade: the facade.
+            file: its file.
+            target: the file to save to.
+            locks: its locks.
+            is_target: whether the target is that file.
+        """
         document = opened(facade, locks)
-        is_there = target.exists() and target.samefile(file)
-        return cls(stem_of(file), target, History(document), document, document if is_there else None)
+        exports = Exports(SUFFIXES, self._export)
+        super().__init__(target, document, saved=document if is_target else None, suffix=SUFFIX, exports=exports)
+        self.title = stem_of(file)
+        self.chosen = ""
+        """Name of the last chosen grid, which may not exist any more."""
+        self.suggestions: Suggestions | None = None
+        self._sizing: tuple[Document, int, Sizing] | None = None
 
-    @property
-    def document(self) -> Document:
-        """The current document."""
-        return self.history.present
+    def accept(self, document: Document) -> None:
+        """Every document is possible."""
+
+    def follow(self, previous: Document) -> None:
+        """No other state depends on the document."""
+
+    def write(self, path: Path, document: Document, *, is_new: bool) -> None:
+        """Write a facade with its locks, and its pictures beside it."""
+        save_facade(document.facade, path, document.locks, edited=not is_new)
+
+    def _export(self, path: Path) -> None:
+        export(self.document.facade, path, self.document.locks)
 
     @property
     def active(self) -> str:
@@ -65,46 +70,25 @@ class EditorDesk:
         grids = {grid.name: len(grid.node) for grid in self.document.facade.grids}
         return self.chosen if self.chosen in grids else max(grids, key=lambda name: grids[name], default="")
 
-    @property
-    def is_saved(self) -> bool:
-        """Whether the target holds the current facade."""
-        return self.saved is self.document
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether no file holds the current facade."""
-        return not self.is_saved and self.document is not self.first
-
-    def do(self, words: str, document: Document) -> None:
-        """Performs a step that can be undone."""
-        self.history.do(words, document)
-        self.revision += 1
-
     def regrid(self, words: str, facade: Facade, chosen: str | None = None) -> None:
         """Performs a step that only changes grids."""
         self.chosen = self.active if chosen is None else chosen
         self.do(words, replace(self.document, facade=facade))
 
-    def step(self, take: Callable[[], str]) -> str:
-        """Undoes or redoes a step; returns its description."""
-        words = take()
-        self.revision += 1
-        return words
-
     def choose(self, grid: str) -> None:
         """Makes a grid the active one."""
         self.chosen = grid
-        self.revision += 1
+        self.notify()
 
-    def sizing(self, wished: Document, node: int = -1) -> Sizing:
+    def sizing(self, requested: Document, node: int = -1) -> Sizing:
         """The programme of the document with the locks of another one, prepared once per drag.
 
         Args:
-            wished: the document itself, or one with locks that differ only in metres from call to call.
+            requested: the document itself, or one with locks that differ only in metres from call to call.
             node: node of these locks.
         """
         if self._sizing is None or self._sizing[0] is not self.document or self._sizing[1] != node:
-            self._sizing = (self.document, node, wished.sizing())
+            self._sizing = (self.document, node, requested.sizing())
         return self._sizing[2]
 
     def suggest(self, axis: int, *, more: bool, most: int) -> Suggestions:
@@ -117,29 +101,6 @@ class EditorDesk:
             raise UsageError("There is no grid: draw a rectangle around some windows to make one.")
         self.suggestions = suggest(self.document, self.active, axis, more=more, most=most)
         return self.suggestions
-
-    def save(self) -> None:
-        """Saves the document atomically."""
-        document = self.document
-        save_facade(document.facade, self.target, document.locks, edited=True)
-        self.saved = document
-        self.revision += 1
-
-    def export(self, kind: str) -> Path:
-        """A file of another kind beside the target; only previous exports are replaced.
-
-        Raises:
-            UsageError: If the kind is unknown.
-        """
-        if kind not in FORMATS:
-            raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {kind!r}.")
-        path = self._exported.get(kind) or unused_path(self.target, SUFFIX if kind == "json" else f".{kind}")
-        self._exported[kind] = export(self.document.facade, path, self.document.locks)
-        return self._exported[kind]
-
-    def rescue(self) -> Path:
-        """Saves unsaved changes to a new file beside the target."""
-        return save_facade(self.document.facade, unused_path(self.target, f".unsaved{SUFFIX}"), self.document.locks)
 
 
 def drawing(facade: Facade) -> tuple[Message, bytes]:
@@ -187,16 +148,10 @@ def state_of(desk: EditorDesk) -> tuple[Message, tuple[bytes, bytes]]:
     """
     document, facade = desk.document, desk.document.facade
     values, columns = drawing(facade)
-    past, future = desk.history.past, desk.history.future
     state = {
         "protocol": PROTOCOL,
-        "revision": desk.revision,
+        **desk.summary(),
         "title": desk.title,
-        "file": str(desk.target),
-        "saved": desk.is_saved,
-        "lost": desk.is_lost,
-        "undo": past[-1][0] if past else "",
-        "redo": future[-1][0] if future else "",
         "labels": list(facade.labels),
         "colors": colors(facade),
         "leaves": facade.leaves.tolist(),
@@ -222,7 +177,7 @@ def state_of(desk: EditorDesk) -> tuple[Message, tuple[bytes, bytes]]:
             }
             for lock in document.locks
         ],
-        "formats": FORMATS,
+        "formats": desk.formats,
         "drawing": values,
     }
     return {"event": "state", "state": state}, (columns, boxes(facade).astype("<f8").tobytes())

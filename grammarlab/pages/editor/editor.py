@@ -10,10 +10,11 @@ from pathlib import Path
 from grammarlab.errors import FacadeError
 from grammarlab.facade.file import load_locked
 from grammarlab.pages.desktop import Desktop
-from grammarlab.pages.editor.commands import run
+from grammarlab.pages.editor.commands import COMMANDS
 from grammarlab.pages.editor.desk import EditorDesk, state_of
-from grammarlab.pages.editor.exporting import SUFFIX, checked_target, stem_of, unused_path
+from grammarlab.pages.editor.exporting import SUFFIX
 from grammarlab.pages.server import built_page
+from grammarlab.pages.targets import opened_target
 
 PAGE = built_page("editor", "grammarlab facade open", max_bytes=64 << 10)
 
@@ -42,5 +43,6 @@ class Editor(Desktop[EditorDesk]):
                 f"{file.name}: {len(facade.leaves):,} leaves; expected at most {MOST_LEAVES:,} on the page. "
                 "grammarlab facade edit supports larger ones."
             )
-        target = checked_target(output) if output else unused_path(Path(f"{stem_of(file)}.edited.json"), SUFFIX)
-        super().__init__(EditorDesk.of(facade, file, target, locks), run, state_of)
+        target, is_target = opened_target(file, output, ".json", SUFFIX)
+        desk = EditorDesk(facade, file, target, locks, is_target=is_target)
+        super().__init__(lambda _: desk, COMMANDS, state_of)

@@ -37,8 +37,9 @@ class Suggestion:
 class Suggestions:
     """Results of adding or removing one column or row."""
 
-    of: Document
-    found: tuple[Suggestion, ...]
+    document: Document
+    """The document before the edit."""
+    variations: tuple[Suggestion, ...]
     """The best and most different ones first, flawed ones last."""
     total: int
     """Number of different ones."""
@@ -64,23 +65,24 @@ def suggest(document: Document, grid: str, axis: int, *, more: bool, most: int) 
     if not affordable(facade, grid, axis, _WORK):
         raise FacadeError("The facade is too large to try all variations of this grid; choose a smaller grid.")
     also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, axis))))
-    tried = vary(facade, grid, axis, also=also, insertions=more, removals=not more)
+    variations = vary(facade, grid, axis, also=also, insertions=more, removals=not more)
     kind = kinds(facade)
     order = [
-        each
+        variation
         for flawed in (False, True)
-        for each in ranked([one for one in tried.variations if bool(one.missing) == flawed], kind, different=most)
+        for variation in ranked([v for v in variations.variations if bool(v.missing) == flawed], kind, different=most)
     ]
-    found = []
+    suggestions = []
     for variation in order[:most]:
-        made, resized = varied(document, variation, axis)
-        found.append(Suggestion(made, _words(variation.steps), resized, variation.missing))
-    return Suggestions(document, tuple(sorted(found, key=lambda one: one.is_flawed)), len(order), tried.discarded)
+        edited, resized = varied(document, variation, axis)
+        suggestions.append(Suggestion(edited, _words(variation.steps), resized, variation.missing))
+    suggestions.sort(key=lambda suggestion: suggestion.is_flawed)
+    return Suggestions(document, tuple(suggestions), len(order), variations.discarded)
 
 
 def none_found(suggestions: Suggestions, grid: str, axis: int, *, more: bool) -> str:
     """Reason why there is nothing to choose from; empty if there is something."""
-    if suggestions.found:
+    if suggestions.variations:
         return ""
     name = "column" if axis == X else "row"
     why = suggestions.discarded[0] if suggestions.discarded else f"it has one {name}"

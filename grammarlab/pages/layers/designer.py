@@ -6,14 +6,13 @@ from functools import partial
 from pathlib import Path
 
 from grammarlab.layers.file import MOST_BYTES, parse_design, read_design_text
-from grammarlab.pages.desktop import Desktop
-from grammarlab.pages.editor.exporting import checked_target, stem_of, unused_path
-from grammarlab.pages.editor.history import History
-from grammarlab.pages.layers.commands import run
+from grammarlab.pages.desktop import DeskHooks, Desktop
+from grammarlab.pages.layers.commands import COMMANDS
 from grammarlab.pages.layers.desk import SUFFIX, DesignDesk
 from grammarlab.pages.layers.shown import state_of
 from grammarlab.pages.layers.solver import Solver, SolverOutcome
 from grammarlab.pages.server import built_page
+from grammarlab.pages.targets import opened_target
 
 # JSON may need six characters for one of the text.
 PAGE = built_page("layers", "grammarlab facade open", max_bytes=6 * MOST_BYTES)
@@ -35,23 +34,16 @@ class Designer(Desktop[DesignDesk]):
         """
         text = read_design_text(file)
         parse_design(text, file.name)
-        target = (
-            checked_target(output, SUFFIX) if output else unused_path(Path(f"{stem_of(file)}.edited{SUFFIX}"), SUFFIX)
-        )
-        is_there = target.exists() and target.samefile(file)
-        desk = DesignDesk(
-            title=stem_of(file), target=target, history=History(text), first=text, saved=text if is_there else None
-        )
-        super().__init__(desk, run, state_of)
-        self._solver = Solver(self._take)
-        desk.want = self._solver.want
-        desk.tell_better = partial(self.tell, {"event": "better"})
-        self.post(desk.begin)
+        target, is_target = opened_target(file, output, SUFFIX, SUFFIX)
 
-    def close(self) -> None:
-        """Ends it after all previous requests."""
-        self._solver.close()
-        super().close()
+        def make(desktop: Desktop[DesignDesk]) -> DesignDesk:
+            tell_better = partial(desktop.tell, {"event": "better"})
+            solver = Solver(partial(_take, desktop))
+            return DesignDesk(file, target, text, is_target=is_target, solver=solver, tell_better=tell_better)
 
-    def _take(self, outcome: SolverOutcome) -> None:
-        self.post(partial(self.desk.solved, outcome))
+        super().__init__(make, COMMANDS, state_of, DeskHooks(close=DesignDesk.close))
+
+
+def _take(desktop: Desktop[DesignDesk], outcome: SolverOutcome) -> None:
+    # The solver may be done before the desk is there, but its outcome is taken later.
+    desktop.post(lambda: desktop.desk.take(outcome))

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
@@ -20,11 +21,11 @@ from grammarlab.layers.panels import flattened, panels_of, relief
 from grammarlab.layers.solving import Layout
 from grammarlab.layers.symbol_sizes import size_letters
 from grammarlab.layers.words import STRETCH
-from grammarlab.pages.editor.exporting import FORMATS, export, unused_path
-from grammarlab.pages.editor.exporting import SUFFIX as FACADE_SUFFIX
-from grammarlab.pages.editor.history import History
-from grammarlab.pages.layers.solver import Job, SolverOutcome
+from grammarlab.pages.desk import AbstractDocumentDesk, Exports
+from grammarlab.pages.editor.exporting import SUFFIXES, export
+from grammarlab.pages.layers.solver import Job, Solver, SolverOutcome
 from grammarlab.pages.layers.text_edits import same_but_canvas, with_canvas
+from grammarlab.pages.targets import stem_of
 from grammarlab.runs.facade.layer_files import SolvedLayout
 
 Key = tuple[object, ...]
@@ -33,51 +34,54 @@ Key = tuple[object, ...]
 
 def key_of(layout: Layout) -> Key:
     """A key that is equal for layouts of a design that differ only in sizes."""
-    return tuple((group, each.words, each.cells) for group, each in layout.alignments.items())
+    return tuple((group, alignment.words, alignment.cells) for group, alignment in layout.alignments.items())
 
 
-def followed(design: Design, known: Sequence[Layout], width: float, height: float) -> list[Layout]:
+def adapted(design: Design, layouts: Sequence[Layout], width: float, height: float) -> list[Layout]:
     """Known layouts on another canvas, those of least energy first; without those with too much stretching.
 
     Better layouts are possible, so none is proven.
 
     Args:
         design: the design of the layouts.
-        known: layouts for canvases of any size.
+        layouts: layouts for canvases of any size.
         width: metres.
         height: metres.
     """
-    found = []
-    for layout in known:
-        alignments = [(each, (width, height)[axis]) for (axis, _), each in layout.alignments.items()]
+    fitting = []
+    for layout in layouts:
+        alignments = [(alignment, (width, height)[axis]) for (axis, _), alignment in layout.alignments.items()]
         sizing = size_letters(alignments, gaps=design.overhang)
-        if sizing is None or not _close(design, sizing.sizes):
+        if sizing is None or not _is_close(design, sizing.sizes):
             continue
-        paid = sum(each.energy for each, _ in alignments)
-        energy = paid + design.weights.sizing * sizing.error
-        found.append(replace(layout, sizing=sizing, energy=energy, bound=0.0, proven=False))
-    return sorted(found, key=lambda layout: layout.energy)
+        alignment_energy = sum(alignment.energy for alignment, _ in alignments)
+        energy = alignment_energy + design.weights.sizing * sizing.error
+        fitting.append(replace(layout, sizing=sizing, energy=energy, bound=0.0, proven=False))
+    return sorted(fitting, key=lambda layout: layout.energy)
 
 
-def shown(design: Design, layout: Layout, width: float, height: float) -> SolvedLayout:
+def with_panels(design: Design, layout: Layout, width: float, height: float) -> SolvedLayout:
     """A layout with its panels on its canvas."""
     start = time.perf_counter()
     panels = panels_of(design, layout, width, height)
     return SolvedLayout(design, layout, panels, flattened(panels), time.perf_counter() - start)
 
 
-def _close(design: Design, sizes: Mapping[str, float]) -> bool:
+def _is_close(design: Design, sizes: Mapping[str, float]) -> bool:
     """Whether no symbol is more than `STRETCH` times larger or smaller than its preferred size."""
-    wished = {name: design.symbols[name].size for name in sizes}
-    return all(size is None or size / STRETCH <= sizes[name] <= size * STRETCH for name, size in wished.items())
+    preferred = {name: design.symbols[name].size for name in sizes}
+    return all(size is None or size / STRETCH <= sizes[name] <= size * STRETCH for name, size in preferred.items())
 
 
 SUFFIX = ".toml"
 COUNT = 5
 """Number of layouts side by side."""
-_KNOWN, _OUTCOMES = 40, 200
+_MAX_SOLUTIONS, _MAX_OUTCOMES = 40, 200
 """Largest number of layouts that are adapted to a canvas, and of canvases whose layouts are cached."""
 _EDIT = "edit the text"
+
+_parsed = lru_cache(maxsize=8)(parse_design)
+"""The design of a text; each text is parsed once, although several steps ask for it."""
 
 Canvas = tuple[float, float]
 """Width and height, metres."""
@@ -89,7 +93,7 @@ class ShownLayouts:
 
     design: Design
     canvas: Canvas
-    found: tuple[SolvedLayout, ...]
+    solved: tuple[SolvedLayout, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,69 +105,101 @@ class Waiting:
     """Receives the reason why it is impossible, or an empty text when it is done."""
 
 
-@dataclass
-class DesignDesk:
-    """The state; commands change it and then increment `revision`."""
+class DesignDesk(AbstractDocumentDesk[str]):
+    """The text of a design, and its layouts; each text of the history is a valid design."""
 
-    title: str
-    target: Path
-    """The file to save to."""
-    history: History[str]
-    """History of texts, each of which is a valid design."""
-    first: str
-    """The text when it was opened."""
-    saved: str | None
-    """Content of the target; None if it is unknown."""
-    want: Callable[[Job], None] = lambda _: None
-    """Requests layouts, the latest job first; outcomes are given to `solved`."""
-    tell_better: Callable[[], None] = lambda: None
-    """Notifies windows of more data on a dragged canvas."""
-    shown: ShownLayouts | None = None
-    """The last valid layouts."""
-    chosen: Key | None = None
-    """Key of the chosen layout; None for the best."""
-    conflict: str = ""
-    """Reason why the current design has no layouts."""
-    draft: str | None = None
-    """Text with mistakes that a person is editing."""
-    mistakes: tuple[Finding, ...] = ()
-    revision: int = 0
-    _design: tuple[str, Design] | None = None
-    _known: list[Layout] = field(default_factory=list)
-    """Layouts of the design, for any canvas, the latest first."""
-    _outcomes: dict[Canvas, SolverOutcome] = field(default_factory=dict)
-    """Outcomes for the design, by canvas."""
-    _wished: tuple[Canvas, tuple[int, ...]] | None = None
-    _waiting: Waiting | None = None
-    _exported: dict[str, Path] = field(default_factory=dict)
-    """Exported files by format."""
+    def __init__(
+        self,
+        file: Path,
+        target: Path,
+        text: str,
+        *,
+        is_target: bool = False,
+        solver: Solver,
+        tell_better: Callable[[], None],
+    ) -> None:
+        """Request the first layouts of a text.
 
-    @property
-    def text(self) -> str:
-        """Text of the current design."""
-        return self.history.present
+        Args:
+            file: file of the text.
+            target: the file to save to.
+            text: a valid design.
+            is_target: whether the target is that file.
+            solver: solves for layouts, the latest job first; its outcomes are given to `take`.
+            tell_better: notifies windows of more data on a dragged canvas.
+        """
+        exports = Exports(SUFFIXES, self._export)
+        super().__init__(target, text, saved=text if is_target else None, suffix=SUFFIX, exports=exports)
+        self.title, self._solver, self._tell_better = stem_of(file), solver, tell_better
+        self.layouts: ShownLayouts | None = None
+        """The last valid layouts."""
+        self.chosen: Key | None = None
+        """Key of the chosen layout; None for the best."""
+        self.conflict = ""
+        """Reason why the current design has no layouts."""
+        self.mistakes: tuple[Finding, ...] = ()
+        """Mistakes of the draft."""
+        self._solutions: list[Layout] = []
+        """Layouts of the design, for any canvas, the latest first."""
+        self._outcomes: dict[Canvas, SolverOutcome] = {}
+        """Outcomes for the design, by canvas."""
+        self._request: tuple[Canvas, tuple[int, ...]] | None = None
+        """Canvas and numbers of layouts of the last job."""
+        self._waiting: Waiting | None = None
+        self._solve(self.canvas, 1, COUNT)
+
+    def accept(self, document: str) -> None:
+        """Check that a text is a design.
+
+        Raises:
+            LanguageError: If it is not.
+        """
+        _parsed(document)
+
+    def follow(self, previous: str) -> None:
+        """Show known layouts of another text, and request new ones."""
+        self.mistakes = ()
+        self._drop_waiting()
+        if not same_but_canvas(_parsed(previous), self.design):
+            self._solutions, self._outcomes, self._request, self.chosen = [], {}, None, None
+        self._solve(self.canvas, 1, COUNT)
+        self._show()
+
+    def write(self, path: Path, document: str, *, is_new: bool) -> None:
+        """Write a text.
+
+        Raises:
+            UsageError: If the last typed text has mistakes, since such a file could not be opened again. A new file is
+                written in any case.
+        """
+        if is_new:
+            write_text(path, document)
+        elif self.draft is not None:
+            raise UsageError(f"Correct the text before saving it: {self.mistakes[0].message}.")
+        else:
+            rewrite_text(path, document)
+
+    def _export(self, path: Path) -> None:
+        """Write the layout in the large view."""
+        current = self.current
+        if path.suffix in {".glb", ".obj"}:
+            save(relief(current.design, current.panels), path)
+        else:
+            export(current.facade, path)
+
+    def close(self) -> None:
+        """End the solver."""
+        self._solver.close()
 
     @property
     def design(self) -> Design:
         """The current design."""
-        if self._design is None or self._design[0] != self.text:
-            self._design = self.text, parse_design(self.text)
-        return self._design[1]
+        return _parsed(self.document)
 
     @property
     def canvas(self) -> Canvas:
         """The current canvas."""
         return self.design.width, self.design.height
-
-    @property
-    def is_saved(self) -> bool:
-        """Whether the target holds the current text."""
-        return self.draft is None and self.saved == self.text
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether no file holds the current text."""
-        return not self.is_saved and (self.draft is not None or self.text != self.first)
 
     @property
     def is_solving(self) -> bool:
@@ -177,49 +213,22 @@ class DesignDesk:
         Raises:
             UsageError: If there is none yet.
         """
-        if self.shown is None:
+        if self.layouts is None:
             raise UsageError(self.conflict or "There is no layout yet.")
-        return self.shown.found[self.chosen_of(self.shown.found)]
+        return self.layouts.solved[self.chosen_of(self.layouts.solved)]
 
-    def chosen_of(self, found: Sequence[SolvedLayout]) -> int:
+    def chosen_of(self, solved: Sequence[SolvedLayout]) -> int:
         """Index of the chosen layout among some, or of the best one."""
-        keys = [key_of(each.layout) for each in found]
+        keys = [key_of(candidate.layout) for candidate in solved]
         return keys.index(self.chosen) if self.chosen in keys else 0
-
-    def begin(self) -> None:
-        """Requests the first layouts."""
-        self._wish(self.canvas, 1, COUNT)
-
-    def do(self, words: str, text: str) -> None:
-        """Performs a step that can be undone.
-
-        Raises:
-            LanguageError: If a text is not a design.
-        """
-        parse_design(text)
-        before = self.design
-        self.draft, self.mistakes = None, ()
-        past = self.history.past
-        if words == _EDIT and past and past[-1][0] == _EDIT and not self.history.future:
-            self.history.present = text  # consecutive texts are one step
-        elif text != self.text:
-            self.history.do(words, text)
-        self._changed(before)
-
-    def step(self, take: Callable[[], str]) -> str:
-        """Undoes or redoes a step; returns its description."""
-        before, words = self.design, take()
-        self.draft, self.mistakes = None, ()
-        self._changed(before)
-        return words
 
     def edit(self, text: str) -> None:
         """Sets the typed text; a text with mistakes changes nothing else."""
         try:
-            self.do(_EDIT, text)
+            self.do(_EDIT, text, joins=True)
         except LanguageError as error:
             self.draft, self.mistakes = text, error.findings
-            self.revision += 1
+            self.notify()
 
     def drag(self, canvas: Canvas) -> tuple[list[SolvedLayout], str]:
         """The layouts that are best adapted to a canvas, or the reason why there are none; nothing is stored.
@@ -227,124 +236,79 @@ class DesignDesk:
         Better ones are requested at the same time.
         """
         if self._waiting is None:
-            self._wish(canvas, *((1, COUNT) if canvas == self.canvas else (1,)))
+            self._solve(canvas, *((1, COUNT) if canvas == self.canvas else (1,)))
         outcome = self._outcomes.get(canvas)
-        found = self._followed(canvas)
-        return found, "" if found or outcome is None else outcome.error
+        solved = self._layouts_on(canvas)
+        return solved, "" if solved or outcome is None else outcome.error
 
     def resize(self, canvas: Canvas, answer: Callable[[str], None]) -> None:
         """Sets another canvas, at once if a known layout can be adapted to it, otherwise once it is solved."""
         self._drop_waiting()
-        found, error = self.drag(canvas)
-        if found:
-            self._resized(canvas)
-        if found or error:
+        solved, error = self.drag(canvas)
+        if solved:
+            self._set_canvas(canvas)
+        if solved or error:
             answer(error)
         else:
             self._waiting = Waiting(canvas, answer)
 
     def choose(self, number: int) -> None:
         """Selects one of the layouts."""
-        if self.shown is None or not 0 <= number < len(self.shown.found):
+        if self.layouts is None or not 0 <= number < len(self.layouts.solved):
             raise UsageError("These layouts are out of date; choose from the new ones.")
-        self.chosen = key_of(self.shown.found[number].layout)
-        self.revision += 1
+        self.chosen = key_of(self.layouts.solved[number].layout)
+        self.notify()
 
-    def solved(self, outcome: SolverOutcome) -> None:
+    def take(self, outcome: SolverOutcome) -> None:
         """Takes an outcome of the solver; outcomes of earlier designs are dropped."""
         job, canvas = outcome.job, (outcome.job.width, outcome.job.height)
         if not same_but_canvas(job.design, self.design):
             return
         self._outcomes.pop(canvas, None)
-        self._outcomes = dict(islice({canvas: outcome, **self._outcomes}.items(), _OUTCOMES))
-        known = {key_of(each): each for each in (*outcome.layouts, *self._known)}
-        self._known = list(islice(known.values(), _KNOWN))
+        self._outcomes = dict(islice({canvas: outcome, **self._outcomes}.items(), _MAX_OUTCOMES))
+        solutions = {key_of(layout): layout for layout in (*outcome.layouts, *self._solutions)}
+        self._solutions = list(islice(solutions.values(), _MAX_SOLUTIONS))
         if self._waiting and self._waiting.canvas == canvas:
             waiting, self._waiting = self._waiting, None
             if outcome.layouts:
-                self._resized(canvas)
+                self._set_canvas(canvas)
             waiting.answer(outcome.error)
         elif canvas == self.canvas:
             self._show()
-            self.revision += 1
+            self.notify()
         else:
-            self.tell_better()
+            self._tell_better()
 
-    def save(self) -> None:
-        """Saves the text atomically.
-
-        Raises:
-            UsageError: If the last typed text has mistakes, since such a file could not be opened again.
-        """
-        if self.draft is not None:
-            raise UsageError(f"Correct the text before saving it: {self.mistakes[0].message}.")
-        text = self.text
-        rewrite_text(self.target, text)
-        self.saved = text
-        self.revision += 1
-
-    def export(self, kind: str) -> Path:
-        """The visible layout as a file beside the target; only previous exports are replaced.
-
-        Raises:
-            UsageError: If the kind is unknown.
-        """
-        if kind not in FORMATS:
-            raise UsageError(f"format: expected one of {', '.join(FORMATS)}, found {kind!r}.")
-        current = self.current
-        path = self._exported.get(kind) or unused_path(self.target, FACADE_SUFFIX if kind == "json" else f".{kind}")
-        if kind in {"glb", "obj"}:
-            save(relief(current.design, current.panels), path)
-        else:
-            export(current.facade, path)
-        self._exported[kind] = path
-        return path
-
-    def rescue(self) -> Path:
-        """Saves unsaved changes to a new file beside the target."""
-        path = unused_path(self.target, f".unsaved{SUFFIX}")
-        write_text(path, self.text if self.draft is None else self.draft)
-        return path
-
-    def _resized(self, canvas: Canvas) -> None:
+    def _set_canvas(self, canvas: Canvas) -> None:
         width, height = canvas
-        self.do(f"{width:.2f} × {height:.2f} m", with_canvas(self.text, width, height))
-
-    def _changed(self, before: Design) -> None:
-        """Handles another text: known layouts of it are shown, and new ones requested."""
-        self._drop_waiting()
-        if not same_but_canvas(before, self.design):
-            self._known, self._outcomes, self._wished, self.chosen = [], {}, None, None
-        self._wish(self.canvas, 1, COUNT)
-        self._show()
-        self.revision += 1
+        self.do(f"{width:.2f} × {height:.2f} m", with_canvas(self.document, width, height))
 
     def _show(self) -> None:
         """Shows the best known layouts of the current design; if there are none, the last valid ones stay."""
-        found = self._followed(self.canvas)
-        if found:
-            self.shown = ShownLayouts(self.design, self.canvas, tuple(found))
+        solved = self._layouts_on(self.canvas)
+        if solved:
+            self.layouts = ShownLayouts(self.design, self.canvas, tuple(solved))
         outcome = self._outcomes.get(self.canvas)
-        self.conflict = "" if found or outcome is None else outcome.error
+        self.conflict = "" if solved or outcome is None else outcome.error
 
-    def _followed(self, canvas: Canvas) -> list[SolvedLayout]:
+    def _layouts_on(self, canvas: Canvas) -> list[SolvedLayout]:
         """Layouts of a canvas: solved ones, then the latest others that can be adapted."""
         outcome, design = self._outcomes.get(canvas), self.design
-        solved = list(outcome.layouts) if outcome else []
-        keys = {key_of(each) for each in solved}
-        others = sorted(
-            (each for each in self._known if key_of(each) not in keys), key=lambda each: key_of(each) != self.chosen
-        )
+        layouts = list(outcome.layouts) if outcome else []
+        keys = {key_of(layout) for layout in layouts}
+        others = [layout for layout in self._solutions if key_of(layout) not in keys]
+        others.sort(key=lambda layout: key_of(layout) != self.chosen)
         if not _is_complete(outcome):
-            solved += followed(design, others[: COUNT - len(solved)], *canvas)
-        return [shown(design, each, *canvas) for each in solved]
+            layouts += adapted(design, others[: COUNT - len(layouts)], *canvas)
+        return [with_panels(design, layout, *canvas) for layout in layouts]
 
-    def _wish(self, canvas: Canvas, *counts: int) -> None:
+    def _solve(self, canvas: Canvas, *counts: int) -> None:
+        """Request layouts, unless they are known or requested already."""
         outcome = self._outcomes.get(canvas)
-        wished = canvas, tuple(each for each in counts if outcome is None or (outcome.layouts and each > outcome.count))
-        if wished[1] and wished != self._wished:
-            self.want(Job(replace(self.design, width=canvas[0], height=canvas[1]), *canvas, wished[1]))
-        self._wished = wished
+        unsolved = tuple(count for count in counts if outcome is None or (outcome.layouts and count > outcome.count))
+        if unsolved and (canvas, unsolved) != self._request:
+            self._solver.submit(Job(replace(self.design, width=canvas[0], height=canvas[1]), *canvas, unsolved))
+        self._request = canvas, unsolved
 
     def _drop_waiting(self) -> None:
         if self._waiting is not None:

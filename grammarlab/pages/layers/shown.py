@@ -8,7 +8,6 @@ from grammarlab.errors import Finding
 from grammarlab.layers.design import Design, Layer, Symbol
 from grammarlab.pages.desktop import Message
 from grammarlab.pages.editor.desk import colors, drawing
-from grammarlab.pages.editor.exporting import FORMATS
 from grammarlab.pages.layers.desk import DesignDesk
 from grammarlab.pages.layers.text_edits import FLAGS
 from grammarlab.runs.facade.layer_files import SolvedLayout
@@ -21,47 +20,41 @@ def state_of(desk: DesignDesk) -> tuple[Message, tuple[bytes, ...]]:
 
     The buffers are the columns of `columns.drawing`, one for each layout.
     """
-    design, past, future = desk.design, desk.history.past, desk.history.future
-    found = desk.shown.found if desk.shown else ()
-    layouts, buffers = layouts_of(found)
+    design, solved = desk.design, desk.layouts.solved if desk.layouts else ()
+    layouts, buffers = layouts_of(solved)
     state = {
         "protocol": PROTOCOL,
-        "revision": desk.revision,
+        **desk.summary(),
         "title": design.title or desk.title,
-        "file": str(desk.target),
-        "saved": desk.is_saved,
-        "lost": desk.is_lost,
-        "undo": past[-1][0] if past else "",
-        "redo": future[-1][0] if future else "",
-        "text": desk.text if desk.draft is None else desk.draft,
-        "mistakes": [_mistake(each, desk.draft or "") for each in desk.mistakes],
+        "text": desk.content,
+        "mistakes": [_mistake(finding, desk.content) for finding in desk.mistakes],
         "width": design.width,
         "height": design.height,
         "solving": desk.is_solving,
         "conflict": desk.conflict,
-        "layers": [_layer(design, each) for each in design.layers],
-        "symbols": [_symbol(each) for each in design.symbols.values()],
-        "formats": FORMATS,
-        "chosen": desk.chosen_of(found),
+        "layers": [_layer(design, layer) for layer in design.layers],
+        "symbols": [_symbol(symbol) for symbol in design.symbols.values()],
+        "formats": desk.formats,
+        "chosen": desk.chosen_of(solved),
         "layouts": layouts,
     }
     return {"event": "state", "state": state}, buffers
 
 
-def layouts_of(found: Sequence[SolvedLayout]) -> tuple[list[Message], tuple[bytes, ...]]:
+def layouts_of(solved: Sequence[SolvedLayout]) -> tuple[list[Message], tuple[bytes, ...]]:
     """Layouts, and the columns of each."""
-    drawings = [drawing(each.facade) for each in found]
+    drawings = [drawing(candidate.facade) for candidate in solved]
     values = [
         {
-            "counters": dict(each.layout.candidate.counters),
-            "sizes": {name: round(size, 6) for name, size in each.layout.sizing.sizes.items()},
-            "energy": each.layout.energy,
-            "proven": each.layout.proven,
-            "colors": colors(each.facade),
-            "labels": list(each.facade.labels),
+            "counters": dict(candidate.layout.candidate.counters),
+            "sizes": {name: round(size, 6) for name, size in candidate.layout.sizing.sizes.items()},
+            "energy": candidate.layout.energy,
+            "proven": candidate.layout.proven,
+            "colors": colors(candidate.facade),
+            "labels": list(candidate.facade.labels),
             **drawn,
         }
-        for each, (drawn, _) in zip(found, drawings, strict=True)
+        for candidate, (drawn, _) in zip(solved, drawings, strict=True)
     ]
     return values, tuple(columns for _, columns in drawings)
 
@@ -86,12 +79,12 @@ def _symbol(symbol: Symbol) -> Message:
 
 
 def _mistake(finding: Finding, text: str) -> Message:
-    place = finding.location
+    location = finding.location
     return {
         "message": finding.message,
         "hint": finding.hint,
-        "line": place.line,
-        "column": place.column,
-        "length": place.length,
+        "line": location.line,
+        "column": location.column,
+        "length": location.length,
         "shown": "\n".join(finding.render(text.splitlines()).splitlines()[1:]),
     }

@@ -14,7 +14,7 @@ from grammarlab.layers.design import Design
 from grammarlab.layers.layouts import layouts
 from grammarlab.layers.solving import Layout
 
-_PATIENCE = 0.4
+_BEST_SECONDS = 0.4
 """Time that the best layout of a canvas may take while other requests wait, seconds."""
 
 
@@ -54,42 +54,42 @@ class Solver:
             done: receives each outcome, on the solver's thread.
         """
         self._done = done
-        self._changed = Condition()
-        self._wanted: Job | None = None
-        self._ended = False
+        self._condition = Condition()
+        self._next_job: Job | None = None
+        self._is_closed = False
         Thread(target=self._run, daemon=True).start()
 
-    def want(self, job: Job) -> None:
+    def submit(self, job: Job) -> None:
         """Requests a job as the next one; earlier requests are dropped, unless one is almost done."""
-        with self._changed:
-            self._wanted = job
-            self._changed.notify()
+        with self._condition:
+            self._next_job = job
+            self._condition.notify()
 
     def close(self) -> None:
         """Starts no further jobs."""
-        with self._changed:
-            self._ended = True
-            self._changed.notify()
+        with self._condition:
+            self._is_closed = True
+            self._condition.notify()
 
     def _next(self) -> Job | None:
-        with self._changed:
-            self._changed.wait_for(lambda: self._ended or self._wanted)
-            job, self._wanted = self._wanted, None
-            return None if self._ended else job
+        with self._condition:
+            self._condition.wait_for(lambda: self._is_closed or self._next_job)
+            job, self._next_job = self._next_job, None
+            return None if self._is_closed else job
 
     def _run(self) -> None:
         while job := self._next():
             for turn, count in enumerate(job.counts):
-                stop = partial(self._is_overtaken, time.monotonic() + (0.0 if turn else _PATIENCE))
-                found = outcome(job, count, stop)
+                stop = partial(self._is_overtaken, time.monotonic() + (0.0 if turn else _BEST_SECONDS))
+                result = outcome(job, count, stop)
                 if stop():
                     break
-                self._done(found)
-                if self._wanted or not found.layouts:
+                self._done(result)
+                if self._next_job or not result.layouts:
                     break
 
     def _is_overtaken(self, patient_until: float) -> bool:
-        return self._ended or (self._wanted is not None and time.monotonic() > patient_until)
+        return self._is_closed or (self._next_job is not None and time.monotonic() > patient_until)
 
 
 def outcome(job: Job, count: int, stop: Callable[[], bool] = lambda: False) -> SolverOutcome:

@@ -36,34 +36,34 @@ def with_flag(text: str, symbol: str, flag: str, *, value: bool) -> str:
     """The text with a flag of a symbol set."""
 
     def change(table: Any) -> None:
-        found = table["symbols"][symbol]
-        if isinstance(found, dict):
-            _set(found, flag, value)
+        entry = table["symbols"][symbol]
+        if isinstance(entry, dict):
+            _set(entry, flag, value)
         else:
-            _set(table["symbols"], symbol, _inline({"size": found.unwrap(), flag: value}))
+            _set(table["symbols"], symbol, _inline({"size": entry.unwrap(), flag: value}))
 
     return _changed(text, change)
 
 
-def with_mask(text: str, layer: int, axis: int, seen: Sequence[str] | None) -> str:
+def with_mask(text: str, layer: int, axis: int, symbols: Sequence[str] | None) -> str:
     """The text with a mask of visible symbols of a layer along an axis; None for all."""
 
     def change(table: Any) -> None:
-        own = table["layers"][layer]
-        mask = {key: list(value) for key, value in own.get("mask", {}).items() if key != _AXES[axis]}
-        if seen is not None:
-            mask[_AXES[axis]] = list(seen)
+        entry = table["layers"][layer]
+        mask = {key: list(value) for key, value in entry.get("mask", {}).items() if key != _AXES[axis]}
+        if symbols is not None:
+            mask[_AXES[axis]] = list(symbols)
         if mask:
-            _set(own, "mask", _inline(mask))
-        elif "mask" in own:
-            del own["mask"]
+            _set(entry, "mask", _inline(mask))
+        elif "mask" in entry:
+            del entry["mask"]
 
     return _changed(text, change)
 
 
-def same_but_canvas(one: Design, other: Design) -> bool:
+def same_but_canvas(design: Design, other: Design) -> bool:
     """Whether designs differ only in the size of their canvas."""
-    return replace(one, width=other.width, height=other.height) == other
+    return replace(design, width=other.width, height=other.height) == other
 
 
 def _changed(text: str, change: Callable[[Any], None]) -> str:
@@ -88,7 +88,7 @@ def _inline(values: dict[str, Any]) -> Item:
 def _set(table: Any, name: str, value: Any) -> None:
     """Replaces or appends a value; the comment of its line is preserved."""
     old = table.get(name)
-    made = value if isinstance(value, Item) else tomlkit.item(value)
+    item = value if isinstance(value, Item) else tomlkit.item(value)
     if isinstance(old, Item):
-        made.trivia.comment_ws, made.trivia.comment = old.trivia.comment_ws, old.trivia.comment
-    table[name] = made
+        item.trivia.comment_ws, item.trivia.comment = old.trivia.comment_ws, old.trivia.comment
+    table[name] = item

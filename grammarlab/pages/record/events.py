@@ -12,6 +12,16 @@ from dataclasses import dataclass, field
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import shown
+from grammarlab.pages.record.judgements import (
+    Judgement,
+    Scores,
+    Subject,
+    checked_entry,
+    checked_judgement,
+    checked_pair,
+    compared,
+    models_of,
+)
 from grammarlab.pages.record.model_grids import (
     MAX_MODELS,
     MAX_NAME,
@@ -22,16 +32,6 @@ from grammarlab.pages.record.model_grids import (
     check_shown,
     checked_models,
     checked_name,
-)
-from grammarlab.pages.record.session_labels import (
-    Said,
-    Scores,
-    Subject,
-    checked_entry,
-    checked_pair,
-    checked_said,
-    compared,
-    models_of,
 )
 from grammarlab.preference.labels import COMPARISONS, OVERALL
 
@@ -56,8 +56,8 @@ class _Scored:
     """A step that can be undone: labels for one factor."""
 
     factor: str
-    before: Mapping[Subject, Said | None]
-    after: Mapping[Subject, Said | None]
+    before: Mapping[Subject, Judgement | None]
+    after: Mapping[Subject, Judgement | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class Record:
     """Labels by factor; at least one factor."""
     numbers: dict[str, int] = field(default_factory=lambda: {OVERALL: 1})
     """Number of each factor, independent of its name: 1, 2, 3 … in the order of creation."""
-    num_made: int = 1
+    num_created: int = 1
     """Number of factors ever created."""
     active: str = OVERALL
     view: str = "active"
@@ -92,7 +92,7 @@ class Record:
     """Strategy of the shown models."""
     num_shown: int = 0
     """Number of times that models were chosen or sorted."""
-    seen: dict[str, None] = field(default_factory=dict)
+    shown_models: dict[str, None] = field(default_factory=dict)
     """All models ever shown, in order."""
     chart: list[tuple[int, float]] = field(default_factory=list)
     """Number of labels, and change of the density in nats, at each update."""
@@ -102,7 +102,7 @@ class Record:
     undone: list[_Scored | _Refactored] = field(default_factory=list)
     keys: set[str] = field(default_factory=set)
     """Keys that windows gave their scores, so that a repeated request counts once."""
-    judgements: int = 0
+    label_revision: int = 0
     """Counter that changes whenever scores or factors may have changed."""
 
     @property
@@ -111,7 +111,7 @@ class Record:
         return sum(map(len, self.factors.values()))
 
     @property
-    def known(self) -> dict[str, None]:
+    def labelled_models(self) -> dict[str, None]:
         """The models with labels."""
         return models_of(subject for scores in self.factors.values() for subject in scores)
 
@@ -156,7 +156,7 @@ class Record:
         self.undone.clear()
 
     def _move(self, step: _Scored | _Refactored, *, forward: bool) -> None:
-        self.judgements += 1
+        self.label_revision += 1
         if isinstance(step, _Refactored):
             self.factors = step.after if forward else step.before
             self.numbers = step.numbers_after if forward else step.numbers_before
@@ -167,17 +167,17 @@ class Record:
                 self.view = "active"
             return
         scores = self.factors[step.factor]
-        for subject, said in (step.after if forward else step.before).items():
-            if said is None:
+        for subject, judgement in (step.after if forward else step.before).items():
+            if judgement is None:
                 scores.pop(subject, None)
             else:
-                scores[subject] = said
+                scores[subject] = judgement
 
-    def _say(self, body: Body, said: Mapping[Subject, Said | None]) -> None:
+    def _label(self, body: Body, judgements: Mapping[Subject, Judgement | None]) -> None:
         if key := body.get("key"):
             self.keys.add(key)
-        known = self.factors[body["factor"]]
-        self._do(_Scored(body["factor"], {subject: known.get(subject) for subject in said}, said))
+        scores = self.factors[body["factor"]]
+        self._do(_Scored(body["factor"], {subject: scores.get(subject) for subject in judgements}, judgements))
 
     def _refactor(self, after: dict[str, Scores], active: str, renamed: Mapping[str, str] | None = None) -> None:
         """Other factors; those of new names are new, but for those that were renamed, given by new and old name."""
@@ -185,8 +185,8 @@ class Record:
         for name in after:
             old = (renamed or {}).get(name, name)
             if old not in before:
-                self.num_made += 1
-            numbers[name] = before.get(old, self.num_made)
+                self.num_created += 1
+            numbers[name] = before.get(old, self.num_created)
         self._do(_Refactored(self.factors, after, before, numbers, self.active, active))
 
 
@@ -209,12 +209,12 @@ def _check_score(record: Record, body: Body) -> None:
     _check_key(record, body)
 
 
-def _score_of(body: Body) -> Said | None:
-    return None if body.get("score") is None else checked_said(body["score"], body.get("kind", "score"))
+def _score_of(body: Body) -> Judgement | None:
+    return None if body.get("score") is None else checked_judgement(body["score"], body.get("kind", "score"))
 
 
 def _score(record: Record, body: Body) -> None:
-    record._say(body, dict.fromkeys(body["models"], _score_of(body)))
+    record._label(body, dict.fromkeys(body["models"], _score_of(body)))
 
 
 def _check_compare(record: Record, body: Body) -> None:
@@ -227,8 +227,8 @@ def _check_compare(record: Record, body: Body) -> None:
 
 
 def _compare(record: Record, body: Body) -> None:
-    subject, said = compared(body["models"], body.get("kind") or "tie")
-    record._say(body, {subject: said if body.get("kind") else None})
+    subject, judgement = compared(body["models"], body.get("kind") or "tie")
+    record._label(body, {subject: judgement if body.get("kind") else None})
 
 
 def _check_import(record: Record, body: Body) -> None:
@@ -290,8 +290,8 @@ def _check_delete(record: Record, body: Body) -> None:
 
 
 def _delete(record: Record, body: Body) -> None:
-    left = {name: scores for name, scores in record.factors.items() if name != body["name"]}
-    record._refactor(left, record.active if record.active in left else next(iter(left)))
+    remaining = {name: scores for name, scores in record.factors.items() if name != body["name"]}
+    record._refactor(remaining, record.active if record.active in remaining else next(iter(remaining)))
 
 
 def _check_undo(record: Record, _body: Body) -> None:
@@ -337,11 +337,11 @@ def _layout(record: Record, body: Body) -> None:
     record.layout = GridLayout(body["grids"], body["rows"], body["columns"])
 
 
-def _shown(record: Record, body: Body) -> None:
+def _show(record: Record, body: Body) -> None:
     record.grids = tuple(ModelGrid(grid["title"], tuple(grid["models"])) for grid in body["grids"])
     record.way = body["way"]
     record.num_shown += 1
-    record.seen |= dict.fromkeys(model for grid in record.grids for model in grid.models)
+    record.shown_models |= dict.fromkeys(model for grid in record.grids for model in grid.models)
 
 
 def _check_learned(_record: Record, body: Body) -> None:
@@ -354,7 +354,7 @@ def _check_learned(_record: Record, body: Body) -> None:
         raise UsageError(f"wide: expected true or false, found {shown(wide)}.")
 
 
-def _learned(record: Record, body: Body) -> None:
+def _learn(record: Record, body: Body) -> None:
     record.chart.append((body["labels"], float(body["js"])))
     record.wide |= body.get("wide", False)
 
@@ -371,7 +371,7 @@ _KINDS: dict[str, tuple[Callable[[Record, Body], None], Callable[[Record, Body],
     "factor_activate": (_check_activate, _activate),
     "view": (_check_view, _view),
     "layout": (lambda _, body: check_layout(body), _layout),
-    "shown": (lambda _, body: check_shown(body), _shown),
-    "learned": (_check_learned, _learned),
+    "shown": (lambda _, body: check_shown(body), _show),
+    "learned": (_check_learned, _learn),
 }
 """Check and effect of each kind of event."""

@@ -22,7 +22,7 @@ MAX_NAME = 60
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 Body = Mapping[str, Any]
-"""Of an event."""
+"""Content of an event."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class ModelGrid:
     models: tuple[str, ...]
 
     def as_json(self) -> Body:
-        """As events hold it."""
+        """JSON of the grid in events."""
         return {"title": self.title, "models": list(self.models)}
 
 

@@ -55,23 +55,23 @@ def open_session(
     _check(path, seed, size)
     source = find_rules(grammar, assets)
     title = re.sub(r"[^\w ().-]", "_", source.name)[:200]
-    found = About(title, source.text().removeprefix("\ufeff"), seed, size, source.suffix)
+    about = About(title, source.text().removeprefix("\ufeff"), seed, size, source.suffix)
     if not path.exists():
         if stored_grammar:
             raise UsageError(f"{path}: no such session, so it has no stored grammar; leave --stored-grammar out.")
-        return Opening(path, found, None, source.assets)
-    store = Store.open(path, found)
+        return Opening(path, about, None, source.assets)
+    store = Store.open(path, about)
     try:
         domain_of(store.about.suffix)
     except UsageError as error:
         store.close()
         raise UsageError(f"{path}: the session is about models of another kind. {error}") from error
-    if (store.about.hash, store.about.suffix) != (found.hash, found.suffix) and not stored_grammar:
-        known = store.about.hash
+    if (store.about.hash, store.about.suffix) != (about.hash, about.suffix) and not stored_grammar:
+        old_hash = store.about.hash
         store.close()
         raise UsageError(
             f"{path}: this session is about another grammar than {source.path}: expected the text with SHA-256 "
-            f"{known[:16]}…, found {found.hash[:16]}…. Its scores belong to the models of the grammar that it was "
+            f"{old_hash[:16]}…, found {about.hash[:16]}…. Its scores belong to the models of the grammar that it was "
             "begun with. To go on with that one, give --stored-grammar (in Python, stored_grammar=True), which reads "
             "the text that the session keeps; to score models of the new one, begin a session with another file name. "
             "The old scores stay in the file and can be exported from its page."

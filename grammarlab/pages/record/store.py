@@ -40,7 +40,7 @@ MAX_TEXT = 8 << 20
 MAX_EVENTS = 1_000_000
 TITLE = re.compile(r"[\w ().-]{1,200}")
 KIND = re.compile(r"\.\w{1,32}")
-PATIENCE = 5.0
+LOCK_SECONDS = 5.0
 """Seconds to wait for another process that is writing."""
 
 _SCHEMA = "SELECT type, name, tbl_name, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite_%' ORDER BY name"
@@ -98,7 +98,7 @@ class Store:
         if path.is_file() and path.stat().st_size > MAX_FILE_BYTES:
             raise AssetError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB, so it is not a session file.")
         with _explained(path):
-            connection = sqlite3.connect(path, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
+            connection = sqlite3.connect(path, timeout=LOCK_SECONDS, isolation_level=None, check_same_thread=False)
         store = cls(path, connection)
         try:
             store._start(begin)
@@ -166,9 +166,9 @@ class Store:
 
     def _check(self, *, allow_new: bool) -> bool:
         """Whether the file is new; raises an error if it is neither new nor a session."""
-        found = self._connection.execute(_SCHEMA).fetchmany(16)
+        tables = self._connection.execute(_SCHEMA).fetchmany(16)
         application = self._connection.execute("PRAGMA application_id").fetchone()[0]
-        if not found and not application and allow_new:
+        if not tables and not application and allow_new:
             return True
         if application != APPLICATION:
             raise AssetError(f"{self._path}: a database, but not a session file; give the name of another file.")
@@ -178,7 +178,7 @@ class Store:
                 f"{self._path}: written by a newer version of grammarlab (tables of version {version}, known up to "
                 f"{len(STEPS)}). Update grammarlab to open it."
             )
-        if version < 1 or found != _tables(version):
+        if version < 1 or tables != _tables(version):
             raise AssetError(f"{self._path}: its tables are not those of a session file.")
         return False
 
@@ -204,22 +204,22 @@ class Store:
             rows = self._connection.execute(
                 "SELECT name, value FROM about WHERE typeof(value) = 'text' AND length(value) <= ?", (MAX_TEXT,)
             )
-            found: dict[str, str] = dict(rows.fetchmany(64))
-        missing = [name for name in _EXPECTED_ABOUT if name not in found]
+            values: dict[str, str] = dict(rows.fetchmany(64))
+        missing = [name for name in _EXPECTED_ABOUT if name not in values]
         if missing:
             raise AssetError(f"{self._path}: a session file without {', '.join(missing)}; it is broken.")
-        seed, size = (_whole(found[name]) for name in ("seed", "size"))
+        seed, size = (_whole(values[name]) for name in ("seed", "size"))
         if not 0 <= seed < 1 << 64 or not 1 <= size <= 100_000:
             raise AssetError(f"{self._path}: a session file with seed {seed} and {size} models; it is broken.")
-        if not TITLE.fullmatch(found["title"]):
-            raise AssetError(f"{self._path}: a session file with the title {shown(found['title'])}; it is broken.")
-        suffix = found.get("suffix", DEFAULT)  # earlier versions knew one only
+        if not TITLE.fullmatch(values["title"]):
+            raise AssetError(f"{self._path}: a session file with the title {shown(values['title'])}; it is broken.")
+        suffix = values.get("suffix", DEFAULT)  # earlier versions knew one only
         if not KIND.fullmatch(suffix):
             raise AssetError(f"{self._path}: a session file about {shown(suffix)} files; it is broken.")
-        about = About(found["title"], found["grammar"], seed, size, suffix)
+        about = About(values["title"], values["grammar"], seed, size, suffix)
         # Earlier versions hashed the text with the line ends of its file.
-        as_it_is = sha256(about.grammar.encode("utf-8", "surrogatepass")).hexdigest()
-        if found["hash"] not in (about.hash, as_it_is):
+        verbatim_hash = sha256(about.grammar.encode("utf-8", "surrogatepass")).hexdigest()
+        if values["hash"] not in (about.hash, verbatim_hash):
             raise AssetError(f"{self._path}: the grammar in it has changed; the file is broken.")
         return about
 

@@ -1,142 +1,141 @@
-"""State and display of a session, for one thread."""
+"""Desk of a scoring session: all its actions, for one thread."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
-from grammarlab.errors import Finding, GrammarlabError, UsageError
+from grammarlab.pages.desk import AbstractDesk
+from grammarlab.pages.desktop import Answer, Message, Refuse
 from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
-from grammarlab.pages.scoring.knowledge import Knowledge, ModelPool
-from grammarlab.pages.scoring.populate import laid_out
-from grammarlab.pages.scoring.sorting import Order, sorted_grids
-from grammarlab.pages.workers.tasks import Factors
-from grammarlab.randomness import derived_seed
+from grammarlab.pages.scoring.display import SessionDisplay
+from grammarlab.pages.scoring.learning import Learning
+from grammarlab.pages.scoring.populate import fresh_samples
+from grammarlab.pages.scoring.session_files import FORMATS, Result, SessionFiles, answer_outcome
+from grammarlab.pages.workers.tasks import FindPart, MakeGlb
+from grammarlab.pages.workers.thumbnails import Thumbnails
+from grammarlab.pages.workers.worker_pool import WorkerPool
 
-MAX_WARNINGS = 20
-"""Largest number of warnings, since rules may request any number of assets."""
-_SEEDS = 3
-"""Place below the seed of a session for the seeds of choices of models."""
+_WORKERS = "grammarlab.pages.workers"
+_LONG_TASK_NICENESS = 5
+"""Nice value of processes of long tasks, so that pictures are drawn first."""
 
 
-class SessionDesk:
-    """Record of a session, knowledge about its models, and messages. All methods are for one thread."""
+class SessionDesk(AbstractDesk):
+    """A running session. Every step is in the session file before it is answered, so nothing is ever lost."""
 
-    def __init__(self, store: Store) -> None:
-        """Start with an open session file."""
-        self.store = store
-        about = store.about
-        self.pool = ModelPool(about.seed, about.size, self.record.wide)
-        self.knowledge = Knowledge()
-        self.message: str | None = None
-        self.warnings: dict[str, str] = {}
-        """Warnings by text, each with its place in the rules and a hint."""
-        self.is_changed = False
+    formats = FORMATS
 
-    @property
-    def record(self) -> Record:
-        """Record so far."""
-        return self.store.record
-
-    @property
-    def factor(self) -> str:
-        """The active factor, or the product, whose name is empty."""
-        return "" if self.record.view == "product" else self.record.active
-
-    @property
-    def number(self) -> int:
-        """The number of that factor; 0 for the product."""
-        return self.record.numbers[self.factor] if self.factor else 0
-
-    @property
-    def factors(self) -> Factors:
-        """Labels by factor."""
-        return {name: dict(scores) for name, scores in self.record.factors.items()}
-
-    @property
-    def seed(self) -> int:
-        """Seed for the next choice of models."""
-        return derived_seed(self.store.about.seed, _SEEDS, self.record.num_shown)
-
-    def do(self, kind: str, body: Body | Callable[[Record], Body]) -> int:
-        """Add an event, and return its number; see `Store.append`.
-
-        Raises:
-            UsageError: If it is not possible now.
-            AssetError: If it cannot be written.
-        """
-        self.message = None
-        self.is_changed = True
-        return self.store.append(kind, body).number
-
-    def say(self, kind: str, said: Body, factor: object, key: str) -> int:
-        """Score or compare models, and return the number of the event.
+    def __init__(
+        self, path: Path, store: Store, assets: Path, artists: WorkerPool, tell: Callable[[Message], None]
+    ) -> None:
+        """Start on an open session.
 
         Args:
-            kind: kind of the event, ``score`` or ``compare``.
-            said: the rest of its body.
-            factor: name or number of its factor; empty for the active one.
-            key: unique name of this request; a repeated one has no effect.
+            path: the session file.
+            store: the open session file.
+            assets: folder of meshes and images.
+            artists: pool of processes that draw.
+            tell: sends a message to all windows.
+        """
+        self.target = path
+        self.display = display = SessionDisplay(store, self.notify)
+        about = store.about
+        source, deliver = (about.suffix, about.grammar, about.title, str(assets)), artists.deliver
+        models = about.seed, about.size, display.record.wide
+        learners = WorkerPool(
+            make=f"{_WORKERS}.learner:learner",
+            arguments=(*source, *models),
+            size=1,
+            deliver=deliver,
+            politeness=_LONG_TASK_NICENESS,
+        )
+        makers = WorkerPool(
+            make=f"{_WORKERS}.maker:maker",
+            arguments=(*source, str(path), about.seed, about.size),
+            size=1,
+            deliver=deliver,
+            politeness=_LONG_TASK_NICENESS,
+        )
+
+        def announce(task: str, stage: str, done: int, total: int) -> None:
+            tell({"event": "progress", "of": task, "stage": stage, "done": done, "total": total})
+
+        self._artists = artists
+        self.learning = Learning(display, learners, partial(announce, "update"))
+        self.files = SessionFiles(display, path, makers, announce)
+        self.thumbnails = Thumbnails(artists, display.warn)
+        if not display.record.grids:
+            display.show("default", fresh_samples(display.pool, display.record, display.record.layout.models))
+
+    @property
+    def is_saved(self) -> bool:
+        """True, since every event is in the file."""
+        return True
+
+    @property
+    def is_lost(self) -> bool:
+        """False, since every event is in the file."""
+        return False
+
+    def undo(self) -> Message:
+        """Undo the last score, comparison, import or change of factors."""
+        return self.do("undo", {})
+
+    def redo(self) -> Message:
+        """Redo the last undone one."""
+        return self.do("redo", {})
+
+    def save(self) -> Message:
+        """Everything is saved already."""
+        return {"saved": True, "revision": self.display.record.revision}
+
+    def export(self, form: str, answer: Answer, refuse: Refuse) -> None:
+        """Answer with all scores as the content of a label file."""
+        self.files.export(f".{form}", answer, refuse)
+
+    def rescue(self) -> Path:
+        """The session file, which holds everything."""
+        return self.target
+
+    def do(self, kind: str, body: Body | Callable[[Record], Body]) -> Message:
+        """Add an event; see `Store.append`. The answer says that it is in the file."""
+        return {"saved": True, "revision": self.display.do(kind, body)}
+
+    def close(self) -> None:
+        """End all processes."""
+        self.learning.close()
+        self.files.close()
+        self.display.store.close()
+        self._artists.close()
+
+    def layout(self, layout: Body) -> None:
+        """Change the size of the grids, and fill them; pairs are not shown in grids, and do not change.
 
         Raises:
-            UsageError: If it is not possible, such as without a factor while the product is shown.
+            UsageError: If it is out of range.
         """
-        if key and key in self.record.keys:
-            return self.record.revision
-
-        def body(record: Record) -> Body:
-            if factor == "" and record.view == "product":
-                raise UsageError(
-                    "the product of all factors is shown, which has no scores of its own; choose a factor."
-                )
-            given = record.active if factor == "" else record.name_of(factor)
-            return {"factor": given, **said} | ({"key": key} if key else {})
-
-        return self.do(kind, body)
-
-    def poll(self) -> None:
-        """Read events of other processes."""
-        self.is_changed |= self.store.poll()
-
-    def sort(self, order: Order) -> None:
-        """Sort the shown models.
-
-        Raises:
-            UsageError: If it is not possible, with the reason.
-        """
-        if self.record.way == PAIRS:
-            raise UsageError("pairs are shown one after the other; choose another way to show models, and sort those.")
-        self.arrange(sorted_grids(order, self.record, self.knowledge, self.pool, self.factor, self.seed))
-
-    def show(self, way: str, models: Sequence[str]) -> None:
-        """Show other models, if there are any."""
-        grids = laid_out(way, models, self.record.layout)
-        if any(grid.models for grid in grids):
-            self.arrange(grids, way)
+        record = self.display.record
+        before = record.layout
+        self.display.do("layout", layout)
+        record = self.display.record
+        after = record.layout
+        if record.way == PAIRS:
+            return
+        if after.grids == before.grids and after.rows * after.columns <= before.rows * before.columns:
+            size = after.rows * after.columns
+            self.display.arrange([ModelGrid(grid.title, grid.models[:size]) for grid in record.grids])
         else:
-            self.tell("There are no models to show in this way.")
+            self.learning.populate(record.way)
 
-    def arrange(self, grids: Sequence[ModelGrid], way: str = "") -> None:
-        """Show models in grids, chosen by a strategy; by default the previous one."""
-        self.note("shown", {"way": way or self.record.way, "grids": [grid.as_json() for grid in grids]})
+    def prepare_if_free(self) -> None:
+        """Start learning after the first pictures."""
+        if self.thumbnails.shows_something and not self.thumbnails.is_hurried:
+            self.learning.prepare()
 
-    def note(self, kind: str, body: Body) -> None:
-        """Add an event without clearing the message."""
-        try:
-            self.store.append(kind, body)
-        except GrammarlabError as error:
-            self.message = str(error)
-        self.is_changed = True
-
-    def tell(self, message: str | None) -> None:
-        """Show a message until the next event; None clears it."""
-        self.message = message
-        self.is_changed = True
-
-    def warn(self, findings: Sequence[Finding]) -> None:
-        """Add warnings about shown models; each is shown once."""
-        for finding in findings:
-            if finding.message not in self.warnings and len(self.warnings) < MAX_WARNINGS:
-                self.warnings[finding.message] = finding.render(())
-                self.is_changed = True
+    def ask_artist(self, task: MakeGlb | FindPart, result: Result, answer: Answer, refuse: Refuse) -> None:
+        """Run a task about one model before all pictures."""
+        self._artists.submit(task, partial(answer_outcome, answer, refuse, result), first=True)

@@ -44,25 +44,25 @@ class Knowledge:
 
     features: Features | None = None
     learned: LearnedUpdate | None = None
-    judgements: int = -1
-    """`Record.judgements` at the time of learning."""
+    label_revision: int = -1
+    """`Record.label_revision` at the time of learning."""
     names: Mapping[int, str] = field(default_factory=dict)
     """Names of the factors at that time, by number."""
 
-    def take(self, learned: LearnedUpdate, judgements: int, numbers: Mapping[str, int]) -> None:
-        """Result of an update, and `Record.judgements` and `Record.numbers` at its start."""
-        self.learned, self.judgements = learned, judgements
+    def take(self, learned: LearnedUpdate, label_revision: int, numbers: Mapping[str, int]) -> None:
+        """Result of an update, and `Record.label_revision` and `Record.numbers` at its start."""
+        self.learned, self.label_revision = learned, label_revision
         self.names = {number: name for name, number in numbers.items()}
         if learned.features is not None:
             self.features = learned.features
 
     def indices(self, names: Sequence[str], pool: ModelPool) -> NDArray[np.int64]:
         """[n] indices of models in the arrays, -1 for unknown models."""
-        elsewhere = () if self.learned is None else self.learned.elsewhere
-        places = {name: len(pool.names) + number for number, name in enumerate(elsewhere)}
-        return np.array([pool.index.get(name, places.get(name, -1)) for name in names], dtype=np.int64)
+        other_models = () if self.learned is None else self.learned.elsewhere
+        other_index = {name: len(pool.names) + number for number, name in enumerate(other_models)}
+        return np.array([pool.index.get(name, other_index.get(name, -1)) for name in names], dtype=np.int64)
 
-    def of(self, factor: int) -> Predictions | None:
+    def predictions_of(self, factor: int) -> Predictions | None:
         """Predictions of the factor of a number, independent of its current name; of the product for 0."""
         if self.learned is None:
             return None
@@ -95,7 +95,7 @@ class Knowledge:
         Raises:
             UsageError: If features are not known yet.
         """
-        rows, predicted = self._known_features().rows, self.of(factor)
+        rows, predicted = self._known_features().rows, self.predictions_of(factor)
         weights = None if predicted is None else predicted.weights
         if weights is None or len(weights) != rows.shape[1] or not weights.any():
             spread = np.ptp(rows, axis=0)

@@ -9,14 +9,16 @@ from functools import partial
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import shown
 from grammarlab.pages.record.model_grids import PAIRS
-from grammarlab.pages.scoring.desk import SessionDesk
+from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.knowledge import ModelPool
 from grammarlab.pages.scoring.populate import WAYS, fresh_samples, number_to_choose
 from grammarlab.pages.workers.tasks import Choose, ModelChoice, Prepare, Progress, Update
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 
-STAYED = "The predictions are updated. The models stay, since you continued meanwhile; use Populate for others."
-WIDENED = "Liked models are rare, so from now on questions include many more unusual models."
+UNCHANGED_MODELS = (
+    "The predictions are updated. The models stay, since you continued meanwhile; use Populate for others."
+)
+WIDER_POOL = "Liked models are rare, so from now on questions include many more unusual models."
 _UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)
 """Strategies that show samples of the grammar until something has been learned."""
 
@@ -24,17 +26,19 @@ _UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)
 class Learning:
     """Updates and choices of models. All methods and callbacks are for one thread."""
 
-    def __init__(self, desk: SessionDesk, learners: WorkerPool, announce: Callable[[str, int, int], None]) -> None:
-        """Start for a desk.
+    def __init__(
+        self, display: SessionDisplay, learners: WorkerPool, announce: Callable[[str, int, int], None]
+    ) -> None:
+        """Start with the record of a session.
 
         Args:
-            desk: the scores and the shown models.
+            display: the scores and the shown models.
             learners: pool of one process that learns.
             announce: sends progress to all windows.
         """
         self.updating: Progress | None = None
-        self._desk, self._learners, self._announce = desk, learners, announce
-        self._is_prepared, self._is_resumed = False, bool(desk.record.num_labels)
+        self._display, self._learners, self._announce = display, learners, announce
+        self._is_prepared, self._is_resumed = False, bool(display.record.num_labels)
         self._ticket = self._choosing = 0
 
     def populate(self, way: str) -> None:
@@ -45,20 +49,20 @@ class Learning:
         """
         if way not in WAYS:
             raise UsageError(f"way: expected one of {', '.join(WAYS)}, found {shown(way)}.")
-        desk = self._desk
-        desk.message = None
+        display = self._display
+        display.message = None
         if self._choosing:
             self._learners.cancel(self._choosing)
-        number = desk.record.numbers[desk.record.active] if way == PAIRS else desk.number
-        if way == "grammar" or (way in _UNLEARNED and desk.knowledge.of(number) is None):
-            desk.show(way, fresh_samples(desk.pool, desk.record, number_to_choose(way, desk.record.layout)))
+        number = display.record.numbers[display.record.active] if way == PAIRS else display.number
+        if way == "grammar" or (way in _UNLEARNED and display.knowledge.predictions_of(number) is None):
+            display.show(way, fresh_samples(display.pool, display.record, number_to_choose(way, display.record.layout)))
             return
         self.prepare()
         choice = self._choice(way)
         if self.updating is None:
             self._progress("choosing models", 0, 1)
-        done = partial(self._chosen, choice, desk.record.num_shown)
-        self._choosing = self._learners.submit(Choose(desk.factors, desk.record.numbers, choice), done)
+        done = partial(self._take_choice, choice, display.record.num_shown)
+        self._choosing = self._learners.submit(Choose(display.factors, display.record.numbers, choice), done)
 
     def update(self) -> None:
         """Learn from all scores, then show other models.
@@ -68,11 +72,11 @@ class Learning:
         """
         if self._ticket:
             raise UsageError("an update is under way; wait for it, or cancel it.")
-        if not self._desk.record.num_labels:
+        if not self._display.record.num_labels:
             raise UsageError("there are no scores to learn from; score some models first.")
-        self._desk.message = None
+        self._display.message = None
         self.prepare()
-        self._learn(self._choice(self._desk.record.way))
+        self._learn(self._choice(self._display.record.way))
 
     def cancel(self) -> None:
         """Cancel an update."""
@@ -83,7 +87,7 @@ class Learning:
         """Start counting features, and learning from existing scores, unless it was done."""
         if not self._is_prepared:
             self._is_prepared = True
-            self._learners.submit(Prepare(), self._prepared, on_progress=self._progress)
+            self._learners.submit(Prepare(), self._take_features, on_progress=self._progress)
             if self._is_resumed:
                 self._learn(None)
 
@@ -92,66 +96,66 @@ class Learning:
         self._learners.close()
 
     def _learn(self, choice: ModelChoice | None) -> None:
-        record, features = self._desk.record, self._desk.knowledge.features
-        known = 0 if features is None else features.version
+        record, features = self._display.record, self._display.knowledge.features
+        version = 0 if features is None else features.version
         self._progress("waiting", 0, 1)
-        update = Update(self._desk.factors, record.numbers, choice, known, record.wide)
-        done = partial(self._learned, update, (record.num_shown, record.judgements))
+        update = Update(self._display.factors, record.numbers, choice, version, record.wide)
+        done = partial(self._take_update, update, (record.num_shown, record.label_revision))
         ticket = self._learners.submit(update, done, on_progress=self._progress)
         if choice is not None:
             self._ticket = ticket
 
-    def _learned(self, update: Update, revision: tuple[int, int], outcome: TaskOutcome) -> None:
-        choice, desk = update.choice, self._desk
+    def _take_update(self, update: Update, revision: tuple[int, int], outcome: TaskOutcome) -> None:
+        choice, display = update.choice, self._display
         if choice is not None:
             self._ticket = 0
         self._progress_ended()
         if outcome.value is None:
-            desk.message = outcome.error or "The update was cancelled; predictions are as they were."
+            display.message = outcome.error or "The update was cancelled; predictions are as they were."
             return
-        found = outcome.value
-        if found.wide != desk.pool.pool.wide:
-            desk.pool = ModelPool(desk.store.about.seed, desk.store.about.size, found.wide)
-        desk.knowledge.take(found, revision[1], update.numbers)
+        learned = outcome.value
+        if learned.wide != display.pool.pool.wide:
+            display.pool = ModelPool(display.store.about.seed, display.store.about.size, learned.wide)
+        display.knowledge.take(learned, revision[1], update.numbers)
         # The wider pool may have been widened by this update.
-        self._learners.recall = replace(update, choice=None, wide=found.wide)
-        widened = (WIDENED,) if choice is not None and found.wide and not desk.record.wide else ()
-        desk.message = " ".join((*found.left_out, *widened)) or None
+        self._learners.recall = replace(update, choice=None, wide=learned.wide)
+        widened = (WIDER_POOL,) if choice is not None and learned.wide and not display.record.wide else ()
+        display.message = " ".join((*learned.left_out, *widened)) or None
         if choice is not None:
             # Recorded before models of a wider pool are shown, so that a killed session has it.
-            labels = sum(map(len, desk.factors.values()))
-            desk.note("learned", {"labels": labels, "js": found.js} | ({"wide": True} if found.wide else {}))
-        if choice is not None and found.chosen is not None:
-            if revision == (desk.record.num_shown, desk.record.judgements):
-                desk.show(choice.way, found.chosen)
+            labels = sum(map(len, display.factors.values()))
+            display.note("learned", {"labels": labels, "js": learned.js} | ({"wide": True} if learned.wide else {}))
+        if choice is not None and learned.chosen is not None:
+            if revision == (display.record.num_shown, display.record.label_revision):
+                display.show(choice.way, learned.chosen)
             else:
-                desk.message = " ".join((STAYED, *widened))
+                display.message = " ".join((UNCHANGED_MODELS, *widened))
 
-    def _prepared(self, outcome: TaskOutcome) -> None:
-        self._desk.knowledge.features = outcome.value
+    def _take_features(self, outcome: TaskOutcome) -> None:
+        self._display.knowledge.features = outcome.value
         self._progress_ended()
         if outcome.error:
-            self._desk.message = outcome.error
+            self._display.message = outcome.error
 
-    def _chosen(self, choice: ModelChoice, num_shown: int, outcome: TaskOutcome) -> None:
+    def _take_choice(self, choice: ModelChoice, num_shown: int, outcome: TaskOutcome) -> None:
         self._choosing = 0
         self._progress_ended()
         if outcome.value is None:
-            self._desk.message = outcome.error or None
-        elif self._desk.record.num_shown == num_shown:
-            self._desk.show(choice.way, outcome.value)
+            self._display.message = outcome.error or None
+        elif self._display.record.num_shown == num_shown:
+            self._display.show(choice.way, outcome.value)
 
     def _progress(self, stage: str, done: int, total: int) -> None:
         self.updating = Progress(stage, done, total)
         self._announce(stage, done, total)
 
     def _progress_ended(self) -> None:
-        self._desk.is_changed = True
+        self._display.notify()
         if not self._ticket:
             self.updating = None
 
     def _choice(self, way: str) -> ModelChoice:
-        desk = self._desk
+        display = self._display
         # The product has no comparisons.
-        factor = desk.record.active if way == PAIRS else desk.factor
-        return ModelChoice(way, factor, number_to_choose(way, desk.record.layout), desk.seed)
+        factor = display.record.active if way == PAIRS else display.factor
+        return ModelChoice(way, factor, number_to_choose(way, display.record.layout), display.seed)

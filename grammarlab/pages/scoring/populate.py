@@ -64,11 +64,11 @@ def fresh_samples(pool: ModelPool, record: Record, num: int) -> list[str]:
         record: shown and scored models.
         num: number of models; fewer if there are no more.
     """
-    scored = record.known
+    scored = record.labelled_models
     now = {model for grid in record.grids for model in grid.models}
     kinds: Iterable[Iterable[str]] = (
-        (model for model in pool.samples if model not in record.seen and model not in scored),
-        (model for model in pool.samples if model in record.seen and model not in scored and model not in now),
+        (model for model in pool.samples if model not in record.shown_models and model not in scored),
+        (model for model in pool.samples if model in record.shown_models and model not in scored and model not in now),
     )
-    found = [model for kind in kinds for model in kind]
-    return found[:num]
+    samples = [model for kind in kinds for model in kind]
+    return samples[:num]

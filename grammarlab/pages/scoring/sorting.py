@@ -38,12 +38,12 @@ def sorted_grids(
 
     Args:
         order: criterion: the highest score, the most uncertain, the most of a feature, the most similar, or the
-            one that was shown earliest comes first.
+            model that was shown earliest comes first.
         record: the session so far.
         knowledge: the results of learning.
         pool: the models.
-        factor: whose scores and kernel; empty for the product.
-        seed: of a random order.
+        factor: name of the factor whose scores and kernel are used; empty for the product.
+        seed: seed of a random order.
 
     Raises:
         UsageError: for an unknown order, or one that needs what is not known yet.
@@ -68,14 +68,14 @@ def _keys(
     if order.by == "random":
         return np.random.default_rng(seed).random(len(names))
     if order.by == "shown":
-        place = {model: number for number, model in enumerate(record.seen)}
-        return np.array([place.get(model, len(place)) for model in names], dtype=np.float64)
+        position = {model: number for number, model in enumerate(record.shown_models)}
+        return np.array([position.get(model, len(position)) for model in names], dtype=np.float64)
     index, number = knowledge.indices(names, pool), record.numbers.get(factor, 0)
     if order.by == "feature":
         return _descending(knowledge.column(order.feature), index)
     if order.by == "similarity":
         return _distances(knowledge.scaled_rows(number), index, knowledge.indices(order.models, pool))
-    predicted = knowledge.of(number)
+    predicted = knowledge.predictions_of(number)
     if order.by == "uncertainty":
         if predicted is None:
             raise UsageError("nothing has been learned yet, so all are equally uncertain: score some, then update.")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.pages.desktop import Message
+from grammarlab.pages.desktop import Message, StateEvent
+from grammarlab.pages.record.judgements import Scores, compared
 from grammarlab.pages.record.model_grids import PAIRS
-from grammarlab.pages.record.session_labels import Scores, compared
 from grammarlab.pages.scoring.desk import SessionDesk
+from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.populate import WAYS
-from grammarlab.pages.scoring.rounds import Rounds
 from grammarlab.pages.workers.tasks import Predictions, Singles
 from grammarlab.preference.labels import Kind
 
@@ -19,16 +19,21 @@ _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather
 """Messages, each with its order of models."""
 
 
-def state_of(rounds: Rounds) -> Message:
+def state_event(desk: SessionDesk) -> StateEvent:
+    """The event with the state of the page."""
+    return {"event": "state", "state": state_of(desk)}, ()
+
+
+def state_of(desk: SessionDesk) -> Message:
     """State of the page, without pictures."""
-    desk, updating = rounds.desk, rounds.learning.updating
-    record, knowledge = desk.record, desk.knowledge
-    predicted = knowledge.of(desk.number)
-    layout, said = record.layout, [subject for scores in record.factors.values() for subject in scores]
+    display, updating = desk.display, desk.learning.updating
+    record, knowledge = display.record, display.knowledge
+    predicted = knowledge.predictions_of(display.number)
+    layout, subjects = record.layout, [subject for scores in record.factors.values() for subject in scores]
     return {
         "protocol": PROTOCOL,
-        "title": desk.store.about.title,
-        "session": rounds.path.name,
+        "title": display.store.about.title,
+        "session": desk.target.name,
         "revision": record.revision,
         "factors": [
             {"id": record.numbers[name], "name": name, "labels": len(scores)} for name, scores in record.factors.items()
@@ -38,10 +43,10 @@ def state_of(rounds: Rounds) -> Message:
         "layout": {"grids": layout.grids, "rows": layout.rows, "columns": layout.columns},
         "way": record.way,
         "grids": [{"title": grid.title, "models": list(grid.models)} for grid in record.grids],
-        "models": _models(desk, predicted),
-        "pairs": _pairs(desk) if record.way == PAIRS else None,
-        "scored": len({subject for subject in said if " " not in subject}),
-        "compared": sum(" " in subject for subject in said),
+        "models": _models(display, predicted),
+        "pairs": _pairs(display) if record.way == PAIRS else None,
+        "scored": len({subject for subject in subjects if " " not in subject}),
+        "compared": sum(" " in subject for subject in subjects),
         "can_undo": bool(record.done),
         "can_redo": bool(record.undone),
         "chart": [{"labels": labels, "js": js} for labels, js in record.chart],
@@ -50,19 +55,19 @@ def state_of(rounds: Rounds) -> Message:
         "gain": None if knowledge.learned is None else knowledge.learned.gain,
         "turn": knowledge.learned.turn if knowledge.learned and knowledge.learned.turn in record.factors else "",
         "updating": None if updating is None else updating.as_json(),
-        "fresh": knowledge.judgements == record.judgements,
+        "fresh": knowledge.label_revision == record.label_revision,
         "ways": [{"name": name, "says": says} for name, says in WAYS.items() if name != PAIRS],
-        "message": desk.message,
-        "warnings": list(desk.warnings.values()),
+        "message": display.message,
+        "warnings": list(display.warnings.values()),
     }
 
 
-def _models(desk: SessionDesk, predicted: Predictions | None) -> dict[str, Message]:
+def _models(display: SessionDisplay, predicted: Predictions | None) -> dict[str, Message]:
     """Knowledge about each shown model."""
-    record = desk.record
+    record = display.record
     names = [model for grid in record.grids for model in grid.models]
-    index = desk.knowledge.indices(names, desk.pool)
-    scores, product = record.factors[record.active], desk.knowledge.of(0)
+    index = display.knowledge.indices(names, display.pool)
+    scores, product = record.factors[record.active], display.knowledge.predictions_of(0)
     columns = zip(
         names,
         _numbers(None if predicted is None else predicted.mean, index),
@@ -76,27 +81,27 @@ def _models(desk: SessionDesk, predicted: Predictions | None) -> dict[str, Messa
             "kind": None if scores.get(name) is None else scores[name].kind,
             "mean": mean,
             "std": std,
-            "label": desk.pool.label_of(name),
+            "label": display.pool.label_of(name),
             "product": of_product,
         }
         for name, mean, std, of_product in columns
     }
 
 
-def _pairs(desk: SessionDesk) -> list[Message]:
+def _pairs(display: SessionDisplay) -> list[Message]:
     """The shown pairs, with their labels for the active factor."""
-    scores = desk.record.factors[desk.record.active]
+    scores = display.record.factors[display.record.active]
     return [
         {"models": list(models), "said": _verdict(models, scores)}
-        for models in zip(*(grid.models for grid in desk.record.grids), strict=True)
+        for models in zip(*(grid.models for grid in display.record.grids), strict=True)
     ]
 
 
 def _verdict(models: tuple[str, str], scores: Scores) -> str | None:
     """Which of two models is preferred, ``first`` or ``second``, or ``alike``."""
     for kind, order, word in _VERDICTS:
-        subject, said = compared(models[::order], kind)
-        if scores.get(subject) == said:
+        subject, label = compared(models[::order], kind)
+        if scores.get(subject) == label:
             return word
     return None
 

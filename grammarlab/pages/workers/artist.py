@@ -55,10 +55,10 @@ class PartFinder:
         return FoundPart(part, num_parts, (int(triangles[0]), int(triangles[-1]) + 1), self.parts.way_to(part))
 
 
-KEPT = 48
-"""Number of models kept in memory, since they are drawn twice: quickly, then well."""
+MAX_MODELS = 48
+"""Largest number of models in memory, since they are drawn twice: quickly, then well."""
 MAX_VERTICES = 8_000_000
-"""Of these, as long as there are others than those asked for last."""
+"""Largest number of their vertices, unless the models requested last have more."""
 MAX_GLB_BYTES = 128 << 20
 
 
@@ -75,9 +75,9 @@ class _Studio:
     assets: Path
     models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
     parts: PartFinder | None = None
-    """For the model whose parts were asked for last."""
+    """Parts of the model that was clicked last."""
     warnings: dict[Finding, None] = field(default_factory=dict)
-    """About any model so far."""
+    """Warnings about all models so far."""
 
     def do(
         self, request: Begin | DrawModels | MakeGlb | FindPart, _report: Report
@@ -128,10 +128,10 @@ class _Studio:
         if not addresses:
             return
         ordered = sorted(addresses)
-        found = self.space.realize(ordered)
-        self.warnings |= dict.fromkeys(warnings_of(found.missing_assets, self.assets))
-        batch = triangles(found.scene)
+        realized = self.space.realize(ordered)
+        self.warnings |= dict.fromkeys(warnings_of(realized.missing_assets, self.assets))
+        batch = triangles(realized.scene)
         self.models |= {str(address): batch.model(index) for index, address in enumerate(ordered)}
         vertices = sum(len(model.vertices) for model in self.models.values())
-        while len(self.models) > KEPT or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
+        while len(self.models) > MAX_MODELS or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
             vertices -= len(self.models.popitem(last=False)[1].vertices)

@@ -8,8 +8,8 @@ from pathlib import Path
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import hashes_of
 from grammarlab.learning.designs.pool import Pool
+from grammarlab.pages.record.judgements import as_label, of_label
 from grammarlab.pages.record.model_grids import MAX_MODELS
-from grammarlab.pages.record.session_labels import as_label, of_label
 from grammarlab.pages.record.store import SUFFIX, Store
 from grammarlab.pages.workers.tasks import Factors
 from grammarlab.preference.label_files import read_labels
@@ -34,15 +34,15 @@ def labels_of(factors: Factors, grammar: str) -> Labels:
     """All scores and comparisons, in the order of factors and models.
 
     Args:
-        factors: of a session.
+        factors: labels of a session.
         grammar: SHA-256 of its grammar.
     """
     hashes = hashes_of(grammar)
     return Labels(
         tuple(
-            as_label(subject, said, factor, hashes)
+            as_label(subject, judgement, factor, hashes)
             for factor, scores in factors.items()
-            for subject, said in scores.items()
+            for subject, judgement in scores.items()
         )
     )
 
@@ -50,8 +50,8 @@ def labels_of(factors: Factors, grammar: str) -> Labels:
 def replaced_notes(num_labels: int, factors: Factors) -> tuple[str, ...]:
     """A note if a file has several labels of one model, or one pair, and factor, of which the last one counts.
 
-    >>> from grammarlab.pages.record.session_labels import Said
-    >>> replaced_notes(3, {"overall": {"g0-1": Said(80.0)}})
+    >>> from grammarlab.pages.record.judgements import Judgement
+    >>> replaced_notes(3, {"overall": {"g0-1": Judgement(80.0)}})
     ('2 labels are left out: each model and pair has one label per factor in a session, the last one of the file',)
     """
     number = num_labels - sum(map(len, factors.values()))
@@ -64,7 +64,7 @@ def scores_of(labels: Labels, grammar: str) -> Factors:
     """Labels by factor and subject; of two for the same factor and subject the later one counts.
 
     Args:
-        labels: any.
+        labels: labels of any grammar.
         grammar: SHA-256 of the grammar that they should be about.
 
     Raises:
@@ -77,18 +77,18 @@ def scores_of(labels: Labels, grammar: str) -> Factors:
         raise UsageError(f"{len(labels):,} labels; {MAX_MODELS:,} can be imported at once. Split the file.")
     found: Factors = {}
     for label in labels:
-        places = [place for place in (label.address, label.other_address) if place is not None]
-        foreign = [place[0] for place in places if place[0] not in hashes]
+        addresses = [address for address in (label.address, label.other_address) if address is not None]
+        foreign = [address[0] for address in addresses if address[0] not in hashes]
         if foreign:
             raise UsageError(
                 f"labels about another grammar: expected {grammar[:16]}…, found {foreign[0][:16]}…. Import labels "
                 "of models of this session's grammar."
             )
-        if any(place[1:4] != ("", "{}", "") for place in places):
+        if any(address[1:4] != ("", "{}", "") for address in addresses):
             raise UsageError(
                 "labels of models with a start rule, attributes or a footprint of their own cannot be imported: a "
                 "session is about models of the rule file as it is."
             )
-        subject, said = of_label(label, hashes)
-        found.setdefault(label.factor, {})[subject] = said
+        subject, judgement = of_label(label, hashes)
+        found.setdefault(label.factor, {})[subject] = judgement
     return found

@@ -51,13 +51,13 @@ def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int
     """Worker for `Prepare`, `Update` and `Choose` tasks of a session.
 
     Args:
-        suffix: of the file that describes the models.
-        text: of the same.
-        name: of the same.
+        suffix: suffix of the file that describes the models.
+        text: text of that file.
+        name: name of that file, without its suffix.
         assets: folder of meshes and images.
-        seed: of the session.
-        size: of its pool, before that is widened.
-        wide: whether it has been widened for rare models.
+        seed: seed of the session.
+        size: size of the pool, before it is widened.
+        wide: whether the pool has been widened for rare models.
     """
     return _LastUpdate(Study(opened(suffix, text, name, Path(assets)), Pool(seed, size, wide))).do
 
@@ -69,11 +69,11 @@ class _LastUpdate:
         self._study = study
         self._state = init(study)
         self._numbers: Mapping[str, int] = {}
-        """Of the factors at the last update; they stay when a factor is renamed."""
+        """Number of each factor at the last update; it stays when the factor is renamed."""
         # Different from the versions of an earlier process.
         self._version = secrets.randbits(48)
-        self._before: tuple[Floats, Floats] | None = None
-        """Of the models of the last update: how much each stands for, and how much it was liked."""
+        self._previous: tuple[Floats, Floats] | None = None
+        """[m] weights of the models of the pool at the last update, and [m] predicted scores of them."""
 
     def do(self, request: Prepare | Update | Choose, report: Report) -> Any:
         if isinstance(request, Prepare):
@@ -85,7 +85,7 @@ class _LastUpdate:
     def _prepare(self, report: Report) -> Features | None:
         self._study.tables(report=report)
         report(f"counting features of {len(self._study.pool):,} models", 0, 1)
-        self._learned(self._state, self._numbers)
+        self._set_state(self._state, self._numbers)
         if not self._state.preferences:
             self._warm_up()
         return self._features(0)
@@ -98,29 +98,29 @@ class _LastUpdate:
 
     def _update(self, request: Update, report: Report) -> LearnedUpdate:
         # A pool that has been widened stays wide; it is widened only where new models are to be shown.
-        begin = replace(init(self._study), wide=self._state.wide or request.wide)
+        start = replace(init(self._study), wide=self._state.wide or request.wide)
         state = step(
-            self._study, begin, _answers(request.factors, self._study.space), report, widens=request.choice is not None
+            self._study, start, _answers(request.factors, self._study.space), report, widens=request.choice is not None
         )
         report("choosing models", 1, 1)
         # The state is consistent from here on.
-        self._learned(state, request.numbers)
+        self._set_state(state, request.numbers)
         rows, product = self._study.table(state).rows, state.product
-        found = {name: self._predicted(preference, rows) for name, preference in state.preferences.items()}
-        liked = None if product is None else self._predicted(product, rows)
+        predictions = {name: self._predictions(preference, rows) for name, preference in state.preferences.items()}
+        liked = None if product is None else self._predictions(product, rows)
         chosen = None if request.choice is None else self._choose(request, request.choice)
         elsewhere = tuple(map(str, state.columns.elsewhere))
-        moved, left_out = self._moved(liked), _left_out(request.factors, state)
+        divergence, left_out = self._divergence(liked), _left_out(request.factors, state)
         words, gain = self._words(liked), expected_gain(self._study, state)
-        features = self._features(request.known)
+        features = self._features(request.known_version)
         return LearnedUpdate(
             features=features,
             wide=state.wide,
             elsewhere=elsewhere,
-            factors=found,
+            factors=predictions,
             product=liked,
             left_out=left_out,
-            js=moved,
+            js=divergence,
             chosen=chosen,
             words=words,
             gain=gain,
@@ -138,41 +138,43 @@ class _LastUpdate:
         scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
         return words_of(self._study.table(self._state), scores, weights).lines
 
-    def _learned(self, state: State, numbers: Mapping[str, int]) -> None:
+    def _set_state(self, state: State, numbers: Mapping[str, int]) -> None:
         self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)
         self._state, self._numbers = state, numbers
 
-    def _features(self, known: int) -> Features | None:
-        if self._version == known:
+    def _features(self, known_version: int) -> Features | None:
+        if self._version == known_version:
             return None
         table = self._study.table(self._state)
         return Features(self._version, table.rows.astype(np.float32), table.names)
 
-    def _predicted(self, preference: AbstractPreference, rows: Floats) -> Predictions:
-        found = preference.predict(rows)
+    def _predictions(self, preference: AbstractPreference, rows: Floats) -> Predictions:
+        prediction = preference.predict(rows)
         weights = _column_weights(preference)
         names = self._study.table(self._state).group_names
-        matters = [entry for entry in preference.explain(names)[:MOST_RELEVANCES] if entry.level != "none"]
+        relevances = [entry for entry in preference.explain(names)[:MOST_RELEVANCES] if entry.level != "none"]
         return Predictions(
-            found.mean.astype(np.float32),
-            found.std.astype(np.float32),
+            prediction.mean.astype(np.float32),
+            prediction.std.astype(np.float32),
             None if weights is None else weights.astype(np.float32),
-            tuple((entry.name, entry.level, round(entry.share, 4)) for entry in matters),
+            tuple((entry.name, entry.level, round(entry.share, 4)) for entry in relevances),
         )
 
-    def _moved(self, product: Predictions | None) -> float:
+    def _divergence(self, product: Predictions | None) -> float:
         """Divergence of the density from that of the previous update; at first, from that of the grammar.
 
         It is computed on the pool of that time.
         """
         weights = self._study.tables(self._state.wide).made.weights
         liking = np.ones(len(weights)) if product is None else np.maximum(product.mean[: len(weights)], 0.0)
-        known, before = self._before or (weights, np.ones(len(weights)))
-        self._before = weights, liking
-        return jensen_shannon(_density(known, before), _density(known, liking[: len(known)]))
+        previous_weights, previous_liking = self._previous or (weights, np.ones(len(weights)))
+        self._previous = weights, liking
+        return jensen_shannon(
+            _density(previous_weights, previous_liking), _density(previous_weights, liking[: len(previous_weights)])
+        )
 
     def _choose(self, request: Update | Choose, choice: ModelChoice) -> tuple[str, ...]:
-        state = _renamed(self._state, self._numbers, request.numbers)
+        state = _with_names(self._state, self._numbers, request.numbers)
         state = answered(replace(state, answers={}), _answers(request.factors, self._study.space))
         if choice.way == PAIRS:
             pairs = ask_pairs(self._study, state, choice.num // 2, choice.seed, factor=choice.factor)
@@ -188,7 +190,7 @@ def _answers(factors: Factors, space: AbstractDesignSpace[Any]) -> tuple[Answers
     return tuple(answers_for(factor, labels, space.hashes) for factor in labels.factors)
 
 
-def _renamed(state: State, before: Mapping[str, int], now: Mapping[str, int]) -> State:
+def _with_names(state: State, before: Mapping[str, int], now: Mapping[str, int]) -> State:
     """The state with the current names of its factors; their numbers do not change."""
     names = {number: name for name, number in now.items()}
     new = {name: names.get(number, name) for name, number in before.items()}
@@ -197,7 +199,7 @@ def _renamed(state: State, before: Mapping[str, int], now: Mapping[str, int]) ->
 
 
 def _density(weights: Floats, liking: Floats) -> Floats:
-    """[m] how often models are made: that of the grammar where nothing is liked."""
+    """[m] unnormalized probability of each model; that of the grammar if no model is liked."""
     density = weights * liking
     return density if density.any() else weights
 
@@ -208,7 +210,9 @@ def _left_out(factors: Factors, state: State) -> tuple[str, ...]:
     for name, scores in factors.items():
         if name not in state.liked and len(factors) > 1:
             why = "all its scores are 0" if scores else "it has no scores yet"
-            why = "its comparisons are all ties" if any(said.kind == "tie" for said in scores.values()) else why
+            why = (
+                "its comparisons are all ties" if any(judgement.kind == "tie" for judgement in scores.values()) else why
+            )
             reasons.append(f"Factor {name} is left out of the product: {why}.")
     if not state.liked:
         reasons.append("Nothing is liked yet: score at least one model above 0.")
@@ -216,9 +220,9 @@ def _left_out(factors: Factors, state: State) -> tuple[str, ...]:
 
 
 def _column_weights(preference: AbstractPreference) -> Floats | None:
-    """[F] of the kernel, of a product those of its factors together."""
+    """[F] weights of the kernel; for a product, the sum over its factors."""
     if isinstance(preference, ProductPreference):
         parts = [_column_weights(factor) for factor in preference.factors.values()]
-        known = [part for part in parts if part is not None]
-        return np.sum(known, axis=0) if known else None
+        weights = [part for part in parts if part is not None]
+        return np.sum(weights, axis=0) if weights else None
     return preference.column_weights()

@@ -89,7 +89,7 @@ class _Maker:
         # It loads JAX, which labels and sheets do not need.
         from grammarlab.runs.learn.from_labels import learn_from_labels  # noqa: PLC0415
 
-        if not any(said.likes for scores in request.factors.values() for said in scores.values()):
+        if not any(judgement.is_positive for scores in request.factors.values() for judgement in scores.values()):
             raise UsageError("nothing is liked yet, so there is nothing to sample: score at least one model above 0.")
         report("learning the grammar", 0, 1)
         # The rule file may have changed since the session began, so its own text is learned from.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import Finding
-from grammarlab.pages.record.session_labels import Scores
+from grammarlab.pages.record.judgements import Scores
 
 Singles = NDArray[np.float32]
 Factors = dict[str, Scores]
@@ -44,7 +44,7 @@ class DrawModels:
     size: int
     """Pixels along each side."""
     samples: int
-    """Along each side of a pixel: 1 is quick, 2 good."""
+    """Samples along each side of a pixel: 1 is quick, 2 good."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ class Choose:
 
     factors: Factors
     numbers: Mapping[str, int]
-    """Of the factors; they stay when a factor is renamed."""
+    """Number of each factor; it stays when the factor is renamed."""
     choice: ModelChoice
 
 
@@ -123,10 +123,10 @@ class Update:
 
     factors: Factors
     numbers: Mapping[str, int]
-    """As of `Choose`."""
+    """Number of each factor; it stays when the factor is renamed."""
     choice: ModelChoice | None
-    """What to show afterwards; None for no new models, and an unchanged pool."""
-    known: int = 0
+    """Models to choose afterwards; None for no new models, and an unchanged pool."""
+    known_version: int = 0
     """`Features.version` of the features that are already known."""
     wide: bool = False
     """Whether the pool has been widened for rare models; if not, it is widened once liked models are rare."""
@@ -139,9 +139,9 @@ class Features:
     version: int
     """1, 2, 3 …"""
     rows: Singles
-    """[m + e, F] scaled."""
+    """[m + e, F] scaled features."""
     names: tuple[str, ...]
-    """[F] all different."""
+    """[F] different names of the features."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +149,9 @@ class Predictions:
     """Predictions for the models of the pool, and then for those of `LearnedUpdate.elsewhere`."""
 
     mean: Singles
-    """[m + e] 0 to 100, or a little beyond."""
+    """[m + e] predicted scores, 0 to 100 or a little beyond."""
     std: Singles
-    """[m + e]"""
+    """[m + e] standard deviations of the scores."""
     weights: Singles | None
     """[F] weights of the kernel, if any."""
     relevance: tuple[tuple[str, str, float], ...]
@@ -192,7 +192,7 @@ class WriteLabels:
 
     factors: Factors
     suffix: str
-    """Such as ``.csv``."""
+    """Suffix of the file, such as ``.csv``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +209,7 @@ class LabelledFactors:
 
     factors: Factors
     notes: tuple[str, ...]
-    """What was understood of the file, see `Labels.notes`."""
+    """Notes on how the file was read; see `Labels.notes`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,7 +226,7 @@ class LearnedFile:
     """A learned grammar."""
 
     file: str
-    """Name, without a folder."""
+    """Name of the file, without a folder."""
     text: str
     js: float
     """Divergence in nats from the learned density."""

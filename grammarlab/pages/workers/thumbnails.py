@@ -26,18 +26,18 @@ SHEET = 25
 """Largest number of pictures on one sheet."""
 CHUNK = 4
 """Number of models drawn at a time, so that the first pictures come early."""
-MANY = 6
-"""Number of missing pictures from which they are drawn quickly before they are drawn well."""
+MIN_QUICK = 6
+"""Smallest number of missing pictures that are drawn quickly before they are drawn well."""
 QUICK, GOOD = 1, 2
 """Samples along each side of a pixel."""
 QUALITY = 88
-"""Of JPEGs."""
+"""Quality of JPEGs, 1 to 95."""
 
 Picture = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)
-class _Kept:
+class _Drawing:
     picture: Picture
     samples: int
 
@@ -49,22 +49,22 @@ class Thumbnails:
     pool: WorkerPool
     warn: Callable[[Sequence[Finding]], None]
     """Receives the warnings of all pictures, with repeats."""
-    _kept: OrderedDict[tuple[str, int], _Kept] = field(default_factory=OrderedDict)
+    _cache: OrderedDict[tuple[str, int], _Drawing] = field(default_factory=OrderedDict)
     """Cached pictures by model and size, the last used at the end."""
-    _wanted: dict[Send, tuple[int, frozenset[str]]] = field(default_factory=dict)
+    _requests: dict[Send, tuple[int, frozenset[str]]] = field(default_factory=dict)
     """Latest size and models requested by each window."""
-    _drawing: set[tuple[str, int, int]] = field(default_factory=set)
+    _pending: set[tuple[str, int, int]] = field(default_factory=set)
     """Models, sizes and samples in progress."""
 
     @property
     def shows_something(self) -> bool:
         """Whether there are pictures."""
-        return bool(self._kept)
+        return bool(self._cache)
 
     @property
     def is_hurried(self) -> bool:
         """Whether a window waits for first pictures."""
-        return any(samples == QUICK for _, _, samples in self._drawing)
+        return any(samples == QUICK for _, _, samples in self._pending)
 
     def request(self, models: Sequence[str], size: int, send: Send) -> None:
         """Send pictures when they are finished; earlier requests of this window are dropped.
@@ -74,14 +74,14 @@ class Thumbnails:
             size: pixels along each side.
             send: receives sprite sheets; a model may be sent twice, the later picture is better.
         """
-        self._wanted[send] = (size, frozenset(models))
-        known = [model for model in models if (model, size) in self._kept]
-        for start in range(0, len(known), SHEET):
-            part = known[start : start + SHEET]
+        self._requests[send] = (size, frozenset(models))
+        cached = [model for model in models if (model, size) in self._cache]
+        for start in range(0, len(cached), SHEET):
+            part = cached[start : start + SHEET]
             _send_sheet(send, size, part, [self._use(model, size) for model in part])
-        missing = [model for model in models if (model, size) not in self._kept]
-        poor = [model for model in known if self._kept[model, size].samples < GOOD]
-        quick = missing if len(missing) >= MANY else []
+        missing = [model for model in models if (model, size) not in self._cache]
+        poor = [model for model in cached if self._cache[model, size].samples < GOOD]
+        quick = missing if len(missing) >= MIN_QUICK else []
         # The last one submitted in front is done first.
         chunks = [*_chunks(quick, size, QUICK), *_chunks([*missing, *poor], size, GOOD)]
         for draw in reversed(chunks):
@@ -89,45 +89,45 @@ class Thumbnails:
 
     def forget(self, send: Send) -> None:
         """Drop the requests of a closed window."""
-        self._wanted.pop(send, None)
+        self._requests.pop(send, None)
 
     def _submit(self, draw: DrawModels) -> None:
         keys = [(model, draw.size, draw.samples) for model in draw.models]
-        models = tuple(key[0] for key in keys if key not in self._drawing)
+        models = tuple(key[0] for key in keys if key not in self._pending)
         if models:
-            self._drawing.update((model, draw.size, draw.samples) for model in models)
+            self._pending.update((model, draw.size, draw.samples) for model in models)
             draw = DrawModels(models, draw.size, draw.samples)
             self.pool.submit(draw, partial(self._drawn, draw), is_wanted=partial(self._is_wanted, draw), first=True)
 
     def _is_wanted(self, draw: DrawModels) -> bool:
-        if any(size == draw.size and not models.isdisjoint(draw.models) for size, models in self._wanted.values()):
+        if any(size == draw.size and not models.isdisjoint(draw.models) for size, models in self._requests.values()):
             return True
-        self._drawing.difference_update((model, draw.size, draw.samples) for model in draw.models)
+        self._pending.difference_update((model, draw.size, draw.samples) for model in draw.models)
         return False
 
     def _drawn(self, draw: DrawModels, outcome: TaskOutcome) -> None:
-        self._drawing.difference_update((model, draw.size, draw.samples) for model in draw.models)
+        self._pending.difference_update((model, draw.size, draw.samples) for model in draw.models)
         if outcome.value is None:
             return
         self.warn(outcome.value.warnings)
         for model, picture in zip(draw.models, outcome.value.pictures, strict=True):
-            self._keep(model, draw.size, _Kept(picture, draw.samples))
-        for send, (size, models) in list(self._wanted.items()):
+            self._store(model, draw.size, _Drawing(picture, draw.samples))
+        for send, (size, models) in list(self._requests.items()):
             here = [model for model in draw.models if size == draw.size and model in models]
             _send_sheet(send, size, here, [self._use(model, size) for model in here])
 
-    def _keep(self, model: str, size: int, kept: _Kept) -> None:
-        known = self._kept.get((model, size))
-        if known is None or known.samples <= kept.samples:
-            self._kept[model, size] = kept
-        pixels = sum(found.picture.size // 3 for found in self._kept.values())
-        while pixels > MAX_PIXELS and len(self._kept) > CHUNK:
-            _, oldest = self._kept.popitem(last=False)
+    def _store(self, model: str, size: int, drawing: _Drawing) -> None:
+        cached = self._cache.get((model, size))
+        if cached is None or cached.samples <= drawing.samples:
+            self._cache[model, size] = drawing
+        pixels = sum(entry.picture.size // 3 for entry in self._cache.values())
+        while pixels > MAX_PIXELS and len(self._cache) > CHUNK:
+            _, oldest = self._cache.popitem(last=False)
             pixels -= oldest.picture.size // 3
 
     def _use(self, model: str, size: int) -> Picture:
-        self._kept.move_to_end((model, size))
-        return self._kept[model, size].picture
+        self._cache.move_to_end((model, size))
+        return self._cache[model, size].picture
 
 
 def _chunks(models: Sequence[str], size: int, samples: int) -> Iterator[DrawModels]:
@@ -140,8 +140,8 @@ def _send_sheet(send: Send, size: int, models: Sequence[str], pictures: Sequence
         return
     columns = math.ceil(math.sqrt(len(models)))
     rows = math.ceil(len(models) / columns)
-    place = {"columns": columns, "rows": rows, "width": size, "height": size}
-    message = {"event": "pictures", "size": size, "models": list(models), **place}
+    layout = {"columns": columns, "rows": rows, "width": size, "height": size}
+    message = {"event": "pictures", "size": size, "models": list(models), **layout}
     send(message, [sprite_sheet(pictures, columns)])
 
 

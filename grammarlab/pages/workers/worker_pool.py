@@ -20,7 +20,7 @@ from typing import Any
 from grammarlab.errors import GrammarlabError
 from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, how_it_ended, is_unguarded, start_worker
 
-_PATIENCE = 5.0
+_END_SECONDS = 5.0
 """Seconds to wait for the end of a process."""
 
 Report = Callable[[str, int, int], None]
@@ -145,8 +145,8 @@ class WorkerPool:
         for worker in self._workers:
             worker.process.terminate()
         for worker in self._workers:
-            worker.process.join(_PATIENCE)
-            worker.listener.join(_PATIENCE)
+            worker.process.join(_END_SECONDS)
+            worker.listener.join(_END_SECONDS)
 
     def _dispatch(self) -> None:
         for worker in list(self._workers):
@@ -165,8 +165,8 @@ class WorkerPool:
                 self.deliver(partial(self._hear, worker, worker.connection.recv()))
         self.deliver(partial(self._lose, worker))
 
-    def _hear(self, worker: _WorkerProcess, said: tuple[str, Any]) -> None:
-        kind, value = said
+    def _hear(self, worker: _WorkerProcess, message: tuple[str, Any]) -> None:
+        kind, value = message
         task = worker.task
         if task is None or self._is_closed:
             return
@@ -186,7 +186,7 @@ class WorkerPool:
         task = worker.task
         if task is None:
             return
-        worker.process.join(_PATIENCE)
+        worker.process.join(_END_SECONDS)
         if is_unguarded(worker.process):
             task.then(TaskOutcome(error=UNGUARDED))
         elif task.request is self.recall:
@@ -194,13 +194,13 @@ class WorkerPool:
         elif task.losses + 1 < MAX_ATTEMPTS:
             self._waiting.appendleft(replace(task, losses=task.losses + 1))
         else:
-            task.then(TaskOutcome(error=_gone(how_it_ended(worker.process))))
+            task.then(TaskOutcome(error=_lost(how_it_ended(worker.process))))
         if self._waiting:
             self.start()
             self._dispatch()
 
 
-def _gone(how: str) -> str:
+def _lost(how: str) -> str:
     return (
         f"Processes that worked for the session have ended unasked, {MAX_ATTEMPTS} times with the same task ({how}). "
         "Close other programs if memory is short, and try again."

@@ -15,6 +15,7 @@ from grammarlab.pages.editor import editor as module
 from grammarlab.pages.editor.editor import Editor
 from tests.facade.samples import built, leaf, windows
 from tests.pages.editor.windows import Window
+from tests.pages.scoring.windows import BrokenWindow
 
 
 def test_of_sizes_on_the_way_only_the_latest_is_solved_for(editor: Editor, window: Window):
@@ -43,6 +44,19 @@ def test_all_windows_see_what_one_does(editor: Editor, window: Window):
     window.ask("undo")
     assert len(other.states) < len(window.states) + 1
     assert other.states[-1][0] != window.state
+
+
+def test_a_window_that_fails_keeps_no_other_from_hearing(editor: Editor):
+    broken = BrokenWindow(answers=2)
+    editor.listen(broken.send)
+    window = Window(editor)
+    height = window.state["drawing"]["height"]
+    for number in range(3):
+        editor.handle({"id": number, "command": "resize", "width": 8.0 + number, "height": height}, (), broken.send)
+    assert window.state["drawing"]["width"] == pytest.approx(10.0)
+    window.ask("undo")
+    assert window.state["drawing"]["width"] == pytest.approx(9.0)
+    assert "state" not in [message.get("event") for message in broken.heard[3:]]
 
 
 def test_without_an_output_a_new_file_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -195,10 +195,10 @@ def test_of_what_is_wished_for_the_latest_is_solved():
         goes_on.wait(PATIENCE)
 
     solver = Solver(done)
-    solver.want(Job(residential(), 6.0, 4.5, (1, 5)))
+    solver.submit(Job(residential(), 6.0, 4.5, (1, 5)))
     begun.wait(PATIENCE)
     for width in (7.0, 8.0, 0.5, 9.0):
-        solver.want(Job(residential(), width, 4.5, (1,)))
+        solver.submit(Job(residential(), width, 4.5, (1,)))
     goes_on.set()
     until(lambda: len(found), lambda number: number == 2)
     assert [(each.job.width, each.count) for each in found] == [(6.0, 1), (9.0, 1)]

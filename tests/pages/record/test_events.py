@@ -15,7 +15,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from grammarlab.errors import UsageError
 from grammarlab.pages.record.events import Event, Record
-from grammarlab.pages.record.session_labels import Said, Scores
+from grammarlab.pages.record.judgements import Judgement, Scores
 from grammarlab.pages.record.store import About, Store
 from grammarlab.preference.labels import Kind
 
@@ -36,7 +36,7 @@ class Naive:
         self.past.append(self.factors)
         self.factors, self.future = factors, []
 
-    def say(self, factor: str, said: Mapping[str, Said | None]) -> None:
+    def say(self, factor: str, said: Mapping[str, Judgement | None]) -> None:
         after = deepcopy(self.factors)
         for subject, value in said.items():
             after[factor].pop(subject, None)
@@ -71,14 +71,14 @@ class Sessions(RuleBasedStateMachine):
         factor=st.sampled_from(NAMES),
         models=st.lists(st.sampled_from(MODELS), min_size=1, unique=True),
         said=st.one_of(
-            st.builds(Said, st.just(0.0)),
-            st.builds(Said, st.integers(0, 100).map(float)),
-            st.builds(Said, st.sampled_from([0.0, 25.0, 50.0, 75.0, 100.0]), st.just("stars")),
-            st.builds(Said, st.sampled_from([0.0, 100.0]), st.just("thumb")),
+            st.builds(Judgement, st.just(0.0)),
+            st.builds(Judgement, st.integers(0, 100).map(float)),
+            st.builds(Judgement, st.sampled_from([0.0, 25.0, 50.0, 75.0, 100.0]), st.just("stars")),
+            st.builds(Judgement, st.sampled_from([0.0, 100.0]), st.just("thumb")),
             st.none(),
         ),
     )
-    def score(self, which: int, factor: str, models: list[str], said: Said | None) -> None:
+    def score(self, which: int, factor: str, models: list[str], said: Judgement | None) -> None:
         body: dict[str, Any] = {"factor": factor, "models": models, "score": None}
         if said is not None:
             body |= {"score": said.score} | ({} if said.kind == "score" else {"kind": said.kind})
@@ -98,7 +98,7 @@ class Sessions(RuleBasedStateMachine):
         factor = next(iter(self.naive.factors))
         self.do(which, "compare", factor=factor, models=models, kind=kind)
         score = 50.0 if kind == "tie" else 100.0 if models == sorted(models) else 0.0
-        self.naive.say(factor, {" ".join(sorted(models)): Said(score, kind) if kind else None})
+        self.naive.say(factor, {" ".join(sorted(models)): Judgement(score, kind) if kind else None})
 
     @rule(
         which=st.integers(0, 1),
@@ -108,7 +108,7 @@ class Sessions(RuleBasedStateMachine):
     def read(self, which: int, factor: str, scores: dict[str, float]) -> None:
         self.do(which, "import", scores={factor: scores})
         after = deepcopy(self.naive.factors)
-        after[factor] = after.get(factor, {}) | {model: Said(score) for model, score in scores.items()}
+        after[factor] = after.get(factor, {}) | {model: Judgement(score) for model, score in scores.items()}
         self.naive.change(after)
 
     @rule(which=st.integers(0, 1), name=st.sampled_from(NAMES))

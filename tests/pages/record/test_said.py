@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address, hashes_of
-from grammarlab.pages.record.session_labels import Said, as_label, checked_entry, compared, models_of, of_label
+from grammarlab.pages.record.judgements import Judgement, as_label, checked_entry, compared, models_of, of_label
 from grammarlab.pages.workers.label_exchange import labels_of, scores_of
 from grammarlab.preference.labels import Kind, Labels
 
@@ -20,9 +20,9 @@ HASHES = hashes_of(GRAMMAR)
 ADDRESSES = st.builds(Address, st.booleans(), st.integers(0, 2**64 - 1), st.integers(0, 2**63 - 1)).map(str)
 STARS = st.sampled_from([0.0, 25.0, 50.0, 75.0, 100.0])
 ONE = st.one_of(
-    st.builds(Said, st.floats(0, 100)),
-    st.builds(Said, STARS, st.just("stars")),
-    st.builds(Said, st.sampled_from([0.0, 100.0]), st.just("thumb")),
+    st.builds(Judgement, st.floats(0, 100)),
+    st.builds(Judgement, STARS, st.just("stars")),
+    st.builds(Judgement, st.sampled_from([0.0, 100.0]), st.just("thumb")),
 )
 KINDS: st.SearchStrategy[Kind] = st.sampled_from(("rather", "tie"))
 PAIRS = st.lists(ADDRESSES, min_size=2, max_size=2, unique=True)
@@ -30,7 +30,7 @@ ENTRIES = st.one_of(st.tuples(ADDRESSES, ONE), st.builds(compared, PAIRS, KINDS)
 
 
 @given(entry=ENTRIES)
-def test_an_entry_survives_events_and_labels(entry: tuple[str, Said]):
+def test_an_entry_survives_events_and_labels(entry: tuple[str, Judgement]):
     subject, said = entry
     assert checked_entry(subject, json.loads(json.dumps(said.as_json()))) == entry
     label = as_label(subject, said, "roof", HASHES)
@@ -39,7 +39,7 @@ def test_an_entry_survives_events_and_labels(entry: tuple[str, Said]):
 
 
 @given(scores=st.dictionaries(st.sampled_from(["overall", "a b"]), st.lists(ENTRIES, min_size=1).map(dict)))
-def test_whole_sessions_survive_label_files(scores: dict[str, dict[str, Said]]):
+def test_whole_sessions_survive_label_files(scores: dict[str, dict[str, Judgement]]):
     if scores:
         assert scores_of(labels_of(scores, GRAMMAR), GRAMMAR) == scores
 
@@ -58,10 +58,12 @@ def test_the_order_of_a_pair_says_which_model_is_preferred_and_nothing_else(mode
         assert label.score == 100.0
 
 
-@pytest.mark.parametrize("said", [Said(0.0), Said(0.0, "stars"), Said(0.0, "thumb"), Said(50.0, "tie")])
-def test_what_likes_nothing(said: Said):
-    assert not said.likes
-    assert Said(100.0, said.kind).likes != (said.kind == "tie")
+@pytest.mark.parametrize(
+    "said", [Judgement(0.0), Judgement(0.0, "stars"), Judgement(0.0, "thumb"), Judgement(50.0, "tie")]
+)
+def test_what_likes_nothing(said: Judgement):
+    assert not said.is_positive
+    assert Judgement(100.0, said.kind).is_positive != (said.kind == "tie")
 
 
 def test_models_with_a_footprint_cannot_be_compared_in_a_session():

@@ -13,7 +13,7 @@ import pytest
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.pages.record import store as store_module
-from grammarlab.pages.record.session_labels import Said
+from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.store import APPLICATION, STEPS, About, Store
 
 ABOUT = About("toy", "Lot --> extrude(3)", 5, 100)
@@ -75,7 +75,7 @@ def test_what_was_written_is_read_again(tmp_path: Path):
     path = begun(tmp_path / "s.db", 10, 20)
     with closing(Store.open(path)) as store:
         assert store.about == ABOUT
-        assert store.record.factors == {"overall": {"g5-0": Said(10.0), "g5-1": Said(20.0)}}
+        assert store.record.factors == {"overall": {"g5-0": Judgement(10.0), "g5-1": Judgement(20.0)}}
         assert store.record.revision == 2
 
 
@@ -102,7 +102,7 @@ def test_two_processes_see_what_the_other_wrote_before_they_write(tmp_path: Path
 def test_a_file_of_the_first_version_opens(tmp_path: Path):
     with closing(Store.open(version_1(tmp_path / "s.db"))) as store:
         assert store.about == ABOUT
-        assert store.record.factors == {"overall": {"g9-1": Said(80.0)}}
+        assert store.record.factors == {"overall": {"g9-1": Judgement(80.0)}}
         assert store.record.layout.columns == 3
         assert store.record.chart == [(1, 0.25)]
         store.append("redo", {})
@@ -225,7 +225,7 @@ def test_half_a_file_is_refused(tmp_path: Path):
 
 
 def test_a_locked_file_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(store_module, "PATIENCE", 0.05)
+    monkeypatch.setattr(store_module, "LOCK_SECONDS", 0.05)
     path = begun(tmp_path / "s.db", 10)
     with closing(Store.open(path)) as store, closing(sqlite3.connect(path, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")

@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from grammarlab.pages.record.session_labels import Said, Scores, compared
+from grammarlab.pages.record.judgements import Judgement, Scores, compared
 from grammarlab.pages.record.store import Store
 
 MANY = int(os.environ.get("GRAMMARLAB_KILLS", "0"))
@@ -58,4 +58,4 @@ def _entries(number: int) -> Scores:
     request: Any = _request(number)
     if request["command"] == "compare":
         return dict([compared(request["models"], request["kind"])])
-    return dict.fromkeys(request["models"], Said(float(request["score"]), request.get("kind", "score")))
+    return dict.fromkeys(request["models"], Judgement(float(request["score"]), request.get("kind", "score")))

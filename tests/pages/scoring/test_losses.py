@@ -14,7 +14,7 @@ from tests.runs.processes import expect_gone
 
 
 def kill_learner(session: Session) -> None:
-    for worker in session._rounds.learning._learners._workers:
+    for worker in session.desk.learning._learners._workers:
         os.kill(worker.process.pid, signal.SIGKILL)
         expect_gone([worker.process.pid])
 

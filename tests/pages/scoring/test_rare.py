@@ -15,10 +15,10 @@ from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.language.grammar import Grammar
-from grammarlab.pages.record.session_labels import Said
+from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.learning import WIDENED
+from grammarlab.pages.scoring.learning import WIDER_POOL
 from grammarlab.pages.scoring.session import Session
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.tasks import Choose, ModelChoice, Update
@@ -32,7 +32,7 @@ SIZE, BATCH, ROUNDS = 250, 16, 7
 NUMBERS = {"overall": 1}
 
 
-NOTHING_LIKED = dict.fromkeys(ModelPool(0, SIZE).names[: FEWEST + 8], Said(0.0))
+NOTHING_LIKED = dict.fromkeys(ModelPool(0, SIZE).names[: FEWEST + 8], Judgement(0.0))
 
 
 class Stop:
@@ -72,7 +72,7 @@ def asked_by_session(seed: int) -> list[str]:
 
     shown = handler(Choose({"overall": {}}, NUMBERS, choice()), report)
     for _ in range(ROUNDS):
-        scores |= {model: Said(score) for model, score in scores_of(shown).items()}
+        scores |= {model: Judgement(score) for model, score in scores_of(shown).items()}
         found = handler(Update({"overall": scores}, NUMBERS, choice()), report)
         assert found.wide == (len(scores) >= FEWEST)
         shown = found.chosen
@@ -139,7 +139,7 @@ def widened(session: Session, window: Window) -> dict:
     """The state after as many as it takes."""
     state = session.call("state")[0]
     for _ in range(FEWEST // 32):
-        assert not window.heard or WIDENED not in (state["message"] or "")
+        assert not window.heard or WIDER_POOL not in (state["message"] or "")
         state = updated(session, window, shown_models(state))
     return state
 
@@ -153,14 +153,14 @@ def populated(session: Session, way: str) -> list[str]:
 def test_a_person_is_told_once_and_shown_models_of_the_wider_pool(session: Session, tmp_path: Path):
     window = Window(session)
     state = widened(session, window)
-    assert WIDENED in state["message"]
+    assert WIDER_POOL in state["message"]
     narrow, models = ModelPool(0, SIZE).index, shown_models(state)
     assert any(model not in narrow for model in models)
     assert not any("seed" in known["label"] for known in state["models"].values())
     assert all(known["mean"] is not None for known in state["models"].values())
     assert all(0.0 <= point["js"] <= np.log(2.0) for point in state["chart"])
     state = updated(session, window, models)
-    assert WIDENED not in (state["message"] or "")
+    assert WIDER_POOL not in (state["message"] or "")
     with closing(Store.open(tmp_path / "posts.db")) as store:
         assert store.record.wide
 
@@ -208,7 +208,7 @@ def test_a_file_of_before_is_widened_at_its_next_update(tmp_path: Path, posts: s
         window = Window(session)
         session.handle({"id": 1, "command": "features", "query": "Lot"}, (), window.send)
         state = window.state(lambda state: state["fresh"])
-        assert WIDENED not in (state["message"] or "")
+        assert WIDER_POOL not in (state["message"] or "")
         window.forget()
         session.call("update")
-        assert WIDENED in window.state(lambda state: len(state["chart"]) == 2 and not state["updating"])["message"]
+        assert WIDER_POOL in window.state(lambda state: len(state["chart"]) == 2 and not state["updating"])["message"]

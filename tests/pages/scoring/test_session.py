@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
-from grammarlab.pages.record.session_labels import Said
+from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.store import Store
-from grammarlab.pages.scoring.desk import MAX_WARNINGS
+from grammarlab.pages.scoring.display import MAX_WARNINGS
 from grammarlab.pages.scoring.session import Session
 from tests.pages.scoring.tower import TOWER
-from tests.pages.scoring.windows import Window, shown_models
+from tests.pages.scoring.windows import BrokenWindow, Window, shown_models
 
 
 def test_the_first_grid_shows_samples_of_the_grammar(session: Session):
@@ -35,7 +35,7 @@ def test_a_score_is_in_the_file_when_it_is_answered(session: Session, tmp_path: 
     models = shown_models(session.call("state")[0])[:3]
     result, _ = session.call("score", models=models, score=70)
     with closing(Store.open(tmp_path / "towers.db")) as store:
-        assert store.record.factors["overall"] == dict.fromkeys(models, Said(70.0))
+        assert store.record.factors["overall"] == dict.fromkeys(models, Judgement(70.0))
         assert result == {"saved": True, "revision": store.record.revision}
 
 
@@ -54,6 +54,21 @@ def test_all_windows_agree(session: Session):
     one.state(lambda state: state["can_redo"])
     session.call("redo")
     assert not other.heard
+
+
+def test_a_window_that_fails_keeps_no_other_from_hearing(session: Session):
+    broken = BrokenWindow(answers=2)
+    session.listen(broken.send)
+    window = Window(session)
+    models = shown_models(session.call("state")[0])
+    for number, model in enumerate(models[:3]):
+        session.handle({"id": number, "command": "score", "models": [model], "score": 70}, (), broken.send)
+    assert window.state(lambda state: state["scored"] == 3)
+    assert session.call("state")[0]["scored"] == 3
+    window.forget()
+    session.call("undo")
+    assert window.state(lambda state: state["scored"] == 2)
+    assert "state" not in [message.get("event") for message in broken.heard[3:]]
 
 
 def test_a_closed_session_says_so(session: Session):
@@ -166,7 +181,7 @@ def test_what_is_meant_for_a_factor_goes_to_it_whatever_another_window_does(
         other.append("factor_rename", {"name": "colour", "to": "wall"})
         session.call("factor_rename", name=roof, to="door")
         other.poll()
-        assert other.record.factors == {"overall": {}, "door": {model: Said(30.0)}, "roof": {}}
+        assert other.record.factors == {"overall": {}, "door": {model: Judgement(30.0)}, "roof": {}}
         other.append("factor_rename", {"name": "door", "to": "gate"})
         session.call("factor_activate", name=roof)
         other.poll()
@@ -187,7 +202,7 @@ def test_what_is_meant_for_a_factor_goes_to_it_whatever_another_window_does(
         other.append("undo", {})
         session.call("score", models=[model], score=40, factor=roof)
         other.poll()
-        assert other.record.factors["stair"] == {model: Said(40.0)}
+        assert other.record.factors["stair"] == {model: Judgement(40.0)}
 
 
 def test_a_score_that_is_sent_again_counts_once(session: Session, tmp_path: Path, rules: str):

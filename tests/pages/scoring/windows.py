@@ -50,6 +50,19 @@ class Window:
             self.heard.clear()
 
 
+class BrokenWindow:
+    """Fails once it has heard so many messages, as a closed connection does."""
+
+    def __init__(self, answers: int) -> None:
+        self._answers = answers
+        self.heard: list[Message] = []
+
+    def send(self, message: Message, _buffers: Sequence[bytes]) -> None:
+        self.heard.append(message)
+        if len(self.heard) > self._answers:
+            raise ConnectionError("the window has gone")
+
+
 def shown_models(state: Message) -> list[str]:
     """All models of the grids, in order."""
     return [model for grid in state["grids"] for model in grid["models"]]

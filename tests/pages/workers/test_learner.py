@@ -12,7 +12,7 @@ from grammarlab.learning.answers import answers_of
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
-from grammarlab.pages.record.session_labels import Said, compared
+from grammarlab.pages.record.judgements import Judgement, compared
 from grammarlab.pages.scoring.knowledge import ModelPool
 from grammarlab.pages.scoring.populate import WAYS
 from grammarlab.pages.workers.label_exchange import labels_of
@@ -49,7 +49,7 @@ def update(handler: Handler, factors: dict[str, dict[str, float]], choice: Model
 
 def said(factors: dict[str, dict[str, float]]) -> Factors:
     """Scores of 0 to 100."""
-    return {name: {model: Said(score) for model, score in scores.items()} for name, scores in factors.items()}
+    return {name: {model: Judgement(score) for model, score in scores.items()} for name, scores in factors.items()}
 
 
 def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
@@ -188,12 +188,12 @@ def test_a_label_file_teaches_what_the_session_learns_to_the_last_bit(
     elsewhere = [str(Address(flat, 99, 4)) for flat in (False, True)]
     liked = {model: kind_of(model) == "Flat" for model in (*pool.names[:60], *elsewhere)}
     kinds: list[Kind] = ["score", "stars", "thumb"]
-    scores = {model: Said(100.0 * liked[model], kinds[index % 3]) for index, model in enumerate(pool.names[:30])}
+    scores = {model: Judgement(100.0 * liked[model], kinds[index % 3]) for index, model in enumerate(pool.names[:30])}
     pairs = [*zip(pool.names[30:44], pool.names[44:58], strict=True), (pool.names[58], elsewhere[0]), tuple(elsewhere)]
     for one, other in pairs:
         kind: Kind = "tie" if liked[one] == liked[other] else "rather"
         scores |= [compared([one, other] if liked[one] else [other, one], kind)]
-    factors: Factors = {"overall": scores, "a": {pool.names[0]: Said(30.0)}}
+    factors: Factors = {"overall": scores, "a": {pool.names[0]: Judgement(30.0)}}
     study = Study(opened(".cga", TOWER, "tower", Path()), Pool(SEED, SIZE))
     labels = labels_of(factors, study.space.hashes[0])
     save_labels(Labels(labels.rows[::-1]), tmp_path / "all.csv")

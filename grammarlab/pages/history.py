@@ -21,10 +21,17 @@ class History(Generic[Document]):
     future: list[tuple[str, Document]] = field(default_factory=list)
     """Description of each undone step, the last one first, and the state after it."""
 
-    def do(self, words: str, document: Document) -> None:
-        """Performs a step; undone steps are discarded."""
-        self.past = [*self.past, (words, self.present)][-MOST:]
-        self.future = []
+    def do(self, words: str, document: Document, *, joins: bool = False) -> None:
+        """Performs a step; undone steps are discarded.
+
+        Args:
+            words: description of the step.
+            document: the state after it.
+            joins: whether it becomes part of the step before it, if that has the same description and was not undone.
+        """
+        if not (joins and not self.future and self.past and self.past[-1][0] == words):
+            self.past = [*self.past, (words, self.present)][-MOST:]
+            self.future = []
         self.present = document
 
     def undo(self) -> str:

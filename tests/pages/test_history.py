@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.pages.editor.document import opened
-from grammarlab.pages.editor.history import MOST, History
+from grammarlab.pages.history import MOST, History
 from tests.facade.samples import windows
 
 FIRST = opened(windows(1, 2))

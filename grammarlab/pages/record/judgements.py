@@ -20,7 +20,7 @@ Subject = str
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class Judgement:
     """Latest label of a subject."""
 
     score: float
@@ -28,7 +28,7 @@ class Said:
     kind: Kind = "score"
 
     @property
-    def likes(self) -> bool:
+    def is_positive(self) -> bool:
         """Whether it means that a model is liked."""
         return self.kind == "rather" or (self.kind != "tie" and self.score > 0.0)
 
@@ -37,7 +37,7 @@ class Said:
         return self.score if self.kind == "score" else [self.kind, self.score]
 
 
-Scores = dict[Subject, Said]
+Scores = dict[Subject, Judgement]
 """All labels of one factor."""
 
 
@@ -46,36 +46,36 @@ def models_of(subjects: Iterable[Subject]) -> dict[str, None]:
     return {model: None for subject in subjects for model in subject.split(" ")}
 
 
-def compared(models: Sequence[str], kind: Kind) -> tuple[Subject, Said]:
+def compared(models: Sequence[str], kind: Kind) -> tuple[Subject, Judgement]:
     """Whether the first of two models is preferred, the second, or both are equal."""
     first, second = sorted(models, key=Address.parse)
     score = SCORES[kind][0] if first == models[0] else MAX_SCORE - SCORES[kind][0]
-    return f"{first} {second}", Said(score, kind)
+    return f"{first} {second}", Judgement(score, kind)
 
 
-def as_label(subject: Subject, said: Said, factor: str, hashes: tuple[str, str]) -> Label:
+def as_label(subject: Subject, judgement: Judgement, factor: str, hashes: tuple[str, str]) -> Label:
     """The label in the form of label files; see `Address.label`."""
-    places = [Address.parse(model) for model in subject.split(" ")]
-    if len(places) == 1:
-        return replace(places[0].label(factor, said.score, hashes), kind=said.kind)
+    addresses = [Address.parse(model) for model in subject.split(" ")]
+    if len(addresses) == 1:
+        return replace(addresses[0].label(factor, judgement.score, hashes), kind=judgement.kind)
     # A comparison names the preferred model first.
-    here, there = places if said.score >= SCORES["tie"][0] else places[::-1]
+    here, there = addresses if judgement.score >= SCORES["tie"][0] else addresses[::-1]
     other: dict[str, object] = {"seed": there.seed, "model": there.model}
     if here.flat != there.flat:
         other["grammar"] = hashes[there.flat]
-    label = here.label(factor, max(said.score, MAX_SCORE - said.score), hashes)
-    return replace(label, kind=said.kind, other=json.dumps(other, separators=(",", ":")))
+    label = here.label(factor, max(judgement.score, MAX_SCORE - judgement.score), hashes)
+    return replace(label, kind=judgement.kind, other=json.dumps(other, separators=(",", ":")))
 
 
-def of_label(label: Label, hashes: tuple[str, str]) -> tuple[Subject, Said]:
+def of_label(label: Label, hashes: tuple[str, str]) -> tuple[Subject, Judgement]:
     """Subject and value of a label."""
     model, other = Address.of(label, hashes), Address.of_other(label, hashes)
     if other is None:
-        return str(model), Said(float(label.score), label.kind)
+        return str(model), Judgement(float(label.score), label.kind)
     return compared((str(model), str(other)), label.kind)
 
 
-def checked_said(score: object, kind: object = "score") -> Said:
+def checked_judgement(score: object, kind: object = "score") -> Judgement:
     """A label of one model on a scale.
 
     Raises:
@@ -89,11 +89,11 @@ def checked_said(score: object, kind: object = "score") -> Said:
     if score not in SCORES.get(scale, (score,)):
         expected = ", ".join(f"{value:g}" for value in SCORES[scale])
         raise UsageError(f"score: expected one of {expected} for the kind {scale}, found {shown(score)}.")
-    return Said(float(score), scale)
+    return Judgement(float(score), scale)
 
 
-def checked_entry(subject: object, value: object) -> tuple[Subject, Said]:
-    """A subject and its label, from the form of `Said.as_json`.
+def checked_entry(subject: object, value: object) -> tuple[Subject, Judgement]:
+    """A subject and its label, from the form of `Judgement.as_json`.
 
     Raises:
         UsageError: If it has another form.
@@ -101,16 +101,16 @@ def checked_entry(subject: object, value: object) -> tuple[Subject, Said]:
     kind, score = value if isinstance(value, list) and len(value) == 2 else ("score", value)
     models = subject.split(" ") if isinstance(subject, str) else []
     if len(models) != 2:
-        return str(Address.parse(subject)), checked_said(score, kind)
+        return str(Address.parse(subject)), checked_judgement(score, kind)
     checked_pair(models)
     possible = [compared(order, name) for order in (models, models[::-1]) for name in _COMPARISONS]
-    found = [(pair, said) for pair, said in possible if pair == subject and said.as_json() == value]
-    if not found:
+    matches = [(pair, judgement) for pair, judgement in possible if pair == subject and judgement.as_json() == value]
+    if not matches:
         raise UsageError(
             f"scores: expected a comparison of two models such as 'g5-1 g5-2' with ['rather', 100], found "
             f"{shown(subject)} with {shown(value)}."
         )
-    return found[0]
+    return matches[0]
 
 
 def checked_pair(models: object) -> list[str]:
