@@ -14,7 +14,7 @@ from grammarlab.cli.sample import complete_grammar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from grammarlab.pages.desktop import Message, Send
+    from grammarlab.pages.windows import Message, Send
 
 
 def score(

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from grammarlab.errors import UsageError
-from grammarlab.pages.desktop import Answer, Message, Refuse
 from grammarlab.pages.history import Document, History
 from grammarlab.pages.requests import Request
 from grammarlab.pages.targets import unused_path
+from grammarlab.pages.windows import Answer, Message, Refuse
 
 
 class AbstractDesk(ABC):

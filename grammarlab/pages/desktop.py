@@ -1,7 +1,4 @@
-"""Windows around a desk, for any transport: one thread processes all their requests in order.
-
-Messages from a session to its windows.
-"""
+"""Windows around a desk, for any transport: one thread processes all their requests in order."""
 
 from __future__ import annotations
 
@@ -14,22 +11,12 @@ from dataclasses import dataclass
 from functools import partial
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any, Generic, TypeAlias, TypeGuard
+from typing import Generic, TypeGuard
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.pages.desk import Command, DeskT
 from grammarlab.pages.requests import run_request, unexpected
-
-Message = dict[str, Any]
-Argument: TypeAlias = str | float | bool | Sequence["Argument"] | Mapping[str, "Argument"] | None
-"""A value of a request, as JSON has it."""
-Send = Callable[[Message, Sequence[bytes]], None]
-"""Sends a message and binary buffers to one window. Called on the session's thread; it must not block."""
-Answer = Callable[[Message, Sequence[bytes]], None]
-"""Send the result of a command."""
-Refuse = Callable[[str], None]
-"""Send the reason why there is no result."""
-
+from grammarlab.pages.windows import Argument, Message, Send
 
 CLOSED = "The page has been closed. Open its file again to go on."
 

@@ -9,9 +9,10 @@ from PIL import Image
 from grammarlab.errors import UsageError
 from grammarlab.pages import example_desk
 from grammarlab.pages.desk import DESK_COMMANDS, Command
-from grammarlab.pages.desktop import Message, StateEvent
+from grammarlab.pages.desktop import StateEvent
 from grammarlab.pages.example_desk import ExampleDesk
 from grammarlab.pages.requests import Request
+from grammarlab.pages.windows import Message
 from grammarlab.synthesis.example_pictures import wall_picture
 
 PROTOCOL = 1

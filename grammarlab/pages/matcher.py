@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from grammarlab.matching.corrections import correction_of
 from grammarlab.pages.desk import DESK_COMMANDS, Command
-from grammarlab.pages.desktop import DeskHooks, Desktop, Message, StateEvent
+from grammarlab.pages.desktop import DeskHooks, Desktop, StateEvent
 from grammarlab.pages.requests import Request
 from grammarlab.pages.scan_desk import ScanDesk
 from grammarlab.pages.server import built_page
+from grammarlab.pages.windows import Message
 
 PAGE = built_page("scan", "grammarlab facade open", max_bytes=1 << 20)
 

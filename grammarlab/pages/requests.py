@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.learning.designs.addresses import shown
-from grammarlab.pages.desktop import Answer, Message, Refuse, Send
+from grammarlab.pages.windows import Answer, Message, Refuse, Send
 
 MAX_TEXT = 200
 """Characters of a name or a search."""

@@ -33,7 +33,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from grammarlab.errors import UsageError
 from grammarlab.pages import STATIC
-from grammarlab.pages.desktop import Message, Send
+from grammarlab.pages.windows import Message, Send
 
 Frame = str | bytes
 

@@ -13,13 +13,14 @@ import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.pages.desk import DESK_COMMANDS, AbstractDocumentDesk, Exports
-from grammarlab.pages.desktop import CLOSED, DeskHooks, Desktop, Message, StateEvent
+from grammarlab.pages.desktop import CLOSED, DeskHooks, Desktop, StateEvent
 from grammarlab.pages.editor.commands import COMMANDS as EDITOR_COMMANDS
 from grammarlab.pages.example_commands import COMMANDS as EXAMPLE_COMMANDS
 from grammarlab.pages.layers.commands import COMMANDS as LAYERS_COMMANDS
 from grammarlab.pages.matcher import COMMANDS as SCAN_COMMANDS
 from grammarlab.pages.requests import Request
 from grammarlab.pages.scoring.commands import COMMANDS as SCORING_COMMANDS
+from grammarlab.pages.windows import Message
 from tests.pages.scoring.windows import BrokenWindow
 from tests.waiting import PATIENCE
 

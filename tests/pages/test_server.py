@@ -18,9 +18,9 @@ from urllib.parse import urlsplit
 import pytest
 
 from grammarlab.pages import server
-from grammarlab.pages.desktop import Send
 from grammarlab.pages.scoring.serving import PAGE
 from grammarlab.pages.server import Page, serving
+from grammarlab.pages.windows import Send
 from tests.pages.scoring.test_server import Page as Visited
 from tests.waiting import PATIENCE
 

@@ -18,7 +18,6 @@ from grammarlab.facade.sizes.size_wishes import Wish, checked
 from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.tree import Facade, Ints, X, Y
 from grammarlab.pages.desk import DESK_COMMANDS, Command
-from grammarlab.pages.desktop import Message
 from grammarlab.pages.editor.desk import EditorDesk, boxes, drawing
 from grammarlab.pages.editor.document import (
     Document,
@@ -31,6 +30,7 @@ from grammarlab.pages.editor.document import (
 )
 from grammarlab.pages.editor.suggestions import none_found
 from grammarlab.pages.requests import Request
+from grammarlab.pages.windows import Message
 
 
 def pressed(facade: Facade, grid: str, node: int) -> int:

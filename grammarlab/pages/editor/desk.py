@@ -20,11 +20,11 @@ from grammarlab.facade.sizes.size_wishes import Aspect, Wish, in_words
 from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.tree import Facade
 from grammarlab.pages.desk import AbstractDocumentDesk, Exports
-from grammarlab.pages.desktop import Message
 from grammarlab.pages.editor.document import Document, opened
 from grammarlab.pages.editor.exporting import SUFFIX, SUFFIXES, export
 from grammarlab.pages.editor.suggestions import Suggestions, suggest
 from grammarlab.pages.targets import stem_of
+from grammarlab.pages.windows import Message
 
 
 class EditorDesk(AbstractDocumentDesk[Document]):

@@ -6,11 +6,11 @@ from grammarlab.errors import UsageError
 from grammarlab.layers.file import MAX_SIZE_M, MIN_SIZE_M, MOST_BYTES
 from grammarlab.learning.designs.addresses import shown
 from grammarlab.pages.desk import DESK_COMMANDS, Command
-from grammarlab.pages.desktop import Message
 from grammarlab.pages.layers.desk import Canvas, DesignDesk
 from grammarlab.pages.layers.shown import layouts_of
 from grammarlab.pages.layers.text_edits import FLAGS, with_flag, with_mask, with_switch
 from grammarlab.pages.requests import Request
+from grammarlab.pages.windows import Message
 
 _AXES = ("x", "y")
 

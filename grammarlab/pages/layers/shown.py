@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 from grammarlab.errors import Finding
 from grammarlab.layers.design import Design, Layer, Symbol
-from grammarlab.pages.desktop import Message
 from grammarlab.pages.editor.desk import colors, drawing
 from grammarlab.pages.layers.desk import DesignDesk
 from grammarlab.pages.layers.text_edits import FLAGS
+from grammarlab.pages.windows import Message
 from grammarlab.runs.facade.layer_files import SolvedLayout
 
 PROTOCOL = 1

@@ -11,7 +11,6 @@ from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.pages import STATIC
 from grammarlab.pages.desk import DESK_COMMANDS, Command
-from grammarlab.pages.desktop import Message
 from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import Body, checked_models
 from grammarlab.pages.requests import Request
@@ -19,6 +18,7 @@ from grammarlab.pages.scoring.desk import SessionDesk
 from grammarlab.pages.scoring.session_files import FORMATS
 from grammarlab.pages.scoring.sorting import Order
 from grammarlab.pages.scoring.state import state_of
+from grammarlab.pages.windows import Message
 from grammarlab.pages.workers.tasks import FindPart, MakeGlb
 from grammarlab.pages.workers.thumbnails import LARGEST, SMALLEST
 

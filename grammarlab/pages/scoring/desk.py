@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 from grammarlab.pages.desk import AbstractDesk
-from grammarlab.pages.desktop import Answer, Message, Refuse
 from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
@@ -15,6 +14,7 @@ from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.learning import Learning
 from grammarlab.pages.scoring.populate import fresh_samples
 from grammarlab.pages.scoring.session_files import FORMATS, Result, SessionFiles, answer_outcome
+from grammarlab.pages.windows import Answer, Message, Refuse
 from grammarlab.pages.workers.tasks import FindPart, MakeGlb
 from grammarlab.pages.workers.thumbnails import Thumbnails
 from grammarlab.pages.workers.worker_pool import WorkerPool

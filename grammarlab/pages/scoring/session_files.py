@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.pages.desktop import Answer, Message, Refuse
 from grammarlab.pages.scoring.display import SessionDisplay
+from grammarlab.pages.windows import Answer, Message, Refuse
 from grammarlab.pages.workers.tasks import (
     DrawSheet,
     LabelledFactors,

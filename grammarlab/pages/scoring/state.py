@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.pages.desktop import Message, StateEvent
+from grammarlab.pages.desktop import StateEvent
 from grammarlab.pages.record.judgements import Scores, compared
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.desk import SessionDesk
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.populate import WAYS
+from grammarlab.pages.windows import Message
 from grammarlab.pages.workers.tasks import Predictions, Singles
 from grammarlab.preference.labels import Kind
 

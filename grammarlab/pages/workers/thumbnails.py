@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from grammarlab.errors import Finding
-from grammarlab.pages.desktop import Send
+from grammarlab.pages.windows import Send
 from grammarlab.pages.workers.tasks import DrawModels
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 

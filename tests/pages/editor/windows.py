@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.pages.desktop import Desktop, Message
+from grammarlab.pages.desktop import Desktop
+from grammarlab.pages.windows import Message
 from tests.waiting import PATIENCE
 
 

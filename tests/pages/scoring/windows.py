@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from threading import Condition
 from typing import Any
 
-from grammarlab.pages.desktop import Message
 from grammarlab.pages.scoring.session import Session
+from grammarlab.pages.windows import Message
 from tests.waiting import PATIENCE
 
 

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from grammarlab.errors import Finding, Location
-from grammarlab.pages.desktop import Message
+from grammarlab.pages.windows import Message
 from grammarlab.pages.workers import thumbnails as module
 from grammarlab.pages.workers.tasks import DrawModels, DrawnModels
 from grammarlab.pages.workers.thumbnails import CHUNK, GOOD, QUICK, SHEET, Thumbnails, sprite_sheet
