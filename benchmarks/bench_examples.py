@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grammarlab.cli.app import app
+from grammarlab.cli import app
 from grammarlab.errors import FacadeError
 from grammarlab.runs.sample.shipped import examples_folder
 from grammarlab.synthesis.analysis.example import analyse

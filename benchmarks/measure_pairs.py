@@ -13,8 +13,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.pattern_checks import count
 from grammarlab.language.grammar import Grammar
@@ -26,8 +26,6 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.preference.labels import SCORES, Kind, Label, Labels
 from grammarlab.scene.instances import realize
-
-Floats = NDArray[np.float64]
 
 GRAMMARS = Path(__file__).parent.parent / "grammars"
 TOWER = """

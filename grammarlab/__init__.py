@@ -24,12 +24,13 @@ if TYPE_CHECKING:
     from grammarlab.derivation.lots import Lots
     from grammarlab.errors import GrammarlabError
     from grammarlab.export.save import SaveOptions, save
+    from grammarlab.facade.editing.edit import edit as edit_facade
     from grammarlab.facade.file import load_facade, save_facade
     from grammarlab.facade.tree import Facade
     from grammarlab.features.columns.vocabulary import extract
     from grammarlab.features.patterns.pattern_checks import count
     from grammarlab.features.patterns.pattern_text import parse as pattern
-    from grammarlab.geometry.footprints import read_footprints
+    from grammarlab.geometry.footprints.footprint_text import read_footprints
     from grammarlab.language.grammar import Grammar
     from grammarlab.learning.fitting import fit
     from grammarlab.learning.learn import learn
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from grammarlab.preference.label_files import read_labels, save_labels
     from grammarlab.preference.labels import Label, Labels
     from grammarlab.preference.queries import Situation, propose
-    from grammarlab.runs.facade.edit import edit as edit_facade
     from grammarlab.runs.facade.gallery import show_facade
     from grammarlab.runs.facade.grammar_file import grammar_of as facade_grammar
     from grammarlab.runs.facade.read import read_facade
@@ -109,7 +109,7 @@ _HOMES = {
     "Situation": "preference.queries",
     "count": "features.patterns.pattern_checks",
     "derive": "derivation.derive",
-    "edit_facade": "runs.facade.edit:edit",
+    "edit_facade": "facade.editing.edit:edit",
     "examples_folder": "runs.sample.shipped",
     "extract": "features.columns.vocabulary",
     "facade_grammar": "runs.facade.grammar_file:grammar_of",
@@ -121,7 +121,7 @@ _HOMES = {
     "pattern": "features.patterns.pattern_text:parse",
     "propose": "preference.queries",
     "read_facade": "runs.facade.read",
-    "read_footprints": "geometry.footprints",
+    "read_footprints": "geometry.footprints.footprint_text",
     "read_labels": "preference.label_files",
     "realize": "scene.instances",
     "render": "runs.sample.contact_sheet",

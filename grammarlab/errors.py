@@ -31,6 +31,10 @@ Severity = Literal["error", "unsupported", "warning"]
 
 _WIDEST = 240
 """Characters of a line that a message shows."""
+_MOST_SHOWN = 60
+"""Characters of a foreign value that a message shows."""
+_MOST_BITS = 200
+"""Bits of an integer that a message shows in full; it would be longer than `_MOST_SHOWN` digits."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -91,6 +95,8 @@ class Finding:
 class GrammarlabError(Exception):
     """Base class of all errors of grammarlab, with a message for the user.
 
+    A message names an argument between backticks, such as "give `width=`"; the command line shows the option instead.
+
     >>> import grammarlab as gl
     >>> try:
     ...     gl.load("bilding")
@@ -119,6 +125,22 @@ def check_type(name: str, value: object, kind: type, example: str) -> None:
     if not isinstance(value, kind):
         actual = repr(value)[:60] if isinstance(value, str) else type(value).__name__
         raise UsageError(f"{name}: expected {kind.__name__} such as {example}, found {actual}.")
+
+
+def shown(value: object) -> str:
+    """A foreign value for a message: Python's form of it, abbreviated.
+
+    >>> shown(None), shown([1, 2]), shown({"a": 1}), shown("b" * 100_000)[-4:]
+    ('nothing', 'a list of 2', 'an object of 1', 'bbb…')
+    """
+    if value is None:
+        return "nothing"
+    if isinstance(value, list | dict):
+        return f"{'a list' if isinstance(value, list) else 'an object'} of {len(value)}"
+    if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        return f"an integer of {value.bit_length()} bits"
+    text = repr(value[: _MOST_SHOWN + 1] if isinstance(value, str) else value)
+    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"
 
 
 class LanguageError(GrammarlabError):

@@ -13,9 +13,9 @@ from typing import Unpack
 
 from grammarlab.extras import named_extras
 from grammarlab.pages import STATIC
+from grammarlab.pages.record.label_exchange import read_labels_or_session
 from grammarlab.pages.scoring.session import Session, SessionOptions
 from grammarlab.pages.windows import Argument, Message
-from grammarlab.pages.workers.label_exchange import read_labels_or_session
 from grammarlab.preference.labels import Labels
 from grammarlab.runs.sample.shipped import find_rules
 

@@ -6,7 +6,7 @@ import pickle
 
 import pytest
 
-from grammarlab.errors import BudgetError, DerivationError, Finding, GrammarlabError, LanguageError, Location
+from grammarlab.errors import BudgetError, DerivationError, Finding, GrammarlabError, LanguageError, Location, shown
 
 PLACE = Location(3, 7, 2, "lot.cga")
 ERRORS = [
@@ -31,3 +31,12 @@ def test_of_a_very_long_line_the_place_is_shown():
     start = shown[2].index("^")
     assert shown[1][start : start + 4] == "HERE"
     assert max(map(len, shown)) < 300
+
+
+def test_a_foreign_value_is_shown_in_at_most_one_short_line() -> None:
+    deep: list = []
+    for _ in range(100_000):
+        deep = [deep]
+    found = [shown(each) for each in (None, True, 2.5, "a\nb", 10**4000, "x" * 10**6, {"a": deep}, deep, b"\n" * 99)]
+    assert found[:5] == ["nothing", "True", "2.5", r"'a\nb'", "an integer of 13288 bits"]
+    assert all(len(each) <= 61 and each.isprintable() for each in found)

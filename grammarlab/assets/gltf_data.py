@@ -15,7 +15,8 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.assets.mesh_parts import Floats, Indices, Neighbours
+from grammarlab.arrays import Floats
+from grammarlab.assets.mesh_parts import Indices, Neighbours
 from grammarlab.errors import AssetError
 
 _GLB_MAGIC, _JSON_CHUNK, _BINARY_CHUNK = b"glTF", 0x4E4F534A, 0x004E4942

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.assets.gltf_data import Accessors, GltfDocument, UnreadableError, parse_document
-from grammarlab.assets.mesh_parts import Color, Floats, Indices, MeshPart, Neighbours, color_of
+from grammarlab.assets.mesh_parts import Color, Indices, MeshPart, Neighbours, color_of
 from grammarlab.errors import AssetError
 
 INSTANCING = "EXT_mesh_gpu_instancing"

@@ -24,8 +24,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.assets.gltf_scene import read_gltf
-from grammarlab.assets.mesh_parts import Floats, Indices, MeshPart, Neighbours, joined
+from grammarlab.assets.mesh_parts import Indices, MeshPart, Neighbours, joined
 from grammarlab.assets.obj_reader import read_obj
 from grammarlab.errors import AssetError, MissingAssetError
 from grammarlab.files import read_bounded

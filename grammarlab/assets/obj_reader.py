@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from grammarlab.arrays import row_of_value
-from grammarlab.assets.mesh_parts import FARTHEST, Color, Floats, Indices, MeshPart, Neighbours, color_of
+from grammarlab.arrays import Floats, row_of_value
+from grammarlab.assets.mesh_parts import FARTHEST, Color, Indices, MeshPart, Neighbours, color_of
 from grammarlab.errors import AssetError
 from grammarlab.geometry.meshes.measure import is_convex
 from grammarlab.geometry.meshes.mesh import Meshes

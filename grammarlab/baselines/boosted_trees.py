@@ -16,17 +16,9 @@ import numpy as np
 from lightgbm import Booster, Dataset, train
 from numpy.typing import ArrayLike
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import (
-    MAX_SCORE,
-    AbstractPreference,
-    Floats,
-    Ints,
-    Prediction,
-    Relevance,
-    Rows,
-    rows_to_predict,
-)
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.observations import Observations, checked_groups, observe
 

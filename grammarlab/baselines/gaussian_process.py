@@ -21,16 +21,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import (
-    AbstractPreference,
-    Floats,
-    Ints,
-    Prediction,
-    Relevance,
-    Rows,
-    rows_to_predict,
-)
+from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.factors import relevances
 from grammarlab.preference.observations import Observations, checked_groups, observe, thinned
 from grammarlab.preference.processes.evidence import Data, loss, minimise, padded, padded_size

@@ -17,16 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference.base import (
-    MAX_SCORE,
-    AbstractPreference,
-    Floats,
-    Ints,
-    Prediction,
-    Relevance,
-    Rows,
-    rows_to_predict,
-)
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.factors import relevances
 from grammarlab.preference.observations import Observations, checked_groups, observe, thinned
 from grammarlab.preference.processes.posterior import squared_distances

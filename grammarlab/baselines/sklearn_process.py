@@ -18,7 +18,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.factors import relevances
 from grammarlab.preference.observations import Observations, checked_groups, observe, thinned
 from grammarlab.preference.processes.evidence import minimise

@@ -5,10 +5,15 @@ Heavy libraries are imported inside functions, so that ``--help`` and completion
 
 import io
 import sys
+from typing import Any
 
-from grammarlab.cli.app import app
+import typer
+
 from grammarlab.cli.console import INTERRUPTED, say
 from grammarlab.runs.work.compiled import keep_compiled
+
+app: typer.Typer
+"""The application with all commands, made when it is first asked for."""
 
 
 def main() -> None:
@@ -18,10 +23,21 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")  # a terminal or a pipe may not have every character
     try:
         keep_compiled()
-        app()
+        from grammarlab.cli.commands import app_for
+
+        app_for(sys.argv[1:])()
     except KeyboardInterrupt:  # while the commands are made; each command reports an interruption itself
         say("interrupted.")
         raise SystemExit(INTERRUPTED) from None
+
+
+def __getattr__(name: str) -> Any:
+    if name != "app":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from grammarlab.cli.commands import app_for
+
+    globals()["app"] = app_for(())
+    return globals()["app"]
 
 
 __all__ = ["app", "main"]

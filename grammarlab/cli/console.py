@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import platform
+import re
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -54,11 +55,54 @@ def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
 
 
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
+_ARGUMENT = re.compile(r"`([a-z_]+)=([^`\n]{0,40})`")
+"""An argument in a message of the library: ``width=``, ``unit='mm'`` or ``resume=True``, each between backticks."""
+_ARGUMENTS = frozenset(
+    [
+        "assets",
+        "box",
+        "boxes",
+        "columns",
+        "corrections",
+        "height",
+        "jobs",
+        "method",
+        "port",
+        "resume",
+        "rows",
+        "split",
+        "stored_grammar",
+        "templates",
+        "unit",
+        "up",
+        "wall",
+        "width",
+        "workers",
+    ]
+)
+"""Arguments that are options of the same name."""
+
+
+def with_options(message: str) -> str:
+    """A message of the library with the options of the command line instead of arguments.
+
+    >>> with_options("give `width=` or `unit='mm'`, or leave out `stored_grammar=True`")
+    'give --width or --unit mm, or leave out --stored-grammar'
+    """
+    return _ARGUMENT.sub(_option, message)
+
+
+def _option(match: re.Match[str]) -> str:
+    name, value = match[1], match[2].strip("'")
+    if name not in _ARGUMENTS:
+        return match[0]
+    option = f"--{name.replace('_', '-')}"
+    return option if value in {"", "True"} else f"{option} {value}"
 
 
 def say(message: str) -> None:
-    """Print a message on stderr; it may quote files from strangers."""
-    typer.echo(printable(message), err=True)
+    """Print a message on stderr with options for arguments; it may quote files from strangers."""
+    typer.echo(printable(with_options(message)), err=True)
 
 
 def print_result(result: object) -> None:
@@ -73,7 +117,7 @@ def print_content(text: str) -> None:
 
 def print_json(value: dict[str, Any]) -> None:
     """Print one JSON object on stdout."""
-    typer.echo(json.dumps(value, indent=2, allow_nan=False))
+    typer.echo(with_options(json.dumps(value, indent=2, allow_nan=False)))
 
 
 @contextmanager

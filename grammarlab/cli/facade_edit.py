@@ -30,8 +30,8 @@ def edit(
     Grids, alignments and equal sizes are kept.
     """
     with friendly_errors():
+        from grammarlab.facade.editing.edit import edit as edit_facade
         from grammarlab.facade.file import load_locked
-        from grammarlab.runs.facade.edit import edit as edit_facade
         from grammarlab.runs.facade.gallery import save_gallery
 
         with expected_kind(file, FACADE):

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console import friendly_errors, print_json, print_result, say
+from grammarlab.cli.console import friendly_errors, print_json, print_result, say, with_options
 from grammarlab.cli.file_kinds import ELEMENTS, MESH, Unit, UnitOption, Up, UpOption, expected_kind
 from grammarlab.files import check_overwrites
 
@@ -106,6 +106,7 @@ def match(
             loaded = load_elements(elements, boxes, unit.value, up.axis)
         result = match_elements(loaded, chosen, method, seed, answers)
         values = as_dict(result, method, seed)
+        values["notes"] = [with_options(note) for note in values["notes"]]
         files = save_match(result, values, output)
         if as_json:
             print_json(values)

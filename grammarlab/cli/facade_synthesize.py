@@ -162,6 +162,8 @@ def synthesize(
         wishes = wishes_of(
             count or (), only or (), fix or (), equal_corners=equal_corners, symmetric=symmetric, keep=keep
         )
+        if len(example or ()) > len(buildings):
+            raise UsageError(f"--example: expected at most {len(buildings)} files, one for each building; found more.")
         task = SynthesisRequest(
             rows=rows,
             columns=columns,

@@ -128,7 +128,7 @@ def learn(
         if labels is not None:
             from grammarlab.learning.designs.pool import Pool
             from grammarlab.learning.targets.writers import Making
-            from grammarlab.pages.workers.label_exchange import read_labels_or_session
+            from grammarlab.pages.record.label_exchange import read_labels_or_session
             from grammarlab.runs.learn.from_labels import learn_from_labels
 
             making = Making(method, base, samples, max_rules)

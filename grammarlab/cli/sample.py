@@ -35,7 +35,7 @@ _REMARKS = {
 
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
-    from grammarlab.geometry.footprints import Remark
+    from grammarlab.geometry.footprints.footprint import Remark
     from grammarlab.runs.sample.run import RunResult
 
 
@@ -127,7 +127,7 @@ def sample(
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
         from grammarlab.cli.console import note_slow_pictures, progress
-        from grammarlab.runs.sample.domains import domain_of, opened
+        from grammarlab.runs.sample.domains import opened_models
         from grammarlab.runs.sample.manifest import read_manifest
         from grammarlab.runs.sample.request import SampleRequest
         from grammarlab.runs.sample.run import repeat_run, sample_run
@@ -154,8 +154,7 @@ def sample(
         if not grammar:
             raise UsageError("which grammar? Give a .cga file or a name that `grammarlab list` shows.")
         source = find_rules(grammar, assets)
-        space = opened(source.suffix, source.text(), source.name, source.assets)
-        models = domain_of(source.suffix).models(space)
+        models = opened_models(source.suffix, source.text(), source.name, source.assets)
         _print_left_out(grammar, models.left_out())
         request = SampleRequest.of(
             grammar,

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from grammarlab.arrays import Floats
 
 EXACT = 0.0
 """Step of exact probabilities."""

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
@@ -16,8 +16,6 @@ from grammarlab.errors import check_type
 from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.scene.instances import Scene, realize
-
-Floats = NDArray[np.float64]
 
 
 class AbstractSampler(ABC):

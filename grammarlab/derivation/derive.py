@@ -15,7 +15,7 @@ from typing import TypedDict, Unpack, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, row_of_value
+from grammarlab.arrays import Floats, offsets_from_counts, row_of_value
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.calls.branches import route
 from grammarlab.derivation.calls.texture_transfer import initial_maps
@@ -28,7 +28,7 @@ from grammarlab.derivation.materials import MaterialTable
 from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized
 from grammarlab.derivation.state.recorder import Recorder
-from grammarlab.derivation.state.shapes import FOOTPRINT, Floats, Ids, Shapes, concatenate
+from grammarlab.derivation.state.shapes import FOOTPRINT, Ids, Shapes, concatenate
 from grammarlab.derivation.state.workspace import Budget, Workspace
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import BudgetError, UsageError

@@ -16,13 +16,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import Location
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.numbering import Numbering
 
-Floats = NDArray[np.float64]
 NodeIds: TypeAlias = NDArray[np.int16 | np.int32]
 """Integers as wide as the grammar needs: int16 for at most 32,767 symbols, rules, random expressions and successors."""
 

@@ -13,9 +13,7 @@ from itertools import permutations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import distinct
-
-Floats = NDArray[np.float64]
+from grammarlab.arrays import Floats, distinct
 
 
 def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:

@@ -17,10 +17,8 @@ from typing import Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, take_rows
+from grammarlab.arrays import Floats, offsets_from_counts, take_rows
 from grammarlab.errors import UsageError
-
-Floats = NDArray[np.float64]
 
 NEAR = 1024.0
 """Largest coordinate in metres without a local origin; below it, 32-bit coordinates are accurate to 0.03 mm."""

@@ -9,13 +9,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Flags
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path
 from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.meshes.mesh import Meshes
 
-Flags = NDArray[np.bool_]
 _R = TypeVar("_R", Nodes, Leaves, Draws, Reports)
 
 

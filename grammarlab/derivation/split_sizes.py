@@ -16,8 +16,8 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from grammarlab.arrays import Floats, Ints
+
 Amount: TypeAlias = "float | NDArray[np.floating]"
 """Metres, one number for all lengths or one per length."""
 

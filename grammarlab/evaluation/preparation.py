@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grammarlab.about import __version__
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.respondents import Respondent
@@ -33,8 +33,6 @@ from grammarlab.learning.round import Study
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.randomness import derived_seed
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

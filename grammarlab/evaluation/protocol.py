@@ -22,16 +22,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.preparation import Material
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import State, init
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import MAX_SCORE
-
-Floats = NDArray[np.float64]
 
 
 def run(

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from grammarlab.arrays import Floats
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.randomness import derived_seed, fold, root_keys, uniforms
-
-Floats = NDArray[np.float64]
 
 _LANE = 5
 """Place below a person's seed for the draws of answers."""

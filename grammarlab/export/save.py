@@ -12,12 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError, check_type
-from grammarlab.export.glb import GlbWriter, MergedContent, ReusedContent
-from grammarlab.export.gltf_document import GltfDocument
-from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.model_files import AbstractWriter, Output, whole_file
-from grammarlab.export.obj import ObjWriter
-from grammarlab.export.ply import PlyWriter
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.instances import require_proper, scene_of_model
 from grammarlab.scene.layout import SceneLayout, around, grid, in_place, model_bounds
@@ -229,13 +224,24 @@ def _checked_format(file_format: str) -> str:
 def _writer(
     output: Output, target: Path, file_format: str, layout: SceneLayout, options: SaveOptions
 ) -> AbstractWriter:
+    # A run has one format: the writers of the others are not imported.
     if file_format == "ply":
+        from grammarlab.export.ply import PlyWriter  # noqa: PLC0415
+
         return PlyWriter(output, layout.origin, wide=layout.is_wide)
     if file_format == "obj":
+        from grammarlab.export.obj import ObjWriter  # noqa: PLC0415
+
         return ObjWriter(output, target, layout.origin, options.assets)
+    from grammarlab.export.glb import GlbWriter, MergedContent  # noqa: PLC0415
+    from grammarlab.export.gltf_document import GltfDocument  # noqa: PLC0415
+    from grammarlab.export.gltf_materials import GltfMaterials  # noqa: PLC0415
+
     document = GltfDocument(output)
     materials = GltfMaterials(document, options.assets)
     if options.reuse == "merged":
         return GlbWriter(document, MergedContent(document, materials), layout.origin)
+    from grammarlab.export.glb import ReusedContent  # noqa: PLC0415
+
     instancing = options.reuse == "instancing"
     return GlbWriter(document, ReusedContent(document, materials, instancing=instancing), layout.origin)

@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.arrays import offsets_from_counts
-from grammarlab.errors import FacadeError
+from grammarlab.arrays import Floats, Ints, offsets_from_counts
+from grammarlab.errors import FacadeError, shown
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.size_locks import lock_values, parsed_locks
 from grammarlab.facade.sizes.size_wishes import Wish
-from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
+from grammarlab.facade.tree import LEAF, Facade, Picture, X, Y, check
 from grammarlab.facade.values import (
     a_list,
     a_number,
@@ -32,7 +32,6 @@ from grammarlab.facade.values import (
     numbers,
     parse_json,
     read_bounded,
-    shown,
 )
 from grammarlab.files import rewrite_text, write_bytes, write_text
 
@@ -216,8 +215,8 @@ def _grid_values(grid: Grid) -> dict[str, Any]:
     return {"name": grid.name, "elements": elements}
 
 
-def loads(content: bytes, picture_named: Callable[[str], Picture]) -> Facade:
-    """The facade of a file.
+def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tuple[Facade, tuple[Wish, ...]]:
+    """The facade of a file and its locks.
 
     Args:
         content: the file.
@@ -226,11 +225,6 @@ def loads(content: bytes, picture_named: Callable[[str], Picture]) -> Facade:
     Raises:
         FacadeError: If it is not a facade; with the position of the mistake.
     """
-    return loads_locked(content, picture_named)[0]
-
-
-def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tuple[Facade, tuple[Wish, ...]]:
-    """The facade of a file and its locks; arguments and errors as in `loads`."""
     document = parse_json(content)
     if not isinstance(document, dict) or document.get("format") != FORMAT:
         raise FacadeError(f'This is not a facade: expected an object with "format": "{FORMAT}".')

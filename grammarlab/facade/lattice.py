@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.editing.grids import lines
-from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints
 
 _REGULARITY_TOLERANCE = 0.06
 """Largest difference of positions and a multiple of the pitch, as a fraction of the pitch."""
@@ -78,7 +78,7 @@ def _steps(middle: Floats, size: Floats) -> Ints:
     return np.where(fits, times, 1).astype(np.int64)
 
 
-def _apart(low: Floats, high: Floats) -> Bools:
+def _apart(low: Floats, high: Floats) -> Flags:
     """[K - 1] whether neighbours are so far apart that both of their cells would be larger than others."""
     gap = low[1:] - high[:-1]
     if len(gap) < 3:
@@ -99,7 +99,7 @@ def _pitch(index: Ints, middle: Floats) -> tuple[float, bool]:
     return float(slope), regular
 
 
-def _lines(index: Ints, low: Floats, high: Floats, is_gap: Bools, first: float, last: float) -> Floats:
+def _lines(index: Ints, low: Floats, high: Floats, is_gap: Flags, first: float, last: float) -> Floats:
     """[K + 1] lines halfway between neighbours; outer ones as far away as inner ones, but within the wall."""
     line = np.zeros(index[-1] + 2)
     for k in range(len(index) - 1):

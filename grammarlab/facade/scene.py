@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.functions.color_functions import parse_color
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.facade.grammar.leaf_looks import UPRIGHT, picture_file, prisms, shown_pictures
@@ -15,8 +16,6 @@ from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.primitives import box as solid_box
 from grammarlab.scene.instances import Scene
-
-Floats = NDArray[np.float64]
 
 _BOX, _PRISM = 0, 1
 

@@ -14,12 +14,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts
+from grammarlab.arrays import Floats, Ints, offsets_from_counts
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 LEAF = -1
 X, Y = 0, 1

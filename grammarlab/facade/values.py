@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab import files
-from grammarlab.errors import AssetError, FacadeError
+from grammarlab.errors import AssetError, FacadeError, shown
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
 """Length of units of files, metres."""
@@ -21,8 +21,6 @@ UP_AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
 
 MOST_BYTES = 128 * 2**20
 """Largest size of a file; its values may take twenty times the memory."""
-_MOST_SHOWN = 60
-_MISSING = object()
 
 
 def read_bounded(path: Path, most: int = MOST_BYTES) -> bytes:
@@ -109,16 +107,3 @@ def numbers(value: Any, where: str, count: int) -> list[float]:
     if len(a_list(value, where, count)) != count:
         raise FacadeError(f"{where}: expected {count} numbers, found {shown(value)}.")
     return [a_number(number, where) for number in value]
-
-
-def shown(value: Any) -> str:
-    """A value for a message, abbreviated."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, list):
-        return f"a list of {len(value)}"
-    try:
-        text = repr(value)[: _MOST_SHOWN + 1]
-    except RecursionError:  # an object nested almost as deep as a reader of JSON follows
-        return "a deeply nested object"
-    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"

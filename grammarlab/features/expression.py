@@ -22,11 +22,10 @@ from lark import Lark, Token, Transformer_NonRecursive, UnexpectedCharacters, Un
 from lark.exceptions import VisitError
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns import pattern_text
 from grammarlab.features.patterns.pattern import Draw, Feature, Threshold
-
-Floats = NDArray[np.float64]
 
 MAX_CHARACTERS = 20_000
 """Largest number of characters of an expression."""

@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.pattern import Feature
-
-Floats = NDArray[np.float64]
 
 MAX_CASES = 100
 """Largest number of cases of one score."""

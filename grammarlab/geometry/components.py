@@ -21,11 +21,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import index_in_row, offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
 from grammarlab.geometry.meshes.edges import Edges, faces_at_boundary
 from grammarlab.geometry.meshes.edges import edges as edge_table
 from grammarlab.geometry.meshes.measure import corner_edges, face_normals
-from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Floats, Indices, Meshes
+from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Indices, Meshes
 from grammarlab.geometry.meshes.ragged import distinct_keys, next_in_row
 from grammarlab.geometry.meshes.vectors import any_normal, apply, apply_transposed, cross, dot, has_length, norm, unit
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Flags, Floats
 from grammarlab.geometry.components import EAVE, HIP, RIDGE, VALLEY, ComponentMeshes
-from grammarlab.geometry.meshes.mesh import Floats
 from grammarlab.geometry.meshes.vectors import apply
-
-Flags = NDArray[np.bool_]
 
 TIE = 1e-6
 """Tolerance for equal components of a unit normal: up and down come before front and back, these before the rest."""

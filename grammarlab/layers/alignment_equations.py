@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.facade.tree import Floats, Ints
+from grammarlab.arrays import Floats, Ints, connected
 from grammarlab.layers.alignment.align import Alignment, Element
 from grammarlab.layers.design import Word
 
@@ -63,18 +63,15 @@ def is_gapped(alignment: Alignment, row: int, element: Element, *, gaps: bool) -
 @dataclass
 class _Equations:
     gaps: bool
-    parent: dict[Unknown, Unknown] = field(default_factory=dict)
+    number: dict[Unknown, int] = field(default_factory=dict)
+    equal: list[tuple[int, int]] = field(default_factory=list)
+    """Pairs of unknowns of the same size."""
     targets: dict[Unknown, float] = field(default_factory=dict)
     rows: list[tuple[Counter[Unknown], float]] = field(default_factory=list)
 
-    def find(self, unknown: Unknown) -> Unknown:
-        self.parent.setdefault(unknown, unknown)
-        root = unknown
-        while self.parent[root] != root:
-            root = self.parent[root]
-        while self.parent[unknown] != root:
-            self.parent[unknown], unknown = root, self.parent[unknown]
-        return root
+    def node(self, unknown: Unknown) -> int:
+        """Number of an unknown, in the order of their first mention."""
+        return self.number.setdefault(unknown, len(self.number))
 
     def add(self, number: int, alignment: Alignment, canvas: float) -> None:
         for row in {word: row for row, word in enumerate(alignment.words)}.values():
@@ -85,7 +82,7 @@ class _Equations:
     def _row(self, number: int, alignment: Alignment, row: int) -> None:
         word, elements = alignment.words[row], alignment.cells[row]
         for letter in word:
-            self.find(("symbol", letter.symbol))
+            self.node(("symbol", letter.symbol))
             if letter.size is not None:
                 self.targets["symbol", letter.symbol] = letter.size
         split = {index for element in elements for index, part in element if part}
@@ -97,7 +94,7 @@ class _Equations:
             if not element or is_gapped(alignment, row, element, gaps=self.gaps):
                 continue
             if len(unknowns) == 1:
-                self.parent[self.find(unknowns[0])] = self.find(("column", number, column))
+                self.equal.append((self.node(("column", number, column)), self.node(unknowns[0])))
             else:
                 total = Counter[Unknown](unknowns)
                 total["column", number, column] -= 1
@@ -112,10 +109,10 @@ class _Equations:
     def done(self) -> Equations:
         for total, _ in self.rows:
             for unknown in total:
-                self.find(unknown)
-        root_index: dict[Unknown, int] = {}
-        index = {unknown: root_index.setdefault(self.find(unknown), len(root_index)) for unknown in list(self.parent)}
-        matrix = np.zeros((len(self.rows), len(root_index) + 1))
+                self.node(unknown)
+        size = connected(len(self.number), *np.array(self.equal, dtype=np.int64).reshape(-1, 2).T)
+        index = dict(zip(self.number, size.tolist(), strict=True))
+        matrix = np.zeros((len(self.rows), size.max(initial=-1) + 2))
         for row, (total, value) in zip(matrix, self.rows, strict=True):
             for unknown, factor in total.items():
                 row[index[unknown]] += factor

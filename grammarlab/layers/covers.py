@@ -11,8 +11,9 @@ from itertools import combinations
 
 import numpy as np
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.editing.grids import BACKGROUND
-from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+from grammarlab.facade.tree import Facade, X, Y
 
 Interval = tuple[int, int]
 """Indices of the first and last line along an axis."""
@@ -30,10 +31,6 @@ class LabelledRectangles:
     """[E] labels."""
     backdrop: str | None
     """Label of the wall behind them; None if there is none."""
-
-    def interval(self, element: int, axis: int) -> Interval:
-        """Interval of an element along an axis."""
-        return int(self.boxes[element, axis]), int(self.boxes[element, axis + 2])
 
 
 def backdrop_of(facade: Facade) -> str | None:

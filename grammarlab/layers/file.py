@@ -14,8 +14,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
 
-from grammarlab.errors import Finding, LanguageError, Location, TomlError
-from grammarlab.facade.values import read_bounded, shown
+from grammarlab.errors import Finding, LanguageError, Location, TomlError, shown
+from grammarlab.facade.values import read_bounded
 from grammarlab.layers.design import MIN_WEIGHT, WILDCARD, Counter, Design, Layer, Shape, Symbol, Weights, is_weight
 from grammarlab.layers.patterns import REFLECTIONS, LayerPattern, PatternError, Sign, parse_pattern
 from grammarlab.toml_text import toml_table, toml_text

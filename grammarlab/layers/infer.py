@@ -15,8 +15,9 @@ from string import ascii_lowercase, ascii_uppercase
 
 import numpy as np
 
+from grammarlab.arrays import Ints
 from grammarlab.errors import FacadeError
-from grammarlab.facade.tree import Facade, Ints, X, Y
+from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.layers.axis_patterns import Item, StripPatterns, patterns_of
 from grammarlab.layers.covers import GridCell, Interval, LabelledRectangles, Product, elements_of, products
 from grammarlab.layers.design import WILDCARD, Design, Layer, Shape, Symbol

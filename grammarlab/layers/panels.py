@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.functions.color_functions import parse_color
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.facade.looks import THICKNESS, LabelLook, look_of
@@ -20,7 +21,7 @@ from grammarlab.facade.reading.assembling import OUTSIDE
 from grammarlab.facade.reading.cutting import cut
 from grammarlab.facade.reading.filling import WALL, fill
 from grammarlab.facade.reading.overlaps import VisiblePieces
-from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.geometry.meshes.primitives import box
 from grammarlab.layers.design import Design, Layer, Shape, Word
 from grammarlab.layers.solving import Layout

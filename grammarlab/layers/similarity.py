@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from grammarlab.facade.tree import Facade, Floats, X, Y
+from grammarlab.arrays import Floats
+from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.layers.covers import backdrop_of
 
 _MATCH_IOU = 0.5

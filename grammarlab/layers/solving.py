@@ -13,9 +13,11 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
+from grammarlab.arrays import connected
 from grammarlab.errors import FacadeError
 from grammarlab.layers.alignment.align import Aligned, Alignment, Element, align, problem_of
 from grammarlab.layers.alignment.pairs import PairProblem
@@ -32,19 +34,15 @@ def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
 
     Their size errors are one and the same, so that each group may count only its share.
     """
-    parts: list[tuple[set[Group], set[str]]] = []
-    for group, rows in words.items():
-        groups, symbols = {group}, {letter.symbol for word in rows for letter in word if letter.size is not None}
-        apart = []
-        for part in parts:
-            if part[1].isdisjoint(symbols):
-                apart.append(part)
-            else:
-                groups, symbols = groups | part[0], symbols | part[1]
-        parts = [*apart, (groups, symbols)]
-    return {
-        group: max(sum(len(set(words[other])) > 1 for other in groups), 1) for groups, _ in parts for group in groups
-    }
+    symbols = [
+        {letter.symbol for word in rows for letter in word if letter.size is not None} for rows in words.values()
+    ]
+    number = {symbol: len(words) + place for place, symbol in enumerate(dict.fromkeys(chain.from_iterable(symbols)))}
+    edges = np.array([(group, number[symbol]) for group, own in enumerate(symbols) for symbol in own], dtype=np.int64)
+    part = connected(len(words) + len(number), *edges.reshape(-1, 2).T)[: len(words)]
+    several = [len(set(rows)) > 1 for rows in words.values()]
+    counts = np.bincount(part, weights=several, minlength=1).astype(np.int64)
+    return {group: max(int(counts[own]), 1) for group, own in zip(words, part.tolist(), strict=True)}
 
 
 @dataclass

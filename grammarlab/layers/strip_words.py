@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from grammarlab.facade.tree import Floats
+from grammarlab.arrays import Floats
 from grammarlab.layers.covers import Interval, grouped
 
 Key = tuple[int, int, frozenset[int]]

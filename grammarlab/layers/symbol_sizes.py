@@ -17,7 +17,7 @@ import piqp
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from grammarlab.facade.tree import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.layers.alignment.align import Alignment
 from grammarlab.layers.alignment_equations import Equations, equations, is_gapped
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
@@ -18,10 +19,6 @@ from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.cells.further_columns import NOISES, needed
 from grammarlab.preference.cells.person_error import BLUNDERS
 from grammarlab.preference.likelihood import log_likelihood
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
 
 FURTHER = ("paths", "symbols", "draws", "skips", "counts", "comparisons")
 """Kinds of features of which those that the scores need are added."""

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Literal, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.splitting import Base
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
@@ -25,8 +26,6 @@ from grammarlab.learning.targets.writers import LearnedDensity, Making
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import OVERALL
 from grammarlab.scene.instances import Scene
-
-Floats = NDArray[np.float64]
 
 
 @overload

@@ -8,20 +8,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Threshold
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.designs.design_space import Designs, Floats, Ints
+from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.designs.design_tables import DesignTable, DesignTables
 from grammarlab.learning.round import State, Study, places
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.compared_pairs import propose_pairs
 from grammarlab.preference.queries import Situation, Way, propose
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 def between(margins: Floats, asked: Ints, num: int) -> Ints:

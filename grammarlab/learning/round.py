@@ -20,11 +20,12 @@ from typing import Any, Generic
 
 import numpy as np
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.column_growth import further, path_length
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs, Floats, Ints
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.designs.design_tables import Columns, DesignTable, DesignTables
 from grammarlab.learning.designs.pool import MadePool, Pool
 from grammarlab.learning.fitting import fit

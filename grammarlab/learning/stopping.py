@@ -19,10 +19,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.learning.designs.design_space import Designs, Floats
+from grammarlab.arrays import Floats
+from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import jensen_shannon
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import ProductPreference

@@ -17,10 +17,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.values import a_list, a_number, a_text, a_whole_number, an_object, parse_json, read_bounded
 from grammarlab.files import rewrite_text
-from grammarlab.matching.elements import MOST_ELEMENTS, Floats, Ints
+from grammarlab.matching.elements import MOST_ELEMENTS
 from grammarlab.matching.evidence_maps import Maps
 from grammarlab.matching.template import Template
 
@@ -130,7 +131,7 @@ def check_corrections(corrections: Corrections, number: int, templates: Sequence
             if correction.name not in names:
                 raise FacadeError(
                     f"Corrections: the template {correction.name!r} is not among {', '.join(sorted(names)[:20])}; "
-                    "add it to --templates."
+                    "add it to `templates=`."
                 )
             for element in correction.elements:
                 name = template_of_element.setdefault(element, correction.name)

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.corrections import (
     Corrections,
     check_corrections,
@@ -19,7 +20,7 @@ from grammarlab.matching.corrections import (
     with_sizes,
     with_templates,
 )
-from grammarlab.matching.elements import Clouds, Elements, Floats, Ints, clouds_of, too_poor
+from grammarlab.matching.elements import Clouds, Elements, clouds_of, too_poor
 from grammarlab.matching.evidence_maps import Maps, maps_of
 from grammarlab.matching.fit import fit_all
 from grammarlab.matching.match import Clock, Match

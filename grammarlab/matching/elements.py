@@ -5,16 +5,12 @@ Points of elements as one array: a bounded number per element, relative to the c
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammarlab.arrays import row_of_value
+from grammarlab.arrays import Floats, Ints, row_of_value
 from grammarlab.errors import FacadeError
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MOST_ELEMENTS = 10_000
 MOST_POINTS = 50_000_000
@@ -106,11 +102,6 @@ def check(elements: Elements) -> Elements:
     if not elements.counts.any():
         raise FacadeError("All boxes are empty: no point lies in any of them. Give boxes and points in one frame.")
     return elements
-
-
-def on_plane(elements: Elements) -> Elements:
-    """The elements as flat outlines, without depth."""
-    return replace(elements, points=elements.points[:, :2])
 
 
 def too_poor(elements: Elements) -> dict[int, str]:

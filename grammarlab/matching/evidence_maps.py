@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from grammarlab.matching.elements import Floats
+from grammarlab.arrays import Floats
 
 Array: TypeAlias = jax.Array
 

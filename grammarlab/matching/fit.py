@@ -19,7 +19,8 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.matching.elements import Clouds, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.matching.elements import Clouds
 from grammarlab.matching.evidence_maps import log_likelihood, visible
 from grammarlab.matching.template import Stack
 

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.about import PACKAGE
+from grammarlab.arrays import Floats
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.program import Program
 from grammarlab.errors import FacadeError, LanguageError, UsageError
@@ -26,7 +27,6 @@ from grammarlab.language.checking.check import check
 from grammarlab.language.checking.percentages import constant
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import Attribute, Call
-from grammarlab.matching.elements import Floats
 from grammarlab.matching.template import Template
 from grammarlab.matching.template_text import MOST_CHARACTERS, MOST_COUNT, MOST_PARAMETERS, MOST_WIRES, parse_templates
 
@@ -296,10 +296,10 @@ def templates_by_name(names: str) -> tuple[Template, ...]:
         else:
             near = get_close_matches(name, [*by_base, "all", "basic"], 3)
             hint = f"; did you mean {' or '.join(near)}?" if near else ""
-            raise UsageError(f"--templates: no file or shipped template has the name {name!r}{hint}")
+            raise UsageError(f"`templates=`: no file or shipped template has the name {name!r}{hint}")
         selected |= {template.name: template for template in chosen}
     if not selected:
-        raise UsageError("--templates: expected comma-separated names or files, found none.")
+        raise UsageError("`templates=`: expected comma-separated names or files, found none.")
     return tuple(selected.values())
 
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.matching.elements import Elements, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.matching.elements import Elements
 from grammarlab.matching.template import Template
 
 UNKNOWN = -1

@@ -12,7 +12,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grammarlab.matching.elements import Elements, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.matching.elements import Elements
 from grammarlab.matching.evidence_maps import Maps
 from grammarlab.matching.match import UNKNOWN, Match
 from grammarlab.matching.particles import ParticleSamples

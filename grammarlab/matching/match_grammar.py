@@ -9,13 +9,13 @@ import numpy as np
 import shapely
 from shapely.geometry.polygon import orient
 
+from grammarlab.arrays import Floats
 from grammarlab.facade.grammar.rule_text import RuleNames, leaf_body, number, rule_name
 from grammarlab.facade.looks import THICKNESS
 from grammarlab.facade.reading.annotation import annotate
 from grammarlab.facade.reading.assembling import LARGEST, Assembled, assemble
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
-from grammarlab.matching.elements import Floats
 from grammarlab.matching.match import Match, drawn_parameters
 from grammarlab.matching.template import HEIGHT, WIDTH, Template, points_along
 

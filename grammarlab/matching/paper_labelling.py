@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.matching.elements import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

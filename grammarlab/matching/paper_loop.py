@@ -20,8 +20,9 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.extras import require
-from grammarlab.matching.elements import Clouds, Elements, Floats, Ints, clouds_of, too_poor
+from grammarlab.matching.elements import Clouds, Elements, clouds_of, too_poor
 from grammarlab.matching.fit import Fits, energy, fit_all, residuals
 from grammarlab.matching.match import Clock, Match
 from grammarlab.matching.match_assembly import THRESHOLD, couplings, replicas

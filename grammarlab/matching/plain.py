@@ -13,7 +13,8 @@ from typing import Any, cast
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from grammarlab.matching.elements import Clouds, Elements, Floats, Ints, Truth, clouds_of, too_poor
+from grammarlab.arrays import Floats, Ints
+from grammarlab.matching.elements import Clouds, Elements, Truth, clouds_of, too_poor
 from grammarlab.matching.fit import Fits, background_cost, fit_all
 from grammarlab.matching.match import SURE, UNKNOWN, Clock, Match
 from grammarlab.matching.match_assembly import THRESHOLD, replicas

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.arrays import offsets_from_counts
+from grammarlab.arrays import Floats, Ints, offsets_from_counts
 from grammarlab.errors import UsageError
-from grammarlab.matching.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Floats, Ints, Truth
+from grammarlab.matching.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Truth
 
 _GAP_M = 0.6
 """Distance between boxes, metres."""

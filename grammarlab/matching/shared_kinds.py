@@ -18,7 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from grammarlab.matching.elements import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.evidence_maps import Maps
 
 _SWEEPS = 8

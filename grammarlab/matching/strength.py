@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from grammarlab.matching.elements import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.evidence_maps import Maps
 from grammarlab.matching.shared_kinds import Groups, Solution, find_kinds, nearby
 

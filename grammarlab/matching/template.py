@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.matching.elements import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 
 ARC_PIECES = 8
 """Number of chords of an arc."""

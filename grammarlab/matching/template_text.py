@@ -16,8 +16,8 @@ import numpy as np
 from lark import Lark, Token, Tree, UnexpectedInput
 from scipy.optimize import linprog
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import Finding, LanguageError, Location
-from grammarlab.matching.elements import Floats
 from grammarlab.matching.template import Template
 
 Complain = Callable[[str, str, Token | Tree], LanguageError]

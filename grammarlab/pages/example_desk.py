@@ -18,10 +18,10 @@ from PIL import Image
 from grammarlab.errors import UsageError
 from grammarlab.files import rewrite_text, write_text
 from grammarlab.pages.desk import AbstractDocumentDesk
-from grammarlab.runs.facade.built import Built, build
 from grammarlab.runs.facade.gallery import sheet
 from grammarlab.synthesis.analysis.correction import corrected, dumps, with_corrections
 from grammarlab.synthesis.analysis.example import MOST_LINES, Example, analyse
+from grammarlab.synthesis.built import Built, build
 from grammarlab.synthesis.example_pictures import building_picture, label_picture
 from grammarlab.synthesis.label_synthesis import synthesize
 from grammarlab.synthesis.mesh.building_files import read_mesh

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, TypeVar
 
-from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.learning.designs.addresses import shown
+from grammarlab.errors import GrammarlabError, UsageError, shown
 from grammarlab.pages.windows import Answer, Message, Refuse, Send
 
 MAX_TEXT = 200

@@ -228,7 +228,7 @@ def _bound_socket(port: int) -> socket.socket:
         listener = socket.create_server((ADDRESS, port))
     except (OSError, OverflowError) as error:
         raise UsageError(
-            f"port {port} cannot be used ({error}). Give another one, or leave --port out for any that is free."
+            f"port {port} cannot be used ({error}). Give another one, or leave `port=` out for any that is free."
         ) from error
     listener.setblocking(False)
     return listener

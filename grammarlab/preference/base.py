@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 Rows = ArrayLike | sparse.sparray | sparse.spmatrix
 """Features of models: [n, F], one row per model, dense or sparse."""

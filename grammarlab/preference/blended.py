@@ -14,20 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference.base import (
-    MAX_SCORE,
-    AbstractPreference,
-    Floats,
-    Ints,
-    Prediction,
-    Relevance,
-    Rows,
-    rows_to_predict,
-)
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
-from grammarlab.preference.cells.splits import Flags
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import expected_score, value_of
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels, observe

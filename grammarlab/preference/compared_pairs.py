@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from grammarlab.preference.base import AbstractPreference, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.processes.disagreement import cautious_weights, joint
 from grammarlab.preference.queries import LEAST_LIKED, LEAST_NOISE, SMALL_PART, Situation

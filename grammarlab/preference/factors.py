@@ -14,8 +14,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial.distance import pdist
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints, Level, Prediction, Relevance, Rows
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Level, Prediction, Relevance, Rows
 
 LEVELS: tuple[tuple[float, Level], ...] = ((0.5, "strong"), (0.1, "medium"), (0.01, "weak"))
 """Smallest share of each word."""

@@ -17,7 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, shown
 from grammarlab.preference.base import MAX_SCORE
 
 OVERALL = "overall"
@@ -94,7 +94,7 @@ class Label:
             raise UsageError(f"factor: expected a name, found nothing; use {OVERALL!r} without factors.")
         if isinstance(self.score, bool) or not isinstance(self.score, int | float) or not 0 <= self.score <= MAX_SCORE:
             raise UsageError(
-                f"score: expected a number from 0 to {MAX_SCORE:g}, found {_shown(self.score)}. "
+                f"score: expected a number from 0 to {MAX_SCORE:g}, found {shown(self.score)}. "
                 "Leave models out that have no score."
             )
         _check_hash("grammar", self.grammar)
@@ -159,7 +159,7 @@ class Labels:
 def _check_kind(label: Label) -> None:
     """Check the fields that depend on the kind of a label."""
     if label.kind not in get_args(Kind):
-        raise UsageError(f"kind: expected one of {', '.join(get_args(Kind))}, found {_shown(label.kind)}.")
+        raise UsageError(f"kind: expected one of {', '.join(get_args(Kind))}, found {shown(label.kind)}.")
     allowed = SCORES.get(label.kind)
     if allowed is not None and label.score not in allowed:
         expected = " or ".join(f"{score:g}" for score in allowed)
@@ -167,7 +167,7 @@ def _check_kind(label: Label) -> None:
     if (label.kind in COMPARISONS) != bool(label.other):
         example = '{"seed":5,"model":17}'
         expected = f"the model to compare with, such as {example}" if label.kind in COMPARISONS else "nothing"
-        raise UsageError(f"other: expected {expected} for the kind {label.kind}, found {_shown(label.other)}.")
+        raise UsageError(f"other: expected {expected} for the kind {label.kind}, found {shown(label.other)}.")
     if label.other:
         _check_other(label)
 
@@ -177,7 +177,7 @@ def _check_other(label: Label) -> None:
     if place is None or not {"seed", "model"} <= set(place) <= set(_PLACE):
         raise UsageError(
             'other: expected a JSON object of seed and model like {"seed":5,"model":17}, and of '
-            f"{', '.join(_PLACE[:4])} where they differ; found {_shown(label.other)}."
+            f"{', '.join(_PLACE[:4])} where they differ; found {shown(label.other)}."
         )
     for name, value in place.items():
         if name in ("seed", "model"):
@@ -194,27 +194,27 @@ def _check_other(label: Label) -> None:
 
 def _check_hash(name: str, value: str) -> None:
     if not _HASH.fullmatch(value):
-        raise UsageError(f"{name}: expected a SHA-256 of 64 hexadecimal digits, found {_shown(value)}.")
+        raise UsageError(f"{name}: expected a SHA-256 of 64 hexadecimal digits, found {shown(value)}.")
 
 
 def _check_integer(name: str, value: object, bits: int) -> None:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 1 << bits:
-        raise UsageError(f"{name}: expected an integer 0 <= {name} < 2**{bits}, found {_shown(value)}.")
+        raise UsageError(f"{name}: expected an integer 0 <= {name} < 2**{bits}, found {shown(value)}.")
 
 
 def _check_text(name: str, value: object) -> None:
     if not isinstance(value, str):
-        raise UsageError(f"{name}: expected text, found {_shown(value)}.")
+        raise UsageError(f"{name}: expected text, found {shown(value)}.")
     if len(value) > MAX_TEXT:
         raise UsageError(f"{name}: {len(value)} characters; {MAX_TEXT} are allowed.")
     if _CONTROL.search(value):
-        raise UsageError(f"{name}: expected one line of text, found {_shown(value)}.")
+        raise UsageError(f"{name}: expected one line of text, found {shown(value)}.")
 
 
 def _check_attributes(text: str) -> None:
     values = _object(text)
     if values is None or not all(isinstance(value, int | float | str) for value in values.values()):
-        raise UsageError(f'attributes: expected a JSON object like {{"height":12}}, found {_shown(text)}.')
+        raise UsageError(f'attributes: expected a JSON object like {{"height":12}}, found {shown(text)}.')
 
 
 def _object(text: str) -> dict[str, Any] | None:
@@ -224,10 +224,3 @@ def _object(text: str) -> dict[str, Any] | None:
     except (ValueError, RecursionError):
         return None
     return values if isinstance(values, dict) else None
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, int) and value.bit_length() > 200:
-        return f"an integer of {value.bit_length()} bits"
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

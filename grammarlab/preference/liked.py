@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.likelihood import expected_score

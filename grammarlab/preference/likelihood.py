@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from grammarlab.preference.base import MAX_SCORE, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MAX_SCORE
 
 HALF_STEP = 0.5
 """h, in points."""

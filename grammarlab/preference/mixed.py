@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.preference.base import MAX_SCORE, Rows
 from grammarlab.preference.blended import FEWEST, FOLDS, MOST, SHARES, BlendedPreference, mean_share
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.cells.splits import Flags
 from grammarlab.preference.labels import Kind
 from grammarlab.preference.likelihood import Intervals, matched
 from grammarlab.preference.observations import checked_groups, checked_kinds

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
+from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Ints
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import FEWEST, BlendedPreference
 from grammarlab.preference.liked import (
     EXACT,

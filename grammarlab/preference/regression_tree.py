@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 
 _MOST_CODES = 128
 """Largest number of different values of a column; more are divided into this number of ranges of equal size."""

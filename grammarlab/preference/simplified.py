@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.regression_tree import Split, leaves_of
 
 _MOST = 256

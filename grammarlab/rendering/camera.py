@@ -8,10 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.errors import UsageError
-
-Floats = NDArray[np.floating]
-
 
 NEAREST = 0.02
 """Smallest distance of the eye from a model, in radii of the model."""
@@ -46,15 +44,15 @@ class View:
 class Camera:
     """A camera in world metres, y up."""
 
-    position: Floats
+    position: AnyFloats
     """[3] the eye; for a parallel projection, a point in front of everything."""
-    axes: Floats
+    axes: AnyFloats
     """[3, 3] rows are the directions right, up and backward of the picture."""
     half_height: float
     """Half the height of the picture: a tangent, or metres for a parallel projection."""
     parallel: bool
 
-    def rays(self, x: Floats, y: Floats, aspect: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    def rays(self, x: AnyFloats, y: AnyFloats, aspect: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Origins and unit directions [H * W, 3] of the rays through a grid of points of the picture, row by row.
 
         Args:
@@ -74,7 +72,7 @@ class Camera:
             origins = np.broadcast_to(position, plane.shape)
         return origins.reshape(-1, 3), directions.reshape(-1, 3)
 
-    def seen_from(self, origin: Floats, unit: float) -> Camera:
+    def seen_from(self, origin: AnyFloats, unit: float) -> Camera:
         """The same camera relative to another origin [3], in another unit in metres."""
         half_height = self.half_height / unit if self.parallel else self.half_height
         return replace(self, position=(self.position - origin) / unit, half_height=half_height)
@@ -128,13 +126,13 @@ def frame_alike(models: list[NDArray[np.floating]], aspect: float, view: View) -
     return [replace(camera, position=camera.position + base) for base in bases]
 
 
-def _base(points: NDArray[np.floating]) -> Floats:
+def _base(points: NDArray[np.floating]) -> AnyFloats:
     """[3] the middle of the ground below the points."""
     low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
     return np.array([(low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2])
 
 
-def _axes(view: View) -> Floats:
+def _axes(view: View) -> AnyFloats:
     """[3, 3] rows right, up, backward."""
     azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
     right = np.array([math.cos(azimuth), 0.0, -math.sin(azimuth)])
@@ -144,7 +142,7 @@ def _axes(view: View) -> Floats:
     return np.stack([right, np.cross(back, right), back])
 
 
-def _between_planes(across: Floats, towards: Floats, tangent: float) -> tuple[float, float]:
+def _between_planes(across: AnyFloats, towards: AnyFloats, tangent: float) -> tuple[float, float]:
     """Position of an eye, sideways and backwards, such that points lie between two planes through it.
 
     Args:

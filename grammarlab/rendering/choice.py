@@ -8,10 +8,12 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from grammarlab.errors import UsageError
-from grammarlab.rendering.renderer import AbstractRenderer
+
+if TYPE_CHECKING:  # runs without pictures need no renderer
+    from grammarlab.rendering.renderer import AbstractRenderer
 
 RendererName = Literal["auto", "cast", "gl"]
 """``cast`` is ray casting, ``gl`` is OpenGL, ``auto`` is OpenGL if it works, otherwise ray casting."""

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.errors import UsageError
 from grammarlab.rendering.camera import Camera
 from grammarlab.rendering.light.surfaces import ShadedModel
 from grammarlab.scene import TriangleBatch
-
-Floats = NDArray[np.floating]
 
 _VARIABLE = "PYOPENGL_PLATFORM"
 """Environment variable of PyOpenGL and pyrender for the kind of context."""
@@ -29,9 +28,9 @@ class Buffers:
 
     material: NDArray[np.int32]
     """[H, W] row of the material columns, -1 for none."""
-    depth: Floats
+    depth: AnyFloats
     """[H, W] distance from the plane of the camera."""
-    normal: Floats
+    normal: AnyFloats
     """[H, W, 3] shading normals, not of unit length."""
 
 
@@ -65,7 +64,7 @@ class Painter:
         material = number.astype(np.int32) @ np.array([65536, 256, 1], np.int32) - 1
         return Buffers(material, _linear(depth, camera), normal.astype(np.float32) / np.float32(127.5) - 1)
 
-    def depths(self, camera: Camera, side: int, groups: NDArray[np.bool_]) -> Floats:
+    def depths(self, camera: Camera, side: int, groups: NDArray[np.bool_]) -> AnyFloats:
         """[side, side] distance of groups [G] from the plane of a camera, 0 for nothing."""
         flags, node = self._gl.RenderFlags, self._look_through(camera, 1.0)
         self._show(groups)
@@ -179,7 +178,7 @@ def _range(camera: Camera) -> tuple[float, float]:
     return max(middle - 1.01, 1e-3), middle + 1.01
 
 
-def _linear(depth: Floats, camera: Camera) -> Floats:
+def _linear(depth: AnyFloats, camera: Camera) -> AnyFloats:
     """Depths in model units; pyrender assumes a perspective camera."""
     if not camera.parallel:
         return depth

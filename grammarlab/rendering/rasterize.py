@@ -11,6 +11,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.errors import UsageError
 from grammarlab.rendering.camera import Camera
 from grammarlab.rendering.light.ground import ground_light
@@ -21,8 +22,6 @@ from grammarlab.rendering.opengl import Buffers, painter
 from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
 from grammarlab.rendering.shot import Rows, Samples, Shot, develop, ground_at, outlines, paper, pixels, samples, take
 from grammarlab.scene import TriangleBatch
-
-Floats = NDArray[np.floating]
 
 SIDE = 1024
 """Samples along each side of the map."""
@@ -39,10 +38,10 @@ class ShadowMap:
     """Depth map of a model in the unit sphere, seen from the sun."""
 
     camera: Camera
-    depth: Floats
+    depth: AnyFloats
     """[SIDE, SIDE] distance from the plane of the camera, 0 for nothing."""
 
-    def visibility(self, points: Floats, normals: Floats, spot: Floats) -> Floats:
+    def visibility(self, points: AnyFloats, normals: AnyFloats, spot: AnyFloats) -> AnyFloats:
         """[N] 1 if the sun is visible from a point, otherwise 0.
 
         Args:
@@ -62,7 +61,7 @@ class ShadowMap:
         return ((normals @ back > 0) & ~blocked).astype(np.float32)
 
 
-def sun_camera(sun: Floats) -> Camera:
+def sun_camera(sun: AnyFloats) -> Camera:
     """A parallel camera in the direction of the sun [3] that sees the unit sphere."""
     back = sun.astype(np.float64) / np.linalg.norm(sun)
     right = np.cross((0.0, 1.0, 0.0) if abs(back[1]) < 0.99 else (1.0, 0.0, 0.0), back)
@@ -114,7 +113,9 @@ class OpenGLRenderer(AbstractRenderer):
         return develop(pixels(radiance, options))
 
 
-def _radiance(shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: ShadowMap, behind: Floats) -> Floats:
+def _radiance(
+    shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: ShadowMap, behind: AnyFloats
+) -> AnyFloats:
     """[N, 3] colour of each sample, linear in 0..1: the paper, opaque surfaces, and the nearest glass in front."""
     look = shot.options.look
     on_model, visible = _surfaces(shot, rays, solid)
@@ -133,13 +134,13 @@ def _radiance(shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows
     return outlines(shot, rays, on_model, visible).darken(radiance, shot.options)
 
 
-def _light(shot: Shot, rays: Samples, rows: Rows, visible: Surfaces, shadows: ShadowMap) -> tuple[Floats, Floats]:
+def _light(shot: Shot, rays: Samples, rows: Rows, visible: Surfaces, shadows: ShadowMap) -> tuple[AnyFloats, AnyFloats]:
     """Result of `shade` for the surfaces of the samples `rows` [K]."""
     exposure = _exposure(rays, rows, visible.point, visible.flat, shadows)
     return shade(shot.model, visible, exposure, rays.directions[rows], shot.sun, shot.options.look)
 
 
-def _exposure(rays: Samples, rows: Rows, points: Floats, normals: Floats, shadows: ShadowMap) -> Exposure:
+def _exposure(rays: Samples, rows: Rows, points: AnyFloats, normals: AnyFloats, shadows: ShadowMap) -> Exposure:
     """The light at points [K, 3] that belong to the samples `rows` [K]."""
     return Exposure(shadows.visibility(points, normals, rays.spot[rows]), np.ones(len(rows), np.float32))
 

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.rendering.camera import Camera
 from grammarlab.rendering.light.breaks import smooth
 from grammarlab.rendering.light.ground import ground_light
@@ -17,8 +18,6 @@ from grammarlab.rendering.light.surfaces import Surfaces, surfaces
 from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
 from grammarlab.rendering.shot import Samples, Shot, develop, ground_at, outlines, paper, pixels, samples, take
 from grammarlab.scene import TriangleBatch
-
-Floats = NDArray[np.floating]
 
 BAND_SAMPLES = 250_000
 """Approximate number of samples processed at a time, which bounds the memory."""
@@ -45,7 +44,7 @@ class RaycastRenderer(AbstractRenderer):
         return develop(np.concatenate(bands))
 
 
-def _band(shot: Shot | None, options: RenderOptions, first: int, last: int) -> Floats:
+def _band(shot: Shot | None, options: RenderOptions, first: int, last: int) -> AnyFloats:
     """Pixel rows first..last of the picture, linear [rows, width, 3]."""
     start, stop = first * options.samples - BORDER, last * options.samples + BORDER
     radiance = paper(options, start, stop)
@@ -55,7 +54,7 @@ def _band(shot: Shot | None, options: RenderOptions, first: int, last: int) -> F
     return pixels(radiance[border:-border], options)
 
 
-def _radiance(shot: Shot, rays: Samples, behind: Floats) -> Floats:
+def _radiance(shot: Shot, rays: Samples, behind: AnyFloats) -> AnyFloats:
     """[N, 3] colour of each sample, linear in 0..1."""
     hits = shot.model.tracer.first_hit(rays.origins, rays.directions)
     is_hit = hits.triangle >= 0
@@ -79,7 +78,7 @@ def _radiance(shot: Shot, rays: Samples, behind: Floats) -> Floats:
     return drawn.darken(radiance, shot.options)
 
 
-def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: Floats, normals: Floats) -> Exposure:
+def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: AnyFloats, normals: AnyFloats) -> Exposure:
     """The light at points [K, 3] that belong to the samples `rows` [K]."""
     blockers, options = shot.model.blockers, shot.options
     lit = sun_visibility(blockers, points, normals, shot.sun, options.look, rays.spot[rows])
@@ -92,8 +91,8 @@ def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: Floats
 
 
 def _looked_through(
-    shot: Shot, rays: Samples, rows: NDArray[np.int64], visible: Surfaces, exposure: Exposure, behind: Floats
-) -> Floats:
+    shot: Shot, rays: Samples, rows: NDArray[np.int64], visible: Surfaces, exposure: Exposure, behind: AnyFloats
+) -> AnyFloats:
     """[K, 3] colours of the samples `rows` [K]: surfaces from front to back, then `behind` [K, 3]."""
     model, look = shot.model, shot.options.look
     light, remaining = np.zeros_like(behind), np.ones(len(rows), np.float32)
@@ -123,7 +122,7 @@ def _hits_of(hits: Hits, rows: NDArray[np.int64]) -> Hits:
     return Hits(hits.triangle[rows], hits.distance[rows], hits.u[rows], hits.v[rows])
 
 
-def _ground_behind(shot: Shot, rays: Samples, rows: NDArray[np.int64]) -> Floats:
+def _ground_behind(shot: Shot, rays: Samples, rows: NDArray[np.int64]) -> AnyFloats:
     """[K, 3] shadow factor of the paper at samples `rows` [K] that see the ground through glass."""
     factor = np.ones((len(rows), 3), np.float32)
     on_ground, points = ground_at(shot, rays, rows)
@@ -132,6 +131,6 @@ def _ground_behind(shot: Shot, rays: Samples, rows: NDArray[np.int64]) -> Floats
     return factor
 
 
-def _upward(points: Floats) -> Floats:
+def _upward(points: AnyFloats) -> AnyFloats:
     """[N, 3] the normals of level ground."""
     return np.broadcast_to(np.array([0, 1, 0], np.float32), points.shape)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.rendering.camera import Camera
 from grammarlab.rendering.light.breaks import Breaks, edge_strength, find_breaks
 from grammarlab.rendering.light.ground import Ground, ground_below
@@ -19,8 +20,6 @@ from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.shading import srgb_from_linear
 
-Floats = NDArray[np.floating]
-
 
 @dataclass(frozen=True, slots=True)
 class Samples:
@@ -28,13 +27,13 @@ class Samples:
 
     shape: tuple[int, int]
     """[H, W], with N = H * W."""
-    origins: Floats
+    origins: AnyFloats
     """[N, 3] in the camera's units."""
-    directions: Floats
+    directions: AnyFloats
     """[N, 3] unit vectors."""
     pattern: NDArray[np.int32]
     """[N] 0..15, repeating every 4 x 4 samples: selects openness rays."""
-    spot: Floats
+    spot: AnyFloats
     """[N] in 0..1, evenly spread within each pixel: selects a point of the sun."""
 
 
@@ -51,13 +50,13 @@ def samples(camera: Camera, options: RenderOptions, start: int, stop: int) -> Sa
     return Samples((len(row), width), origins, directions, pattern.ravel().astype(np.int32), spot)
 
 
-def paper(options: RenderOptions, start: int, stop: int) -> Floats:
+def paper(options: RenderOptions, start: int, stop: int) -> AnyFloats:
     """[N, 3] colours of the background for samples of rows, linear in 0..1."""
     colors = background(options.look, _heights(options, start, stop))
     return np.repeat(colors, options.width * options.samples, axis=0)
 
 
-def pixels(radiance: Floats, options: RenderOptions) -> Floats:
+def pixels(radiance: AnyFloats, options: RenderOptions) -> AnyFloats:
     """[rows, width, 3] the means of the samples [N, 3] in each pixel of whole rows."""
     across = options.samples
     # One axis after the other is faster than a mean over both at once.
@@ -65,12 +64,12 @@ def pixels(radiance: Floats, options: RenderOptions) -> Floats:
     return lines.reshape(-1, options.width, across, 3).mean(axis=2)
 
 
-def develop(light: Floats) -> NDArray[np.uint8]:
+def develop(light: AnyFloats) -> NDArray[np.uint8]:
     """[H, W, 3] sRGB from linear 0..1."""
     return np.rint(srgb_from_linear(light) * 255.0).astype(np.uint8)
 
 
-def _heights(options: RenderOptions, start: int, stop: int) -> Floats:
+def _heights(options: RenderOptions, start: int, stop: int) -> AnyFloats:
     """[stop - start] heights of rows of samples in the picture, 1 at the top to -1 at the bottom."""
     rows = np.arange(start, stop)
     return (1.0 - (rows + 0.5) / (options.height * options.samples) * 2.0).astype(np.float32)
@@ -86,7 +85,7 @@ class Shot:
     model: ShadedModel
     camera: Camera
     ground: Ground
-    sun: Floats
+    sun: AnyFloats
     """[3] direction of the middle of the sun."""
     options: RenderOptions
 
@@ -99,7 +98,7 @@ class Outlines:
     """[H, W] whether a sample shows the model."""
     breaks: tuple[Breaks, Breaks]
 
-    def darken(self, radiance: Floats, options: RenderOptions) -> Floats:
+    def darken(self, radiance: AnyFloats, options: RenderOptions) -> AnyFloats:
         """The samples [N, 3] with edges, depending on the options."""
         if not options.edges:
             return radiance
@@ -118,7 +117,7 @@ def take(batch: TriangleBatch, camera: Camera, options: RenderOptions, *, for_ra
     return Shot(model, camera.seen_from(model.origin, model.radius), ground, sun, options)
 
 
-def ground_at(shot: Shot, rays: Samples, rows: Rows) -> tuple[Rows, Floats]:
+def ground_at(shot: Shot, rays: Samples, rows: Rows) -> tuple[Rows, AnyFloats]:
     """Samples among `rows` that meet the ground where the model can darken it, and the points [K, 3]."""
     if not shot.options.ground:
         return rows[:0], np.zeros((0, 3), np.float32)

@@ -10,13 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import NEAR, origins_of
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import DerivationError, check_type
 from grammarlab.geometry.meshes.mesh import Meshes
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

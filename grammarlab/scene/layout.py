@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.lots import NEAR, origins_of
 from grammarlab.scene.triangles import TriangleBatch
-
-Floats = NDArray[np.float64]
 
 GAP = 0.25
 """Gap between neighbours, as a share of the larger of the widest and the deepest model."""

@@ -14,11 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, row_of_value, take_rows
+from grammarlab.arrays import Floats, Ints, row_of_value, take_rows
 from grammarlab.scene.instances import Scene
 from grammarlab.scene.shading import ShadedMeshes
-
-Floats = NDArray[np.float64]
 
 MANY_INSTANCES = 64
 """Smallest number of instances for which a mesh is placed with a template."""

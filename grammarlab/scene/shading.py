@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.arrays import Floats, Ints, connected, offsets_from_counts
 from grammarlab.geometry.meshes.measure import area_vectors
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.ragged import next_in_row
@@ -36,8 +36,6 @@ def srgb_from_linear(light: NDArray[np.floating]) -> NDArray[np.floating]:
     light = np.clip(light, 0.0, 1.0)
     return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
 
-
-Floats = NDArray[np.float64]
 
 AXIS_TOLERANCE = 1e-9
 """Largest distance from an axis of a normal that keeps its direction under any size along the axes."""
@@ -137,7 +135,7 @@ def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outwar
     first, second = first[smooth], second[smooth]
     if len(first) == 0:
         return np.arange(num_corners, dtype=np.int64)
-    return _components(num_corners, *_links(corner, following, point, first, second))
+    return connected(num_corners, *_links(corner, following, point, first, second))
 
 
 def _links(corner: Ints, following: Ints, point: Ints, first: Ints, second: Ints) -> tuple[Ints, Ints]:
@@ -150,20 +148,6 @@ def _links(corner: Ints, following: Ints, point: Ints, first: Ints, second: Ints
     return np.concatenate([end(first, False), end(first, True)]), np.concatenate(
         [end(second, False), end(second, True)]
     )
-
-
-def _components(num: int, start: Ints, end: Ints) -> Ints:
-    """Connected components of a graph over `num` corners, numbered in order of first appearance."""
-    # Imported here, since only curved meshes need it.
-    from scipy.sparse import coo_array  # noqa: PLC0415
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
-    graph = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(num, num))
-    _, label = connected_components(graph, directed=False)
-    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[inverse]
 
 
 def _axis_aligned(normals: Floats, mesh_vertices: Ints) -> NDArray[np.bool_]:

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.reading.annotation import annotate
 from grammarlab.facade.reading.assembling import assemble as assemble_boxes
 from grammarlab.facade.tree import Facade
 from grammarlab.synthesis.analysis.example import OUTSIDE, Example, Region
 from grammarlab.synthesis.label_grid import LabelGrid
-from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, joined
+from grammarlab.synthesis.mesh.surface import Surface, joined
 from grammarlab.synthesis.mesh.views import placed_from, plane_of
 from grammarlab.synthesis.units import BuildingCut, Knots, Stretch, row_knots
 
@@ -129,7 +130,7 @@ def stretch_for(
         if size[axis] < least[axis]:
             rest = extent[axis] - (high - low)[axis]
             raise FacadeError(
-                f"--box: a {name} of {box[axis]:g} m has no room for the units; the rest takes {rest:.2f} m of it, "
+                f"`box=`: a {name} of {box[axis]:g} m has no room for the units; the rest takes {rest:.2f} m of it, "
                 f"and units need {least[axis]:.2f} m. Use a larger box."
             )
     middle = (low + high) / 2.0

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.facade.grammar.bands import Repeat, repeated_runs
 from grammarlab.facade.grammar.family import HEIGHT, WIDTH, Around, Range, WrittenFamily
 from grammarlab.facade.grammar.rule_text import RuleNames, number, rule_name
@@ -28,7 +29,7 @@ from grammarlab.synthesis.building_grammar import (
     unit_body,
 )
 from grammarlab.synthesis.grid_grammar import Units, label_pattern, write_label_family
-from grammarlab.synthesis.mesh.surface import Floats, Surface
+from grammarlab.synthesis.mesh.surface import Surface
 from grammarlab.synthesis.mesh.views import VIEWS
 from grammarlab.synthesis.units import Stretch
 

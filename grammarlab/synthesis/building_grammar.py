@@ -13,11 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from manifold3d import Manifold, Mesh64
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.grammar.rule_text import RuleNames, number, rule_name
 from grammarlab.synthesis.analysis.example import Example, Region
 from grammarlab.synthesis.assembly import Tiling
 from grammarlab.synthesis.mesh.solids import solid_of, surface_of
-from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, sliced
+from grammarlab.synthesis.mesh.surface import Surface, sliced
 from grammarlab.synthesis.mesh.views import VIEWS, placed_from, seen_from
 from grammarlab.synthesis.units import SNAP, BuildingCut, Stretch, UnitStock
 

@@ -15,7 +15,8 @@ import numpy as np
 import shapely
 from scipy.spatial import KDTree
 
-from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, without_empty
+from grammarlab.arrays import Floats, Ints
+from grammarlab.synthesis.mesh.surface import Surface, without_empty
 from grammarlab.synthesis.mesh.views import Plane
 from grammarlab.synthesis.stitching import seam_edges
 

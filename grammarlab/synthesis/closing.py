@@ -11,12 +11,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.synthesis.assembly import Tiling, UnstitchedPieces
 from grammarlab.synthesis.caps import capped
 from grammarlab.synthesis.mesh.surface import (
-    Bools,
-    Floats,
-    Ints,
     Surface,
     merged_points,
     naked_edges,
@@ -216,7 +214,7 @@ def _pairs(points: Floats, index: Ints, first: Ints, tilings: Sequence[Tiling], 
                 yield matches(points, np.unique(ends[0]), ends[1], reach)
 
 
-def _is_adjacent(points: Floats, tiling: Tiling, axis: int, reach: float) -> Bools:
+def _is_adjacent(points: Floats, tiling: Tiling, axis: int, reach: float) -> Flags:
     """[K] whether points are beside a region along an axis, and at the depth of its units."""
     line = tiling.rows if axis == 0 else tiling.columns
     depth, (back, front) = points[:, 2] - tiling.plane, tiling.depths

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grammar.contents import Cell
 from grammarlab.facade.grammar.family import Around, Range, WrittenFamily, write_pattern
-from grammarlab.facade.grammar.rule_text import number
 from grammarlab.facade.grammar.walks import KindPattern, KindSequence
 from grammarlab.facade.looks import look_of
 from grammarlab.facade.tree import LEAF
@@ -34,15 +33,6 @@ class Units:
     """For each unit, CGA that makes it in its scope, such as ``i("unit-3.glb")``."""
     unit: Labels | None = None
     """[rows, columns] unit of each cell; its label if left out."""
-
-
-def inserted(name: str, depth: float) -> str:
-    """CGA that inserts a mesh into the rectangle of its cell.
-
-    >>> print(inserted("unit-3.glb", 0.35))
-    s('1, '1, 0.35) i("unit-3.glb")
-    """
-    return f"s('1, '1, {number(depth, _DIGITS)}) i(\"{name}\")"
 
 
 def write_label_family(

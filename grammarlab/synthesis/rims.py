@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from mapbox_earcut import triangulate_float64
 
-from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, edge_table, without_empty
+from grammarlab.arrays import Floats, Ints
+from grammarlab.synthesis.mesh.surface import Surface, edge_table, without_empty
 from grammarlab.synthesis.mesh.views import Plane
 
 _MAX_POINTS = 5_000

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints, Surface, edge_table, split_triangles
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.synthesis.mesh.surface import Surface, edge_table, split_triangles
 
 _MIN_OFFSET_M = 2e-5
 """Metres by which points move, at least."""
@@ -113,7 +114,7 @@ def _paired(points: Floats, triangles: Ints, crowded: Ints) -> tuple[Ints, Ints,
     return edge, up, down
 
 
-def _matched(sides: Ints, upwards: Bools) -> list[tuple[int, int]]:
+def _matched(sides: Ints, upwards: Flags) -> list[tuple[int, int]]:
     """Pairs of an upward and a downward side of one edge, given by angle; like brackets, each with the nearest."""
     # Begin where no solid is open.
     turn = int(np.cumsum(np.where(upwards, -1, 1)).argmin()) + 1

@@ -20,7 +20,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints, Surface, naked_edges, split_edges
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.synthesis.mesh.surface import Surface, naked_edges, split_edges
 from grammarlab.synthesis.mesh.views import Plane
 
 _MAX_ROUNDS = 40
@@ -168,7 +169,7 @@ def _first(points: Floats) -> tuple[float, ...]:
     return tuple(points[np.lexsort(points.T[::-1])][0].tolist())
 
 
-def stitched(points: Floats, pairs: Sequence[Matches]) -> tuple[Floats, Bools]:
+def stitched(points: Floats, pairs: Sequence[Matches]) -> tuple[Floats, Flags]:
     """[P, 3] points after all pairs are merged at once, in any order, and [P] whether each has moved.
 
     Points connected by several pairs move to the one that most of the pairs keep.

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from grammarlab.arrays import Flags, Floats
 from grammarlab.synthesis.analysis.example import Example, Region
 from grammarlab.synthesis.label_grid import LabelGrid, joined
-from grammarlab.synthesis.mesh.surface import Bools, Floats, Surface, sliced
+from grammarlab.synthesis.mesh.surface import Surface, sliced
 from grammarlab.synthesis.mesh.views import plane_of, seen_from
 
 SNAP = 1e-6
@@ -53,7 +54,7 @@ def _framed(surface: Surface, region: Region) -> Surface:
     return surface
 
 
-def _inside(surface: Surface, region: Region) -> Bools:
+def _inside(surface: Surface, region: Region) -> Flags:
     middle = seen_from(region.side, surface.points)[surface.triangles].sum(axis=1) / 3.0
     flat = (middle[:, :2] > region.low) & (middle[:, :2] < region.high)
     return flat.all(axis=1) & (middle[:, 2] >= region.back) & (middle[:, 2] <= region.front)

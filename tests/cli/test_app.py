@@ -19,6 +19,8 @@ from tests.waiting import PATIENCE, wait_until
 
 MORE_THAN_ARE_MADE = 200_000
 """Models until a run is interrupted, on any machine."""
+MOST_IMPORTED = 210
+"""Modules of grammarlab that a plain grammar is sampled with."""
 HEAVY = {"numpy", "scipy", "lark", "pyarrow", "trimesh", "shapely", "PIL", "rich", "embreex"}
 
 
@@ -32,7 +34,7 @@ def test_the_package_can_be_run_as_a_module():
 
 
 def test_help_imports_nothing_heavy():
-    code = "import sys, grammarlab.cli; print(*{name.partition('.')[0] for name in sys.modules})"
+    code = "import sys; from grammarlab.cli import app; print(*{name.partition('.')[0] for name in sys.modules})"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not HEAVY & set(loaded)
 
@@ -109,3 +111,22 @@ def test_a_run_in_the_background_of_a_shell_does_not_hear_ctrl_c(tmp_path):
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 0
     assert read_manifest(out).complete
+
+
+def test_sampling_imports_only_what_it_needs(tmp_path: Path) -> None:
+    arguments = ["sample", "toy", "-n", "1", "--no-image", "--jobs", "1", "-o", str(tmp_path / "out")]
+    code = f"""
+import sys
+sys.argv[1:] = {arguments}
+from grammarlab.cli import main
+try:
+    main()
+except SystemExit as end:
+    assert not end.code, end.code
+print(*(name for name in sys.modules if name.startswith("grammarlab.")))
+"""
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = told.stdout.splitlines()[-1].split()
+    rooms = {name.split(".")[1] for name in loaded}
+    assert not rooms & {"learning", "preference", "density", "evaluation", "facade", "scoring", "notebook"}
+    assert len(loaded) <= MOST_IMPORTED

@@ -8,6 +8,9 @@ import sys
 
 import pytest
 
+import grammarlab as gl
+from grammarlab.cli.console import with_options
+
 ESCAPE = "\x1b]0;title changed\x07 \x1b[31m"
 
 
@@ -37,3 +40,25 @@ def test_a_terminal_without_every_character_still_gets_all_messages(rules):
     assert result.returncode == 1
     assert b"Traceback" not in result.stderr
     assert b"'\\u201c'" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("message", "shown"),
+    [
+        ("nothing to do: give `width=`, `rows=`.", "nothing to do: give --width, --rows."),
+        ("the millimetre (`unit='mm'`)", "the millimetre (--unit mm)"),
+        ("leave `stored_grammar=True` out", "leave --stored-grammar out"),
+        ("(`jobs=1`, `workers=1`)", "(--jobs 1, --workers 1)"),
+        ("the rule `Lot-->` and `weight=3` of `width`", "the rule `Lot-->` and `weight=3` of `width`"),
+    ],
+)
+def test_arguments_are_shown_as_options(message: str, shown: str) -> None:
+    assert with_options(message) == shown
+
+
+def test_the_library_names_arguments_and_the_command_line_options(run, tmp_path) -> None:
+    facade = gl.load_facade(gl.examples_folder() / "facades" / "arcade.json")
+    with pytest.raises(gl.GrammarlabError, match="give `width=`, `height=`, `columns=` or `rows=`"):
+        gl.edit_facade(facade)
+    told = run("facade", "edit", gl.save_facade(facade, tmp_path / "arcade.json"), "-o", tmp_path / "out", code=2)
+    assert "give --width, --height, --columns or --rows." in told.stderr

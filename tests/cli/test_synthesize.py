@@ -12,9 +12,9 @@ from PIL import Image
 
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import check
-from grammarlab.runs.facade.built import build
 from grammarlab.runs.sample.shipped import examples_folder
 from grammarlab.synthesis.analysis.example import analyse
+from grammarlab.synthesis.built import build
 from grammarlab.synthesis.label_grid import LabelGrid
 from grammarlab.synthesis.label_synthesis import synthesize
 from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
+from grammarlab.arrays import Ints
 from grammarlab.facade.editing.grids import topmost, with_grid
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.tree import Facade
@@ -44,3 +45,19 @@ def transposed(facade: Facade) -> Facade:
 
 def same_topology(one: Facade, other: Facade) -> bool:
     return np.array_equal(one.parent, other.parent) and np.array_equal(one.axis, other.axis)
+
+
+def enclosing(facade: Facade) -> Ints:
+    """[G] for each grid, the smallest grid of which it is a subgrid, -1 for none.
+
+    A grid is a subgrid of another if one element of the other contains all of its elements.
+    """
+    above = np.full(len(facade.grids), -1, dtype=np.int64)
+    for inner, grid in enumerate(facade.grids):
+        nearest = -1
+        for outer, other in enumerate(facade.grids):
+            around = other.node[(other.node <= grid.node[0]) & (facade.end[other.node] >= facade.end[grid.node[-1]])]
+            # A grid of a single node is not a subgrid of itself.
+            if outer != inner and around.size and around[0] > nearest and not np.array_equal(around, grid.node):
+                nearest, above[inner] = int(around[0]), outer
+    return above

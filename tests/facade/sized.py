@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
+from grammarlab.arrays import Floats
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.tree import LEAF, Facade, Floats, X, Y, laid_out, plain
+from grammarlab.facade.tree import LEAF, Facade, X, Y, laid_out, plain
 from tests.facade.strategies import trees
 
 

@@ -9,12 +9,12 @@ import pytest
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation import derive
 from grammarlab.evaluation.preparation import prepare
-from grammarlab.facade.editing.grids import enclosing
 from grammarlab.facade.file import load_facade
 from grammarlab.features.patterns.counts import count
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.facade.grammar_file import grammar_of
 from grammarlab.runs.sample.sources import load_source
+from tests.facade.gridded import enclosing
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = ROOT / "scenarios" / "facades" / "arcade_symmetric.toml"

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from grammarlab.layers.alignment.align import alignments
-from grammarlab.layers.alignment.checking import violations
 from grammarlab.layers.design import Weights
 from grammarlab.layers.solving import Candidate, solve
 from grammarlab.layers.symbol_sizes import size_letters
+from tests.layers.alignment.checking import violations
 from tests.layers.matrices import random_case, word
 
 HOUSE = {"A": 1.0, "B": 1.6, "C": 1.1, "D": 1.0, "P": 2.0, "Q": 1.0, "R": 1.5}

@@ -53,5 +53,5 @@ def test_a_dense_scan_has_no_note_about_its_points(tmp_path):
     elements = scanned(tmp_path, 0.018, 0.002, 1)
     assert elements.notes == (
         "12 boxes were found on the facade",
-        "z is taken as the up axis; give --up if another one is",
+        "z is taken as the up axis; give `up=` if another one is",
     )

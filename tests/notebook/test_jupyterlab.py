@@ -97,7 +97,7 @@ def page():
 
 
 def test_scores_given_in_jupyterlab_are_in_the_session_file_also_after_a_cell_was_run_again(lab, page, tmp_path):
-    from grammarlab.pages.workers.label_exchange import read_labels_or_session
+    from grammarlab.pages.record.label_exchange import read_labels_or_session
 
     asked = []
     page.on("request", lambda request: asked.append(request.url))

@@ -8,7 +8,7 @@ from grammarlab.learning.fitting import fit
 from grammarlab.preference import blended
 from grammarlab.preference.cells import partition
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.fresh import SCORES, FreshScores, fresh_scores
+from tests.preference.fresh import SCORES, FreshScores, fresh_scores
 
 
 def coins(number, width, seed):

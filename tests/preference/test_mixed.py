@@ -4,8 +4,8 @@ import os
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.learning.fitting import fit
-from grammarlab.preference.base import Floats
 from grammarlab.preference.blended import BlendedPreference
 
 MANY = int(os.environ.get("GRAMMARLAB_PAIRS", "0"))

@@ -1,4 +1,4 @@
-"""Designs that are no grammars: files of another package are sampled, scored and learned from like rule files."""
+"""Designs that are no grammars: files of boxes are sampled, scored and learned from like rule files."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ from grammarlab.preference.labels import OVERALL, Labels
 from grammarlab.runs.learn.density_pages import page_of_labels
 from grammarlab.runs.learn.from_labels import learn_from_labels
 from grammarlab.runs.learn.report import report_text
-from grammarlab.runs.sample.domains import domain_of, suffix_of
+from grammarlab.runs.sample.domains import DOMAINS, domain_of, suffix_of
 from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.runs.work import workers
 from tests.pages.scoring.windows import Window, shown_models
+from tests.runs.boxes import BOXES, begin
 
 TEXT = '{"ranges": {"width": [1, 4], "height": [2, 10], "depth": [1, 4]}}'
 SEED, SIZE = 3, 400
@@ -35,8 +37,9 @@ SEED, SIZE = 3, 400
 
 @pytest.fixture
 def boxes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A file of a kind that an installed package adds."""
-    monkeypatch.syspath_prepend(Path(__file__).parent / "boxes")
+    """A file of boxes, a kind that this process and its workers know."""
+    monkeypatch.setitem(DOMAINS, ".boxes", BOXES)
+    monkeypatch.setattr(workers, "_begin", begin)
     file = tmp_path / "my.boxes"
     file.write_text(TEXT)
     return file
@@ -66,11 +69,13 @@ def extents(folder: Path) -> np.ndarray:
     return np.array([trimesh.load_scene(path).extents for path in sorted(folder.glob("*.glb"))])
 
 
-def test_a_suffix_is_known_while_its_package_is_installed(boxes: Path):
+def test_a_suffix_is_known_while_its_domain_is_listed(boxes: Path):
     assert suffix_of(boxes) == ".boxes"
     assert suffix_of(Path("rules.txt")) == suffix_of(Path("house.cga")) == ".cga"
     assert find_rules(str(boxes)).file == "my.boxes"
-    with pytest.raises(UsageError, match=r"reads files that end in '\.spheres'; expected one of \.boxes, \.cga"):
+    with pytest.raises(
+        UsageError, match=r"files that end in '\.spheres' cannot be read; expected one of \.boxes, \.cga"
+    ):
         domain_of(".spheres")
 
 
@@ -202,11 +207,9 @@ def test_the_page_scores_draws_and_learns_boxes(boxes: Path, run: Callable[..., 
         Session(str(tmp_path / "same.cga"), file, jobs=0)
 
 
-def test_a_session_about_a_kind_that_is_not_installed_says_so(
-    boxes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_session_about_an_unknown_kind_says_so(boxes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     Session(str(boxes), tmp_path / "scores.db", jobs=0).close()
     monkeypatch.undo()
     for stored in (False, True):
-        with pytest.raises(UsageError, match=r"nothing that is installed reads files that end in '\.boxes'"):
+        with pytest.raises(UsageError, match=r"files that end in '\.boxes' cannot be read"):
             Session(str(boxes), tmp_path / "scores.db", jobs=0, stored_grammar=stored)

@@ -14,7 +14,7 @@ from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save_each
 from grammarlab.export.save import Format
-from grammarlab.geometry.footprints import read_footprints
+from grammarlab.geometry.footprints.footprint_text import read_footprints
 from grammarlab.language.importing import load
 from grammarlab.rendering.camera import View, frame
 from grammarlab.rendering.raycast import RaycastRenderer

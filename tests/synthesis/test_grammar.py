@@ -11,7 +11,7 @@ from grammarlab.facade.grammar.rule_text import leaf_body
 from grammarlab.language.checking.check import check_text
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.checks import SUPPORTED
-from grammarlab.synthesis.grid_grammar import Units, inserted, write_label_family
+from grammarlab.synthesis.grid_grammar import Units, write_label_family
 from grammarlab.synthesis.label_grid import HOLE, LabelGrid
 from tests.synthesis.grids import NAMES, plain_house, shop_house
 
@@ -88,7 +88,7 @@ def test_units_are_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     (tmp_path / "assets").mkdir()
     for k in range(len(NAMES)):
         trimesh.creation.box((1.0, 1.0, 0.5)).export(tmp_path / "assets" / f"unit-{k}.glb")
-    bodies = tuple(inserted(f"unit-{k}.glb", 0.3) for k in range(len(NAMES)))
+    bodies = tuple(f"s('1, '1, 0.3) i(\"unit-{k}.glb\")" for k in range(len(NAMES)))
     written = write_label_family(house, units(house, bodies), (12.0, 24.0), (12.0, 24.0))
     rules = tmp_path / "family.cga"
     rules.write_text(written.text, encoding="utf-8")

@@ -10,16 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.density.exact.subtree_counts import Deep, PatternComponents, PatternMatch, Total, fits, top_terms
 from grammarlab.density.grammar_skeleton import Alternative
 from grammarlab.errors import InexactError
 from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import Branch, Successor, SymbolKey
-
-Ints = NDArray[np.int64]
 
 _FEW_ROWS = 8
 """Largest table that is sorted row by row, which is faster than array operations."""

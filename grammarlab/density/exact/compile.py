@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.attributes import AttributeParts, attribute_parts
 from grammarlab.density.exact.automaton import Automaton, count_automaton
 from grammarlab.density.exact.grammar_text import write
@@ -33,8 +34,6 @@ from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Patte
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import Grammar
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Preference = Callable[[Floats], Floats]
 """Function from the values [n, reads] of readings to values [n], finite and at least 0, row by row."""
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import AttributeParts, drawn_range, leaf_at
 from grammarlab.density.exact.inside import InsideWeights, branch_weights
 from grammarlab.density.exact.naming import AbstractNames, SplitNames
@@ -34,8 +34,6 @@ from grammarlab.language.rewriting import (
 )
 from grammarlab.language.syntax import printing
 from grammarlab.language.syntax.syntax_tree import Choice
-
-Floats = NDArray[np.float64]
 
 _INDENT = "    "
 _SAME = 1e-13

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.splitting import PLAIN, Base, Splitting, Variant, Way
 from grammarlab.density.grammar_skeleton import Alternative, Body, Chance, leaves
 from grammarlab.errors import InexactError
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import SymbolKey
-
-Floats = NDArray[np.float64]
 
 EQUAL = 1e-9
 """Largest relative difference of weights of cases that count as equal."""

@@ -8,8 +8,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import AttributeParts, parts_taken
 from grammarlab.density.exact.grammar_text import Mixed, Origin
 from grammarlab.density.exact.splitting import Base
@@ -21,8 +21,6 @@ from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Draws, Forest, RuleName, Site
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import SymbolKey
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

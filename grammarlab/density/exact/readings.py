@@ -11,14 +11,11 @@ from dataclasses import dataclass
 from math import floor
 from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.subtree_counts import NO_CAP, Reading
 from grammarlab.features.expression import Apply, ConstantTerm, Expression, Measure, Step
 from grammarlab.features.patterns.pattern import Draw, Feature, Pattern
 
-Floats = NDArray[np.float64]
 Read: TypeAlias = "Reading | Feature"
 """A number read from a model: a sum of counts of patterns, or a feature that is not a pattern."""
 

@@ -13,8 +13,8 @@ from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import AttributePart, AttributeParts, attribute_parts, drawn_range, leaf_at
 from grammarlab.density.exact.grammar_text import Mixed, Origin
 from grammarlab.density.exact.learned import LearnedGrammar
@@ -28,7 +28,6 @@ from grammarlab.language.numbering import Branch, SymbolKey
 from grammarlab.language.syntax.syntax_tree import Binary, Case, Choice, Invoke, Name, Node, Number, Stochastic
 from grammarlab.language.syntax.syntax_tree import Sequence as Items
 
-Floats = NDArray[np.float64]
 Renamed: TypeAlias = dict[SymbolKey, SymbolKey]
 """Original symbols, by symbols of the learned grammar."""
 

@@ -25,15 +25,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.attributes import AttributeParts
 from grammarlab.density.exact.automaton import Automaton, Scan, ScanStep
 from grammarlab.density.grammar_skeleton import Alternative, Body, Cases, Chance, leaves
 from grammarlab.errors import InexactError
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import Branch, Successor, SymbolKey
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _DIGITS = 44
 """Binary digits that equal weights share: relative 6e-14."""

@@ -12,15 +12,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, take_rows
+from grammarlab.arrays import Floats, Ints, take_rows
 from grammarlab.density.exact.grammar_text import Origin
 from grammarlab.density.grammar_skeleton import Alternative, Body, Chance, TreeGrammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.language.numbering import Branch, SymbolKey
-
-Floats = NDArray[np.float64]
 
 
 class StartRule(NamedTuple):

@@ -20,18 +20,14 @@ from functools import reduce
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.special import expit, gammaln, xlogy
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.density.samples.levels import ProbabilityPrior, Shrinkage, averaged
 from grammarlab.density.samples.mixture import Cells, Mixture, dense, fit_mixture, merged
 from grammarlab.density.samples.sampled import MOST_COMPONENTS, Sample, chosen_components, kinds
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _TOGETHER = 5.0
 """Smallest deviation of dependent choices, in standard deviations."""

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints, take_rows
+from grammarlab.arrays import Floats, Ints, take_rows
 from grammarlab.density.exact.attributes import AttributeParts, parts_taken
 from grammarlab.density.exact.contexts import Contexts, OpenPatterns
 from grammarlab.density.grammar_skeleton import Alternative, Body, Cases, Chance
@@ -23,7 +22,6 @@ from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, SymbolKey
 
-Floats = NDArray[np.float64]
 Place: TypeAlias = tuple[int, Branch]
 """A choice in a rule: a symbol of `Contexts`, and the branches that lead to the choice."""
 

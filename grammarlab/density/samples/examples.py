@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.special import xlogy
 
+from grammarlab.arrays import Flags, Floats
 from grammarlab.density.exact.attributes import AttributeParts, attribute_parts, drawn_range, parts_taken
 from grammarlab.density.exact.automaton import InexactError
 from grammarlab.density.exact.contexts import Contexts, NoContext, ParentEdges
@@ -39,8 +39,6 @@ from grammarlab.features.patterns.pattern import Below, Pattern, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import SymbolKey
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 ExampleMethod: TypeAlias = Literal["tied", "structure", "parameters"]
 EXAMPLE_METHODS: tuple[ExampleMethod, ...] = get_args(ExampleMethod)
 

@@ -22,15 +22,12 @@ from functools import cache, cached_property
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.special import expit, gammaln
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.density.samples.mixture import Cells, dense
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Groups = tuple[tuple[int, ...], ...]
 
 CONCENTRATIONS = np.array([1.0, 4.0])

@@ -6,8 +6,8 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.automaton import Automaton
 from grammarlab.density.exact.naming import AbstractNames
 from grammarlab.density.exact.splitting import PLAIN, Component, Splitting, Variant, Way, snapped
@@ -17,8 +17,6 @@ from grammarlab.density.samples.choices import Choices
 from grammarlab.density.samples.mixture import Mixture
 from grammarlab.features.patterns.pattern import Below
 from grammarlab.language.numbering import Branch
-
-Floats = NDArray[np.float64]
 
 _NONE = np.ones(1)
 """Outside weight of a symbol without states."""

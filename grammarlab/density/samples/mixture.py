@@ -14,15 +14,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial.distance import cdist
 from scipy.special import xlogy
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import GrammarlabError
-
-Floats = NDArray[np.float64]
 
 MOST_STEPS = 250
 TOLERANCE = 1e-6

@@ -22,12 +22,10 @@ from itertools import chain
 from typing import Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.attributes import AttributeFeature, AttributeParts, attribute_parts
-from grammarlab.density.exact.automaton import InexactError
 from grammarlab.density.exact.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
 from grammarlab.density.exact.grammar_text import Origin, write
 from grammarlab.density.exact.inside import InsideWeights
@@ -45,7 +43,6 @@ from grammarlab.derivation.selection import select_models
 from grammarlab.errors import InexactError, UsageError
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 
-Floats = NDArray[np.float64]
 Method: TypeAlias = Literal["parameters", "structure", "tied"]
 METHODS: tuple[Method, ...] = get_args(Method)
 

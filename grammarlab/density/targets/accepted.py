@@ -8,21 +8,20 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.sampler import AbstractSampler, GrammarSampler
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
-from grammarlab.features.acceptance import Acceptance, SplitSymbol, annotations_of
+from grammarlab.features.acceptance import Acceptance, SplitSymbol
+from grammarlab.features.annotations import annotations_of
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.pattern import Feature, Pattern, Present
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import SymbolKey
 from grammarlab.language.rewriting import rewrite
-
-Floats = NDArray[np.float64]
 
 _NAME = "acceptance_rate"
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import drawn_range
 from grammarlab.density.exact.compile import Preference
 from grammarlab.density.exact.readings import Read
@@ -23,8 +24,6 @@ from grammarlab.errors import InexactError
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives
-
-Floats = NDArray[np.float64]
 
 _POINTS = 128
 """Number of points in each box for the mean of a preference."""

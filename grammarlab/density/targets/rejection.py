@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.sampler import AbstractSampler
@@ -31,7 +30,6 @@ from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.randomness import fold, root_keys, uniforms
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 K = TypeVar("K")
 Progress: TypeAlias = Callable[[str, int, int], None]

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.density.exact.compile import Preference, compile_density
 from grammarlab.density.exact.learned import LearnedGrammar
@@ -26,8 +26,6 @@ from grammarlab.features.model_score import Score
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Feature, Pattern, Present
 from grammarlab.language.grammar import Grammar
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

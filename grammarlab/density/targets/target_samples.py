@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.targets.rejection import MOST_PROPOSALS, Progress, silent, thin
 from grammarlab.density.targets.target import Target
@@ -19,7 +18,6 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import InexactError
 from grammarlab.features.patterns.counts import count
 
-Floats = NDArray[np.float64]
 K = TypeVar("K")
 
 

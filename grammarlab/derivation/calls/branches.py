@@ -9,16 +9,8 @@ from typing import Generic, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.state.shapes import (
-    ARRAY,
-    NUM_LANES,
-    SITE_LANE,
-    Floats,
-    Shapes,
-    Value,
-    kind_of,
-    number_column,
-)
+from grammarlab.arrays import Floats
+from grammarlab.derivation.state.shapes import ARRAY, NUM_LANES, SITE_LANE, Shapes, Value, kind_of, number_column
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.checking.percentages import weights_of_percentages

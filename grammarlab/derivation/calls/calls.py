@@ -13,7 +13,8 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.state.shapes import ARRAY, Floats, Shapes, Value, kind_of, number_column, part_keys
+from grammarlab.arrays import Floats
+from grammarlab.derivation.state.shapes import ARRAY, Shapes, Value, kind_of, number_column, part_keys
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.syntax.syntax_tree import Choice, Expression

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.derivation.state.shapes import Floats, Ids, Shapes, Value, number_column
+from grammarlab.arrays import Floats
+from grammarlab.derivation.state.shapes import Ids, Shapes, Value, number_column
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name, projection_name
 from grammarlab.derivation.state.workspace import Workspace
 

@@ -10,7 +10,6 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from grammarlab.assets.images import image_size
 from grammarlab.assets.mesh_files import meanings
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.text_functions import text_function
@@ -69,6 +68,8 @@ def image_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
     root = root_of(call)
     if root is None or path.startswith("builtin:"):
         return 1.0, 1.0
+    from grammarlab.assets.images import image_size  # noqa: PLC0415  # few grammars have images
+
     try:
         width, height = image_size(path, root)
     except MissingAssetError:

@@ -13,14 +13,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.asset_functions import matching_files, root_of
 from grammarlab.derivation.functions.text_functions import items, text_function
 from grammarlab.derivation.state.shapes import NUM_LANES, SITE_LANE, Value, kind_of
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import uniforms
-
-Floats = NDArray[np.float64]
 
 
 def draw(call: FunctionCall) -> Floats:

@@ -10,9 +10,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION, pivot_position
-from grammarlab.derivation.frames import Floats, euler, euler_angles
+from grammarlab.derivation.frames import euler, euler_angles
 from grammarlab.derivation.functions.color_functions import to_hex
 from grammarlab.derivation.materials import CHANNELS, REMEMBERED, MaterialTable
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, kind_of, number_column

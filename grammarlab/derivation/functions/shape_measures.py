@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.state.mesh_table import scaled
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes, Value
@@ -21,7 +22,6 @@ from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.ragged import any_rows, sum_rows
 from grammarlab.geometry.selectors import ORIENTATIONS, classify
 
-Floats = NDArray[np.float64]
 Measure = Callable[[Meshes], NDArray]
 
 _ANGLES = ("maxSlope", "zenith", "azimuth")

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.shape_measures import local_meshes
-from grammarlab.derivation.state.shapes import Floats, Shapes, Value, kind_of
+from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
 from grammarlab.derivation.state.texture_maps import NUM_SETS, map_ids
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import DerivationError, Location

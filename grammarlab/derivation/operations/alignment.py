@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.calls.texture_transfer import carried, with_pivot
 from grammarlab.derivation.frames import cube_indices, euler
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
-from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Floats, Shapes
+from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes
 from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
 

@@ -13,19 +13,19 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Flags, Floats
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
-from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry import components as parts_of
 from grammarlab.geometry.components import connected_faces, face_edges, face_vertices, joined, unaligned, upwards
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.primitives import BOX_ORIGINS, BOX_ROTATIONS, TOP
 from grammarlab.geometry.selectors import SELECTORS, classify, select
 
-Flags = NDArray[np.bool_]
 Rows = NDArray[np.int64]
 
 _BOX_CUBES = np.array([cube_index(rotation) for rotation in BOX_ROTATIONS], dtype=np.int32)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.state.mesh_table import replaced, turned_over
-from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Floats, Shapes
+from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes import extrude as solids
 from grammarlab.geometry.meshes.measure import face_normals

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.calls.texture_transfer import without_maps
 from grammarlab.derivation.state.mesh_table import mirrored, upright
-from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry.meshes import primitives
 
 _INSERT_WORDS = frozenset(

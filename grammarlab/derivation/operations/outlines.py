@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Literal, cast
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +19,10 @@ from grammarlab.geometry.components import extract_faces
 from grammarlab.geometry.meshes.edges import edges as edge_table
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.planar import regroup
-from grammarlab.geometry.outlines import inner_rectangle as rectangles
-from grammarlab.geometry.outlines import offset as outlines
-from grammarlab.geometry.outlines import setback as strips
-from grammarlab.geometry.outlines.setback import REMAINDER, Setback
 from grammarlab.geometry.selectors import ORIENTATIONS
+
+if TYPE_CHECKING:  # imported by the first operation that needs them, since few grammars have any
+    from grammarlab.geometry.outlines.setback import Setback
 
 Rows = NDArray[np.int64]
 
@@ -38,6 +37,8 @@ _EDGES = frozenset({*ORIENTATIONS, *_OLDER, "all", "remainder"})
 
 def offset(call: BoundCall) -> Shapes:
     """``offset(distance, all|inside|border)``: every face replaced by its offset polygons, the ring, or both."""
+    from grammarlab.geometry.outlines import offset as outlines  # noqa: PLC0415
+
     keep = cast("Literal['all', 'inside', 'border']", call.words[0] if call.words else "all")
     distance = call.column(call.values[0])
     meshes = outlines.offset(local_meshes(call.shapes, call.workspace), distance, keep)
@@ -51,6 +52,9 @@ def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     Selectors use the outward normals of the edges; a number is the index of an edge modulo the number of edges; a
     condition is evaluated on each edge.
     """
+    from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
+    from grammarlab.geometry.outlines.setback import REMAINDER  # noqa: PLC0415
+
     meshes = local_meshes(call.shapes, call.workspace)
     outward = strips.edge_normals(meshes)
     mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
@@ -66,6 +70,9 @@ def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
 
 def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``innerRectangle(scope|edge) { shape : ... | remainder : ... }``: the largest rectangle inside each face."""
+    from grammarlab.geometry.outlines import inner_rectangle as rectangles  # noqa: PLC0415
+    from grammarlab.geometry.outlines.setback import REMAINDER  # noqa: PLC0415
+
     alignment = cast("Literal['scope', 'edge']", call.words[0] if call.words else "scope")
     result = rectangles.inner_rectangle(local_meshes(call.shapes, call.workspace), alignment)
     part_groups = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
@@ -74,6 +81,8 @@ def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]
 
 def inner_rect(call: BoundCall) -> Shapes:
     """``innerRect()``: every face replaced by the largest rectangle inside it."""
+    from grammarlab.geometry.outlines import inner_rectangle as rectangles  # noqa: PLC0415
+
     meshes = rectangles.inner_rect(local_meshes(call.shapes, call.workspace))
     return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
 
@@ -123,13 +132,16 @@ def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float6
     return distances
 
 
-def _wings(name: str, cut: Callable[..., Setback]) -> BlockOperation:
+def _wings(name: Literal["shapeL", "shapeO", "shapeU"]) -> BlockOperation:
     """An outline with wings along some sides and a remainder."""
 
     def divide(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+        from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
+
+        cut = {"shapeL": strips.shape_l, "shapeO": strips.shape_o, "shapeU": strips.shape_u}[name]
         depths = [call.column(argument) for argument in call.values]
         result = cut(local_meshes(call.shapes, call.workspace), *depths)
-        part_groups = [REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
+        part_groups = [strips.REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
         return _parts(call, result, heads, part_groups)
 
     count = {"shapeL": 2, "shapeU": 3, "shapeO": 4}[name]
@@ -179,7 +191,7 @@ OPERATIONS: dict[str, Operation] = {
 BLOCKS: dict[str, BlockOperation] = {
     "innerRectangle": BlockOperation(inner_rectangle, frozenset({"scope", "edge"}), (1, 1), _PARTS),
     "setback": BlockOperation(setback, frozenset(), (1, 1), _EDGES),
-    "shapeL": _wings("shapeL", strips.shape_l),
-    "shapeO": _wings("shapeO", strips.shape_o),
-    "shapeU": _wings("shapeU", strips.shape_u),
+    "shapeL": _wings("shapeL"),
+    "shapeO": _wings("shapeO"),
+    "shapeU": _wings("shapeU"),
 }

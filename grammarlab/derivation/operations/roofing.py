@@ -1,7 +1,7 @@
 """Roofs over the faces of a shape: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``, ``taper``.
 
 The value is an angle in degrees, or after ``byHeight`` a height in metres. The scope then has the orientation of the
-first face, as after ``extrude``.
+first face, as after ``extrude``. The geometry is imported by the first roof, since few grammars have any.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from grammarlab.derivation.operations.extrusion import first_normals, stood_up
 from grammarlab.derivation.state.mesh_table import turned_over
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.outlines import roofs
 
 _WORDS = frozenset({"byAngle", "byHeight"})
 
 
 def roof_hip(call: BoundCall) -> Shapes:
     """``roofHip([byAngle|byHeight,] value, overhang, even)``."""
+    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
+
     value, *rest = call.values
     overhang = call.column(rest[0]) if rest else 0.0
     even = _flag(call, rest[1]) if len(rest) > 1 else False
@@ -32,6 +33,8 @@ def roof_hip(call: BoundCall) -> Shapes:
 
 def roof_gable(call: BoundCall) -> Shapes:
     """``roofGable([byAngle|byHeight,] value, overhangX, overhangY, even, index)``."""
+    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
+
     value, *rest = call.values
     overhangs = [call.column(argument) for argument in rest[:2]] + [0.0] * (2 - len(rest[:2]))
     even = _flag(call, rest[2]) if len(rest) > 2 else False
@@ -43,11 +46,15 @@ def roof_gable(call: BoundCall) -> Shapes:
 
 def roof_pyramid(call: BoundCall) -> Shapes:
     """``roofPyramid([byAngle|byHeight,] value)``."""
+    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
+
     return _roofed(call, roofs.roof_pyramid(_faces(call), call.column(call.values[0]), _by(call)))
 
 
 def roof_shed(call: BoundCall) -> Shapes:
     """``roofShed([byAngle|byHeight,] value, index)``."""
+    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
+
     value, *rest = call.values
     index = _index(call, rest[0]) if rest else 0
     return _roofed(call, roofs.roof_shed(_faces(call), call.column(value), _by(call), index))
@@ -55,6 +62,8 @@ def roof_shed(call: BoundCall) -> Shapes:
 
 def roof_ridge(call: BoundCall) -> Shapes:
     """``roofRidge([byAngle|byHeight,] value)``."""
+    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
+
     return _roofed(call, roofs.roof_ridge(_faces(call), call.column(call.values[0]), _by(call)))
 
 
@@ -63,6 +72,8 @@ def taper(call: BoundCall) -> Shapes:
 
     A negative height makes ``scope.sy`` negative and the pyramid point the opposite way; all faces point outwards.
     """
+    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
+
     heights, shapes, workspace = call.column(call.values[0]), call.shapes, call.workspace
     below = heights < 0.0
     faces = _faces(call)

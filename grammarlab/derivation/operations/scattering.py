@@ -6,11 +6,11 @@ from typing import cast
 
 import numpy as np
 
-from grammarlab.arrays import index_in_row
+from grammarlab.arrays import Floats, index_in_row
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.state.mesh_table import upright
-from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, number_column, part_keys
+from grammarlab.derivation.state.shapes import EMPTY, Ids, number_column, part_keys
 from grammarlab.geometry.meshes.measure import areas, face_normals
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.surface_points import nearest_on, points_on

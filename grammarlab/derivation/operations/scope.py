@@ -7,13 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import carried, pivot_position
 from grammarlab.derivation.frames import euler
 from grammarlab.derivation.state.mesh_table import mirrored
 from grammarlab.derivation.state.shapes import Shapes
-
-Floats = NDArray[np.float64]
 
 _SMALLEST = -1e-9
 """Largest size in metres that counts as zero, since it comes from rounding."""

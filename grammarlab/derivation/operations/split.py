@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.functions.shape_textures import SPACES, UV_AXES, Range, range_of, uv_set_of
@@ -26,10 +27,9 @@ from grammarlab.derivation.split_sizes import (
     in_a_row,
 )
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, upright
-from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import map_ids
 from grammarlab.derivation.state.workspace import Workspace
-from grammarlab.geometry.meshes.clip import slabs
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
 _INDICES = frozenset({"split.index", "split.total"})
@@ -193,6 +193,8 @@ def _between(
     whole = local_meshes(shapes, workspace)
     axes = _axes_with_first(direction)
     turned = whole.with_points(_turned(whole.points, axes[whole.mesh_of_point()]))
+    from grammarlab.geometry.meshes.clip import slabs  # noqa: PLC0415  # boxes and rectangles need no cuts
+
     cut = slabs(turned, np.arange(shapes.num), 0, low, high)
     back = _turned(cut.points, axes.swapaxes(1, 2)[cut.mesh_of_point()])
     meshes, corner, size = normalized(cut.with_points(back))
@@ -313,6 +315,8 @@ def _clipped(
     sources, source = np.unique(piece.row[general], return_inverse=True)
     start = piece.start[general]
     whole = local_meshes(call.shapes.take(sources), call.workspace)
+    from grammarlab.geometry.meshes.clip import slabs  # noqa: PLC0415  # boxes and rectangles need no cuts
+
     cut = slabs(whole, source, axis, start, start + piece.extent[general])
     unit, low, extent = normalized(cut)
     position, size, mesh = position.copy(), size.copy(), mesh.copy()

@@ -7,9 +7,10 @@ from typing import TypeAlias
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.functions.shape_textures import Range, range_of, uv_set_of
-from grammarlab.derivation.state.shapes import Floats, Ids, Shapes, number_column
+from grammarlab.derivation.state.shapes import Ids, Shapes, number_column
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, projection_name, with_maps
 from grammarlab.language.syntax.keywords import KEYWORDS
 

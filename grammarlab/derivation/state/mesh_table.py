@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.frames import FrameTable
-from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Floats, Ids, Shapes
+from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Meshes
 from grammarlab.geometry.meshes.primitives import box, quad
 

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.mesh_table import MeshTable, upright
-from grammarlab.derivation.state.shapes import EMPTY, Floats, Ids, Shapes
+from grammarlab.derivation.state.shapes import EMPTY, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name
 from grammarlab.errors import Location
 

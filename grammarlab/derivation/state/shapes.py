@@ -8,11 +8,11 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import DerivationError
 from grammarlab.randomness import Keys, fold
 
-Floats = NDArray[np.float64]
 Ids = NDArray[np.int32]
 
 EMPTY, BOX, FOOTPRINT, FACE = 0, 1, 2, 3

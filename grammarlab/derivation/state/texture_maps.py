@@ -13,7 +13,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.state.shapes import Floats, Ids, Shapes
+from grammarlab.arrays import Floats
+from grammarlab.derivation.state.shapes import Ids, Shapes
 
 NUM_SETS = 10
 """Number of uv sets: one for each map of a material."""

@@ -8,6 +8,7 @@ from typing import TypeAlias, cast
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_files import Asset, AssetFolder
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.lots import Lots, Values
@@ -15,7 +16,7 @@ from grammarlab.derivation.materials import MaterialTable
 from grammarlab.derivation.state.array_table import ArrayTable
 from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.derivation.state.recorder import Recorder
-from grammarlab.derivation.state.shapes import Floats, Shapes, Value, join_values, take_value
+from grammarlab.derivation.state.shapes import Shapes, Value, join_values, take_value
 from grammarlab.derivation.state.texture_maps import TextureMapTable
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError

@@ -8,13 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.facade.editing.grids import kinds
 from grammarlab.facade.editing.variations import Variation, unedited, vary
 from grammarlab.facade.tree import LEAF, Facade, X
-
-Ints = NDArray[np.int64]
 
 
 def canonical(variation: Variation, kind: Ints) -> bytes:
@@ -88,9 +86,6 @@ def _in_step(facade: Facade, grid: str, axis: int, others: Sequence[str]) -> tup
     """Those of some grids with as many columns (rows) as another one."""
     count = {other.name: other.num_columns if axis == X else other.num_rows for other in facade.grids}
     return tuple(name for name in others if count.get(name) == count[grid])
-
-
-Floats = NDArray[np.float64]
 
 
 _POINTS_PER_SIDE = 48

@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.grids import arranged, is_background, kinds, topmost, types
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.tree import LEAF, Facade, X
-
-Ints = NDArray[np.int64]
 
 WELL_FILLED = 0.75
 """Least share of filled places for a grid of nodes of one type, of any sizes."""

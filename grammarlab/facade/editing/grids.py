@@ -12,12 +12,10 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.tree import TOLERANCE, Facade, X, Y
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 SAME_SIZE = 0.05
 """Largest difference of similar nodes, as a fraction of the larger width or height."""
@@ -75,9 +73,6 @@ def _divided(group: Ints, size: Floats) -> Ints:
     kind = np.empty(len(order), dtype=np.int64)
     kind[order] = np.append(0, new.cumsum())
     return kind
-
-
-Bools = NDArray[np.bool_]
 
 
 def lines(low: Floats, high: Floats) -> Ints:
@@ -173,7 +168,7 @@ def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = N
     return topmost(facade, inside.all(axis=1) & has_label)
 
 
-def topmost(facade: Facade, chosen: Bools) -> Ints:
+def topmost(facade: Facade, chosen: Flags) -> Ints:
     """The chosen nodes that are not inside another chosen one, ascending."""
     top, end = [], 0
     for node in np.flatnonzero(chosen).tolist():
@@ -181,22 +176,6 @@ def topmost(facade: Facade, chosen: Bools) -> Ints:
             top.append(node)
             end = int(facade.end[node])
     return np.array(top, dtype=np.int64)
-
-
-def enclosing(facade: Facade) -> Ints:
-    """[G] for each grid, the smallest grid of which it is a subgrid, -1 for none.
-
-    A grid is a subgrid of another if one element of the other contains all of its elements.
-    """
-    above = np.full(len(facade.grids), -1, dtype=np.int64)
-    for inner, grid in enumerate(facade.grids):
-        nearest = -1
-        for outer, other in enumerate(facade.grids):
-            around = other.node[(other.node <= grid.node[0]) & (facade.end[other.node] >= facade.end[grid.node[-1]])]
-            # A grid of a single node is not a subgrid of itself.
-            if outer != inner and around.size and around[0] > nearest and not np.array_equal(around, grid.node):
-                nearest, above[inner] = int(around[0]), outer
-    return above
 
 
 def following(facade: Facade, name: str) -> tuple[str, ...]:

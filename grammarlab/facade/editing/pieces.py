@@ -12,12 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import take_rows
+from grammarlab.arrays import Floats, Ints, take_rows
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import LEAF, Facade, laid_out
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 NEW = -1
 """Source of an inner node without a counterpart in the other facade."""

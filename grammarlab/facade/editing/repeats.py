@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.pieces import take
 from grammarlab.facade.editing.variations import Variation
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes.size_wishes import Wish
-from grammarlab.facade.tree import Facade, Floats, Ints, X
+from grammarlab.facade.tree import Facade, X
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.edit_sequences import sequences, strain
 from grammarlab.facade.editing.grids import aligned, following
@@ -30,7 +31,7 @@ from grammarlab.facade.sizes.constraints import SIMILAR_SIZE_TOLERANCE, Weights,
 from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH
 from grammarlab.facade.sizes.size_wishes import Aspect, Size, Wish, checked
 from grammarlab.facade.sizes.solve import Resized, resize
-from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+from grammarlab.facade.tree import Facade, X, Y
 
 MOST_STEPS = 20
 """Largest number of added or removed columns or rows along one axis."""

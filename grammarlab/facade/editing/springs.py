@@ -21,6 +21,7 @@ from heapq import heapify, heappop, heappush
 
 import numpy as np
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.editing.pieces import take
 from grammarlab.facade.editing.repeats import Repeats
 from grammarlab.facade.editing.variations import Variation
@@ -29,7 +30,7 @@ from grammarlab.facade.sizes.constraints import LineOrigin, Weights, build_axis,
 from grammarlab.facade.sizes.lines import Sums
 from grammarlab.facade.sizes.model import build_model
 from grammarlab.facade.sizes.size_wishes import Size
-from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, X
+from grammarlab.facade.tree import LEAF, Facade, X
 
 _LOCKED_GIVE = 1e-6
 """Give of a locked spring, as a fraction of its own: 0 would not allow parallel locked springs."""

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.column_insertion import Insertion, Placement, inserted, stretched, unreachable
 from grammarlab.facade.editing.grid_proposals import unused
@@ -87,9 +87,6 @@ def _gap(index: int, step: int, gaps: Sequence[bool], is_removed: Sequence[bool]
         index += step
     return gap, 0 <= index < len(gaps)
 
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 _MAX_DEPTH = 200
 """Largest depth of a tree for edits; real facades have about ten levels."""

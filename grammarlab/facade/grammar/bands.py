@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.facade.looks import is_door, look_of
 from grammarlab.facade.tree import Facade
 
@@ -72,8 +73,6 @@ def _longest(column: NDArray[np.int64], turns: int = 0) -> Repeat | None:
             best = run
     return best
 
-
-Floats = NDArray[np.float64]
 
 SAME_PLACE = 1e-6
 """Largest difference of equal edges, as a fraction of the facade's size."""

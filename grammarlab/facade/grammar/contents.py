@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.looks import look_of
-from grammarlab.facade.tree import LEAF, Facade, Floats, Ints
+from grammarlab.facade.tree import LEAF, Facade
 
 _UNIT = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 _SAME_AREA = 1e-9

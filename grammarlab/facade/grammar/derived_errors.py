@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial import KDTree
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation import derive
 from grammarlab.facade.grammar.bands import SAME_PLACE
 from grammarlab.facade.grammar.leaf_looks import OutlinedLeaf, store_shapes
 from grammarlab.facade.grammar.rule_text import AROUND
 from grammarlab.facade.grammar.walks import KindPattern, KindSequence
 from grammarlab.facade.looks import look_of
-from grammarlab.facade.tree import Facade, Floats, Ints
+from grammarlab.facade.tree import Facade
 from grammarlab.language.grammar import Grammar
 
 

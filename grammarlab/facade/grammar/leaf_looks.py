@@ -19,16 +19,15 @@ from shapely import Polygon, box, make_valid
 from shapely.geometry.base import BaseGeometry
 from shapely.geometry.polygon import orient
 
+from grammarlab.arrays import Floats
 from grammarlab.facade.file import store_pictures
 from grammarlab.facade.grammar.rule_text import AROUND, leaf_body, number
 from grammarlab.facade.looks import THICKNESS, look_of
-from grammarlab.facade.tree import LEAF, Facade, Floats
+from grammarlab.facade.tree import LEAF, Facade
 from grammarlab.files import write_text
 from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.triangulate import keyhole, triangulate
-
-Floats = NDArray[np.float64]
 
 SAME = 1e-7
 """Largest difference of the windows of two leaves that show one picture, as a fraction of the picture."""

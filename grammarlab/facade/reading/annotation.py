@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
-from grammarlab.facade.tree import Floats, Ints
 from grammarlab.facade.values import is_unicode
 
 MOST_BOXES = 100_000

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from grammarlab.arrays import offsets_from_counts
+from grammarlab.arrays import Floats, Ints, offsets_from_counts
 from grammarlab.errors import FacadeError
 from grammarlab.facade.reading.annotation import BACKGROUND, BoxAnnotation
 from grammarlab.facade.reading.cutting import cut, pinwheel_text
 from grammarlab.facade.reading.filling import WALL, PinwheelError, fill
 from grammarlab.facade.reading.overlaps import VisiblePieces, uncovered
-from grammarlab.facade.tree import LEAF, Facade, Floats, Ints, Picture, X, Y, check
+from grammarlab.facade.tree import LEAF, Facade, Picture, X, Y, check
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +164,7 @@ def assemble(
         tiles, source = fill(pieces, (0, 0, last[X], last[Y]), split=split)
     except PinwheelError as error:
         text = pinwheel_text(error.sources, low, high, names, annotation.number[foreground])
-        raise FacadeError(f"{text} Or allow cuts through it (--split).") from error
+        raise FacadeError(f"{text} Or allow cuts through it (`split=True`).") from error
     facade, tile = cut(
         *_corners(tiles, snapped.lines), [names[box] if box != WALL else "wall" for box in source.tolist()]
     )
@@ -217,7 +217,7 @@ def _scale(
         return shape, notes
     if width is None and height is None:
         width = DEFAULT_WIDTH_M
-        hint = "give the width or height (--width, --height)"
+        hint = "give the width or height (`width=`, `height=`)"
         notes.append(f"the size of the facade is unknown: assuming a width of {width:g} m; {hint}")
     across = width / extent[X] if width is not None else None
     up = height / extent[Y] if height is not None else None

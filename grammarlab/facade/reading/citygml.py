@@ -16,13 +16,12 @@ from typing import TypeAlias
 import numpy as np
 import shapely
 
-from grammarlab.errors import FacadeError, UsageError
+from grammarlab.arrays import Floats
+from grammarlab.errors import FacadeError, UsageError, shown
 from grammarlab.facade.reading.annotation import FARTHEST, BoxAnnotation, annotate
 from grammarlab.facade.reading.drawn_shapes import outline_of
 from grammarlab.facade.reading.markup import Node, local_name
 from grammarlab.facade.reading.source import Source
-from grammarlab.facade.tree import Floats
-from grammarlab.facade.values import shown
 
 Polygon: TypeAlias = list[Floats]
 """Rings [P, 3] without the repeated last corner: the outer one, then holes."""
@@ -277,4 +276,4 @@ def _listing(walls: Sequence[_Wall], wall: str) -> str:
     if len(walls) > _MAX_LISTED:
         lines.append(f"  and {len(walls) - _MAX_LISTED} more")
     head = f"unknown wall {wall!r}" if wall else f"this file has {len(walls)} walls"
-    return f"{head}; choose one with --wall:\n" + "\n".join(lines)
+    return f"{head}; choose one with `wall=`:\n" + "\n".join(lines)

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
-from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, Floats, Ints, X, Y, check, plain
+from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, X, Y, check, plain
 
 _MAX_LISTED = 8
 """Largest number of rectangles of a pinwheel in a message."""

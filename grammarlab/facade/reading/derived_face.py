@@ -10,10 +10,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.reading.annotation import BoxAnnotation, annotate
-from grammarlab.facade.tree import Floats, Ints
 from grammarlab.scene import TriangleBatch, realize, triangles
 from grammarlab.scene.instances import chosen, leaf_order
 from grammarlab.scene.triangles import leaf_of_triangle

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import FacadeError
 from grammarlab.facade.reading.annotation import LONGEST_NAME, BoxAnnotation, Unit, annotate, check_count
 from grammarlab.facade.reading.source import Source
-from grammarlab.facade.tree import Floats
 from grammarlab.facade.values import a_text
 
 MOST_CORNERS = 10_000

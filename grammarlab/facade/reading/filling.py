@@ -12,10 +12,11 @@ from operator import itemgetter
 
 import numpy as np
 
+from grammarlab.arrays import Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.reading.cutting import MOST_LEVELS, pinwheel
 from grammarlab.facade.reading.overlaps import VisiblePieces
-from grammarlab.facade.tree import Ints, X, Y
+from grammarlab.facade.tree import X, Y
 
 WALL = -1
 """Source of areas without a box."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from grammarlab.errors import FacadeError, TableError, UsageError
+from grammarlab.errors import FacadeError, TableError, UsageError, shown
 from grammarlab.facade.reading.annotation import BoxAnnotation
 from grammarlab.facade.reading.citygml import is_citygml, read_citygml
 from grammarlab.facade.reading.json_annotations import (
@@ -47,7 +47,7 @@ from grammarlab.facade.reading.xml_annotations import (
     read_labelme_xml,
     read_voc,
 )
-from grammarlab.facade.values import parse_json, read_bounded, shown
+from grammarlab.facade.values import parse_json, read_bounded
 from grammarlab.tables import Table, decoded, read_table
 
 _Parsed = TypeVar("_Parsed")

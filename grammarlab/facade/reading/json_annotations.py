@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.errors import FacadeError
+from grammarlab.arrays import Floats
+from grammarlab.errors import FacadeError, shown
 from grammarlab.facade.reading.annotation import MOST_BOXES, BoxAnnotation
 from grammarlab.facade.reading.drawn_shapes import (
     MOST_CORNERS,
@@ -37,8 +38,7 @@ from grammarlab.facade.reading.source import (
     coordinate,
     known_size,
 )
-from grammarlab.facade.tree import Floats
-from grammarlab.facade.values import a_list, an_object, numbers, shown
+from grammarlab.facade.values import a_list, an_object, numbers
 
 _ROTATED = ("oriented_rectangle", "rotation")
 _SHAPES = ("rectangle", *_ROTATED, "polygon", "circle", "mask")

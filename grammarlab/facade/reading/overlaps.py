@@ -15,8 +15,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.errors import FacadeError
-from grammarlab.facade.tree import Ints
 
 FRONT = ("deco", "shop", "balcony", "door", "blind", "sill", "window", "pillar", "cornice", "molding", "facade", "wall")
 """Labels from the front to the back; all others are level with `window`."""

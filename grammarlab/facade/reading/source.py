@@ -16,10 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grammarlab.errors import FacadeError, UsageError
+from grammarlab.errors import FacadeError, UsageError, shown
 from grammarlab.facade.file import is_plain, load_picture, picture_size
 from grammarlab.facade.reading.annotation import FARTHEST
-from grammarlab.facade.values import shown
 
 _MAX_LISTED = 20
 """Largest number of images in a message."""
@@ -63,7 +62,7 @@ def chosen_image(images: Sequence[ImageName], wall: str) -> int:
             for image in images[:_MAX_LISTED]
         )
         more = f" and {len(images) - _MAX_LISTED} more" if len(images) > _MAX_LISTED else ""
-        raise UsageError(f"choose one of the {len(images)} images of this file with --wall: {names}{more}.")
+        raise UsageError(f"choose one of the {len(images)} images of this file with `wall=`: {names}{more}.")
     return matches[0]
 
 
@@ -78,7 +77,7 @@ def check_only(wall: str, image: str = "") -> None:
         UsageError: If another one is chosen.
     """
     if wall and not (image and ImageName(image).matches(wall)):
-        raise UsageError("this file has only one facade: leave out --wall.")
+        raise UsageError("this file has only one facade: leave out `wall=`.")
 
 
 def left_out_notes(kinds: Counter[str]) -> list[str]:

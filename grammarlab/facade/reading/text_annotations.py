@@ -21,7 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.errors import FacadeError, TableError
+from grammarlab.arrays import Floats
+from grammarlab.errors import FacadeError, TableError, shown
 from grammarlab.facade.reading.annotation import BoxAnnotation, Unit, annotate, check_count
 from grammarlab.facade.reading.drawn_shapes import (
     FRACTIONS,
@@ -41,8 +42,7 @@ from grammarlab.facade.reading.source import (
     known_size,
     last_part,
 )
-from grammarlab.facade.tree import Floats
-from grammarlab.facade.values import read_bounded, shown
+from grammarlab.facade.values import read_bounded
 from grammarlab.tables import Table, TableRow, decoded
 
 CORNER, SIDES = ("x", "y", "width", "height"), ("left", "bottom", "right", "top")
@@ -199,7 +199,7 @@ def _unit(boxes: Floats) -> tuple[Unit, list[str]]:
     if max(width, height) <= most:
         return "metres", []
     note = f"the boxes extend over {width:g} x {height:g}: too large for a facade in metres, so they are read as pixels"
-    return "pixels", [f"{note}; if they are metres, give --width {width:g}"]
+    return "pixels", [f"{note}; if they are metres, give `width={width:g}`"]
 
 
 _OPEN_IMAGES = {"/m/0d4v4": "window", "/m/02dgv": "door", "/m/03jm5": "house", "/m/0cgh4": "building"}

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.errors import FacadeError
+from grammarlab.errors import FacadeError, shown
 from grammarlab.facade.reading.annotation import MOST_BOXES, BoxAnnotation
 from grammarlab.facade.reading.drawn_shapes import MOST_CORNERS, Shape, ellipse, label_of, on_picture, polygon, upright
 from grammarlab.facade.reading.source import ImageName, Source, chosen_image, coordinate, known_size, left_out_notes
-from grammarlab.facade.values import a_list, an_object, parse_json, shown
+from grammarlab.facade.values import a_list, an_object, parse_json
 from grammarlab.tables import Table
 
 _LABEL_KEYS = ("label", "class", "category", "name", "type", "object")

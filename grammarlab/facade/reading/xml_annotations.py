@@ -18,7 +18,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from grammarlab.errors import FacadeError
+from grammarlab.arrays import Floats
+from grammarlab.errors import FacadeError, shown
 from grammarlab.facade.reading.annotation import BoxAnnotation, check_count
 from grammarlab.facade.reading.drawn_shapes import (
     FRACTIONS,
@@ -42,8 +43,6 @@ from grammarlab.facade.reading.source import (
     known_size,
     left_out_notes,
 )
-from grammarlab.facade.tree import Floats
-from grammarlab.facade.values import shown
 
 _SIDES = ("xmin", "ymin", "xmax", "ymax")
 _ROTATED = ("cx", "cy", "w", "h", "angle")

@@ -18,9 +18,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes.lines import Lines, Sums, find_lines
-from grammarlab.facade.tree import Facade, Floats, Ints, X
+from grammarlab.facade.tree import Facade, X
 
 SIMILAR_SIZE_TOLERANCE = 0.1
 """Parts of one label are similar if each is larger than the next smaller one by at most this fraction."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.facade.tree import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 
 _ROUND_OFF = 1e-12
 """Largest factor that counts as 0."""

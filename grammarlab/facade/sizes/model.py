@@ -24,10 +24,11 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.sizes.constraints import Axis
 from grammarlab.facade.sizes.lines import Sums, stacked
 from grammarlab.facade.sizes.size_wishes import Aspect, Position, Size, Wish
-from grammarlab.facade.tree import Facade, Floats, Ints, X, Y
+from grammarlab.facade.tree import Facade, X, Y
 
 EXACT_TOLERANCE = 1e-9
 """Largest violation of rows and bounds, as a fraction of the facade's size."""

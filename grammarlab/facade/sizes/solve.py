@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.optimize import linprog
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import FacadeError
 from grammarlab.facade.sizes.constraints import LineOrigin, Weights, build_axis, leaf_weights
 from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH, SizeModel, build_model
 from grammarlab.facade.sizes.size_wishes import Aspect, Wish, checked, in_words
-from grammarlab.facade.tree import Facade, Floats, X, Y, decomposition_misses
+from grammarlab.facade.tree import Facade, X, Y, decomposition_misses
 
 _CONTRADICTION = 1e-7
 """Least violation, as a fraction of the facade's size, that counts as a contradiction."""

@@ -18,13 +18,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.features.columns.column_keys import Meaning, Steps
 from grammarlab.features.patterns.node_labels import Key, NodeLabels
 from grammarlab.features.patterns.pattern import Below, Draw, Feature, HalfSpace, Pattern, Present, Total
-
-Floats = NDArray[np.float64]
 
 _NEGLIGIBLE = 0.01
 """Share of the range of a sum below which its bound is written as 0; bounds found by few scores are not more exact."""

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.randomness import fold, root_keys
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

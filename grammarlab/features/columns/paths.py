@@ -34,9 +34,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints, distinct, distinct_counts, offsets_from_counts
+from grammarlab.arrays import Floats, Ints, distinct, distinct_counts, offsets_from_counts
 from grammarlab.derivation.forest import Site
-from grammarlab.features.patterns.counts import Floats, count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.tree_index import Trees

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
 from grammarlab.features.columns.column_keys import Meaning
@@ -46,8 +46,6 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import Key, KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Draw, Feature, Pattern, Present
 from grammarlab.features.patterns.tree_index import Trees
-
-Floats = NDArray[np.float64]
 
 MOST_LENGTH = 20
 """Largest allowed length of paths."""

@@ -23,7 +23,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.pattern import (
     Below,
@@ -37,8 +37,6 @@ from grammarlab.features.patterns.pattern import (
     Total,
 )
 from grammarlab.features.patterns.tree_index import Trees
-
-Floats = NDArray[np.float64]
 
 MOST_WAYS = float(2**31)
 """Largest number of embeddings at one node; larger counts are clipped, so that sums stay exact and finite."""

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, distinct
+from grammarlab.arrays import Ints, connected, distinct
 from grammarlab.derivation.forest import Forest, RuleName
 
 _SAME = 1e-9
@@ -105,12 +105,15 @@ class NodeLabels:
         for label in np.flatnonzero(self.chosen).tolist():
             if len(self.successors[label]) == 1:
                 choices.setdefault(_key(self.rules[label])[:2], set()).update(self.successors[label].values())
-        classes: list[set[str]] = []
-        for symbols in choices.values():
-            if len(symbols) > 1:
-                joined = symbols.union(*(found for found in classes if found & symbols))
-                classes = [found for found in classes if not found & symbols] + [joined]
-        return {symbol: min(found) for found in classes for symbol in found}
+        alternatives = [sorted(symbols) for symbols in choices.values() if len(symbols) > 1]
+        if not alternatives:
+            return {}
+        symbols = sorted(set().union(*alternatives))
+        number = {symbol: place for place, symbol in enumerate(symbols)}
+        edges = np.array([(number[own[0]], number[symbol]) for own in alternatives for symbol in own], dtype=np.int64)
+        group = connected(len(symbols), *edges.T)
+        first = np.unique(group, return_index=True)[1]
+        return {symbol: symbols[first[own]] for symbol, own in zip(symbols, group.tolist(), strict=True)}
 
     @cached_property
     def telling(self) -> NDArray[np.bool_]:

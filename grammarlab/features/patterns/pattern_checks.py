@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest, RuleName, Site
 from grammarlab.errors import UsageError, check_type
 from grammarlab.features.patterns import counts
-from grammarlab.features.patterns.counts import Floats
 from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.features.patterns.tree_index import Trees

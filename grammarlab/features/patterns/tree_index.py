@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.arrays import Floats, Ints, offsets_from_counts
 from grammarlab.derivation.forest import Forest, Leaves, NodeIds, Reports
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
@@ -37,8 +37,6 @@ def _emptied(column: NDArray) -> NDArray:
     """No rows of a column; a copy, since a view would keep the rows."""
     return column[:0].copy()
 
-
-Floats = NDArray[np.float64]
 
 _MOST_STEPS = 100
 """Largest number of levels summed node by node; deeper trees are then summed as a whole, in linear time."""

@@ -14,14 +14,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.node_labels import NodeLabels
 from grammarlab.features.patterns.pattern import Below, Pattern, Total
 from grammarlab.features.patterns.tree_index import Trees
 from grammarlab.features.search.totals import gains_of
-
-Floats = NDArray[np.float64]
 
 MOST = 4
 """Largest number of equalities."""

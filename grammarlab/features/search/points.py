@@ -10,10 +10,8 @@ from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from grammarlab.arrays import Floats, Ints
 
 MOST_TERMS = 8
 """Largest number of counts in a total."""

@@ -11,14 +11,11 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import HalfSpace, Pattern, Sum, Term
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MOST_TERMS = 6
 """Largest number of draws in a sum."""

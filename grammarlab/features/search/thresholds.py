@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Threshold
 from grammarlab.features.search.sums import explained
-
-Floats = NDArray[np.float64]
 
 MOST = 8
 """Largest number of relations."""

@@ -13,12 +13,11 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Draw, Pattern, Present, Total
 from grammarlab.features.search.sums import changed
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Words = NDArray[np.uint64]
 
 Countable: TypeAlias = Pattern | Present | Draw

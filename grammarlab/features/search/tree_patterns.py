@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.columns.column_keys import Meaning
 from grammarlab.features.columns.paths import choices_below, count_adjacent_pairs
@@ -19,8 +19,6 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Below, Feature, Pattern
 from grammarlab.features.patterns.tree_index import Trees
-
-Floats = NDArray[np.float64]
 
 _BEAM = 24
 """Number of patterns that are grown further."""

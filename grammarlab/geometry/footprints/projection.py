@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from grammarlab.arrays import Floats
 
 _EQUATOR = 6378137.0
 """Radius of the equator in metres."""

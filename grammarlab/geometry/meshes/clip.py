@@ -23,14 +23,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import Flags, Floats, offsets_from_counts, row_of_value, take_rows
 from grammarlab.geometry.meshes.measure import area_vectors, is_closed
-from grammarlab.geometry.meshes.mesh import UNTAGGED, Floats, Indices, Meshes, Soup
+from grammarlab.geometry.meshes.mesh import UNTAGGED, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import cycles, distinct_keys, max_rows, next_in_row, sum_rows
 from grammarlab.geometry.meshes.triangulate import contains, keyhole
 from grammarlab.geometry.meshes.vectors import any_normal, cross, dot
-
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, take_rows
+from grammarlab.arrays import Flags, Floats, offsets_from_counts, take_rows
 from grammarlab.geometry.meshes.edges import edges
 from grammarlab.geometry.meshes.measure import area_vectors, face_normals
-from grammarlab.geometry.meshes.mesh import Floats, Meshes, Soup
+from grammarlab.geometry.meshes.mesh import Meshes, Soup
 from grammarlab.geometry.meshes.ragged import any_rows, next_in_row, sum_rows
 from grammarlab.geometry.meshes.vectors import dot, has_length, unit
-
-Flags = NDArray[np.bool_]
 
 SAME_DIRECTION = 1e-9
 """Largest difference of unit normals of faces that are extruded together."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.geometry.meshes.mesh import Floats, Meshes
+from grammarlab.arrays import Flags, Floats
+from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.ragged import all_rows, any_rows, next_in_row, sum_rows
 from grammarlab.geometry.meshes.vectors import cross, dot, norm
-
-Flags = NDArray[np.bool_]
 
 DEGENERATE = 1e-12
 """Smallest area of a face with a normal, as a share of the sum of its squared edges."""

@@ -16,10 +16,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import index_in_row, offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
 from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 UNTAGGED, INSIDE, BORDER = 0, 1, 2

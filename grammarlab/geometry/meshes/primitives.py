@@ -11,8 +11,9 @@ from functools import cache
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.geometry.meshes.extrude import extrude
-from grammarlab.geometry.meshes.mesh import Floats, Meshes
+from grammarlab.geometry.meshes.mesh import Meshes
 
 FRONT, RIGHT, BACK, LEFT, TOP, BOTTOM = range(6)
 """Faces of `box`, in order."""

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.arrays import Floats
+from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.triangulate import triangulate
 
 _MOST_PAIRS = 200_000

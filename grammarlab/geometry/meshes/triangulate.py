@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import index_in_row, row_of_value, take_rows
+from grammarlab.arrays import Floats, index_in_row, row_of_value, take_rows
 from grammarlab.geometry.meshes.measure import face_normals, is_reflex
-from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import sum_rows
 
 

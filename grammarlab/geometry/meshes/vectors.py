@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.geometry.meshes.mesh import Floats
+from grammarlab.arrays import Floats
 
 
 def dot(a: Floats, b: Floats) -> Floats:

@@ -19,8 +19,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts
-from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.arrays import Floats, offsets_from_counts
+from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_flat, rectangle_sizes, regroup
 from grammarlab.geometry.outlines.patches import Patch, alike, fill, in_order, rings, stamp_patch
 from grammarlab.geometry.outlines.setback import REMAINDER, Setback

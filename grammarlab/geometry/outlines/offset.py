@@ -6,7 +6,8 @@ from typing import Literal
 
 import numpy as np
 
-from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Floats, Indices, Meshes
+from grammarlab.arrays import Floats
+from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Indices, Meshes
 from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, lay_flat, rectangle_sizes, regroup
 from grammarlab.geometry.outlines.patches import Patch, alike, fill, in_order, rings, stamp, stamp_patch
 from grammarlab.geometry.outlines.straight_skeleton import Loop, sweep

@@ -13,8 +13,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts
-from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.arrays import Floats, offsets_from_counts
+from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.planar import Polygons
 from grammarlab.geometry.meshes.triangulate import contains, keyhole
 from grammarlab.geometry.outlines.straight_skeleton import Loop, loop_area, trace

@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, take_rows
-from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.arrays import Floats, offsets_from_counts, take_rows
+from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.planar import (
     RELATIVE_TOLERANCE,
     Polygons,

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.geometry.meshes.mesh import Floats, Indices
+from grammarlab.arrays import Floats
+from grammarlab.geometry.meshes.mesh import Indices
 from grammarlab.geometry.outlines.roof_plan import Plan
 from grammarlab.geometry.outlines.straight_skeleton import Loop, sweep
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.geometry.meshes.mesh import Floats
+from grammarlab.arrays import Floats
 from grammarlab.geometry.outlines.patches import rings
 from grammarlab.geometry.outlines.straight_skeleton import Loop, Sweep, sweep
 

@@ -15,9 +15,9 @@ from typing import Literal
 
 import numpy as np
 
-from grammarlab.arrays import take_rows
+from grammarlab.arrays import Floats, take_rows
 from grammarlab.errors import DerivationError
-from grammarlab.geometry.meshes.mesh import Floats, Indices, Meshes
+from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_flat, rectangle_sizes, regroup
 from grammarlab.geometry.outlines import plain_roofs
 from grammarlab.geometry.outlines.patches import Patch, alike, in_order, stamp, stamp_patch

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from grammarlab.geometry.meshes.mesh import Floats
+from grammarlab.arrays import Floats
 from grammarlab.geometry.outlines.wavefront import TOLERANCE, Wavefront
 
 Loop = tuple[int, ...]

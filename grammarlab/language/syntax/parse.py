@@ -18,7 +18,6 @@ from lark import Token as LarkToken
 from lark.lexer import Lexer
 
 from grammarlab.errors import Finding, Location
-from grammarlab.language.syntax.mistakes import explain
 from grammarlab.language.syntax.outline import Chunk, outline
 from grammarlab.language.syntax.syntax_tree import Definition, RuleFile
 from grammarlab.language.syntax.tokens import MAX_FINDINGS, Comment, Token, tokenize
@@ -151,6 +150,8 @@ def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
         try:
             result = state.feed_token(cast(LarkToken, token))
         except UnexpectedToken:
+            from grammarlab.language.syntax.mistakes import explain  # noqa: PLC0415  # most files have none
+
             return explain(tokens, position, frozenset(state.accepts()))
         except MistakeError as mistake:
             return mistake.finding

@@ -9,7 +9,7 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import NamedTuple
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, shown
 from grammarlab.language.grammar import hash_of, normal
 from grammarlab.preference.labels import Label, Labels, Place
 
@@ -116,11 +116,3 @@ def _renamed(label: Label, names: Mapping[str, str]) -> Label:
         if place.get("grammar") in names:
             other = json.dumps(place | {"grammar": names[place["grammar"]]}, separators=(",", ":"))
     return replace(label, grammar=names.get(label.grammar, label.grammar), other=other)
-
-
-def shown(value: object) -> str:
-    """A foreign value in a message, shortened."""
-    if isinstance(value, dict | list):
-        return f"a list or object of {len(value)}"
-    text = repr(value) if not isinstance(value, str) or len(value) < 100 else repr(value[:60])
-    return text if len(text) <= 60 else f"{text[:57]}..."

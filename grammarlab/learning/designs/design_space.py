@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature
@@ -17,8 +17,6 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.scene.instances import Scene
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Designs = TypeVar("Designs")
 """A batch of n designs, in the representation of a space; for a grammar a `Forest`."""
 Designs_contra = TypeVar("Designs_contra", contravariant=True)

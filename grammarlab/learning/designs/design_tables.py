@@ -11,11 +11,12 @@ from typing import Generic
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.columns.column_names import comparison, equality, spread_of
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature, HalfSpace, Total
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs, Floats, Ints
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs
 from grammarlab.learning.designs.pool import MadePool
 from grammarlab.learning.settings import FeatureOptions
 

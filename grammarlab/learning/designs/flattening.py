@@ -7,16 +7,14 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.program import Program
 from grammarlab.language.checking.percentages import probabilities
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import Attribute, Function, Node, Number, Rule, Stochastic, walk
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,11 +12,9 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.assets.mesh_files import AssetFolder
-from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.expressions import number_grammar
 from grammarlab.derivation.forest import Forest, origin_of, way_to
@@ -24,7 +22,8 @@ from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import UsageError
-from grammarlab.features.acceptance import Acceptance, Accepted, derive_accepted
+from grammarlab.features.acceptance import Acceptance
+from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
@@ -39,11 +38,10 @@ from grammarlab.features.search.thresholds import find_half_space, find_relation
 from grammarlab.features.search.totals import counted, find_totals, total_of
 from grammarlab.features.search.tree_patterns import search_patterns
 from grammarlab.files import existing
-from grammarlab.geometry.footprints import read_footprint_map
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Numbering
-from grammarlab.language.syntax.syntax_tree import String, walk
 from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, AbstractParts, PointsFeature, Realized
 from grammarlab.learning.designs.flattening import Flattened, flattened
@@ -84,9 +82,6 @@ class GrammarParts(AbstractParts):
         return origin.symbol, str(origin.rule_at or origin.made_at or "")
 
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
 FEWEST_LIKED = 3
 """Smallest number of models with a score above 0 for a search for subtrees."""
 
@@ -113,18 +108,18 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return MAX_PATH_LENGTH
 
     @cached_property
+    def _accepted(self) -> AcceptedGrammar:
+        return AcceptedGrammar(self.grammar, self.assets)
+
+    @property
     def program(self) -> Program:
         """The compiled grammar."""
-        return compile_grammar(self.grammar)
+        return self._accepted.program
 
-    @cached_property
+    @property
     def acceptance(self) -> Acceptance | None:
-        """The acceptance rule of the file; None if it keeps all models.
-
-        Raises:
-            UsageError: If the annotation is not a valid rule.
-        """
-        return Acceptance.of(self.grammar.tree)
+        """The acceptance rule of the file; None if it keeps all models; see `AcceptedGrammar.acceptance`."""
+        return self._accepted.acceptance
 
     @cached_property
     def proposal(self) -> Flattened:
@@ -142,16 +137,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             return
         for start in range(first, first + num, _ACCEPTED_AT_ONCE):
             lots = Lots.of(min(_ACCEPTED_AT_ONCE, first + num - start), seed, first_model=start)
-            yield without_geometry(self.accepted(program, lots).forest)
-
-    def accepted(self, program: Program, lots: Lots) -> Accepted:
-        """Accepted models of lots.
-
-        Args:
-            program: the compiled grammar, or its proposal.
-            lots: the lots.
-        """
-        return derive_accepted(program, self.acceptance, lots, self.folder)
+            yield without_geometry(self._accepted.derive(lots, program).forest)
 
     def log_ratio(self, designs: Forest) -> Floats:
         return self.proposal.log_ratio(designs) + self._log_ratio_of_rates
@@ -224,7 +210,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return GrammarParts(self.derive([address]), number_grammar(self.grammar))
 
     def asset_names(self) -> Iterable[str]:
-        return (node.value for node in walk(self.grammar.tree) if isinstance(node, String))
+        return self._accepted.asset_names()
 
     def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
         """Bounds on quantities: on several together if they explain scores, otherwise single ones."""
@@ -255,10 +241,10 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         """Branches that read attributes."""
         return readers_of(self.grammar)
 
-    @cached_property
+    @property
     def folder(self) -> AssetFolder | None:
         """The assets; each is read once for all derivations."""
-        return None if self.assets is None else AssetFolder(self.assets)
+        return self._accepted.folder
 
     def derive(self, addresses: Sequence[Address]) -> Forest:
         """Models by ascending address, with their geometry."""
@@ -266,7 +252,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         parts = [(self.program, own)]
         if flat:
             parts.append((self.proposal.program, flat))
-        return join_forests([self.accepted(program, self._lots(part)).forest for program, part in parts])
+        return join_forests([self._accepted.derive(self._lots(part), program).forest for program, part in parts])
 
     def _lots(self, addresses: Sequence[Address]) -> Lots:
         """Lots in the order of the addresses."""

@@ -16,8 +16,9 @@ from typing import Generic
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs, Floats, Ints
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import POOL_SIZE
 from grammarlab.randomness import derived_seed
 

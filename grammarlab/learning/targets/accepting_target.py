@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.targets.accepted import AcceptedGrammar, product_with_own, split_symbols, with_rule
 from grammarlab.density.targets.ranges import range_ends
@@ -32,8 +33,6 @@ from grammarlab.learning.targets.target_density import LONGEST, Simple, Wanted, 
 from grammarlab.learning.targets.writers import Making
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 from grammarlab.preference.simplified import SimplifiedPreference
-
-Floats = NDArray[np.float64]
 
 _MARGIN = 2_000
 """Number of characters by which a text may grow when scores are scaled."""

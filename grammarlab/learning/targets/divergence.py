@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import rel_entr
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
-
-Floats = NDArray[np.float64]
 
 
 def jensen_shannon(p: ArrayLike, q: ArrayLike) -> float:

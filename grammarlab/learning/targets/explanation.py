@@ -13,15 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.columns.column_names import comparison, spread_of
 from grammarlab.features.patterns.pattern import HalfSpace
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MOST = 3
 """Largest number of kinds on each side."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.targets.ranges import range_ends
 from grammarlab.derivation.forest import Forest
@@ -16,9 +17,6 @@ from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.simplification import Predicted
 from grammarlab.preference.simplified import SimplifiedPreference
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

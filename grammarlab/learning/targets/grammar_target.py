@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import ENOUGH_MODELS
@@ -27,7 +27,6 @@ from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.target_density import Wanted
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 
-Floats = NDArray[np.float64]
 LearnedSampler = LearnedGrammar | RejectionSampler
 
 METHODS = ("compile", *sampled.METHODS, "rejection")

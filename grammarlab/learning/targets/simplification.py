@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.round import State, Study
@@ -21,9 +21,6 @@ from grammarlab.learning.targets.explanation import Words, words_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of, round_between
 from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_levels, needed_columns
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 TOLERANCE = 0.005
 """Largest divergence in nats from the predictions, on the pool, for fewer rules and rounder numbers."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.rounding import EXACT
 from grammarlab.density.targets.target import Target
@@ -21,8 +21,6 @@ from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
 from grammarlab.learning.targets.simplification import TOLERANCE, simpler
 from grammarlab.preference.simplified import SimplifiedPreference
-
-Floats = NDArray[np.float64]
 
 MOST_LEAVES = 128
 """Largest number of leaves of a tree that becomes a grammar."""

@@ -9,12 +9,13 @@ from typing import Generic, Protocol
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.samples.sampled import NUM_SAMPLES
 from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Feature
-from grammarlab.learning.designs.design_space import Designs, Designs_contra, Floats
+from grammarlab.learning.designs.design_space import Designs, Designs_contra
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import Measured, agreement, measured
 from grammarlab.learning.targets.simplification import Predicted

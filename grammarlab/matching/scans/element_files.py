@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.arrays import offsets_from_counts
+from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.errors import FacadeError
 from grammarlab.facade.values import a_list, a_number, a_text, a_whole_number, an_object, numbers, parse_json
 from grammarlab.files import write_bytes, write_text
-from grammarlab.matching.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Floats, Truth, check
+from grammarlab.matching.elements import MOST_ELEMENTS, MOST_POINTS, Elements, Truth, check
 
 FORMAT = "grammarlab elements"
 VERSION = 1

@@ -11,9 +11,9 @@ import numpy as np
 from scipy import ndimage
 from scipy.sparse.csgraph import connected_components
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.lattice import lattice
-from grammarlab.matching.elements import Floats, Ints
-from grammarlab.matching.scans.wall_cells import Bools, Cells
+from grammarlab.matching.scans.wall_cells import Cells
 
 _MIN_REPEATS = 4
 """Least number of parts that repeat."""
@@ -37,7 +37,7 @@ _MIN_VISIBLE_SHARE = 0.25
 """Least visible part of the outline of an element that was not found by itself."""
 
 
-def repeated(boxes: Floats, side: float) -> Bools:
+def repeated(boxes: Floats, side: float) -> Flags:
     """[N] whether a box [N, 4] is one of at least four of its size that follow each other along rows and columns.
 
     Args:
@@ -54,7 +54,7 @@ def repeated(boxes: Floats, side: float) -> Bools:
     return np.bincount(label)[label] >= _MIN_REPEATS
 
 
-def completed(boxes: Floats, blocked: Floats, off: Bools, cells: Cells) -> tuple[Floats, Floats]:
+def completed(boxes: Floats, blocked: Floats, off: Flags, cells: Cells) -> tuple[Floats, Floats]:
     """Boxes with sides aligned along rows and columns, and further boxes where a row and a column lack an element.
 
     Sides that nearly agree with those of their row or column become equal. An element is lacking if a fourth of its
@@ -112,7 +112,7 @@ def _usual(ends: Floats, member: Ints, near: float) -> tuple[Floats, Ints]:
     return usual, count
 
 
-def overlapping(boxes: Floats, others: Floats) -> Bools:
+def overlapping(boxes: Floats, others: Floats) -> Flags:
     """[N] whether a box and one of the others share more than a tenth of the smaller one's area."""
     parts = [np.zeros(0, dtype=bool)]
     other = (others[:, 2:] - others[:, :2]).prod(axis=1)
@@ -125,12 +125,12 @@ def overlapping(boxes: Floats, others: Floats) -> Bools:
     return np.concatenate(parts)
 
 
-def visible_part(box: Floats, off: Bools, cells: Cells) -> float:
+def visible_part(box: Floats, off: Flags, cells: Cells) -> float:
     """Part of the outline of a box [4] at which the wall ends."""
     return float(np.concatenate(_sides(box, off, cells)).mean())
 
 
-def _sides(box: Floats, off: Bools, cells: Cells) -> list[Bools]:
+def _sides(box: Floats, off: Flags, cells: Cells) -> list[Flags]:
     """Whether the wall ends, at each place of the left, right, lower and upper side: wall outside, no wall inside."""
     low, high = box[:2], box[2:]
     sides = []
@@ -147,7 +147,7 @@ def _sides(box: Floats, off: Bools, cells: Cells) -> list[Bools]:
     return sides
 
 
-def _is_lacking(box: Floats, off: Bools, cells: Cells) -> bool:
+def _is_lacking(box: Floats, off: Flags, cells: Cells) -> bool:
     """Whether enough of the outline of a box is visible, and no opening goes on beyond a side, as a door does."""
     sides = _sides(box, off, cells)
     if np.concatenate(sides).mean() < _MIN_VISIBLE_SHARE:
@@ -165,7 +165,7 @@ def _is_lacking(box: Floats, off: Bools, cells: Cells) -> bool:
     return True
 
 
-def borders(boxes: Floats, shallow: Bools, cells: Cells) -> Floats:
+def borders(boxes: Floats, shallow: Flags, cells: Cells) -> Floats:
     """[Q, 2] points on the outlines of shallow parts, where relief or lack of points falls to half of the part's own.
 
     Args:
@@ -191,7 +191,7 @@ def borders(boxes: Floats, shallow: Bools, cells: Cells) -> Floats:
     return np.vstack(points)
 
 
-def _strength(inside: Bools, around: tuple[slice, ...], cells: Cells) -> Floats:
+def _strength(inside: Flags, around: tuple[slice, ...], cells: Cells) -> Floats:
     """[w, h] relief or lack of points near a part [w, h], as a fraction of the part's own."""
     strength = np.zeros(inside.shape)
     relief, weak, lack, count = (values[around] for values in (cells.relief, cells.smooth, cells.lack, cells.count))
@@ -211,7 +211,7 @@ def _strength(inside: Bools, around: tuple[slice, ...], cells: Cells) -> Floats:
     return np.where(np.logical_and(ndimage.binary_erosion(_filled(within)), ~within), 1.0, strength)
 
 
-def _filled(part: Bools) -> Bools:
+def _filled(part: Flags) -> Flags:
     """[w, h] cells of a part [w, h], and cells that have some of them on three of four sides: a frame may have gaps."""
     sides = np.zeros(part.shape, dtype=np.int64)
     for axis in (0, 1):

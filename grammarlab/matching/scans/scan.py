@@ -18,13 +18,14 @@ from typing import BinaryIO
 import numpy as np
 import trimesh
 
+from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_files import read_parts, without_neighbours
 from grammarlab.assets.mesh_parts import joined
 from grammarlab.errors import AssetError, FacadeError
 from grammarlab.extras import require
 from grammarlab.facade.values import UP_AXES, read_bounded
 from grammarlab.files import open_regular
-from grammarlab.matching.elements import FARTHEST, MOST_POINTS, Floats
+from grammarlab.matching.elements import FARTHEST, MOST_POINTS
 from grammarlab.matching.scans.repetition import repeated
 from grammarlab.matching.scans.scan_boxes import FacadePlane, find_boxes
 from grammarlab.matching.scans.wall_cells import facades

@@ -14,11 +14,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import Delaunay, QhullError
 
-from grammarlab.arrays import offsets_from_counts
+from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
 from grammarlab.errors import FacadeError, TableError
-from grammarlab.matching.elements import FARTHEST, MOST_ELEMENTS, Elements, Floats, Ints
+from grammarlab.matching.elements import FARTHEST, MOST_ELEMENTS, Elements
 from grammarlab.matching.scans.repetition import borders, completed, overlapping, repeated, visible_part
-from grammarlab.matching.scans.wall_cells import DEEP, Bools, Cells, cells_of
+from grammarlab.matching.scans.wall_cells import DEEP, Cells, cells_of
 from grammarlab.tables import Table, TableRow, read_table
 
 _BORDER_RATIO = 0.36
@@ -27,7 +27,7 @@ _MIN_POINTS = 4
 """Least number of points of a triangulation."""
 
 
-def outlines(wall: Floats, other: Floats, reach: float, is_hole: Callable[[Floats], Bools]) -> Floats:
+def outlines(wall: Floats, other: Floats, reach: float, is_hole: Callable[[Floats], Flags]) -> Floats:
     """[R, 2] points on the outlines of elements.
 
     An outline runs halfway between two points that are nearest to each other, of which one is on the wall and one is
@@ -78,7 +78,7 @@ def _mutual(pairs: Ints, length: Floats, number: int) -> Ints:
     return np.unique(pairs[(length[:, None] <= shortest[pairs]).all(axis=1)], axis=0)
 
 
-def _connected(links: Ints, is_start: Bools) -> Bools:
+def _connected(links: Ints, is_start: Flags) -> Flags:
     """[N] whether links [L, 2] connect a node with one of the starts [N]."""
     number = len(is_start)
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(number, number))
@@ -133,7 +133,7 @@ class _Parts:
     """[N] number of each part."""
     box: Floats
     """[N, 4] left, bottom, right, top, metres."""
-    is_element: Bools
+    is_element: Flags
     """[N] whether they have the size of an element and do not touch the border."""
 
 
@@ -172,7 +172,7 @@ def find_boxes(surface: FacadePlane) -> FoundBoxes:
     return FoundBoxes(boxes, outline, len(others) + len(lacking), spacing)
 
 
-def _parts(off: Bools, cells: Cells) -> _Parts:
+def _parts(off: Flags, cells: Cells) -> _Parts:
     """The connected parts of the cells [W, H] that are not part of the wall."""
     label = np.asarray(ndimage.label(off)[0], dtype=np.int64)  # pyright: ignore[reportIndexIssue] its stub forgets the pair
     extents = ndimage.find_objects(label)[: 10 * MOST_ELEMENTS]
@@ -198,7 +198,7 @@ def _deep_outlines(surface: FacadePlane, cells: Cells) -> Floats:
     return points[_grown(cells.empty, _MAX_OUTLINE_CELLS)[cells.indices(points)]]
 
 
-def _grown(mask: Bools, steps: int) -> Bools:
+def _grown(mask: Flags, steps: int) -> Flags:
     """[W, H] cells at most some steps from some of the cells [W, H]."""
     return np.asarray(ndimage.binary_dilation(mask, np.ones((3, 3)), iterations=steps), dtype=bool)
 

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.values import UNITS, parse_json, read_bounded
 from grammarlab.files import open_regular
-from grammarlab.matching.elements import Elements, Floats, check
+from grammarlab.matching.elements import Elements, check
 from grammarlab.matching.evidence_maps import FINEST
 from grammarlab.matching.scans.element_files import FORMAT, load_arrays, loads
 from grammarlab.matching.scans.scan import MESHES, SCANS, read_surfaces
@@ -68,9 +69,9 @@ def load_elements(path: Path, boxes: Path | None = None, unit: str = "m", up: st
         raise UsageError(f"{path.name!r}: expected the suffix {', '.join((*DOCUMENTS, *MESHES, *SCANS))}.")
     if ending in DOCUMENTS:
         if boxes is not None:
-            raise UsageError("--boxes: a file of elements has boxes of its own.")
+            raise UsageError("`boxes=`: a file of elements has boxes of its own.")
         if unit != "m" or up:
-            raise UsageError("--unit, --up: a file of elements is in metres, with y up.")
+            raise UsageError("`unit=`, `up=`: a file of elements is in metres, with y up.")
         reader = loads if ending == ".json" else load_arrays
         content = read_bounded(path, _MAX_BYTES)
         try:
@@ -85,7 +86,7 @@ def _on_facade(path: Path, boxes: Floats | None, unit: str, up: str) -> Elements
     size = np.zeros(2)
     for axis, surface in read_surfaces(path, UNITS[unit], up):
         detection = find_boxes(surface)
-        notes = () if up else (f"{axis} is taken as the up axis; give --up if another one is",)
+        notes = () if up else (f"{axis} is taken as the up axis; give `up=` if another one is",)
         size = np.maximum(size, np.ptp(surface.points[:, :2], axis=0))
         if boxes is None and len(detection.box):
             of_these = f", {detection.num_repeated} of them by repetition" if detection.num_repeated else ""
@@ -98,11 +99,11 @@ def _on_facade(path: Path, boxes: Floats | None, unit: str, up: str) -> Elements
                 return elements
     where = f"{path.name}: its points span {size[0]:.3g} x {size[1]:.3g} m. "
     if size.max() > _MAX_SIZE_M:
-        where += "Expected metres; the unit may be the millimetre (--unit mm). "
+        where += "Expected metres; the unit may be the millimetre (`unit='mm'`). "
     if boxes is None:
         raise FacadeError(
             f"{where}No element was found on the facade: expected holes of 0.25 to 6 m, parts at least 4 cm in "
-            "front of or behind the wall, or at least four equal flatter parts in rows or columns. Use --boxes."
+            "front of or behind the wall, or at least four equal flatter parts in rows or columns. Use `boxes=`."
         )
     raise FacadeError(
         f"{where}No outline lies in any of the boxes. Coordinates are metres from the left end of the wall, and "

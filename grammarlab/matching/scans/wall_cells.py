@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import FacadeError
-from grammarlab.matching.elements import Floats, Ints
 
 _NUM_TRIALS = 200
 """Number of random planes."""
@@ -52,7 +51,7 @@ def facades(points: Floats) -> Iterator[Floats]:
         plane = _plane(remaining, near, random)
         if plane is None and not index:
             raise FacadeError(
-                "No vertical plane was found in the scan: its points lie on one line or on the ground (give --up if "
+                "No vertical plane was found in the scan: its points lie on one line or on the ground (give `up=` if "
                 "another axis is up)."
             )
         if plane is None or (index and len(remaining) < _MIN_SHARE * len(sample)):
@@ -113,8 +112,6 @@ def _along(moved: Floats, up: Floats, normal: Floats, offset: float) -> Floats:
     return np.stack([along - along[wall if wall.any() else slice(None)].min(), up, depth], axis=1)
 
 
-Bools = NDArray[np.bool_]
-
 DEEP = 0.04
 """Least distance from the wall of a point that is not part of it, metres."""
 _MIN_RELIEF_M = 0.006
@@ -143,7 +140,7 @@ class Cells:
     """Standard deviation of the distance of a point from the wall, metres."""
     count: Floats
     """[W, H] number of points."""
-    empty: Bools
+    empty: Flags
     """[W, H] cells without points; single ones between others do not count."""
     relief: Floats
     """[W, H] mean distance from the surroundings, metres, out of the wall."""
@@ -151,9 +148,9 @@ class Cells:
     """[W, H] the same over 3 x 3 cells."""
     lack: Floats
     """[W, H] lack of points in 3 x 3 cells: 0 for the density of the surroundings, 1 for none."""
-    raised: Bools
+    raised: Flags
     """[W, H] cells with significant relief, out of the wall or into it."""
-    sparse: Bools
+    sparse: Flags
     """[W, H] cells with significant lack of points."""
 
     @property

@@ -10,13 +10,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from grammarlab.arrays import Ints
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.editing.grid_proposals import unused, with_proposals
 from grammarlab.facade.editing.grids import grid_of, lasso, toggled, with_grid, without_grid
 from grammarlab.facade.size_locks import KINDS
 from grammarlab.facade.sizes.size_wishes import Wish, checked
 from grammarlab.facade.sizes.solve import Sizing
-from grammarlab.facade.tree import Facade, Ints, X, Y
+from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.pages.desk import DESK_COMMANDS, Command
 from grammarlab.pages.editor.desk import EditorDesk, boxes, drawing
 from grammarlab.pages.editor.document import (

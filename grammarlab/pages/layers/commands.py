@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, shown
 from grammarlab.layers.file import MAX_SIZE_M, MIN_SIZE_M, MOST_BYTES
-from grammarlab.learning.designs.addresses import shown
 from grammarlab.pages.desk import DESK_COMMANDS, Command
 from grammarlab.pages.layers.desk import Canvas, DesignDesk
 from grammarlab.pages.layers.shown import layouts_of

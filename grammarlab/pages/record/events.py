@@ -10,8 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from grammarlab.errors import UsageError
-from grammarlab.learning.designs.addresses import shown
+from grammarlab.errors import UsageError, shown
 from grammarlab.pages.record.judgements import (
     Judgement,
     Scores,

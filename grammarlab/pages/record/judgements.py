@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from grammarlab.errors import UsageError
-from grammarlab.learning.designs.addresses import Address, shown
+from grammarlab.errors import UsageError, shown
+from grammarlab.learning.designs.addresses import Address
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import SCORES, Kind, Label
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from grammarlab.errors import UsageError
-from grammarlab.learning.designs.addresses import Address, shown
+from grammarlab.errors import UsageError, shown
+from grammarlab.learning.designs.addresses import Address
 
 PAIRS = "pairs"
 """The strategy that shows two models at a time: those at the same place of two grids."""

@@ -58,7 +58,7 @@ def open_session(
     about = About(title, source.text().removeprefix("\ufeff"), seed, size, source.suffix)
     if not path.exists():
         if stored_grammar:
-            raise UsageError(f"{path}: no such session, so it has no stored grammar; leave --stored-grammar out.")
+            raise UsageError(f"{path}: no such session, so it has no stored grammar; leave `stored_grammar=True` out.")
         return Opening(path, about, None, source.assets)
     store = Store.open(path, about)
     try:

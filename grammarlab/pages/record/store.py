@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from grammarlab.errors import AssetError, UsageError
+from grammarlab.errors import AssetError, UsageError, shown
 from grammarlab.language.grammar import hash_of
-from grammarlab.learning.designs.addresses import shown
 from grammarlab.pages.record.events import Event, Record
 from grammarlab.pages.record.model_grids import Body
 from grammarlab.runs.sample.domains import DEFAULT

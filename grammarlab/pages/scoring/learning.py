@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from grammarlab.errors import UsageError
-from grammarlab.learning.designs.addresses import shown
+from grammarlab.errors import UsageError, shown
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.knowledge import ModelPool

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.errors import UsageError
-from grammarlab.learning.designs.addresses import shown
+from grammarlab.errors import UsageError, shown
 from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import ModelGrid
 from grammarlab.pages.scoring.knowledge import Knowledge, ModelPool

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.learning.answers import Answers, answers_for
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.pool import Pool
@@ -21,8 +21,8 @@ from grammarlab.learning.round import State, Study, answered, init, step
 from grammarlab.learning.stopping import MORE, expected_gain
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.explanation import words_of
+from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
-from grammarlab.pages.workers.label_exchange import labels_of
 from grammarlab.pages.workers.tasks import (
     Choose,
     Factors,
@@ -38,8 +38,6 @@ from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.queries import Way
 from grammarlab.runs.sample.domains import opened
-
-Floats = NDArray[np.float64]
 
 WARM_UP = 32
 """Number of models of the warm-up fit: those of two 4x4 grids."""

@@ -15,7 +15,7 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import write_text
 from grammarlab.learning.designs.addresses import renamed
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.pages.workers.label_exchange import labels_of, replaced_notes, scores_of
+from grammarlab.pages.record.label_exchange import labels_of, replaced_notes, scores_of
 from grammarlab.pages.workers.tasks import (
     DrawSheet,
     LabelledFactors,

@@ -16,7 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from grammarlab.preference.base import MAX_SCORE, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.cells.split_ranking import Ranked, rank
 from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.person_error import BLUNDERS, COOL, guides_of
 from grammarlab.preference.cells.split_ranking import MANY
-from grammarlab.preference.cells.splits import Above, Flags, Splits
+from grammarlab.preference.cells.splits import Above, Splits
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow
 
 

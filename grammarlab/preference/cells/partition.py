@@ -30,8 +30,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import AbstractPreference, Floats, Ints, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.cells import ScoreCells, levels_of
 from grammarlab.preference.cells.further_columns import splits_of, sums_of, widened
 from grammarlab.preference.cells.person_error import (
@@ -45,7 +46,6 @@ from grammarlab.preference.cells.person_error import (
     posterior_shares,
     sketching,
 )
-from grammarlab.preference.cells.splits import Flags
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, loosened, regrown, replanted
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import Intervals

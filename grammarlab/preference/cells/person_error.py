@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.split_ranking import MANY
 from grammarlab.preference.cells.splits import Splits

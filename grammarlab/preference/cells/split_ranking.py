@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.splits import Splits, different
 from grammarlab.preference.likelihood import Singles
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 
 
 def best_intervals(values: Floats, scores: Floats) -> Floats:
@@ -54,8 +54,6 @@ def best_intervals(values: Floats, scores: Floats) -> Floats:
         found[column] = (bounds[first[best], column], bounds[last[best], column]) if len(between) else (-np.inf, np.inf)
     return found
 
-
-Flags = NDArray[np.bool_]
 
 CONTINUOUS_SHARE = 0.15
 """Prior mass of a continuous group; all others have 1."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells
 from grammarlab.preference.cells.splits import Above, Split
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from threadpoolctl import threadpool_limits
 
-from grammarlab.preference.base import Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.observations import Observations, observe
 from grammarlab.preference.processes.grouped import Explanation, GroupedPreference
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances

@@ -24,7 +24,7 @@ import numpy as np
 from jax.scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from grammarlab.preference.base import Floats
+from grammarlab.arrays import Floats
 from grammarlab.preference.observations import Observations
 
 Evaluate = Callable[[Floats], tuple[float, Floats]]

@@ -24,7 +24,8 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.linalg import cho_solve, cholesky
 
-from grammarlab.preference.base import MAX_SCORE, Floats, Ints
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.observations import Observations
 from grammarlab.preference.processes.evidence import Data, Minimum, loss, minimise, padded, padded_size
 from grammarlab.preference.processes.posterior import Hyperparameters, squared_distances

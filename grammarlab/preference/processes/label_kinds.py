@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_triangular
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, Floats, Ints, Rows, dense_rows
+from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
 from grammarlab.preference.likelihood import Intervals, intervals_of, matched
 from grammarlab.preference.observations import Beside, Observations, checked_labels, observe

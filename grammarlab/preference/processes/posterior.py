@@ -12,8 +12,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_solve, cholesky, solve_triangular
 from threadpoolctl import threadpool_limits
 
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import GrammarlabError
-from grammarlab.preference.base import Floats, Ints, Prediction
+from grammarlab.preference.base import Prediction
 from grammarlab.preference.observations import Observations
 
 _ROWS_AT_ONCE = 4096

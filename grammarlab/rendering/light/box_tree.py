@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.floating]
+from grammarlab.arrays import AnyFloats
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +28,11 @@ class Hits:
 
     triangle: NDArray[np.int32]
     """[N] triangle, -1 for none."""
-    distance: Floats
+    distance: AnyFloats
     """[N] distance along the ray; huge without a hit."""
-    u: Floats
+    u: AnyFloats
     """[N] weight of the triangle's second corner."""
-    v: Floats
+    v: AnyFloats
     """[N] weight of its third."""
 
 
@@ -40,15 +40,14 @@ class AbstractScene(abc.ABC):
     """At least one triangle for at least one ray; origins and directions are contiguous [N, 3], in single precision."""
 
     @abc.abstractmethod
-    def first_hit(self, origins: Floats, directions: Floats) -> Hits:
+    def first_hit(self, origins: AnyFloats, directions: AnyFloats) -> Hits:
         """The nearest triangle in front of each ray."""
 
     @abc.abstractmethod
-    def is_blocked(self, origins: Floats, directions: Floats, reach: float | None) -> NDArray[np.bool_]:
+    def is_blocked(self, origins: AnyFloats, directions: AnyFloats, reach: float | None) -> NDArray[np.bool_]:
         """[N] whether a triangle lies on each ray, no farther than `reach`."""
 
 
-Ints = NDArray[np.integer]
 Singles = NDArray[np.float32]
 
 LEAF_SIZE = 4
@@ -85,14 +84,14 @@ class _Pairs:
     """Rays and boxes of one level that may meet."""
 
     level: int
-    ray: Ints
-    box: Ints
+    ray: NDArray[np.integer]
+    box: NDArray[np.integer]
 
 
 class BoxedTriangles(AbstractScene):
     """Triangles in a hierarchy of boxes."""
 
-    def __init__(self, vertices: Floats, triangles: Ints) -> None:
+    def __init__(self, vertices: AnyFloats, triangles: NDArray[np.integer]) -> None:
         corners = np.asarray(vertices, np.float32).take(triangles, axis=0)
         self._depth = max(0, int(np.ceil(np.log2(len(triangles) / LEAF_SIZE))))
         self._order = _halved(corners.mean(axis=1), self._depth)
@@ -102,7 +101,7 @@ class BoxedTriangles(AbstractScene):
         self._columns = np.ascontiguousarray(np.concatenate([first, second - first, third - first]))
         """[9, P] first corner and two sides of the triangles in their order."""
 
-    def first_hit(self, origins: Floats, directions: Floats) -> Hits:
+    def first_hit(self, origins: AnyFloats, directions: AnyFloats) -> Hits:
         """See `AbstractScene.first_hit`."""
         parts = [self._traced(*part, np.float32(np.inf), any_hit=False) for part in _parts(origins, directions)]
         triangle = np.concatenate([part.triangle for part in parts])
@@ -113,13 +112,13 @@ class BoxedTriangles(AbstractScene):
             np.concatenate([part.v for part in parts]),
         )
 
-    def is_blocked(self, origins: Floats, directions: Floats, reach: float | None) -> NDArray[np.bool_]:
+    def is_blocked(self, origins: AnyFloats, directions: AnyFloats, reach: float | None) -> NDArray[np.bool_]:
         """See `AbstractScene.is_blocked`."""
         limit = np.float32(np.inf if reach is None else reach)
         parts = [self._traced(*part, limit, any_hit=True) for part in _parts(origins, directions)]
         return np.concatenate([part.triangle for part in parts]) >= 0
 
-    def _traced(self, origins: Floats, directions: Floats, limit: np.float32, *, any_hit: bool) -> _Rays:
+    def _traced(self, origins: AnyFloats, directions: AnyFloats, limit: np.float32, *, any_hit: bool) -> _Rays:
         """Rays with their nearest hits, or with any hit."""
         rays = _rays(origins, directions, limit)
         sorted_level = min(SORTED_LEVEL, self._depth)
@@ -163,7 +162,9 @@ class BoxedTriangles(AbstractScene):
         for index in range(size):
             self._intersect(rays, pairs.ray, pairs.box * size + index, any_hit=any_hit)
 
-    def _intersect(self, rays: _Rays, ray: Ints, triangle: Ints, *, any_hit: bool) -> None:
+    def _intersect(
+        self, rays: _Rays, ray: NDArray[np.integer], triangle: NDArray[np.integer], *, any_hit: bool
+    ) -> None:
         direction, columns = rays.direction.take(ray, axis=1), self._columns.take(triangle, axis=1)
         corner, side, other = columns[:3], columns[3:6], columns[6:]
         across = _cross(direction, other)
@@ -209,12 +210,12 @@ def _boxes(corners: Singles, depth: int) -> list[tuple[Singles, Singles]]:
     return [(np.ascontiguousarray(low.T), np.ascontiguousarray(high.T)) for low, high in reversed(levels)]
 
 
-def _parts(origins: Floats, directions: Floats) -> Iterator[tuple[Floats, Floats]]:
+def _parts(origins: AnyFloats, directions: AnyFloats) -> Iterator[tuple[AnyFloats, AnyFloats]]:
     for start in range(0, len(origins), BLOCK):
         yield origins[start : start + BLOCK], directions[start : start + BLOCK]
 
 
-def _rays(origins: Floats, directions: Floats, limit: np.float32) -> _Rays:
+def _rays(origins: AnyFloats, directions: AnyFloats, limit: np.float32) -> _Rays:
     direction = np.ascontiguousarray(directions.T, np.float32)
     zeros = np.zeros(len(origins), np.float32)
     return _Rays(

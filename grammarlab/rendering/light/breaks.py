@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats, Flags
 from grammarlab.rendering.light.surfaces import dot
-
-Floats = NDArray[np.floating]
-Flags = NDArray[np.bool_]
 
 CREASE_COSINE = 0.82
 """Cosine of the smallest angle of normals at a crease (35 degrees)."""
@@ -39,7 +36,7 @@ class Breaks:
         return ~(self.silhouette | self.jump | self.crease)
 
 
-def find_breaks(shows: Flags, points: Floats, normals: Floats, spacing: float) -> tuple[Breaks, Breaks]:
+def find_breaks(shows: Flags, points: AnyFloats, normals: AnyFloats, spacing: float) -> tuple[Breaks, Breaks]:
     """Breaks along the rows and along the columns.
 
     Args:
@@ -51,7 +48,7 @@ def find_breaks(shows: Flags, points: Floats, normals: Floats, spacing: float) -
     return _breaks(0, shows, points, normals, spacing), _breaks(1, shows, points, normals, spacing)
 
 
-def _breaks(axis: int, shows: Flags, points: Floats, normals: Floats, spacing: float) -> Breaks:
+def _breaks(axis: int, shows: Flags, points: AnyFloats, normals: AnyFloats, spacing: float) -> Breaks:
     first, second = _neighbours(axis)
     step = points[second] - points[first]
     off_plane = np.minimum(np.abs(dot(step, normals[first])), np.abs(dot(step, normals[second])))
@@ -61,7 +58,7 @@ def _breaks(axis: int, shows: Flags, points: Floats, normals: Floats, spacing: f
     return Breaks(axis, shows[first] != shows[second], jump, crease)
 
 
-def edge_strength(shows: Flags, breaks: tuple[Breaks, Breaks]) -> Floats:
+def edge_strength(shows: Flags, breaks: tuple[Breaks, Breaks]) -> AnyFloats:
     """[H, W] how strongly each sample of the model is an edge, 0..1."""
     strength = np.zeros(shows.shape, np.float32)
     for along_axis in breaks:
@@ -73,7 +70,7 @@ def edge_strength(shows: Flags, breaks: tuple[Breaks, Breaks]) -> Floats:
     return strength
 
 
-def smooth(values: Floats, breaks: tuple[Breaks, Breaks]) -> Floats:
+def smooth(values: AnyFloats, breaks: tuple[Breaks, Breaks]) -> AnyFloats:
     """Means [H, W] over windows of 4 x 4 samples that stay on one surface.
 
     A pattern with a period of four samples, such as that of the rays, becomes constant.
@@ -83,7 +80,7 @@ def smooth(values: Floats, breaks: tuple[Breaks, Breaks]) -> Floats:
     return values
 
 
-def _smooth_along(values: Floats, axis: int, together: Flags) -> Floats:
+def _smooth_along(values: AnyFloats, axis: int, together: Flags) -> AnyFloats:
     total, weight = values.copy(), np.ones_like(values)
     linked = together
     for distance, share in enumerate(PERIOD_WEIGHTS, start=1):

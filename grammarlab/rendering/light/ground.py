@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from grammarlab.arrays import AnyFloats, Flags
 from grammarlab.rendering.light.lighting import OPENNESS_REACH, Exposure, sun_spread
 from grammarlab.rendering.light.look import Look
-
-Floats = NDArray[np.floating]
-Flags = NDArray[np.bool_]
 
 SLACK = 1e-3
 """Margin of the areas in model units, against rounding."""
@@ -23,14 +21,14 @@ class Ground:
     """The level ground below a model, in model units, and the parts of it that the model can darken."""
 
     height: float
-    low: Floats
+    low: AnyFloats
     """[2] smallest x and z of the model."""
-    high: Floats
+    high: AnyFloats
     """[2] largest x and z."""
-    shadow_sides: Floats
+    shadow_sides: AnyFloats
     """[F, 3] lines (a, b, c) around all shadow: inside is a x + b z + c <= 0. One that nothing fulfils without sun."""
 
-    def meet(self, origins: Floats, directions: Floats) -> tuple[NDArray[np.int64], Floats]:
+    def meet(self, origins: AnyFloats, directions: AnyFloats) -> tuple[NDArray[np.int64], AnyFloats]:
         """Rays [N, 3] that meet the ground where the model can darken it: their rows [K], and the points [K, 3]."""
         rows = np.flatnonzero(directions[:, 1] < -1e-6)
         distance = (np.float32(self.height) - origins[rows, 1]) / directions[rows, 1]
@@ -40,20 +38,20 @@ class Ground:
         points = np.stack([x[dark], np.full(len(dark), self.height, np.float32), z[dark]], axis=1)
         return rows[dark], points.astype(np.float32)
 
-    def is_near(self, x: Floats, z: Floats) -> Flags:
+    def is_near(self, x: AnyFloats, z: AnyFloats) -> Flags:
         """[N] whether the model can hide a part of the sky from these places."""
         reach = OPENNESS_REACH + SLACK
         (low_x, low_z), (high_x, high_z) = self.low - reach, self.high + reach
         return (x > low_x) & (x < high_x) & (z > low_z) & (z < high_z)
 
-    def _may_be_in_shadow(self, x: Floats, z: Floats) -> Flags:
+    def _may_be_in_shadow(self, x: AnyFloats, z: AnyFloats) -> Flags:
         inside = np.ones(len(x), bool)
         for a, b, c in self.shadow_sides.astype(np.float32):
             inside &= a * x + b * z + c <= 0
         return inside
 
 
-def ground_below(low: Floats, high: Floats, height: float, sun: Floats, look: Look) -> Ground:
+def ground_below(low: AnyFloats, high: AnyFloats, height: float, sun: AnyFloats, look: Look) -> Ground:
     """The ground below a box that holds a model.
 
     Args:
@@ -67,14 +65,14 @@ def ground_below(low: Floats, high: Floats, height: float, sun: Floats, look: Lo
     return Ground(height, low[flat], high[flat], _shadow_sides(low - SLACK, high + SLACK, height, sun, look))
 
 
-def ground_light(look: Look, exposure: Exposure) -> Floats:
+def ground_light(look: Look, exposure: Exposure) -> AnyFloats:
     """[K, 3] factor of the paper by the model's shadow and ambient occlusion."""
     shadow, contact = np.array(look.shadow, np.float32), np.array(look.contact, np.float32)
     in_shadow = 1.0 - (1.0 - exposure.sun)[:, None] * (1.0 - shadow)
     return in_shadow * (1.0 - (1.0 - exposure.free)[:, None] * (1.0 - contact))
 
 
-def _shadow_sides(low: Floats, high: Floats, height: float, sun: Floats, look: Look) -> Floats:
+def _shadow_sides(low: AnyFloats, high: AnyFloats, height: float, sun: AnyFloats, look: Look) -> AnyFloats:
     """[F, 3] the sides of a convex area on the ground that holds every shadow of a box."""
     directions = sun_spread(sun, look)
     if directions[:, 1].min() <= 1e-3:

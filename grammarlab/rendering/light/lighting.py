@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.rendering.light.look import Look, ambient, mirrored_surroundings, mixed
 from grammarlab.rendering.light.rays import Tracer
 from grammarlab.rendering.light.surfaces import ShadedModel, Surfaces, dot
-
-Floats = NDArray[np.floating]
 
 GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 """Points in steps of this angle along a widening spiral are spread evenly."""
@@ -28,7 +27,9 @@ POLISHED = np.float32(0.26)
 """Reflectance of a very smooth non-metal at normal incidence, with a larger value for double panes of glass."""
 
 
-def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Floats, look: Look, spot: Floats) -> Floats:
+def sun_visibility(
+    blockers: Tracer, points: AnyFloats, normals: AnyFloats, sun: AnyFloats, look: Look, spot: AnyFloats
+) -> AnyFloats:
     """[N] 1 if the sun is visible from a point, otherwise 0.
 
     Args:
@@ -50,7 +51,7 @@ def sun_visibility(blockers: Tracer, points: Floats, normals: Floats, sun: Float
     return visible
 
 
-def sun_spread(sun: Floats, look: Look) -> Floats:
+def sun_spread(sun: AnyFloats, look: Look) -> AnyFloats:
     """[4, 3] directions whose convex hull contains the sun's disc.
 
     Args:
@@ -63,7 +64,9 @@ def sun_spread(sun: Floats, look: Look) -> Floats:
     )
 
 
-def openness(blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[np.integer], num_rays: int) -> Floats:
+def openness(
+    blockers: Tracer, points: AnyFloats, normals: AnyFloats, sample: NDArray[np.integer], num_rays: int
+) -> AnyFloats:
     """[N] share of the hemisphere above a surface that is free nearby, weighted by cosine.
 
     Each sample sends `num_rays` rays, its own part of a pattern of which 16 samples make up the whole.
@@ -80,7 +83,7 @@ def openness(blockers: Tracer, points: Floats, normals: Floats, sample: NDArray[
     return free / np.float32(num_rays)
 
 
-def _hemisphere(num_directions: int) -> Floats:
+def _hemisphere(num_directions: int) -> AnyFloats:
     """[K, 3] unit vectors about +z, spread evenly when weighted by cosine."""
     index = np.arange(num_directions, dtype=np.float32)
     angle = index * np.float32(GOLDEN_ANGLE)
@@ -92,15 +95,15 @@ def _hemisphere(num_directions: int) -> Floats:
 class Exposure:
     """Light at N surface points."""
 
-    sun: Floats
+    sun: AnyFloats
     """[N] 1 in the sun, 0 in shadow."""
-    free: Floats
+    free: AnyFloats
     """[N] share of the hemisphere that is free nearby, 0..1."""
 
 
 def shade(
-    model: ShadedModel, visible: Surfaces, exposure: Exposure, directions: Floats, sun: Floats, look: Look
-) -> tuple[Floats, Floats]:
+    model: ShadedModel, visible: Surfaces, exposure: Exposure, directions: AnyFloats, sun: AnyFloats, look: Look
+) -> tuple[AnyFloats, AnyFloats]:
     """Light [N, 3] from surfaces along rays to the eye, and their transparency [N].
 
     Args:
@@ -133,14 +136,14 @@ def shade(
 
 def _mirrored(
     visible: Surfaces,
-    directions: Floats,
+    directions: AnyFloats,
     model: ShadedModel,
-    sun: Floats,
+    sun: AnyFloats,
     look: Look,
     exposure: Exposure,
-    skylight: Floats,
-    roughness: Floats,
-) -> Floats:
+    skylight: AnyFloats,
+    roughness: AnyFloats,
+) -> AnyFloats:
     """[N, 3] reflections: sky, sun, and in smooth surfaces the model itself."""
     along = directions - 2.0 * dot(directions, visible.normal)[:, None] * visible.normal
     image = mirrored_surroundings(look, along)
@@ -164,13 +167,13 @@ def _mirrored(
     return image + mixed((highlight,), (look.sun,))
 
 
-def _directions_near(direction: Floats, along: Floats, across: Floats) -> Floats:
+def _directions_near(direction: AnyFloats, along: AnyFloats, across: AnyFloats) -> AnyFloats:
     """[N, 3] directions beside one [3], by distances [N] along two axes at right angles to it."""
     (tangent,), (other,) = _frames(direction[None])
     return mixed((np.ones_like(along), along, across), (direction, tangent, other))
 
 
-def _frames(normals: Floats) -> tuple[Floats, Floats]:
+def _frames(normals: AnyFloats) -> tuple[AnyFloats, AnyFloats]:
     """Tangents [N, 3] that complete unit normals to frames (Duff et al. 2017, Building an Orthonormal Basis)."""
     x, y, z = normals.T
     sign = np.where(z < 0, np.float32(-1), np.float32(1))

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.floating]
+from grammarlab.arrays import AnyFloats
+
 Color = tuple[float, float, float]
 
 
@@ -45,7 +46,7 @@ class Look:
     """Share of the light removed by edges of the model, 0..1."""
 
 
-def sun_direction(look: Look, camera_axes: NDArray[np.floating]) -> Floats:
+def sun_direction(look: Look, camera_axes: NDArray[np.floating]) -> AnyFloats:
     """[3] unit vector towards the sun, fixed relative to the camera.
 
     Args:
@@ -58,7 +59,7 @@ def sun_direction(look: Look, camera_axes: NDArray[np.floating]) -> Floats:
     return (across * math.cos(elevation) + np.array([0.0, math.sin(elevation), 0.0])).astype(np.float32)
 
 
-def mirrored_surroundings(look: Look, directions: Floats) -> Floats:
+def mirrored_surroundings(look: Look, directions: AnyFloats) -> AnyFloats:
     """[N, 3] sky in directions [N, 3]: clear, pale at the horizon.
 
     Below the horizon the sky is repeated, darker: seen from above, a window mirrors the ground, but people expect sky.
@@ -70,13 +71,13 @@ def mirrored_surroundings(look: Look, directions: Floats) -> Floats:
     return mixed((strength, strength * above), (horizon, sky * np.array((0.55, 0.75, 1.0), np.float32) - horizon))
 
 
-def ambient(look: Look, normals: Floats) -> Floats:
+def ambient(look: Look, normals: AnyFloats) -> AnyFloats:
     """[N, 3] light that an open surface with these unit normals receives from sky and ground."""
     upward = normals[:, 1] * np.float32(0.5) + np.float32(0.5)
     return mixed((upward, 1 - upward), (look.sky, look.ground))
 
 
-def mixed(amounts: Sequence[Floats], colors: Sequence[Color | Floats]) -> Floats:
+def mixed(amounts: Sequence[AnyFloats], colors: Sequence[Color | AnyFloats]) -> AnyFloats:
     """[N, 3] sum of K colours [3] with weights [N].
 
     One matrix product: multiplying rows of three by a colour is five times slower.
@@ -84,7 +85,7 @@ def mixed(amounts: Sequence[Floats], colors: Sequence[Color | Floats]) -> Floats
     return np.stack(amounts, axis=1) @ np.array(colors, np.float32)
 
 
-def background(look: Look, y: Floats) -> Floats:
+def background(look: Look, y: AnyFloats) -> AnyFloats:
     """[N, 3] the paper at heights [N] of the picture, -1 at the bottom to 1 at the top."""
     top, bottom = np.array(look.background_top, np.float32), np.array(look.background_bottom, np.float32)
     t = np.clip(y * 0.5 + 0.5, 0.0, 1.0)[:, None]
@@ -92,7 +93,7 @@ def background(look: Look, y: Floats) -> Floats:
     return (bottom + t * (top - bottom)).astype(np.float32)
 
 
-def tone_map(look: Look, light: Floats) -> Floats:
+def tone_map(look: Look, light: AnyFloats) -> AnyFloats:
     """Tone curve of light, linear in 0..1: identity up to the shoulder, rolled off towards white above."""
     light = light * np.float32(look.exposure)
     start = np.float32(look.shoulder)

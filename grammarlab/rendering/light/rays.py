@@ -5,24 +5,25 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.geometry.meshes.ragged import distinct_keys
-from grammarlab.rendering.light.box_tree import AbstractScene, BoxedTriangles, Floats, Hits
+from grammarlab.rendering.light.box_tree import AbstractScene, BoxedTriangles, Hits
 
 
 class Tracer:
     """Triangles for ray queries, in single precision: the model should be near the origin at about unit size."""
 
-    def __init__(self, vertices: Floats, triangles: NDArray[np.integer]) -> None:
+    def __init__(self, vertices: AnyFloats, triangles: NDArray[np.integer]) -> None:
         self._scene = _scene(vertices, triangles) if len(triangles) else None
 
-    def first_hit(self, origins: Floats, directions: Floats) -> Hits:
+    def first_hit(self, origins: AnyFloats, directions: AnyFloats) -> Hits:
         """The nearest triangle in front of each ray [N, 3]."""
         if self._scene is None or len(origins) == 0:
             zeros = np.zeros(len(origins), np.float32)
             return Hits(np.full(len(origins), -1, np.int32), np.full(len(origins), np.inf, np.float32), zeros, zeros)
         return self._scene.first_hit(_contiguous(origins), _contiguous(directions))
 
-    def is_blocked(self, origins: Floats, directions: Floats, reach: float | None = None) -> NDArray[np.bool_]:
+    def is_blocked(self, origins: AnyFloats, directions: AnyFloats, reach: float | None = None) -> NDArray[np.bool_]:
         """[N] whether a triangle lies on each ray [N, 3], no farther than `reach` (same unit as the directions)."""
         if self._scene is None or len(origins) == 0:
             return np.zeros(len(origins), bool)
@@ -38,7 +39,7 @@ def has_embree() -> bool:
     return True
 
 
-def _scene(vertices: Floats, triangles: NDArray[np.integer]) -> AbstractScene:
+def _scene(vertices: AnyFloats, triangles: NDArray[np.integer]) -> AbstractScene:
     if not has_embree():
         return BoxedTriangles(vertices, triangles)
     from grammarlab.rendering.light.embree import EmbreeTriangles  # noqa: PLC0415
@@ -61,5 +62,5 @@ def welded(vertices: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[
     return vertices, np.arange(len(vertices), dtype=np.int32)
 
 
-def _contiguous(values: Floats) -> Floats:
+def _contiguous(values: AnyFloats) -> AnyFloats:
     return np.ascontiguousarray(values, dtype=np.float32)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.errors import UsageError
 from grammarlab.rendering.light.rays import Hits, Tracer, welded
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.shading import linear_from_srgb
-
-Floats = NDArray[np.floating]
 
 SEE_THROUGH = 0.99
 """Opacity below which a material casts no shadow and is transparent."""
@@ -22,31 +21,31 @@ SEE_THROUGH = 0.99
 class ShadedModel:
     """T triangles, moved and scaled to fit a unit sphere about the origin."""
 
-    vertices: Floats
+    vertices: AnyFloats
     """[V, 3]."""
-    flat_normals: Floats
+    flat_normals: AnyFloats
     """[T, 3] unit normals of the triangles."""
-    corner_normals: Floats
+    corner_normals: AnyFloats
     """[T, 3, 3]."""
     material: NDArray[np.int32]
     """[T] row of the material columns."""
-    color: Floats
+    color: AnyFloats
     """[K, 3] linear."""
-    opacity: Floats
+    opacity: AnyFloats
     """[K]."""
-    metallic: Floats
+    metallic: AnyFloats
     """[K]."""
-    roughness: Floats
+    roughness: AnyFloats
     """[K]."""
-    emissive: Floats
+    emissive: AnyFloats
     """[K, 3] linear."""
     origin: NDArray[np.float64]
     """[3] world position of the model's centre."""
     radius: float
     """Length of the unit in world metres."""
-    low: Floats
+    low: AnyFloats
     """[3] smallest coordinates in model units."""
-    high: Floats
+    high: AnyFloats
     """[3] largest ones."""
     tracer: Tracer
     """All triangles for rays, or None without rays."""
@@ -58,11 +57,11 @@ class ShadedModel:
 class Surfaces:
     """Surfaces hit by N rays."""
 
-    point: Floats
+    point: AnyFloats
     """[N, 3]."""
-    normal: Floats
+    normal: AnyFloats
     """[N, 3] unit shading normals on the side of the viewer."""
-    flat: Floats
+    flat: AnyFloats
     """[N, 3] unit normals of the triangles on the side of the viewer."""
     material: NDArray[np.int32]
     """[N]."""
@@ -107,7 +106,7 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
     )
 
 
-def surfaces(model: ShadedModel, origins: Floats, directions: Floats, hits: Hits) -> Surfaces:
+def surfaces(model: ShadedModel, origins: AnyFloats, directions: AnyFloats, hits: Hits) -> Surfaces:
     """Surfaces at hits of rays [N, 3]; every ray has hit a triangle."""
     flat = model.flat_normals.take(hits.triangle, axis=0)
     flat *= side_of_viewer(flat, directions)
@@ -119,17 +118,17 @@ def surfaces(model: ShadedModel, origins: Floats, directions: Floats, hits: Hits
     return Surfaces(origins + hits.distance[:, None] * directions, normal, flat, model.material[hits.triangle])
 
 
-def dot(a: Floats, b: Floats) -> Floats:
+def dot(a: AnyFloats, b: AnyFloats) -> AnyFloats:
     """[...] inner products of vectors [..., 3], by a matrix product since that is three times faster than a sum."""
     products = a * b
     return (products.reshape(-1, 3) @ np.ones(3, products.dtype)).reshape(products.shape[:-1])
 
 
-def side_of_viewer(normals: Floats, directions: Floats) -> Floats:
+def side_of_viewer(normals: AnyFloats, directions: AnyFloats) -> AnyFloats:
     """[N, 1] -1 where a normal points away from the viewer."""
     return np.where(dot(normals, directions) > 0, np.float32(-1), np.float32(1))[:, None]
 
 
-def unit(vectors: Floats) -> Floats:
+def unit(vectors: AnyFloats) -> AnyFloats:
     """[N, 3] the directions of vectors [N, 3]."""
     return vectors / np.maximum(np.sqrt(dot(vectors, vectors)), np.float32(1e-20))[:, None]

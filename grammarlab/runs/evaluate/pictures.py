@@ -44,8 +44,6 @@ from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.runs.work.markdown import table
 from grammarlab.runs.work.results import Progress
 
-Floats = NDArray[np.float64]
-
 OTHERS = "others"
 """Name of the models without a case."""
 BANDS = (80.0, 60.0, 40.0, 20.0, 0.0)

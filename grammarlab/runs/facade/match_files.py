@@ -36,9 +36,9 @@ def match_elements(
         UsageError: If the method is unknown, or another method than the default gets corrections.
     """
     if method not in METHODS:
-        raise UsageError(f"--method: expected one of {', '.join(METHODS)}, found {method!r}.")
+        raise UsageError(f"`method=`: expected one of {', '.join(METHODS)}, found {method!r}.")
     if corrections and method != "default":
-        raise UsageError(f"--corrections: only the default method supports them, not {method}.")
+        raise UsageError(f"`corrections=`: only the default method supports them, not {method}.")
     require("jax")
     # These imports load jax, which takes seconds.
     from grammarlab.matching.coupled import couple  # noqa: PLC0415

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -20,20 +19,19 @@ from grammarlab.facade.file import save_facade
 from grammarlab.facade.grammar.family import Range
 from grammarlab.facade.values import UNITS, a_list, parse_json, read_bounded
 from grammarlab.files import check_overwrites, write_bytes, write_text
-from grammarlab.runs.facade.built import Box, Built, Stopwatch, build
 from grammarlab.runs.facade.gallery import sheet
 from grammarlab.runs.work.run_folder import only_run_in, replace_written
 from grammarlab.synthesis.analysis.correction import corrected, dumps
 from grammarlab.synthesis.analysis.example import MOST_LINES, Example, analyse
 from grammarlab.synthesis.assembly import facade_of, facade_of_tiling
-from grammarlab.synthesis.building_family import building_family
-from grammarlab.synthesis.building_grammar import BuildingRules, building_rules, parts_of
+from grammarlab.synthesis.building_grammar import BuildingRules, building_rules
+from grammarlab.synthesis.built import Box, Built, NewBuildings, Stopwatch, check_size, family_of, new_buildings
 from grammarlab.synthesis.example_pictures import building_picture, label_picture
 from grammarlab.synthesis.label_grid import Labels, Wishes
-from grammarlab.synthesis.label_synthesis import NO_WISHES, Method, synthesize
+from grammarlab.synthesis.label_synthesis import NO_WISHES, Method
 from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb
 from grammarlab.synthesis.mesh.surface import edge_numbers
-from grammarlab.synthesis.units import UnitStock, stock_of
+from grammarlab.synthesis.units import UnitStock
 
 
 def read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:
@@ -64,8 +62,6 @@ def read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:
 
 _ASSETS = "assets"
 """Folder of the meshes of rules."""
-_LOWER, _HIGHER = 0.75, 1.25
-"""Range of sizes of the family, as multiples of those of the example and the result."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -109,7 +105,9 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
         UsageError: If rows, columns, a box or a map are out of range, or a file would be overwritten.
         FacadeError: If a file cannot be read, no units are found, or wishes contradict each other.
     """
-    _check(task, len(files))
+    check_size(task.rows, task.columns, task.box)
+    if len(task.corrections) > len(files):
+        raise UsageError(f"`corrections=`: expected at most {len(files)} files, one for each building; found more.")
     check_overwrites(folder.glob("[0-9][0-9][0-9].glb"), files)
     regions = read_regions(task.regions, task.rows, task.columns, len(files)) if task.regions else None
     watch = Stopwatch()
@@ -119,28 +117,26 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
         examples = [analyse(mesh, task.up) for mesh in meshes]
         for place, corrections in enumerate(task.corrections):
             examples[place] = corrected(examples[place], corrections)
-    with watch("cutting"):
-        stock = stock_of(examples)
-    with watch("labels"):
-        mains = synthesize(
-            stock.grids,
-            task.rows,
-            task.columns,
-            method=task.method,
-            wishes=task.wishes,
-            seed=task.seed,
-            count=task.count,
-            regions=regions,
-        )
+    new = new_buildings(
+        examples,
+        task.rows,
+        task.columns,
+        box=task.box,
+        method=task.method,
+        wishes=task.wishes,
+        regions=regions,
+        seed=task.seed,
+        count=task.count,
+        before=edge_numbers(meshes[0].surface),
+        seconds=watch.seconds,
+    )
     example = examples[0]
-    before = edge_numbers(meshes[0].surface)
-    built = [build(example, stock, main, regions, task.box, task.seed, before, dict(watch.seconds)) for main in mains]
     with watch("pictures"):
         picture = building_picture(example.surface.moved(example.bent(example.surface.points)), example.mesh.colors)
     with only_run_in(folder, (_ASSETS,)):
         written: list[Path] = []
-        results = _write_all(built, examples, stock, folder, picture, written)
-        family, told = _write_family(built[0], examples, stock, folder, task, written)
+        results = _write_all(new, folder, picture, written)
+        family, told = _write_family(new, folder, task, written)
         replace_written(folder, "synthesize", written, [*files, *task.corrections])
     notes = []
     for file, each in zip(files, examples, strict=True):
@@ -155,34 +151,16 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
     }
 
 
-def _check(task: SynthesisRequest, examples: int) -> None:
-    for name, value in (("--rows", task.rows), ("--columns", task.columns)):
-        if not 1 <= value <= MOST_LINES:
-            raise UsageError(f"{name}: expected 1 to {MOST_LINES}, found {value}.")
-    for value in task.box:
-        if value is not None and not (isfinite(value) and 0.0 < value <= 10_000.0):
-            raise UsageError(f"--box: expected metres above 0 and at most 10,000, found {value:g}.")
-    if len(task.corrections) > examples:
-        raise UsageError(f"--example: expected at most {examples} files, one for each building; found more.")
-
-
-def _write_all(
-    built: Sequence[Built],
-    examples: Sequence[Example],
-    stock: UnitStock,
-    folder: Path,
-    picture: Image.Image,
-    written: list[Path],
-) -> list[dict[str, Any]]:
+def _write_all(new: NewBuildings, folder: Path, picture: Image.Image, written: list[Path]) -> list[dict[str, Any]]:
     """Write the examples and all buildings; adds the files to `written`, and returns values for `--json`."""
-    written.append(save_facade(facade_of(examples[0].main), folder / "example.facade.json"))
-    for number, each in enumerate(examples, start=1):
+    written.append(save_facade(facade_of(new.examples[0].main), folder / "example.facade.json"))
+    for number, each in enumerate(new.examples, start=1):
         path = folder / f"example{f'-{number}' if number > 1 else ''}.json"
         write_text(path, dumps(each))
         written.append(path)
     return [
-        {**each.as_dict(), "files": _write(each, stock, folder, f"{number:03}", picture, written)}
-        for number, each in enumerate(built, start=1)
+        {**each.as_dict(), "files": _write(each, new.stock, folder, f"{number:03}", picture, written)}
+        for number, each in enumerate(new.built, start=1)
     ]
 
 
@@ -229,28 +207,15 @@ def _write_rules(rules: BuildingRules, stock: UnitStock, file: Path) -> list[Pat
 
 
 def _write_family(
-    built: Built,
-    examples: Sequence[Example],
-    stock: UnitStock,
-    folder: Path,
-    task: SynthesisRequest,
-    written: list[Path],
+    new: NewBuildings, folder: Path, task: SynthesisRequest, written: list[Path]
 ) -> tuple[dict[str, Any] | None, list[str]]:
-    """Write rules of the building in other sizes, and report on them; None and the reason if there are none."""
-    tiling, main = built.tilings[0], stock.walls[0]
+    """Write rules of the best building in other sizes, and report on them; None and the reason if there are none."""
     file = folder / "family.cga"
-    ranges = []
-    for asked, new, old in (
-        (task.widths, tiling.columns, main.columns.line),
-        (task.heights, tiling.rows, main.rows.line),
-    ):
-        sizes = float(new[-1] - new[0]), float(old[-1] - old[0])
-        ranges.append(asked or (_LOWER * min(sizes), _HIGHER * max(sizes)))
     try:
-        family, rules = building_family(parts_of(examples, stock), built.tilings, built.stretch, *ranges)
+        family, rules = family_of(new, task.widths, task.heights)
     except FacadeError as error:
         return None, [f"no family: {error}"]
-    written += [file, *_write_rules(rules, stock, file)]
+    written += [file, *_write_rules(rules, new.stock, file)]
     sizes = [each for ends in family.columns.values() for each in ends]
     return {
         "file": str(file),

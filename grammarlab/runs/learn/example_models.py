@@ -17,6 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports
@@ -30,9 +31,6 @@ from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.derivations import HEADER
 from grammarlab.runs.sample.records import DERIVATIONS
-
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 MAX_HEADER_BYTES = 16 << 20
 MAX_FILE_BYTES = 1 << 30

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.samples.examples import EXAMPLE_METHODS, ExampleMethod, learn_from_examples
@@ -25,8 +24,6 @@ from grammarlab.runs.learn.scenario_measures import TrueDensity
 from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import RuleSource, find_rules
 from grammarlab.runs.work.workers import one_thread
-
-Floats = NDArray[np.float64]
 
 HELD_OUT = 5
 """One example in this number is held out, if there are at least `ENOUGH`."""

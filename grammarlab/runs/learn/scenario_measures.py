@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
@@ -15,8 +15,6 @@ from grammarlab.evaluation.respondents import EXACT, Respondent
 from grammarlab.learning.targets.divergence import Agreement, Measured, measured
 from grammarlab.learning.targets.writers import Learned
 from grammarlab.preference.base import MAX_SCORE
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

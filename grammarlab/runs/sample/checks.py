@@ -19,13 +19,13 @@ from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.functions.asset_functions import matching_files
 from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
 from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UsageError
-from grammarlab.features.acceptance import Acceptance, annotations_of
+from grammarlab.features.annotations import annotations_of
 from grammarlab.files import file_hash
 from grammarlab.language.checking.check import CheckedFile, SupportedFeatures, check, check_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.builtins import attributes
 from grammarlab.language.syntax.syntax_tree import Attribute, Choice, Invoke, Name, RuleFile, String, walk
-from grammarlab.runs.sample.domains import opened
+from grammarlab.runs.sample.domains import opened_models
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import RuleSource
 
@@ -43,7 +43,7 @@ def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding,
             "missing-asset",
             f'there is no asset "{asset.path}" in the asset folder {assets}; a box stands in its place',
             asset.location,
-            "say where the meshes are with --assets DIR",
+            "say where the meshes are with `assets=DIR`",
         )
         for asset in missing
     )
@@ -127,7 +127,7 @@ def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:
 
 def _texts(request: SampleRequest) -> Iterator[str]:
     """Every string that may name an asset file."""
-    yield from opened(request.suffix, request.text, request.name, request.assets).asset_names()
+    yield from opened_models(request.suffix, request.text, request.name, request.assets).asset_names()
     for values in (request.attributes, *(footprint.properties for footprint in request.footprints)):
         yield from (value for value in values.values() if isinstance(value, str))
 
@@ -196,6 +196,10 @@ def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
 
 def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
     """Findings about an acceptance rule."""
+    if not annotations_of(tree):
+        return ()
+    from grammarlab.features.acceptance import Acceptance  # noqa: PLC0415  # few grammars have a rule
+
     try:
         Acceptance.of(tree)
     except UsageError as error:

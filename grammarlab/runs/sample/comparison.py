@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.exact.recovery import recovered
 from grammarlab.density.grammar_skeleton import TreeGrammar
@@ -21,8 +21,6 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import SUFFIX, RuleSource, find_rules
-
-Floats = NDArray[np.float64]
 
 NUM_MODELS = 2_500
 """Of each grammar."""

@@ -1,15 +1,10 @@
-"""Domains: kinds of files that describe designs, found by their suffix.
-
-A package adds a kind by an entry point of the group `GROUP`. Its name is the suffix without the dot,
-and its object an `AbstractDomain` with a constructor without arguments. Rule files are one kind among others.
-"""
+"""Domains: kinds of files that describe designs, found by their suffix. Rule files are the only kind so far."""
 
 from __future__ import annotations
 
-import sys
 from abc import ABC, abstractmethod
 from functools import lru_cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -19,11 +14,10 @@ if TYPE_CHECKING:  # these load learning libraries, which drawing does not need
     from grammarlab.learning.designs.design_space import AbstractDesignSpace
     from grammarlab.learning.targets.writers import AbstractTargetWriter
 
-GROUP = "grammarlab.domains"
 DEFAULT = ".cga"
 """Default suffix for files of unknown suffixes."""
-OWN = (EntryPoint("cga", "grammarlab.runs.sample.grammar_models:GrammarDomain", GROUP),)
-"""Built-in domain of rule files, so that it works in a checkout that is not installed."""
+DOMAINS = {DEFAULT: "grammarlab.runs.sample.grammar_models:GrammarDomain"}
+"""Module and name of the `AbstractDomain` of each suffix, imported when needed; made without arguments."""
 
 Space = TypeVar("Space", bound="AbstractDesignSpace[Any]")
 Models = TypeVar("Models")
@@ -59,28 +53,34 @@ class AbstractDomain(ABC, Generic[Space, Models]):
         """Writer of files of this kind for learned densities."""
 
     @abstractmethod
-    def models(self, space: Space) -> Models:
-        """Models of a space for runs; `grammarlab.runs.sample.models.RealizedModels` fits any space."""
+    def models(self, text: str, name: str, assets: Path) -> Models:
+        """Models of a text for runs, without what only learning needs.
+
+        Args:
+            text: text from `read`.
+            name: name of the file without its suffix, for messages.
+            assets: folder of meshes and images.
+
+        Raises:
+            LanguageError: If the text has errors.
+        """
 
 
 def domain_of(suffix: str) -> AbstractDomain[Any, Any]:
     """Domain of files with a suffix.
 
     Raises:
-        UsageError: If no installed package has it.
+        UsageError: If no domain has it.
     """
-    known = _known(tuple(sys.path))
-    if suffix not in known:
-        raise UsageError(
-            f"nothing that is installed reads files that end in {suffix!r}; expected one of "
-            f"{', '.join(sorted(known))}. Install the package that reads them, or install it anew."
-        )
-    return known[suffix].load()()
+    if suffix not in DOMAINS:
+        raise UsageError(f"files that end in {suffix!r} cannot be read; expected one of {', '.join(sorted(DOMAINS))}.")
+    module, name = DOMAINS[suffix].split(":")
+    return getattr(import_module(module), name)()
 
 
 def suffix_of(path: Path) -> str:
     """The suffix of a file if it is a known one; that of rule files otherwise."""
-    return path.suffix if path.suffix in _known(tuple(sys.path)) else DEFAULT
+    return path.suffix if path.suffix in DOMAINS else DEFAULT
 
 
 @lru_cache(maxsize=4)
@@ -89,7 +89,7 @@ def opened(suffix: str, text: str, name: str, assets: Path) -> AbstractDesignSpa
     return domain_of(suffix).open(text, name, assets)
 
 
-@lru_cache(maxsize=1)
-def _known(_path: tuple[str, ...]) -> dict[str, EntryPoint]:
-    """Entry points by suffix on a path of packages; of two for one suffix the first one is used."""
-    return {f".{point.name}": point for point in reversed((*OWN, *entry_points(group=GROUP)))}
+@lru_cache(maxsize=4)
+def opened_models(suffix: str, text: str, name: str, assets: Path) -> Any:
+    """Models of a text for runs, made once per process; see `AbstractDomain.models`."""
+    return domain_of(suffix).models(text, name, assets)

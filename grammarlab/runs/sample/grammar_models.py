@@ -18,12 +18,10 @@ import numpy as np
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import Finding, LanguageError
-from grammarlab.geometry.footprints import Remark
+from grammarlab.features.accepted_grammar import AcceptedGrammar
+from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.language.grammar import read_text
-from grammarlab.language.importing import load
-from grammarlab.language.linking import linked
-from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.runs.sample.checks import grammar_to_run, not_carried_out
 from grammarlab.runs.sample.derivations import FILES, load_forest, save_forest
 from grammarlab.runs.sample.domains import AbstractDomain
@@ -33,6 +31,7 @@ from grammarlab.runs.sample.shipped import SUFFIX
 from grammarlab.scene import Scene, realize
 
 if TYPE_CHECKING:
+    from grammarlab.learning.designs.grammar_space import GrammarSpace
     from grammarlab.learning.targets.grammar_target import GrammarWriter
 
 
@@ -70,25 +69,28 @@ def _summary(values: np.ndarray) -> Summary:
 class GrammarModels(AbstractModels):
     """Models derived from a grammar."""
 
-    space: GrammarSpace
+    source: AcceptedGrammar
 
     def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
-        return read_attributes(texts, self.space.grammar)
+        return read_attributes(texts, self.source.grammar)
 
     def left_out(self) -> tuple[Finding, ...]:
-        return not_carried_out(self.space.grammar)
+        return not_carried_out(self.source.grammar)
 
     def check(self, request: SampleRequest) -> None:
         options = {"attributes": request.attributes, "start_rule": request.start_rule or None}
-        derive(self.space.program, 0, request.seed, **options)
+        derive(self.source.program, 0, request.seed, **options)
+
+    def asset_names(self) -> Iterable[str]:
+        return self.source.asset_names()
 
     def remarks(self, request: SampleRequest) -> tuple[Remark, ...]:
         return tuple(
-            remark for footprint in request.footprints for remark in property_remarks(footprint, self.space.grammar)
+            remark for footprint in request.footprints for remark in property_remarks(footprint, self.source.grammar)
         )
 
     def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
-        found = self.space.accepted(self.space.program, lots_of(request, batch, self.space.grammar))
+        found = self.source.derive(lots_of(request, batch, self.source.grammar))
         forest = found.forest
 
         def save(folder: Path) -> Iterable[str]:
@@ -111,7 +113,7 @@ class GrammarModels(AbstractModels):
         return realize(load_forest(folder))
 
 
-class GrammarDomain(AbstractDomain[GrammarSpace, GrammarModels]):
+class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
     """Domain of rule files."""
 
     def read(self, path: Path) -> str:
@@ -119,6 +121,9 @@ class GrammarDomain(AbstractDomain[GrammarSpace, GrammarModels]):
         text = read_text(path)
         if re.search(r"\bimport\b", text) is None:
             return text
+        from grammarlab.language.importing import load  # noqa: PLC0415
+        from grammarlab.language.linking import linked  # noqa: PLC0415
+
         try:
             return linked(load(path))
         except LanguageError as error:
@@ -127,12 +132,16 @@ class GrammarDomain(AbstractDomain[GrammarSpace, GrammarModels]):
             return text
 
     def open(self, text: str, name: str, assets: Path) -> GrammarSpace:
+        from grammarlab.learning.designs.grammar_space import GrammarSpace  # noqa: PLC0415
+
         space = GrammarSpace(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
         _ = space.program  # a grammar that cannot be compiled is an error of the text
         return space
 
-    def models(self, space: GrammarSpace) -> GrammarModels:
-        return GrammarModels(space)
+    def models(self, text: str, name: str, assets: Path) -> GrammarModels:
+        source = AcceptedGrammar(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
+        _ = source.program
+        return GrammarModels(source)
 
     def writer(self, space: GrammarSpace) -> GrammarWriter:
         # It loads JAX, which drawing does not need.

@@ -19,7 +19,7 @@ from grammarlab.about import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import read_bounded, write_text
-from grammarlab.geometry.footprints import Georeference, Remark, RemarkKind
+from grammarlab.geometry.footprints.footprint import Georeference, Remark, RemarkKind
 from grammarlab.rendering.choice import RendererChoice
 from grammarlab.runs.sample.records import ModelRecord
 from grammarlab.runs.sample.request import SampleRequest

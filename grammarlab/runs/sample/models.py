@@ -9,19 +9,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.lots import Lots
-from grammarlab.errors import Finding, UsageError
-from grammarlab.geometry.footprints import Footprint, Remark
+from grammarlab.errors import Finding
+from grammarlab.geometry.footprints.footprint import Footprint, Remark
 from grammarlab.language.attribute_values import usable_properties
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.designs.design_space import AbstractDesignSpace
-from grammarlab.runs.sample.domains import domain_of, opened
+from grammarlab.runs.sample.domains import opened_models
 from grammarlab.runs.sample.request import BATCH_MODELS, AttributeValue, SampleRequest
 from grammarlab.scene import Scene
 
@@ -135,6 +130,10 @@ class AbstractModels(ABC):
             GrammarlabError: If they do not.
         """
 
+    @abstractmethod
+    def asset_names(self) -> Iterable[str]:
+        """Texts of the file that may name files of its asset folder (`grammarlab.runs.sample.checks`)."""
+
     def remarks(self, request: SampleRequest) -> tuple[Remark, ...]:
         """Remarks about properties of the footprints of a request that cannot be used; none by default."""
         return ()
@@ -148,49 +147,10 @@ class AbstractModels(ABC):
         """The scene of a finished batch, from the folder of `MadeModels.save`."""
 
 
-@dataclass(frozen=True)
-class RealizedModels(AbstractModels):
-    """Models of a space whose files have no attributes or rules; they are not saved but made again."""
-
-    space: AbstractDesignSpace[Any]
-
-    def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
-        if texts:
-            raise UsageError(f"attribute {texts[0]!r}: files of this kind have no attributes; leave it out.")
-        return {}
-
-    def left_out(self) -> tuple[Finding, ...]:
-        return ()
-
-    def check(self, request: SampleRequest) -> None:
-        options = {"attributes": request.attributes, "start rule": request.start_rule, "footprint": request.footprints}
-        given = [name for name, value in options.items() if value]
-        if given:
-            raise UsageError(f"files of this kind have no {given[0]}; leave it out.")
-
-    def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
-        realized = self.space.realize(_addresses(request, batch))
-        scene = realized.scene
-        return MadeModels(
-            scene=scene,
-            shapes=np.bincount(scene.model, minlength=scene.num_models).tolist(),
-            log_probability=[None] * scene.num_models,
-            reports=[{}] * scene.num_models,
-            missing_assets=realized.missing_assets,
-        )
-
-    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
-        return self.space.realize(_addresses(request, batch)).scene
-
-
 def models_of(request: SampleRequest) -> AbstractModels:
     """Models of the file of a request.
 
     Raises:
         LanguageError: If it has errors.
     """
-    return domain_of(request.suffix).models(opened(request.suffix, request.text, request.name, request.assets))
-
-
-def _addresses(request: SampleRequest, batch: Batch) -> list[Address]:
-    return [Address(False, request.seed, batch.first_model + number) for number in range(batch.num_models)]
+    return opened_models(request.suffix, request.text, request.name, request.assets)

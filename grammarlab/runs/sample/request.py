@@ -14,7 +14,7 @@ from grammarlab.derivation.lots import shared_origin
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.export import FORMATS
 from grammarlab.export.save import Format
-from grammarlab.geometry.footprints import Footprint, FootprintMap, Georeference, Remark, read_footprint_map
+from grammarlab.geometry.footprints.footprint import Footprint, FootprintMap, Georeference, Remark
 from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.language.grammar import hash_of
 from grammarlab.rendering.choice import RendererName
@@ -130,7 +130,7 @@ class SampleRequest:
             **options: the other fields of this class.
         """
         source = find_rules(str(grammar), assets)
-        plan = read_footprint_map(footprint) if footprint else FootprintMap(())
+        plan = _plan(footprint) if footprint else FootprintMap(())
         text = source.text()
         return cls(
             name=source.name,
@@ -147,6 +147,11 @@ class SampleRequest:
     def text_hash(self) -> str:
         """SHA-256 of the rule text in hexadecimal: `Grammar.hash`."""
         return hash_of(self.text)
+
+    @property
+    def sheet_name(self) -> str:
+        """Name of the file with pictures of all models."""
+        return f"{self.name}.png"
 
     @property
     def total_models(self) -> int:
@@ -233,6 +238,12 @@ def _footprint(values: Any, where: str) -> Footprint:
     unread = of_kind(values.get("unread", []), list, f"{where}.unread")
     names = tuple(of_kind(name, str, f"{where}.unread") for name in unread)
     return Footprint(polygon, properties, member(values, "name", str, where), names)
+
+
+def _plan(footprint: str) -> FootprintMap:
+    from grammarlab.geometry.footprints.footprint_text import read_footprint_map  # noqa: PLC0415  # reads maps
+
+    return read_footprint_map(footprint)
 
 
 def _shared_origin(

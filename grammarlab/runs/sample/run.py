@@ -46,11 +46,6 @@ TILE_AREA = 320 * 320
 """Pixels of the picture of one model."""
 
 
-def sheet_name(request: SampleRequest) -> str:
-    """Name of the picture of all models."""
-    return f"{request.name}.png"
-
-
 def draw_sheet(
     request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: RendererChoice
 ) -> Path:
@@ -62,7 +57,7 @@ def draw_sheet(
     captions = [(str(index), _size_text(seen_points(model))) for index, model in enumerate(models)]
     scale = "all to one scale" if same else "each to its own scale"
     heading = (f"{request.name}   seed {request.seed}", f"width x height x depth, {scale}")
-    path = folder / sheet_name(request)
+    path = folder / request.sheet_name
     with atomic_file(path) as part:
         Image.fromarray(draw_page(page, tiles.pictures, captions, heading)).save(part)
     return path
@@ -195,7 +190,7 @@ def _make(
     if request.single_file:
         single = earlier.single_file(folder, single_file_name(request)) if unchanged else {}
         hashes |= single or write_single_file(request, folder, batches)
-    sheet = folder / sheet_name(request) if request.image else None
+    sheet = folder / request.sheet_name if request.image else None
     if sheet is not None:
         on_progress("picture", 0, 1)
         if not (unchanged and earlier.has(folder, sheet.name)):
@@ -247,7 +242,7 @@ def repeat_run(
     if difference:
         raise AssetError(
             f"the run cannot be repeated: {difference}, compared with the manifest, in {manifest.request.assets}. "
-            "Give the folder that holds the assets as they were with --assets."
+            "Give the folder that holds the assets as they were with `assets=`."
         )
     result = sample_run(manifest.request, folder, executor=executor, resume=resume, on_progress=on_progress)
     made = read_manifest(result.manifest).files
@@ -298,7 +293,7 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
     if manifest.format < BATCHES_OVER_FOOTPRINTS and len(request.footprints) > 1:
         raise UsageError(
             f"{folder} holds a run on {len(request.footprints)} footprints of an earlier version, which cut it into "
-            "other batches, so that it cannot be resumed. Run it again without --resume: its files are replaced."
+            "other batches, so that it cannot be resumed. Run it again without `resume=True`: its files are replaced."
         )
     return _Earlier(resumed=True, files=manifest.files)
 

@@ -15,7 +15,8 @@ from grammarlab.derivation.forest import Forest, Site, origin_of
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.errors import Location, UsageError
 from grammarlab.features.acceptance import Acceptance, derive_accepted
-from grammarlab.geometry.footprints import Remark, read_footprint_map
+from grammarlab.geometry.footprints.footprint import Remark
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from grammarlab.language.attribute_values import read_attributes, usable_properties
 from grammarlab.language.grammar import read_text
 from grammarlab.language.numbering import Numbering

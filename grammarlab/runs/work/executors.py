@@ -13,7 +13,6 @@ from itertools import chain, islice
 from typing import Self, TypeVar
 
 from grammarlab.runs.work.workers import available_cores, one_thread, variables
-from grammarlab.runs.work.workforce import Workforce
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -98,6 +97,8 @@ class Processes(AbstractExecutor):
         if len(first) < 2:
             Serial(self.environment).run(work, first, then)
         else:
+            from grammarlab.runs.work.workforce import Workforce  # noqa: PLC0415  # one task needs no others
+
             Workforce(work, chain(first, source), then, self.environment).run(self.num_workers)
 
     def share(self, num_tasks: int) -> AbstractExecutor:

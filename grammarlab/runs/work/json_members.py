@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any, TypeVar
 
-from grammarlab.errors import AssetError
+from grammarlab.errors import AssetError, shown
 
 Kind = TypeVar("Kind", str, bool, int, dict, list)
 
 _WORDS = {str: "a text", bool: "true or false", int: "a whole number", dict: "an object", list: "a list"}
-_MOST_SHOWN = 60
 
 
 def member(values: Any, name: str, kind: type[Kind], where: str = "") -> Kind:
@@ -39,9 +38,9 @@ def of_kind(value: Any, kind: type[Kind], where: str) -> Kind:
         AssetError: If it has another one.
     """
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        raise AssetError(f"{where}: expected {_WORDS[kind]}, found {_shown(value)}.")
+        raise AssetError(f"{where}: expected {_WORDS[kind]}, found {shown(value)}.")
     if isinstance(value, str) and _has_lone_surrogates(value):
-        raise AssetError(f"{where}: expected a text, found characters that no text has: {_shown(value)}.")
+        raise AssetError(f"{where}: expected a text, found characters that no text has: {shown(value)}.")
     return value
 
 
@@ -72,7 +71,7 @@ def numbers(value: Any, count: int, where: str) -> list[float]:
     """
     entries = of_kind(value, list, where)
     if len(entries) != count or not all(_is_finite(entry) for entry in entries):
-        raise AssetError(f"{where}: expected {count} finite numbers, found {_shown(value)}.")
+        raise AssetError(f"{where}: expected {count} finite numbers, found {shown(value)}.")
     return [float(entry) for entry in entries]
 
 
@@ -89,7 +88,7 @@ def _plain(value: Any, where: str) -> float | bool | str:
         return value
     if isinstance(value, str):
         return of_kind(value, str, where)
-    raise AssetError(f"{where}: expected a text, a finite number, true or false, found {_shown(value)}.")
+    raise AssetError(f"{where}: expected a text, a finite number, true or false, found {shown(value)}.")
 
 
 def _is_finite(value: Any) -> bool:
@@ -97,11 +96,3 @@ def _is_finite(value: Any) -> bool:
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:  # a whole number of too many digits
         return False
-
-
-def _shown(value: Any) -> str:
-    """A value for a message, abbreviated."""
-    if isinstance(value, list | dict):
-        return f"{_WORDS[type(value)]} of {len(value)}"
-    text = repr(value) if not isinstance(value, int) or abs(value) < 10**20 else "a number of many digits"
-    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"

@@ -8,15 +8,10 @@ from __future__ import annotations
 
 import json
 import re
-import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Generic, TypeVar
-
-import numpy as np
-from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError
 from grammarlab.files import atomic_file, file_below, open_regular, read_bounded
@@ -26,8 +21,8 @@ Value = TypeVar("Value")
 Progress = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
 
-MAX_BYTES, MAX_ARRAY_BYTES = 1 << 28, 1 << 32
-"""Largest size of a file of JSON, and of a file of arrays before and after it is unpacked."""
+MAX_BYTES = 1 << 28
+"""Largest size of a file."""
 KEY = re.compile(r"[0-9a-f]{64}(-\d+)?")
 """Keys of results that `Results.clear` removes: SHA-256 of their inputs, and perhaps a size."""
 _DAMAGES = (
@@ -41,8 +36,6 @@ _DAMAGES = (
     OverflowError,
     MemoryError,
     RecursionError,
-    zipfile.BadZipFile,
-    zlib.error,
 )
 
 
@@ -65,23 +58,6 @@ def json_kind(to_json: Callable[[Value], Any], from_json: Callable[[Any], Value]
         file.write(json.dumps(to_json(value), indent=1).encode() + b"\n")
 
     return Kind(".json", write, lambda file: from_json(json.load(file)))
-
-
-def _write_arrays(file: BinaryIO, arrays: Mapping[str, NDArray]) -> None:
-    np.savez_compressed(file, allow_pickle=False, **arrays)
-
-
-def _read_arrays(file: BinaryIO) -> Mapping[str, NDArray]:
-    with zipfile.ZipFile(file) as packed:
-        if sum(member.file_size for member in packed.infolist()) > MAX_ARRAY_BYTES:
-            raise ValueError("too large")
-    file.seek(0)
-    with np.load(file, allow_pickle=False) as arrays:
-        return dict(arrays)
-
-
-ARRAYS: Kind[Mapping[str, NDArray]] = Kind(".npz", _write_arrays, _read_arrays, MAX_ARRAY_BYTES)
-"""Arrays by name."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -130,13 +130,13 @@ class Workforce:
         else:
             self._false_starts += 1
         if self._false_starts == MAX_ATTEMPTS:
-            raise WorkerError(f"processes end as soon as they start ({how}). Try to do without (--jobs 1).")
+            raise WorkerError(f"processes end as soon as they start ({how}). Try to do without (`jobs=1`).")
         if job.losses == MAX_ATTEMPTS:
             name = str(job.task)
             name = name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}…"
             raise WorkerError(
                 f"{name}: the process that worked on it ended unasked, {job.losses} times ({how}). Try fewer processes "
-                "at a time (--jobs 1, --workers 1) or smaller tasks, such as smaller footprints."
+                "at a time (`jobs=1`, `workers=1`) or smaller tasks, such as smaller footprints."
             )
         self._start(job)
 

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import FacadeError
 from grammarlab.facade.lattice import Lattice
 from grammarlab.facade.values import a_list, a_text, an_object, numbers, parse_json, read_bounded
 from grammarlab.synthesis.analysis.example import MOST_LINES, Example, Region
 from grammarlab.synthesis.label_grid import LabelGrid
-from grammarlab.synthesis.mesh.surface import Floats
 
 FORMAT, VERSION = "grammarlab example", 1
 _MIN_DISTANCE_M = 0.05

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import FacadeError
 from grammarlab.facade.lattice import Lattice, lattice
 from grammarlab.synthesis.analysis.panes import panes_of
@@ -15,7 +16,7 @@ from grammarlab.synthesis.analysis.walls import BEFORE, BEHIND, PIXELS, Wall, wa
 from grammarlab.synthesis.label_grid import LabelGrid
 from grammarlab.synthesis.mesh.bending import Bend, bend_of
 from grammarlab.synthesis.mesh.building_files import ExampleMesh
-from grammarlab.synthesis.mesh.surface import Floats, Surface
+from grammarlab.synthesis.mesh.surface import Surface
 from grammarlab.synthesis.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rotation, seen_from, turn_to_walls
 
 _DEPTH_MARGIN_M = 0.05
@@ -152,7 +153,7 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
         large = float(np.ptp(example.surface.points, axis=0).max())
         raise FacadeError(
             f"No wall of this building, {large:.3g} m large, has units, such as windows, at least 2 cm off its "
-            "plane; give --up if it lies on its side, --unit if its coordinates are not in metres."
+            "plane; give `up=` if it lies on its side, `unit=` if its coordinates are not in metres."
         )
     if example.bend is not None:
         notes += (f"walls follow an arc of radius {example.bend.radius:.1f} m; rules and facades are straightened",)

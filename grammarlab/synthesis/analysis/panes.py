@@ -11,9 +11,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.synthesis.analysis.wall_elements import LONGEST, NEAR, WallElements, band_of
 from grammarlab.synthesis.analysis.walls import FACING, Wall
-from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints
 
 _MAX_RECTANGLES = 2_000
 """Largest number of rectangles of one wall; with more, the mesh is evenly divided."""
@@ -114,14 +114,14 @@ def _rectangles(wall: Wall, corners: Floats, triangles: Ints, slack: float) -> F
     return np.stack([low, high], axis=1)[square]
 
 
-def _within(boxes: Floats, reach: float) -> Bools:
+def _within(boxes: Floats, reach: float) -> Flags:
     """[R, R] whether the distance of two different boxes is below a limit."""
     low, high = boxes[:, 0], boxes[:, 1]
     near = (low[:, None] <= high[None] + reach).all(axis=2)
     return near & near.T & ~np.eye(len(boxes), dtype=bool)
 
 
-def _parts(boxes: Floats, slack: float) -> Bools:
+def _parts(boxes: Floats, slack: float) -> Flags:
     """[R, R] whether two boxes are parts of one window: they do not touch, but have equal ends along an axis."""
     ends = np.all(np.abs(boxes[:, None] - boxes[None]) <= slack, axis=2)
     return np.any(ends, axis=2) & ~_within(boxes, slack)

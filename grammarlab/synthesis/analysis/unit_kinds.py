@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.lattice import Lattice
 from grammarlab.synthesis.analysis.wall_elements import WallElements, off_plane
 from grammarlab.synthesis.analysis.walls import Wall
 from grammarlab.synthesis.label_grid import LabelGrid
-from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints
 
 _SIZE_TOLERANCE_M, _NOISE_FACTOR = 0.02, 4.0
 """Largest difference of elements of equal units, in metres, and as a multiple of the noise."""
@@ -39,7 +39,7 @@ class _Cell:
     """[K, 4] low and high corners of its elements, metres."""
     depth: Floats
     """[3, h, w] metres in front of the plane: at each pixel, and the least and the largest in its neighbourhood."""
-    off: Bools
+    off: Flags
     """[h, w] whether it is off the plane."""
     anchor: Ints
     """[2] row and column of the pixel in the centre of its elements."""
@@ -115,7 +115,7 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
     return float(differs.sum()) <= _MAX_AREA_SHARE * area
 
 
-def _beyond(depth: Floats, reference: Floats, slack: float) -> Bools:
+def _beyond(depth: Floats, reference: Floats, slack: float) -> Flags:
     """[h, w] whether a depth is outside the range around the same pixel of the other cell."""
     return (depth[0] < reference[1] - slack) | (depth[0] > reference[2] + slack)
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
+from grammarlab.arrays import Flags, Floats
 from grammarlab.synthesis.analysis.walls import BEHIND, Wall
-from grammarlab.synthesis.mesh.surface import Bools, Floats
 
 _MIN_OFFSET_M, _NOISE_FACTOR = 0.02, 4.0
 """Least distance from the plane of a wall, in metres, and as a multiple of the noise."""
@@ -39,11 +39,11 @@ class WallElements:
     high: Floats
     """[E, 2] upper right corners, metres."""
 
-    def contains_any(self, others: WallElements) -> Bools:
+    def contains_any(self, others: WallElements) -> Flags:
         """[E] whether an element contains the centre of one of the others."""
         return np.any(self.contains(others), axis=1)
 
-    def contains(self, others: WallElements) -> Bools:
+    def contains(self, others: WallElements) -> Flags:
         """[E, O] whether each element contains the centre of each of the others."""
         middle = (others.low + others.high) / 2.0
         return np.all((self.low[:, None] < middle) & (middle < self.high[:, None]), axis=2)
@@ -61,7 +61,7 @@ def slack_of(wall: Wall) -> float:
     return _MIN_OFFSET_M + _NOISE_FACTOR * wall.noise
 
 
-def off_plane(wall: Wall) -> Bools:
+def off_plane(wall: Wall) -> Flags:
     """[H, W] pixels of the wall in front of or behind its plane, or empty."""
     return wall.mask & ~(np.abs(wall.map.depth - wall.depth) <= slack_of(wall))
 
@@ -114,7 +114,7 @@ def elements_of(wall: Wall, corners: Floats) -> WallElements:
     return WallElements(boxes[:, 0], boxes[:, 1])
 
 
-def _boxes(mask: Bools, wall: Wall, corners: Floats) -> tuple[list[Floats], Bools]:
+def _boxes(mask: Flags, wall: Wall, corners: Floats) -> tuple[list[Floats], Flags]:
     """[2, 2] low and high corner of each connected part that is large enough, and the pixels of parts too long."""
     map_ = wall.map
     reach = max(1, round(NEAR / map_.step / 2.0))

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from grammarlab.synthesis.mesh.surface import Bools, Floats, Ints, Surface
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.synthesis.mesh.surface import Surface
 from grammarlab.synthesis.mesh.views import seen_from
 
 _CHUNK_PIXELS = 2_000_000
@@ -165,7 +166,7 @@ class Wall:
     high: Floats
     """[2] upper right corner, metres."""
     map: DepthMap
-    mask: Bools
+    mask: Flags
     """[H, W] whether each pixel of the map belongs to it."""
     noise: float
     """Deviation of points in its plane from it, metres."""
@@ -229,7 +230,7 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
     return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
 
 
-def _filled(piece: Bools, lowest: int) -> Bools:
+def _filled(piece: Flags, lowest: int) -> Flags:
     """[H, W] the wall with its holes; doors are closed by the ground below."""
     ground = np.ones((1, piece.shape[1]), dtype=bool)
     filled = piece.copy()

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from grammarlab.arrays import Flags
 from grammarlab.errors import FacadeError
 from grammarlab.facade.looks import is_door
 from grammarlab.synthesis.label_grid import HOLE, Count, LabelGrid, Labels, Wishes
@@ -161,9 +162,6 @@ def check_room(domain: Domain, names: tuple[str, ...], counts: Sequence[LabelCou
         raise FacadeError(f"wishes: {text}: there is not enough room for all of these together.")
 
 
-_Mask = NDArray[np.bool_]
-
-
 def ground_labels(examples: Sequence[LabelGrid]) -> list[tuple[int, bool]]:
     """Labels that only the ground floor has, and whether each occurs at most once per example.
 
@@ -271,7 +269,7 @@ def _fill(
     return bool(filling.any())
 
 
-def _filling(examples: Sequence[LabelGrid], single: _Mask) -> _Mask:
+def _filling(examples: Sequence[LabelGrid], single: Flags) -> Flags:
     """[labels] the labels beside units that occur once, except special ends without shops; or else those above them."""
     size = len(single)
     low = np.array([touches_ground(name) for name in examples[0].names])
@@ -305,7 +303,7 @@ def _special_end(example: LabelGrid, column: int) -> bool:
     return not np.isin(upper[upper >= 0], example.labels[:, 1:-1]).all()
 
 
-def _of_one_end(example: LabelGrid, size: int) -> _Mask:
+def _of_one_end(example: LabelGrid, size: int) -> Flags:
     """[labels] whether only the left end has a label, or only the right end; none of an example without an inside."""
     number = label_numbers(example.labels, size)
     ends = [label_numbers(example.labels[:, column], size) for column in (0, -1)]

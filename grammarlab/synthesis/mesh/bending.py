@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.synthesis.mesh.surface import Floats, Surface
+from grammarlab.arrays import Floats
+from grammarlab.synthesis.mesh.surface import Surface
 
 _MAX_VERTICAL = 0.1
 """Largest vertical component of the normal of a triangle in a wall."""

@@ -106,7 +106,7 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     if not _MIN_SIZE_M <= extent <= _MAX_SIZE_M:
         raise FacadeError(
             f"{path.name} is {extent:g} m large; expected {_MIN_SIZE_M:g} to {_MAX_SIZE_M:,.0f} m. "
-            "If its coordinates are not in metres, give their unit (--unit)."
+            "If its coordinates are not in metres, give their unit (`unit=`)."
         )
     origin = np.round((low + high) / 2.0)
     tolerance = _TOLERANCE * extent

@@ -9,7 +9,8 @@ from manifold3d import Error, Manifold, Mesh64, OpType
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from grammarlab.synthesis.mesh.surface import Floats, Ints, Surface, joined, welded, without_folds, without_slivers
+from grammarlab.arrays import Floats, Ints
+from grammarlab.synthesis.mesh.surface import Surface, joined, welded, without_folds, without_slivers
 
 _MAX_TRIANGLES = 300_000
 """Triangles; larger meshes of many solids stay as they are, since uniting them takes too long."""

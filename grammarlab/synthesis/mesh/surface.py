@@ -9,14 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
+from grammarlab.arrays import Flags, Floats, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +30,7 @@ class Surface:
     def __len__(self) -> int:
         return len(self.triangles)
 
-    def part(self, is_part: Bools) -> Surface:
+    def part(self, is_part: Flags) -> Surface:
         """Some of the triangles, with their points."""
         triangles = self.triangles[is_part]
         used = np.zeros(len(self.points), dtype=bool)

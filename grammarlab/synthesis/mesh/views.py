@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.synthesis.mesh.surface import Floats, Surface
+from grammarlab.arrays import Floats
+from grammarlab.synthesis.mesh.surface import Surface
 
 FRONT, RIGHT, BACK, LEFT = range(4)
 SIDES = ("front", "right", "back", "left")

@@ -8,7 +8,7 @@ import pytest
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.selection import join_forests
 from grammarlab.errors import UsageError
-from grammarlab.features import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.derivations import load_forest, save_forest

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from grammarlab.cli.app import app
+from grammarlab.cli import app
 from grammarlab.derivation import derive
 from grammarlab.derivation.selection import join_forests
-from grammarlab.features import count
+from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.derivations import load_forest, save_forest

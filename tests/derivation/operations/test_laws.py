@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from grammarlab.geometry.footprints import read_footprints
+from grammarlab.geometry.footprints.footprint_text import read_footprints
 from grammarlab.geometry.meshes import measure
 from tests.derivation.operations.leaves import (
     L_SHAPE,

@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation import Forest, derive
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import L_SHAPE, TRIANGLE, areas_by_symbol, sampled, symbols, world_meshes
-
-Floats = NDArray[np.float64]
 
 SIZES = [
     "{ 2 : A | ~1 : B }",

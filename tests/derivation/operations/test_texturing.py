@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
-
-Floats = NDArray[np.float64]
 
 L_SHAPE = np.array([[0.0, 0, 10], [8, 0, 10], [8, 0, 6], [3, 0, 6], [3, 0, 0], [0, 0, 0]])
 

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grammarlab.arrays import Ints
 from grammarlab.facade.editing.springs import Box, SpringRows, Strips, best_counts
-from grammarlab.facade.tree import Ints
 
 
 @st.composite

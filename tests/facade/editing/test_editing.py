@@ -8,7 +8,6 @@ from grammarlab.facade.editing.grid_proposals import with_proposals
 from grammarlab.facade.editing.grids import (
     aligned,
     arranged,
-    enclosing,
     following,
     grid_of,
     lasso,
@@ -18,6 +17,7 @@ from grammarlab.facade.editing.grids import (
     without_grid,
 )
 from grammarlab.facade.tree import Facade, X, Y
+from tests.facade.gridded import enclosing
 from tests.facade.samples import Node, across, built, door_over_two_rows, leaf, stacked, windows
 from tests.facade.strategies import trees
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.editing.neighbourhood import Neighbours, neighbours, tree_of
 from grammarlab.facade.reading.cutting import cut
 from grammarlab.facade.tree import LEAF, Facade, X, Y, laid_out, plain
+from tests.facade.editing.neighbours import Neighbours, neighbours, tree_of
 from tests.facade.strategies import trees
 
 

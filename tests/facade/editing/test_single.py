@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.edit_sequences import sequences
 from grammarlab.facade.editing.grids import grid_of, with_grid
-from grammarlab.facade.editing.neighbourhood import neighbours
 from grammarlab.facade.editing.variations import Edit, Variation, applied, edits, unedited, vary
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.tree import Facade, X, Y, check
+from tests.facade.editing.neighbours import neighbours
 from tests.facade.gridded import gridded, same_topology, transposed
 from tests.facade.samples import across, built, leaf, stacked, windows
 

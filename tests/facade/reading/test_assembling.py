@@ -130,7 +130,7 @@ def test_a_gable_leaves_corners_outside():
 
 def test_pinwheels_are_named_and_cut_when_asked():
     windmill = [(0, 0, 2, 1), (2, 0, 3, 2), (1, 2, 3, 3), (0, 1, 1, 3)]
-    with pytest.raises(FacadeError, match=r"4 rectangles, which form a pinwheel: window 1 at \(0, 0\).*--split"):
+    with pytest.raises(FacadeError, match=r"4 rectangles, which form a pinwheel: window 1 at \(0, 0\).*`split=True`"):
         assemble(annotation(*windmill))
     made = assemble(annotation(*windmill), split=True)
     assert len(leaves_of(made.facade, "window")) == 5

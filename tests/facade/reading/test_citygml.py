@@ -94,7 +94,7 @@ def test_walls_without_a_name_are_called_by_what_they_bound_and_all_are_listed()
     city.wall(city.surface(city.polygon(WALL[:, ::-1])))
     with pytest.raises(UsageError) as told:
         read_citygml(city.content())
-    assert "this file has 2 walls; choose one with --wall:" in str(told.value)
+    assert "this file has 2 walls; choose one with `wall=`:" in str(told.value)
     assert "front  (9.0 x 6.0 m, 2 openings)\n  B/2  (6.0 x 9.0 m, 0 openings)" in str(told.value)
     plain_wall = read_citygml(city.content(), "B/2")
     assert plain_wall.names == ()

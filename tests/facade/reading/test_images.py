@@ -74,7 +74,7 @@ def test_one_image_of_several_is_chosen_by_its_names(tmp_path, writer):
     if writer is not as_table:
         assert read_annotation(path, "0").high.tolist() == [[60, 80]]
     for name in ("", "other.jpg"):
-        with pytest.raises(UsageError, match=r"choose one of the 2 images of this file with --wall: .*front.jpg"):
+        with pytest.raises(UsageError, match=r"choose one of the 2 images of this file with `wall=`: .*front.jpg"):
             read_annotation(path, name)
 
 
@@ -90,7 +90,7 @@ def test_images_of_several_subsets_of_cvat_are_chosen_by_subset(tmp_path):
     box = '<box label="window" xtl="1" ytl="1" xbr="{}" ybr="3"/>'
     images = "".join(image.format(name, box.format(right)) for name, right in (("Train", 4), ("Test", 5)))
     (tmp_path / "a.xml").write_text(f"<annotations>{images}</annotations>")
-    with pytest.raises(UsageError, match=r"with --wall: 'Train/front.jpg', 'Test/front.jpg'"):
+    with pytest.raises(UsageError, match=r"with `wall=`: 'Train/front.jpg', 'Test/front.jpg'"):
         read_annotation(tmp_path / "a.xml", "front.jpg")
     found = read_annotation(tmp_path / "a.xml", "Test/front.jpg")
     assert (found.high.tolist(), found.picture) == ([[5, 8]], "front.jpg")
@@ -113,7 +113,7 @@ def test_images_with_one_name_are_listed_by_their_ids(tmp_path):
     document["images"] = [image | {"file_name": "front.jpg"} for image in document["images"]]
     (tmp_path / "a.json").write_text(json.dumps(document))
     ids = ", ".join(repr(str(image["id"])) for image in document["images"])
-    with pytest.raises(UsageError, match=f"with --wall: {ids}"):
+    with pytest.raises(UsageError, match=f"with `wall=`: {ids}"):
         read_annotation(tmp_path / "a.json", "front.jpg")
 
 

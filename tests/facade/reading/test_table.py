@@ -52,7 +52,7 @@ def test_a_facade_that_is_too_large_for_metres_is_read_as_pixels_with_a_note(tmp
     assert facade.width == pytest.approx(20.0 if unit == "pixels" else 5 * scale)
     assert assemble(found, width=5 * scale).facade.width == pytest.approx(5 * scale)
     if unit == "pixels":
-        assert f"give --width {5 * scale:g}" in found.notes[0]
+        assert f"give `width={5 * scale:g}`" in found.notes[0]
 
 
 def test_tables_of_pictures_are_in_pixels_however_small(tmp_path):

@@ -8,13 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
+from grammarlab.arrays import Floats
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.variations import vary
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes.constraints import LineOrigin, leaf_weights
 from grammarlab.facade.sizes.size_wishes import Aspect, Position, Size, height, width
 from grammarlab.facade.sizes.solve import Resized, prepare, resize
-from grammarlab.facade.tree import LEAF, Facade, Floats, X, Y, check, plain
+from grammarlab.facade.tree import LEAF, Facade, X, Y, check, plain
 from tests.facade.sized import Paper, paper, sized, storeys
 
 clarabel = import_module("clarabel")  # has no types

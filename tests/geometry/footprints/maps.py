@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.geometry.footprints import Footprint
+from grammarlab.geometry.footprints.footprint import Footprint
 
 SQUARE = [[0, 0], [10, 0], [10, 8], [0, 8], [0, 0]]
 BOW_TIE = [[40, 0], [50, 8], [50, 0], [40, 8], [40, 0]]

@@ -3,8 +3,9 @@
 import pytest
 
 from grammarlab.errors import AssetError
-from grammarlab.geometry.footprints import Georeference, read_footprint_map
 from grammarlab.geometry.footprints.crs import crs_of_member, crs_of_name, degree_codes, metre_codes
+from grammarlab.geometry.footprints.footprint import Georeference
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from tests.geometry.footprints.maps import SQUARE, area, collection, feature, moved, named, polygon, written
 
 IN_METRES = moved(SQUARE, 691000, 5334000)

@@ -8,7 +8,8 @@ from collections import Counter
 import pytest
 
 from grammarlab.errors import AssetError
-from grammarlab.geometry.footprints import geojson, read_footprint_map
+from grammarlab.geometry.footprints import geojson
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from tests.geometry.footprints.maps import BOW_TIE, SQUARE, area, collection, feature, moved, named, polygon, written
 
 LINE = {"type": "LineString", "coordinates": SQUARE}

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import AssetError
-from grammarlab.geometry.footprints import read_footprint_map
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from tests.geometry.footprints.maps import area, collection, feature, polygon, written
 
 A, E2 = 6378137.0, 0.0066943799901413165

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import AssetError, UsageError
-from grammarlab.geometry.footprints import read_footprint_map
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from tests.geometry.footprints.maps import BOW_TIE, SQUARE, area, collection, feature, moved, named, polygon
 
 MAP = collection(

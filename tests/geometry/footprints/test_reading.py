@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import AssetError, UsageError
-from grammarlab.geometry.footprints import Footprint, read_footprints
+from grammarlab.geometry.footprints.footprint import Footprint
+from grammarlab.geometry.footprints.footprint_text import read_footprints
 
 SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10], [0, 0]]
 BOW_TIE = [[0, 0], [10, 10], [10, 0], [0, 10], [0, 0]]

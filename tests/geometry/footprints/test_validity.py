@@ -9,7 +9,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from grammarlab.errors import AssetError
-from grammarlab.geometry.footprints import placing, read_footprint_map, read_footprints
+from grammarlab.geometry.footprints import placing
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map, read_footprints
 from tests.geometry.footprints.maps import BOW_TIE, SQUARE, area, collection, feature, moved, polygon, written
 
 SPIKE = [[0, 0], [100, 0], [100, 100], [60, 100], [50, 101], [60, 101], [50, 100], [0, 100], [0, 0]]

@@ -3,7 +3,8 @@
 import pytest
 
 from grammarlab.errors import AssetError
-from grammarlab.geometry.footprints import Georeference, read_footprint_map
+from grammarlab.geometry.footprints.footprint import Georeference
+from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from tests.geometry.footprints.maps import area
 
 RING = "(0 0, 10 0, 10 8, 0 8, 0 0)"

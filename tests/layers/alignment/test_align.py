@@ -6,8 +6,8 @@ import pytest
 
 from grammarlab.errors import FacadeError
 from grammarlab.layers.alignment.align import Alignment, align, alignments
-from grammarlab.layers.alignment.checking import column_widths, violations
 from grammarlab.layers.design import Letter, Weights
+from tests.layers.alignment.checking import column_widths, violations
 from tests.layers.cpsat import optimum
 from tests.layers.matrices import all_matrices, random_case, word
 

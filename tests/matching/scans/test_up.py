@@ -44,14 +44,14 @@ def written(tmp_path, points, columns, scale=1.0):
 def test_windows_of_a_scan_stand_whichever_axis_is_up(tmp_path, up, options):
     elements = load_elements(written(tmp_path, scan(**options), UP[up]))
     assert rows_and_columns(elements) == (6, 2, 3)
-    assert f"{up} is taken as the up axis; give --up if another one is" in elements.notes
+    assert f"{up} is taken as the up axis; give `up=` if another one is" in elements.notes
 
 
 @pytest.mark.parametrize(("columns", "up"), [([2, 1, 0], "y"), ([2, 0, 1], "z")])
 def test_the_ground_shows_what_is_up_of_a_wall_that_is_upright_for_both_axes(tmp_path, columns, up):
     elements = load_elements(written(tmp_path, scan(ground=COUNT), columns))
     assert rows_and_columns(elements) == (6, 2, 3)
-    assert f"{up} is taken as the up axis; give --up if another one is" in elements.notes
+    assert f"{up} is taken as the up axis; give `up=` if another one is" in elements.notes
 
 
 def test_a_given_axis_is_not_doubted(tmp_path):
@@ -59,8 +59,8 @@ def test_a_given_axis_is_not_doubted(tmp_path):
     assert rows_and_columns(load_elements(path, up="y")) == (6, 2, 3)
     lying = load_elements(path, up="z")
     assert ((lying.high - lying.low)[:, 0] > (lying.high - lying.low)[:, 1]).all()
-    assert not any("--up" in note for note in lying.notes)
-    with pytest.raises(FacadeError, match=r"No vertical plane .* give --up|No element"):
+    assert not any("`up=`" in note for note in lying.notes)
+    with pytest.raises(FacadeError, match=r"No vertical plane .* give `up=`|No element"):
         load_elements(written(tmp_path, scan(), UP["y"]), up="z")
 
 
@@ -71,7 +71,7 @@ def test_a_las_file_may_have_y_up_although_the_format_says_z(tmp_path):
     cloud.write(str(tmp_path / "scan.las"))
     elements = load_elements(tmp_path / "scan.las")
     assert rows_and_columns(elements) == (6, 2, 3)
-    assert "y is taken as the up axis; give --up if another one is" in elements.notes
+    assert "y is taken as the up axis; give `up=` if another one is" in elements.notes
 
 
 @pytest.mark.parametrize(("unit", "metres"), [("mm", 0.001), ("ft", 0.3048)])

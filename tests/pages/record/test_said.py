@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.pages.record.judgements import Judgement, as_label, checked_entry, compared, models_of, of_label
-from grammarlab.pages.workers.label_exchange import labels_of, scores_of
+from grammarlab.pages.record.label_exchange import labels_of, scores_of
 from grammarlab.preference.labels import Kind, Labels
 
 GRAMMAR = "ab" * 32

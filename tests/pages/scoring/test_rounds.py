@@ -10,8 +10,8 @@ import pytest
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.learning.designs.addresses import Address
+from grammarlab.pages.record.label_exchange import read_labels_or_session
 from grammarlab.pages.scoring.session import Session
-from grammarlab.pages.workers.label_exchange import read_labels_or_session
 from grammarlab.preference.label_files import read_labels
 from tests.pages.scoring.tower import kind_of
 from tests.pages.scoring.windows import Window, shown_models

@@ -13,9 +13,9 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.pages.record.judgements import Judgement, compared
+from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.scoring.knowledge import ModelPool
 from grammarlab.pages.scoring.populate import WAYS
-from grammarlab.pages.workers.label_exchange import labels_of
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.tasks import Choose, Factors, Features, LearnedUpdate, ModelChoice, Prepare, Update
 from grammarlab.pages.workers.worker_pool import Handler

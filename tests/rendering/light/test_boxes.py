@@ -7,8 +7,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from grammarlab.arrays import AnyFloats
 from grammarlab.rendering.light import box_tree, rays
-from grammarlab.rendering.light.box_tree import BoxedTriangles, Floats
+from grammarlab.rendering.light.box_tree import BoxedTriangles
 from grammarlab.rendering.light.rays import Tracer, has_embree
 from tests.rendering.models import CASCADE, GLASS, TOWER, batch, picture
 
@@ -16,13 +17,13 @@ TEXTS = {"tower": TOWER, "glass": GLASS, "cascade": CASCADE}
 needs_embree = pytest.mark.skipif(not has_embree(), reason="no package of Embree for this machine")
 
 
-def soup(rng: np.random.Generator, num_triangles: int) -> tuple[Floats, np.ndarray]:
+def soup(rng: np.random.Generator, num_triangles: int) -> tuple[AnyFloats, np.ndarray]:
     """Triangles anywhere about the middle."""
     corners = rng.normal(0, 0.3, (num_triangles, 1, 3)) + rng.normal(0, 0.5, (num_triangles, 3, 3))
     return corners.reshape(-1, 3).astype(np.float32), np.arange(3 * num_triangles).reshape(-1, 3)
 
 
-def lines(rng: np.random.Generator, num_rays: int) -> tuple[Floats, Floats]:
+def lines(rng: np.random.Generator, num_rays: int) -> tuple[AnyFloats, AnyFloats]:
     """Rays from anywhere to the middle; some are parallel to an axis."""
     origins = rng.uniform(-2, 2, (num_rays, 3)).astype(np.float32)
     directions = rng.normal(0, 0.5, (num_rays, 3)).astype(np.float32) - origins
@@ -31,7 +32,7 @@ def lines(rng: np.random.Generator, num_rays: int) -> tuple[Floats, Floats]:
     return origins, directions
 
 
-def distances(vertices: Floats, triangles: np.ndarray, origins: Floats, directions: Floats) -> Floats:
+def distances(vertices: AnyFloats, triangles: np.ndarray, origins: AnyFloats, directions: AnyFloats) -> AnyFloats:
     """[N, T] of each ray to each triangle, infinite if it passes by: the solutions of 3 x 3 systems."""
     first, second, third = vertices.astype(np.float64)[triangles].transpose(1, 0, 2)
     systems = np.stack(

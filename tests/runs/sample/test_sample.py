@@ -11,7 +11,7 @@ import trimesh
 from trimesh.exchange.gltf import export_gltf
 
 from grammarlab.errors import AssetError, LanguageError, UsageError
-from grammarlab.geometry.footprints import read_footprints
+from grammarlab.geometry.footprints.footprint_text import read_footprints
 from grammarlab.runs.sample import models as batches_module
 from grammarlab.runs.sample.derivations import load_forest
 from grammarlab.runs.sample.manifest import read_manifest
@@ -325,7 +325,7 @@ def test_runs_of_the_first_format_are_resumed_where_their_batches_are_the_same(t
             sample_run(asked, first.folder, resume=True)
             assert contents(first.folder) == before
         else:
-            with pytest.raises(UsageError, match=r"2 footprints of an earlier version.*without --resume"):
+            with pytest.raises(UsageError, match=r"2 footprints of an earlier version.*without `resume=True`"):
                 sample_run(asked, first.folder, resume=True)
             sample_run(asked, first.folder)
             assert contents(first.folder) == before

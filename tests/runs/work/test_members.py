@@ -11,7 +11,7 @@ from grammarlab.runs.work.json_members import member, numbers, plain_values, tex
 def test_a_member_of_another_type_is_named_with_its_position():
     with pytest.raises(AssetError, match=r"^grammar\.name: expected a text, found an object of 1\.$"):
         member({"name": {"a": 1}}, "name", str, "grammar")
-    with pytest.raises(AssetError, match=r"^grammar: expected an object, found None\.$"):
+    with pytest.raises(AssetError, match=r"^grammar: expected an object, found nothing\.$"):
         member(None, "name", str, "grammar")
     with pytest.raises(AssetError, match=r"^grammar\.name is missing\.$"):
         member({}, "name", str, "grammar")

@@ -11,11 +11,10 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor, Processes
-from grammarlab.runs.work.results import ARRAYS, Results, adopt_lines, json_kind, made
+from grammarlab.runs.work.results import Results, adopt_lines, json_kind, made
 from tests.runs.tasks import square
 
 KIND = json_kind(dict, dict)
@@ -67,25 +66,10 @@ def test_files_of_somebody_else_count_as_none(tmp_path: Path, content: bytes):
     assert Results(tmp_path, KIND).get("a") is None
 
 
-def test_arrays_are_kept_and_nothing_is_run(tmp_path: Path):
-    results = Results(tmp_path, ARRAYS)
-    results.put("a", {"rows": np.arange(3.0)})
-    found = results.get("a")
-    assert found is not None
-    assert found["rows"].tolist() == [0.0, 1.0, 2.0]
-    np.savez(tmp_path / "b.npz", rows=np.array([print], dtype=object))
-    assert results.get("b") is None
-
-
-def test_files_that_are_too_large_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_files_that_are_too_large_are_not_read(tmp_path: Path):
     results = Results(tmp_path, KIND)
     results.put("a", VALUE)
     assert Results(tmp_path, replace(KIND, most=10)).get("a") is None
-    arrays = Results(tmp_path, ARRAYS)
-    arrays.put("a", {"rows": np.zeros(10_000)})  # small only while it is packed
-    assert arrays.get("a") is not None
-    monkeypatch.setattr("grammarlab.runs.work.results.MAX_ARRAY_BYTES", 10_000)
-    assert arrays.get("a") is None
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")

@@ -20,7 +20,7 @@ from tests.assets.mutants import mutants
         ("a.obj", "v 0 0\nv 1 0\nv 1 1\nv 0 1\nf 1 2 3 4\n", "line 1: expected v x y z, found 'v 0 0'"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "cannot be read|do not exist|holds no faces"),
         ("a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "line 2: expected finite numbers"),
-        ("a.obj", "v 0 0 0\nv 90000 0 0\nv 0 1 0\nf 1 2 3\n", "--unit"),
+        ("a.obj", "v 0 0 0\nv 90000 0 0\nv 0 1 0\nf 1 2 3\n", "`unit=`"),
         ("a.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "m large"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "are empty"),
         ("a.glb", "glTF", "cannot be read"),

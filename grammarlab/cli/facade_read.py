@@ -1,4 +1,4 @@
-"""``grammarlab facade``: commands for facades.
+"""``grammarlab facade read``.
 
 ``grammarlab facade show``.
 """
@@ -12,7 +12,6 @@ import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, print_result, say
 from grammarlab.cli.file_kinds import BOXES, FACADE, RULES, expected_kind
-from grammarlab.cli.numbers import PlainNumbers
 from grammarlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -36,16 +35,6 @@ def show(
         print_result(show_facade(facade, output, pixels))
 
 
-facade = typer.Typer(
-    name="facade",
-    help="Read, edit and write facades.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-@facade.command("read", cls=PlainNumbers)
 def read(
     file: Annotated[
         Path,

@@ -8,10 +8,9 @@ from pathlib import Path
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import hashes_of
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.pages.record.judgements import as_label, of_label
+from grammarlab.pages.record.judgements import Scores, as_label, of_label
 from grammarlab.pages.record.model_grids import MAX_MODELS
 from grammarlab.pages.record.store import SUFFIX, Store
-from grammarlab.pages.workers.tasks import Factors
 from grammarlab.preference.label_files import read_labels
 from grammarlab.preference.labels import Labels
 
@@ -30,7 +29,7 @@ def read_labels_or_session(path: Path) -> tuple[Labels, Pool | None]:
         return labels_of(store.record.factors, about.hash), Pool(about.seed, about.size, store.record.wide)
 
 
-def labels_of(factors: Factors, grammar: str) -> Labels:
+def labels_of(factors: dict[str, Scores], grammar: str) -> Labels:
     """All scores and comparisons, in the order of factors and models.
 
     Args:
@@ -47,7 +46,7 @@ def labels_of(factors: Factors, grammar: str) -> Labels:
     )
 
 
-def replaced_notes(num_labels: int, factors: Factors) -> tuple[str, ...]:
+def replaced_notes(num_labels: int, factors: dict[str, Scores]) -> tuple[str, ...]:
     """A note if a file has several labels of one model, or one pair, and factor, of which the last one counts.
 
     >>> from grammarlab.pages.record.judgements import Judgement
@@ -60,7 +59,7 @@ def replaced_notes(num_labels: int, factors: Factors) -> tuple[str, ...]:
     return (f"{left_out} left out: {last}",) if number else ()
 
 
-def scores_of(labels: Labels, grammar: str) -> Factors:
+def scores_of(labels: Labels, grammar: str) -> dict[str, Scores]:
     """Labels by factor and subject; of two for the same factor and subject the later one counts.
 
     Args:
@@ -75,7 +74,7 @@ def scores_of(labels: Labels, grammar: str) -> Factors:
         raise UsageError("there are no labels in the file.")
     if len(labels) > MAX_MODELS:
         raise UsageError(f"{len(labels):,} labels; {MAX_MODELS:,} can be imported at once. Split the file.")
-    found: Factors = {}
+    found: dict[str, Scores] = {}
     for label in labels:
         addresses = [address for address in (label.address, label.other_address) if address is not None]
         foreign = [address[0] for address in addresses if address[0] not in hashes]

@@ -1,4 +1,4 @@
-"""Boxes with three numbers, as a package that adds a kind of file to grammarlab: it knows nothing of grammars.
+"""Boxes with three numbers, as another kind of file for grammarlab: it knows nothing of grammars.
 
 A file holds, as JSON, the range of each number and a table of weights over cells of equal size. A box is drawn from a
 cell by weight, and evenly within it. Learning gives another table: of finer cells, weighted by what is liked.
@@ -7,16 +7,19 @@ cell by weight, and evenly within it. Learning gives another table: of finer cel
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from grammarlab.arrays import Floats
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.derivation.materials import CHANNELS, Materials
@@ -30,11 +33,12 @@ from grammarlab.learning.round import State, Study
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
-from grammarlab.runs.sample.domains import AbstractDomain
-from grammarlab.runs.sample.models import AbstractModels, RealizedModels
+from grammarlab.runs.sample.domains import DOMAINS, AbstractDomain
+from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels
+from grammarlab.runs.sample.request import AttributeValue, SampleRequest
+from grammarlab.runs.work import workers
 from grammarlab.scene.instances import Scene
 
-Floats = NDArray[np.float64]
 NAMES = ("width", "height", "depth")
 FINE = 8
 """Cells along each number that are learned."""
@@ -210,7 +214,49 @@ class BoxWriter(AbstractTargetWriter[Floats]):
         return judged(study, state, learned, predicted, predicted.scores, looked_at, of_base)
 
 
-class BoxDomain(AbstractDomain[BoxSpace, AbstractModels]):
+@dataclass(frozen=True)
+class BoxModels(AbstractModels):
+    """Models of files without attributes or rules; they are not saved but made again."""
+
+    space: BoxSpace
+
+    def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
+        if texts:
+            raise UsageError(f"attribute {texts[0]!r}: files of this kind have no attributes; leave it out.")
+        return {}
+
+    def asset_names(self) -> tuple[str, ...]:
+        return ()
+
+    def left_out(self) -> tuple[Finding, ...]:
+        return ()
+
+    def check(self, request: SampleRequest) -> None:
+        options = {"attributes": request.attributes, "start rule": request.start_rule, "footprint": request.footprints}
+        given = [name for name, value in options.items() if value]
+        if given:
+            raise UsageError(f"files of this kind have no {given[0]}; leave it out.")
+
+    def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
+        realized = self.space.realize(_addresses(request, batch))
+        scene = realized.scene
+        return MadeModels(
+            scene=scene,
+            shapes=np.bincount(scene.model, minlength=scene.num_models).tolist(),
+            log_probability=[None] * scene.num_models,
+            reports=[{}] * scene.num_models,
+            missing_assets=realized.missing_assets,
+        )
+
+    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
+        return self.space.realize(_addresses(request, batch)).scene
+
+
+def _addresses(request: SampleRequest, batch: Batch) -> list[Address]:
+    return [Address(False, request.seed, batch.first_model + number) for number in range(batch.num_models)]
+
+
+class BoxDomain(AbstractDomain[BoxSpace, BoxModels]):
     """What such files mean."""
 
     def read(self, path: Path) -> str:
@@ -223,8 +269,19 @@ class BoxDomain(AbstractDomain[BoxSpace, AbstractModels]):
             finding = Finding("error", "bad-boxes", f"these are no boxes: {error}", Location(file=f"{name}.boxes"))
             raise LanguageError((finding,), text) from error
 
-    def models(self, space: BoxSpace) -> AbstractModels:
-        return RealizedModels(space)
+    def models(self, text: str, name: str, assets: Path) -> BoxModels:
+        return BoxModels(self.open(text, name, assets))
 
     def writer(self, space: BoxSpace) -> BoxWriter:
         return BoxWriter(space)
+
+
+BOXES = f"{BoxDomain.__module__}:{BoxDomain.__name__}"
+"""Entry of `DOMAINS`."""
+_begin = workers._begin
+
+
+def begin(target: Callable[..., None], there: Connection, *arguments: Any) -> None:
+    """The start of a worker process that knows boxes."""
+    DOMAINS[".boxes"] = BOXES
+    _begin(target, there, *arguments)

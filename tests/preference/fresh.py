@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Floats, Rows
+from grammarlab.arrays import Floats
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Rows
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.cells.person_error import NOISES

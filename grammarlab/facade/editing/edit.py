@@ -113,12 +113,13 @@ def edit(
     [31.5]
     """
     if width is None and height is None and not columns and not rows:
-        raise UsageError("nothing to do: give --width, --height, --columns or --rows.")
+        raise UsageError("nothing to do: give `width=`, `height=`, `columns=` or `rows=`.")
     if max(abs(columns), abs(rows)) > MOST_STEPS:
-        raise UsageError(f"--columns and --rows: expected at most {MOST_STEPS} more or fewer.")
-    for name, metres in (("--width", width), ("--height", height)):
+        raise UsageError(f"`columns=` and `rows=`: expected at most {MOST_STEPS} more or fewer.")
+    for name, metres in (("width", width), ("height", height)):
         if metres is not None and not SHORTEST <= metres <= LONGEST:
-            raise UsageError(f"{name}: expected metres above 0, from {SHORTEST:g} to {LONGEST:,.0f}, found {metres:g}.")
+            expected = f"from {SHORTEST:g} to {LONGEST:,.0f}"
+            raise UsageError(f"`{name}=`: expected metres above 0, {expected}, found {metres:g}.")
     facade = facade if facade.grids else with_proposals(facade)
     wishes = [Size(0, axis, size) for axis, size in ((X, width), (Y, height)) if size is not None]
     checked(wishes, facade)
@@ -229,7 +230,7 @@ def _active(facade: Facade, grid: str) -> tuple[Facade, str]:
         return facade, grid
     if not facade.grids:
         raise FacadeError(
-            "The facade has no grid, and none can be proposed: no element is repeated. Use --width or --height."
+            "The facade has no grid, and none can be proposed: no element is repeated. Use `width=` or `height=`."
         )
     facade = with_joint(facade)
     return facade, max(facade.grids, key=lambda grid: len(grid.node)).name

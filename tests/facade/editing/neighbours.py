@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from grammarlab.arrays import Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, X, Y
 
-Ints = NDArray[np.int64]
 _MOST_NAMED = 12
 """Largest number of nodes in an error message."""
 

@@ -1,23 +1,33 @@
-"""One new building: its labels, walls and mesh, and a report on it."""
+"""New buildings from examples: labels, walls and meshes, and reports on them; nothing here reads or writes files."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Any
 
-from grammarlab.synthesis.analysis.example import Example, Region
+from grammarlab.errors import UsageError
+from grammarlab.facade.grammar.family import Range, WrittenFamily
+from grammarlab.synthesis.analysis.example import MOST_LINES, Example, Region
 from grammarlab.synthesis.assembly import Tiling, assemble, counts_for, natural, sources_of, stretch_for, tile
+from grammarlab.synthesis.building_family import building_family
+from grammarlab.synthesis.building_grammar import BuildingRules, parts_of
 from grammarlab.synthesis.closing import TOLERANCE, Closed, closed, rounded
-from grammarlab.synthesis.label_grid import LabelGrid, Labels
-from grammarlab.synthesis.label_synthesis import Synthesis, synthesize
+from grammarlab.synthesis.label_grid import LabelGrid, Labels, Wishes
+from grammarlab.synthesis.label_synthesis import NO_WISHES, Method, Synthesis, synthesize
 from grammarlab.synthesis.mesh.surface import EdgeNumbers, Surface, edge_numbers, sliced
 from grammarlab.synthesis.mesh.views import plane_of
-from grammarlab.synthesis.units import Stretch, UnitStock
+from grammarlab.synthesis.units import Stretch, UnitStock, stock_of
 
 Box = tuple[float | None, float | None, float | None]
+"""Width, height and depth in metres; None for those that follow from the units."""
+_WIDEST = 10_000.0
+"""Largest side of a box, metres."""
+_LOWER, _HIGHER = 0.75, 1.25
+"""Range of sizes of a family, as multiples of those of the example and the result."""
 
 
 class Stopwatch:
@@ -82,6 +92,101 @@ class Built:
             "notes": list(self.main.notes),
             "seconds": self.seconds,
         }
+
+
+@dataclass(frozen=True, eq=False)
+class NewBuildings:
+    """New buildings, the one of least energy first, and what they were made of."""
+
+    examples: tuple[Example, ...]
+    stock: UnitStock
+    built: tuple[Built, ...]
+
+
+def check_size(rows: int, columns: int, box: Box) -> None:
+    """Refuse rows and columns of a wall, or a box around a building, that are out of range.
+
+    Raises:
+        UsageError: If one of them is.
+    """
+    for name, value in (("rows", rows), ("columns", columns)):
+        if not 1 <= value <= MOST_LINES:
+            raise UsageError(f"`{name}=`: expected 1 to {MOST_LINES}, found {value}.")
+    for value in box:
+        if value is not None and not (isfinite(value) and 0.0 < value <= _WIDEST):
+            raise UsageError(f"`box=`: expected metres above 0 and at most {_WIDEST:,.0f}, found {value:g}.")
+
+
+def new_buildings(
+    examples: Sequence[Example],
+    rows: int,
+    columns: int,
+    *,
+    box: Box = (None, None, None),
+    method: Method = "exact",
+    wishes: Wishes = NO_WISHES,
+    regions: Labels | None = None,
+    seed: int = 0,
+    count: int = 1,
+    before: EdgeNumbers | None = None,
+    seconds: dict[str, float] | None = None,
+) -> NewBuildings:
+    """Buildings similar to examples, the one of least energy first.
+
+    Args:
+        examples: the example, and others whose main walls also provide units.
+        rows: rows of the main wall; those of other walls follow from their room.
+        columns: columns of the main wall.
+        box: width, height and depth in metres; None for those that follow from the units.
+        method: solver for the labels of the main wall.
+        wishes: wishes for the main wall.
+        regions: [rows, columns] example of each cell; any example when left out.
+        seed: seed of all random choices.
+        count: largest number of buildings.
+        before: edges of the example as it was read; those of its surface when left out.
+        seconds: durations of stages so far.
+
+    Raises:
+        UsageError: If rows, columns or the box are out of range.
+        FacadeError: If no units are found, or wishes contradict each other.
+    """
+    check_size(rows, columns, box)
+    watch = Stopwatch()
+    watch.seconds.update(seconds or {})
+    with watch("cutting"):
+        stock = stock_of(examples)
+    with watch("labels"):
+        mains = synthesize(
+            stock.grids, rows, columns, method=method, wishes=wishes, seed=seed, count=count, regions=regions
+        )
+    edges = edge_numbers(examples[0].surface) if before is None else before
+    built = [build(examples[0], stock, main, regions, box, seed, edges, dict(watch.seconds)) for main in mains]
+    return NewBuildings(tuple(examples), stock, tuple(built))
+
+
+def family_of(
+    new: NewBuildings, widths: Range | None = None, heights: Range | None = None
+) -> tuple[WrittenFamily, BuildingRules]:
+    """The grammar of the best new building in other sizes, and the same rules with the meshes that they insert.
+
+    Args:
+        new: the new buildings.
+        widths: least and largest width of the main wall, metres; about those of the example and the building if None.
+        heights: least and largest height, metres.
+
+    Raises:
+        FacadeError: If no building of the family has such a size.
+    """
+    best, main = new.built[0], new.stock.walls[0]
+    tiling = best.tilings[0]
+    ranges = []
+    for given, result, example in (
+        (widths, tiling.columns, main.columns.line),
+        (heights, tiling.rows, main.rows.line),
+    ):
+        sizes = float(result[-1] - result[0]), float(example[-1] - example[0])
+        ranges.append(given or (_LOWER * min(sizes), _HIGHER * max(sizes)))
+    return building_family(parts_of(new.examples, new.stock), best.tilings, best.stretch, *ranges)
 
 
 def build(

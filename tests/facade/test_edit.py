@@ -8,17 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
+from grammarlab.facade.editing.edit import edit
 from grammarlab.facade.editing.grid_proposals import with_joint
 from grammarlab.facade.editing.grids import with_grid
 from grammarlab.facade.file import load_facade
 from grammarlab.facade.sizes.size_wishes import Size, Wish
 from grammarlab.facade.tree import Facade, X, Y, check
-from grammarlab.runs.facade.edit import edit
 from tests.facade.gridded import transposed
 from tests.facade.samples import Node, across, built, leaf, stacked, windows
 from tests.facade.sized import sized
 
-ARCADE = Path(__file__).parents[3] / "grammars" / "facades" / "arcade.json"
+ARCADE = Path(__file__).parents[2] / "grammars" / "facades" / "arcade.json"
 
 
 @given(sized(max_nodes=25), st.floats(0.4, 2.2), st.sampled_from([(0, 0), (1, 0), (0, -1)]))
