@@ -14,7 +14,7 @@ import pytest
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.density.exact.contexts import Contexts, NoContext
 from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.grammar_skeleton import ENOUGH_MODELS, TreeGrammar
+from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS, TreeGrammar
 from grammarlab.density.samples.choices import Choices
 from grammarlab.density.samples.mixture import Cells, fit_mixture
 from grammarlab.density.targets.rejection import reject, thin
@@ -42,7 +42,7 @@ def source(name: str):
 
 @cache
 def sample_of(grammar: Grammar):
-    return derive(flattened(grammar).program, ENOUGH_MODELS, 0, assets=ASSETS)
+    return derive(flattened(grammar).program, MAX_EXAMINED_MODELS, 0, assets=ASSETS)
 
 
 @cache

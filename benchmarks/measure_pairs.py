@@ -119,7 +119,7 @@ def change(subject: Subject, labels: Labels, name: str, sign: float) -> float:
     state = step(study, init(study), answers_of(labels, study.space.hashes))
     assert state.product is not None
     rows = study.table(state).rows[:NUM_MEASURED]
-    base = study.tables(state.wide).made.weights[:NUM_MEASURED]
+    base = study.tables(state.wide).pool_designs.weights[:NUM_MEASURED]
     density = base * np.maximum(state.product.predict(rows).mean, 0.0)
     values = sign * subject.measured[name]
     mean = float(np.average(values, weights=base))

@@ -25,10 +25,11 @@ from grammarlab.preference.observations import Observations, checked_groups, obs
 NUM_MEMBERS = 8
 """Number of ensembles on bootstrap samples."""
 MAX_TREES = 200
-FEWEST_TO_CHOOSE = 16
+"""Largest number of trees of an ensemble."""
+MIN_ROWS_TO_CHOOSE = 16
 """Smallest number of distinct rows for choosing the number of trees; with fewer it is `MAX_TREES`."""
 
-_TREES_AT_ONCE = 10
+_TREE_STEP = 10
 """Candidate numbers of trees are multiples of this."""
 _PARAMETERS: dict[str, Any] = {
     "objective": "regression",
@@ -74,9 +75,9 @@ class BoostedPreference(AbstractPreference):
         if len(self.groups) and len(group_names) <= self.groups.max():
             raise UsageError(f"group_names: expected {self.groups.max() + 1} names, found {len(group_names)}.")
         gains = self.whole.feature_importance("gain", self.num_trees)[: self.num_columns]
-        found = np.bincount(self.groups, gains, len(group_names)) / max(gains.sum(), np.finfo(np.float64).tiny)
+        shares = np.bincount(self.groups, gains, len(group_names)) / max(gains.sum(), np.finfo(np.float64).tiny)
         entries = [
-            Relevance(name, share, level_of(share)) for name, share in zip(group_names, found.tolist(), strict=True)
+            Relevance(name, share, level_of(share)) for name, share in zip(group_names, shares.tolist(), strict=True)
         ]
         return sorted(entries, key=lambda relevance: -relevance.share)
 
@@ -106,11 +107,11 @@ def fit(
     total = len(observations.means)
     samples = np.random.default_rng(seed).integers(0, total, (NUM_MEMBERS, total))
     members = tuple(_trained(observations, np.bincount(sample, minlength=total)) for sample in samples)
-    tried = np.arange(_TREES_AT_ONCE, MAX_TREES + 1, _TREES_AT_ONCE)
-    errors = _errors_outside(members, observations, samples, tried)
-    best = int(np.argmin(errors)) if total >= FEWEST_TO_CHOOSE else -1
+    tree_counts = np.arange(_TREE_STEP, MAX_TREES + 1, _TREE_STEP)
+    errors = _errors_outside(members, observations, samples, tree_counts)
+    best = int(np.argmin(errors)) if total >= MIN_ROWS_TO_CHOOSE else -1
     whole = _trained(observations, np.ones(total, dtype=np.int64))
-    return BoostedPreference(len(numbers), numbers, whole, members, int(tried[best]), float(errors[best]))
+    return BoostedPreference(len(numbers), numbers, whole, members, int(tree_counts[best]), float(errors[best]))
 
 
 def _trained(observations: Observations, drawn: Ints) -> Booster:
@@ -120,13 +121,13 @@ def _trained(observations: Observations, drawn: Ints) -> Booster:
     return train(_PARAMETERS, Dataset(_padded(observations.rows[labels]), observations.means[labels]), MAX_TREES)
 
 
-def _errors_outside(members: Sequence[Booster], observations: Observations, samples: Ints, tried: Ints) -> Floats:
+def _errors_outside(members: Sequence[Booster], observations: Observations, samples: Ints, tree_counts: Ints) -> Floats:
     """Mean squared errors of the members at labels outside their samples, for each number of trees; 0 without any."""
-    squared, weight = np.zeros(len(tried)), 0.0
+    squared, weight = np.zeros(len(tree_counts)), 0.0
     for member, sample in zip(members, samples, strict=True):
         outside = observations.take(np.setdiff1d(np.arange(len(observations.means)), sample))
         if len(outside.means):
-            predicted = np.array([_predicted(member, outside.rows, number) for number in tried])
+            predicted = np.array([_predicted(member, outside.rows, number) for number in tree_counts])
             squared += (predicted - outside.means) ** 2 @ outside.counts
             weight += outside.counts.sum()
     return squared / max(weight, 1.0)

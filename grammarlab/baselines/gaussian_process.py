@@ -41,19 +41,22 @@ MAX_ROWS_TO_KEEP = 4096
 """Largest number of distinct rows for predictions, selected in the same way."""
 
 MAX_ITERATIONS = 100
-_ITERATIONS_A_STAGE = 20
+"""Largest number of L-BFGS iterations of a search."""
+_ITERATIONS_PER_STAGE = 20
+"""Largest number of iterations before columns are left out."""
 
-_LOWEST = np.log(1e-11)
+_MIN_LOG_THETA = np.log(1e-11)
 """Bounds of log theta: wide enough to be inactive, narrow enough for exp."""
-_HIGHEST = np.log(1e5)
+_MAX_LOG_THETA = np.log(1e5)
 
-_IRRELEVANT = 3e-3
+_MAX_IRRELEVANT = 3e-3
 """Weight times squared range below which a column may be left out: it lowers a correlation by 0.15 % at most."""
 _RETURN_WEIGHT = 3e-3
 """Weight times squared range of an added column; in log theta, a smaller one would hardly change."""
 _RETURN_SLOPE = 0.05
 """Decrease of E per unit of weight times squared range from which a column is added again."""
 _MAX_RETURNS = 32
+"""Largest number of columns that are added again at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +135,10 @@ def fit(
         if np.any(observations.means > 0.0):
             ends = [_descend(start, to_fit, noise, penalty) for start in (search, *previous)]
             search = min(ends, key=lambda end: end.energy)
-    found = Hyperparameters(float(np.exp(search.log_amplitude)), search.weights, noise)
-    return GaussianProcessPreference(num_columns, numbers, observations.rows, condition(found, observations), search)
+    hyperparameters = Hyperparameters(float(np.exp(search.log_amplitude)), search.weights, noise)
+    return GaussianProcessPreference(
+        num_columns, numbers, observations.rows, condition(hyperparameters, observations), search
+    )
 
 
 def _warm_start(warm: AbstractPreference, num_columns: int) -> HyperparameterPoint:
@@ -183,22 +188,22 @@ def _stage(
     used = len(active) + 1
 
     def evaluate(log_theta: Floats) -> tuple[float, Floats]:
-        padding = np.full(size - used, _LOWEST)
+        padding = np.full(size - used, _MIN_LOG_THETA)
         value, gradient = _energy_and_gradient(np.concatenate((log_theta, padding)), noise, penalty, data)
         return float(value), np.asarray(gradient)[:used]
 
     minimum = minimise(
         evaluate,
         np.concatenate(([search.log_amplitude], np.log(search.weights[active]))),
-        np.full(used, _LOWEST),
-        np.full(used, _HIGHEST),
-        max_iterations=min(_ITERATIONS_A_STAGE, MAX_ITERATIONS - search.iterations),
+        np.full(used, _MIN_LOG_THETA),
+        np.full(used, _MAX_LOG_THETA),
+        max_iterations=min(_ITERATIONS_PER_STAGE, MAX_ITERATIONS - search.iterations),
     )
-    found = np.exp(minimum.point[1:])
+    active_weights = np.exp(minimum.point[1:])
     _, gradient = evaluate(minimum.point)
-    scaled = found * ranges[active] ** 2
+    scaled = active_weights * ranges[active] ** 2
     weights = np.zeros_like(search.weights)
-    weights[active] = np.where((scaled < _IRRELEVANT) & (gradient[1:] >= 0.0), 0.0, found)
+    weights[active] = np.where((scaled < _MAX_IRRELEVANT) & (gradient[1:] >= 0.0), 0.0, active_weights)
     return HyperparameterPoint(
         float(minimum.point[0]),
         weights,

@@ -31,6 +31,7 @@ MAX_ROWS_TO_FIT = 1024
 _BANDWIDTHS = np.exp(np.linspace(-3.0, 3.0, 25))
 """Candidate bandwidths, as multiples of the root mean squared distance of two rows."""
 _ROWS_AT_ONCE = 4096
+"""Number of predictions per block, which bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -114,5 +115,7 @@ def _ratio(rows: Floats, observations: Observations, weights: Floats) -> tuple[F
 
 def _weighted(kernel: Floats, observations: Observations) -> tuple[Floats, Floats]:
     """For a kernel [m, n] with n labels: its weighted mean score, 0 where it is 0, and its sum, [m] each."""
-    shown, wanted = kernel @ observations.counts, kernel @ (observations.means * observations.counts)
-    return np.divide(wanted, shown, out=np.zeros(len(shown)), where=shown > np.finfo(np.float64).tiny), shown
+    density, liked_density = kernel @ observations.counts, kernel @ (observations.means * observations.counts)
+    return np.divide(
+        liked_density, density, out=np.zeros(len(density)), where=density > np.finfo(np.float64).tiny
+    ), density

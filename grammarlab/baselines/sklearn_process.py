@@ -28,9 +28,12 @@ from grammarlab.preference.processes.grouped_search import common_relevance
 NOISE = 0.01
 """Variance of one label in squared scores."""
 MAX_ITERATIONS = 100
+"""Largest number of L-BFGS iterations."""
 MAX_GRADIENT_NUMBERS = 1 << 25
+"""Largest number of entries of the array for the gradient: a quarter of a gigabyte."""
 
-_LOWEST_WEIGHT = 1e-11
+_MIN_WEIGHT = 1e-11
+"""Smallest weight of a column at the start, so that length scales are finite."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +54,8 @@ class SklearnPreference(AbstractPreference):
             return Prediction(np.empty(0), np.empty(0))
         with warnings.catch_warnings(), threadpool_limits(1, "blas"):
             warnings.simplefilter("ignore", UserWarning)  # "variances smaller than 0": it sets them to 0
-            found: Any = self.regressor.predict(_at_least_one_column(table), return_std=True)
-        mean, std = found
+            prediction: Any = self.regressor.predict(_at_least_one_column(table), return_std=True)
+        mean, std = prediction
         return Prediction(mean, np.sqrt(std**2 + NOISE))
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
@@ -88,7 +91,7 @@ def fit(
     weights = start.weights
     if isinstance(warm, SklearnPreference) and warm.num_columns == num_columns:
         weights = warm.weights
-    scales: Any = 1.0 / np.sqrt(np.maximum(weights, _LOWEST_WEIGHT)) if num_columns else np.ones(1)
+    scales: Any = 1.0 / np.sqrt(np.maximum(weights, _MIN_WEIGHT)) if num_columns else np.ones(1)
     options: dict[str, Any] = {
         "alpha": NOISE / observations.counts,
         "optimizer": _optimise if np.any(observations.means > 0.0) else None,
@@ -99,8 +102,8 @@ def fit(
         warnings.simplefilter("ignore")  # warnings about length scales at their bound, which irrelevant columns have
         regressor.fit(_at_least_one_column(observations.rows), observations.means)
     kernel = regressor.kernel_
-    found = np.broadcast_to(kernel.k2.length_scale, (max(num_columns, 1),))[:num_columns]
-    return SklearnPreference(num_columns, numbers, observations, 1.0 / found**2, regressor)
+    length_scales = np.broadcast_to(kernel.k2.length_scale, (max(num_columns, 1),))[:num_columns]
+    return SklearnPreference(num_columns, numbers, observations, 1.0 / length_scales**2, regressor)
 
 
 def _optimise(objective: Any, start: Floats, bounds: Floats) -> tuple[Floats, float]:

@@ -237,16 +237,14 @@ def _print_summary(result: RunResult, as_json: bool, different: tuple[str, ...] 
 
 def _print_acceptance(result: RunResult) -> None:
     """Print the share of candidates that an acceptance rule kept."""
-    from grammarlab.features.acceptance import ENOUGH_TRIES, MOST_TRIES
+    from grammarlab.features.acceptance import MAX_TRIES, MAX_USUAL_TRIES
 
     if result.accept_rate is not None:
-        say(
-            f"the acceptance rule kept {result.accept_rate:.3g} of the candidates, at most {MOST_TRIES:,} of each model"
-        )
+        say(f"the acceptance rule kept {result.accept_rate:.3g} of the candidates, at most {MAX_TRIES:,} of each model")
     if result.not_accepted:
         listing = ", ".join(f"{model.index}" for model in result.not_accepted[:MOST_NAMES])
         say(
-            f"warning: none of {ENOUGH_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, such "
+            f"warning: none of {MAX_USUAL_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, such "
             f"as {listing}: their best candidates are used. Liked models are too rare in this file: learn it again."
         )
 
@@ -305,9 +303,9 @@ def _as_json(result: RunResult) -> dict[str, Any]:
 
 
 def _acceptance_as_json(result: RunResult) -> dict[str, Any]:
-    from grammarlab.features.acceptance import MOST_TRIES
+    from grammarlab.features.acceptance import MAX_TRIES
 
     if result.accept_rate is None:
         return {}
     not_accepted = [model.index for model in result.not_accepted]
-    return {"accept_rate": result.accept_rate, "most_tries": MOST_TRIES, "not_accepted": not_accepted}
+    return {"accept_rate": result.accept_rate, "most_tries": MAX_TRIES, "not_accepted": not_accepted}

@@ -22,11 +22,11 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, Successor, SymbolKey, number_branches
 from grammarlab.language.syntax.syntax_tree import Case, Choice, Stochastic
 
-ENOUGH_DERIVATIONS = 30
+MIN_DERIVATIONS = 30
 """Smallest number of derivations from which a constant count is assumed constant."""
-ENOUGH_MODELS = 300
+MAX_EXAMINED_MODELS = 300
 """Largest number of models of a sample that are examined."""
-_BLOCK = 1 << 16
+_BLOCK_NODES = 1 << 16
 """Number of nodes examined together, so that they stay in the cache."""
 
 
@@ -35,17 +35,17 @@ class Alternative:
     """An alternative: a leaf of a rule's choices."""
 
     branch: Branch | None
-    """None if nothing rewrites the symbol: it has no rule, or no case holds."""
+    """Path of branches to the alternative; None if nothing rewrites the symbol: it has no rule, or no case holds."""
     successors: tuple[Successor, ...]
     """Successors in the order of the text; the index of each is its ``child`` in a forest."""
 
 
 @dataclass(frozen=True, slots=True)
 class Chance:
-    """``N%`` branches."""
+    """Choice between ``N%`` branches."""
 
     path: Branch
-    """Place of the choice: the branches that lead to it."""
+    """Position of the choice: the branches that lead to it."""
     probabilities: tuple[float, ...] | None
     """Probability of each branch, summing to 1; None if a percentage is not constant."""
     branches: tuple[Body, ...]
@@ -73,7 +73,7 @@ class TreeGrammar:
     start: SymbolKey
     bodies: Mapping[SymbolKey, Body]
     """Choices of each rule."""
-    seen: Mapping[tuple[SymbolKey, Branch], int] = field(default_factory=dict)
+    sample_counts: Mapping[tuple[SymbolKey, Branch], int] = field(default_factory=dict)
     """Counts of each alternative in the sample that determined the copies; empty without a sample."""
 
     @classmethod
@@ -106,40 +106,40 @@ class TreeGrammar:
     @cached_property
     def reachable(self) -> tuple[SymbolKey, ...]:
         """Reachable symbols, each after one that has it as a successor."""
-        found = dict.fromkeys([self.start])
+        symbols = dict.fromkeys([self.start])
         queue = [self.start]
         while queue:
             for alternative in self.alternatives(queue.pop()):
                 for successor in alternative.successors:
-                    if successor.key not in found:
-                        found[successor.key] = None
+                    if successor.key not in symbols:
+                        symbols[successor.key] = None
                         queue.append(successor.key)
-        return tuple(found)
+        return tuple(symbols)
 
     @cached_property
     def callers(self) -> Mapping[SymbolKey, tuple[SymbolKey, ...]]:
         """For each reachable symbol, those that have it as a successor."""
-        found: dict[SymbolKey, list[SymbolKey]] = {key: [] for key in self.reachable}
+        parents: dict[SymbolKey, list[SymbolKey]] = {key: [] for key in self.reachable}
         for key in self.reachable:
             for child in {s.key for alternative in self.alternatives(key) for s in alternative.successors}:
-                found[child].append(key)
-        return {key: tuple(callers) for key, callers in found.items()}
+                parents[child].append(key)
+        return {key: tuple(callers) for key, callers in parents.items()}
 
     def observed(self, forest: Forest) -> TreeGrammar:
         """Skeleton with the numbers of copies from a sample of derivations.
 
-        A successor with unknown copies gets the number that it always had in at least `ENOUGH_DERIVATIONS`
+        A successor with unknown copies gets the number that it always had in at least `MIN_DERIVATIONS`
         derivations of its branch; a single part of a split has one copy unless the sample contradicts.
         """
         counts = _Copies(forest)
         bodies = {key: _settled(body, key, counts) for key, body in self.bodies.items()}
-        seen = {
+        sample_counts = {
             (key, alternative.branch): counts.derivations(key, alternative.branch)
             for key, body in bodies.items()
             for alternative in leaves(body)
             if alternative.branch is not None
         }
-        return replace(self, bodies=bodies, seen=seen)
+        return replace(self, bodies=bodies, sample_counts=sample_counts)
 
 
 def leaves(body: Body) -> Iterator[Alternative]:
@@ -169,37 +169,37 @@ class _Copies:
     def __init__(self, forest: Forest) -> None:
         nodes = forest.nodes
         self._rules = {(name.symbol, name.parameters, name.branch): i for i, name in enumerate(forest.rules)}
-        self._places = int(nodes.child.max(initial=0)) + 1
-        size = len(forest.rules) * self._places
-        taken, total, repeats = (np.zeros(n + 1, dtype=np.int64) for n in (len(forest.rules), size, size))
-        for start in range(0, len(nodes), _BLOCK):
-            rows: slice | Ints = slice(start, start + _BLOCK)
-            if forest.num_models > ENOUGH_MODELS:
-                rows = start + np.flatnonzero(nodes.model[rows] < ENOUGH_MODELS)
+        self._max_children = int(nodes.child.max(initial=0)) + 1
+        size = len(forest.rules) * self._max_children
+        derivations, total, repeats = (np.zeros(n + 1, dtype=np.int64) for n in (len(forest.rules), size, size))
+        for start in range(0, len(nodes), _BLOCK_NODES):
+            rows: slice | Ints = slice(start, start + _BLOCK_NODES)
+            if forest.num_models > MAX_EXAMINED_MODELS:
+                rows = start + np.flatnonzero(nodes.model[rows] < MAX_EXAMINED_MODELS)
             parent, repeat = nodes.parent[rows], nodes.repeat[rows]
-            taken += np.bincount(nodes.rule[rows] + 1, minlength=len(taken))
-            at = nodes.rule[parent] * np.int32(self._places) + nodes.child[rows]
-            at[parent < 0] = size
-            total += np.bincount(at, minlength=len(total))
+            derivations += np.bincount(nodes.rule[rows] + 1, minlength=len(derivations))
+            slot = nodes.rule[parent] * np.int32(self._max_children) + nodes.child[rows]
+            slot[parent < 0] = size
+            total += np.bincount(slot, minlength=len(total))
             later = np.flatnonzero(repeat)
-            repeats += np.bincount(at[later], repeat[later], minlength=len(repeats)).astype(np.int64)
-        self._derivations, self._total, self._repeats = taken[1:], total, repeats
+            repeats += np.bincount(slot[later], repeat[later], minlength=len(repeats)).astype(np.int64)
+        self._derivations, self._total, self._repeats = derivations[1:], total, repeats
 
     def derivations(self, key: SymbolKey, branch: Branch) -> int:
         """Number of times that a branch was taken."""
         rule = self._rules.get((*key, branch))
         return 0 if rule is None else int(self._derivations[rule])
 
-    def constant(self, key: SymbolKey, branch: Branch, place: int) -> int | None:
+    def constant(self, key: SymbolKey, branch: Branch, child: int) -> int | None:
         """Constant number of children at each place; None if it varies."""
         rule = self._rules[*key, branch]
-        if place >= self._places:
+        if child >= self._max_children:
             return 0
-        at = rule * self._places + place
+        slot = rule * self._max_children + child
         count = int(self._derivations[rule])
-        copies, left = divmod(int(self._total[at]), count)
+        copies, remainder = divmod(int(self._total[slot]), count)
         # The children of one parent are numbered from 0, so the sum of these numbers is least where all have as many.
-        return copies if not left and self._repeats[at] == count * (copies * (copies - 1) // 2) else None
+        return copies if not remainder and self._repeats[slot] == count * (copies * (copies - 1) // 2) else None
 
 
 def _settled(body: Body, key: SymbolKey, counts: _Copies) -> Body:
@@ -213,10 +213,10 @@ def _settled(body: Body, key: SymbolKey, counts: _Copies) -> Body:
     if branch is None or number == 0:
         return body
     successors = list(body.successors)
-    for place, successor in enumerate(body.successors):
+    for child, successor in enumerate(body.successors):
         if not successor.certain:
-            copies = counts.constant(key, branch, place)
+            copies = counts.constant(key, branch, child)
             # Few derivations can show that a number differs, not that it never does.
-            if copies != successor.copies and (copies is None or number >= ENOUGH_DERIVATIONS):
-                successors[place] = replace(successor, copies=copies)
+            if copies != successor.copies and (copies is None or number >= MIN_DERIVATIONS):
+                successors[child] = replace(successor, copies=copies)
     return replace(body, successors=tuple(successors)) if successors != list(body.successors) else body

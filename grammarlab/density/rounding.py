@@ -29,13 +29,13 @@ def rounded(probabilities: Sequence[float], step: float) -> list[float]:
     """
     if step == EXACT:
         return list(probabilities)
-    own = np.array(probabilities)
-    found = np.rint(own / step) * step
-    found = np.where(found > 0.0, found, [float(f"{p:.0e}") for p in own])
-    largest = int(own.argmax())
-    found[largest] = 1.0 - np.delete(found, largest).sum()
-    found = np.round(found, _DIGITS)
-    return found.tolist() if (found > 0.0).all() else list(probabilities)
+    exact = np.array(probabilities)
+    result = np.rint(exact / step) * step
+    result = np.where(result > 0.0, result, [float(f"{p:.0e}") for p in exact])
+    largest = int(exact.argmax())
+    result[largest] = 1.0 - np.delete(result, largest).sum()
+    result = np.round(result, _DIGITS)
+    return result.tolist() if (result > 0.0).all() else list(probabilities)
 
 
 def rounded_parts(probabilities: Floats, original: Floats, branches: Sequence[object], step: float) -> Floats:
@@ -45,7 +45,7 @@ def rounded_parts(probabilities: Floats, original: Floats, branches: Sequence[ob
         probabilities: [parts] summing to 1.
         original: [parts] original probabilities; adjacent parts of one branch in unchanged proportion are one range.
         branches: [parts] branch of each part.
-        step: see `rounded`.
+        step: >= 0; 0.01 for whole percents.
     """
     ratio = probabilities / original
     if step == EXACT or np.allclose(ratio, 1.0, rtol=1e-12):

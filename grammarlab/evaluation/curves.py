@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-CLOSE = 0.01
+LEARNED_JS = 0.01
 """Jensen-Shannon divergence in nats at which the paper calls a density learned (section 4.7)."""
 
 
@@ -31,11 +31,11 @@ class Curve:
 
     points: tuple[Point, ...]
 
-    def labels_to(self, js: float = CLOSE) -> int | None:
+    def labels_to(self, js: float = LEARNED_JS) -> int | None:
         """The first number of labels with a divergence of at most ``js``; None if no round reaches it."""
         return next((point.labels for point in self.points if point.js <= js), None)
 
-    def labels_until_below(self, js: float = CLOSE) -> int | None:
+    def labels_until_below(self, js: float = LEARNED_JS) -> int | None:
         """The number of labels from which the divergence stays at most ``js``; None if the last round is above."""
         stays = None
         for point in reversed(self.points):
@@ -72,11 +72,11 @@ class Curve:
         """Divergence after ``labels`` scores: that of the last round with at most this number.
 
         Args:
-            labels: any number.
+            labels: number of labels, any integer.
             before: the divergence before the first round.
         """
-        place = bisect_right([point.labels for point in self.points], labels)
-        return self.points[place - 1].js if place else before
+        index = bisect_right([point.labels for point in self.points], labels)
+        return self.points[index - 1].js if index else before
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,26 +84,26 @@ class Summary:
     """Summary of numbers of labels, some of which may be missing for runs that never reach the target."""
 
     median: float | None
-    """None if at least half of the runs never reach it."""
+    """Median number of labels; None if at least half of the runs never reach the target."""
     lowest: int | None
-    """None if no run reaches it."""
+    """Smallest number of labels; None if no run reaches the target."""
     highest: int | None
-    """None if some run never reaches it."""
+    """Largest number of labels; None if some run never reaches the target."""
     reached: int
-    """Number of runs that reach it."""
+    """Number of runs that reach the target."""
     runs: int
 
 
 def summarize(labels: list[int | None]) -> Summary:
     """Median and spread over runs; a run that never reaches the target counts as later than all others."""
     values = np.array([np.inf if value is None else value for value in labels])
-    found = values[np.isfinite(values)].astype(int).tolist()
+    finite = values[np.isfinite(values)].astype(int).tolist()
     # The upper of two middle values if one is missing: infinity wins.
     median = float(np.median(values)) if len(values) else np.inf
     return Summary(
         median if np.isfinite(median) else None,
-        min(found, default=None),
-        max(found) if found and len(found) == len(values) else None,
-        len(found),
+        min(finite, default=None),
+        max(finite) if finite and len(finite) == len(values) else None,
+        len(finite),
         len(values),
     )

@@ -21,6 +21,7 @@ OPTIONS = {"paper": ("noise", "penalty")}
 PAPER_FAMILIES = ("paths", "symbols", "draws")
 """The initial features of the paper (sections 4.5.1 and 4.7), including random parameters."""
 MAX_BATCH = 1024
+"""Largest number of models per round."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +67,10 @@ class Method:
         Args:
             offered: the features of a scenario for baselines; the default ignores them.
         """
-        own = Settings().features if self.fit == "blended" else offered
-        families = own.families if self.families == FAMILIES else self.families
+        features = Settings().features if self.fit == "blended" else offered
+        families = features.families if self.families == FAMILIES else self.families
         return Settings(
-            features=FeatureOptions(self.path_length or own.path_length, families),
+            features=FeatureOptions(self.path_length or features.path_length, families),
             fit=self.fit,
             options=self.options,
             query=self.query,
@@ -112,26 +113,26 @@ def checked(method: Method, where: str = "") -> Method:
 
     Args:
         method: the method.
-        where: the place of its definition, for messages.
+        where: position of the method's definition, for messages.
 
     Raises:
         UsageError: If a value is out of range; it names the value and the range.
     """
-    place = f"{where}: " if where else ""
-    for what, value, known in (("fit", method.fit, FITS), ("query", method.query, QUERIES)):
-        if value not in known:
-            raise UsageError(f"{place}unknown {what} {value!r}. Expected one of {', '.join(known)}.")
+    prefix = f"{where}: " if where else ""
+    for what, value, allowed in (("fit", method.fit, FITS), ("query", method.query, QUERIES)):
+        if value not in allowed:
+            raise UsageError(f"{prefix}unknown {what} {value!r}. Expected one of {', '.join(allowed)}.")
     for family in method.families:
         if family not in FAMILIES:
-            raise UsageError(f"{place}unknown family of features {family!r}. Expected one of {', '.join(FAMILIES)}.")
+            raise UsageError(f"{prefix}unknown family of features {family!r}. Expected one of {', '.join(FAMILIES)}.")
     ranges = (("batch", method.batch, 1, MAX_BATCH), ("path_length", method.path_length, 0, MAX_PATH_LENGTH))
     for what, number, least, most in ranges:
         if not least <= number <= most:
-            raise UsageError(f"{place}{what} is a number from {least} to {most}, not {number}.")
-    known = OPTIONS.get(method.fit, ())
+            raise UsageError(f"{prefix}{what} is a number from {least} to {most}, not {number}.")
+    allowed = OPTIONS.get(method.fit, ())
     for name, _ in method.options:
-        if name not in known:
+        if name not in allowed:
             raise UsageError(
-                f"{place}fit {method.fit} has no option {name!r}. There are: {', '.join(known) or 'none'}."
+                f"{prefix}fit {method.fit} has no option {name!r}. There are: {', '.join(allowed) or 'none'}."
             )
     return method

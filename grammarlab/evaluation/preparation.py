@@ -49,7 +49,7 @@ class Material:
     """The pool, with tables whose `Table.others` are the labelled set."""
     person: Person
     """True scores of any models."""
-    meant: Callable[[Sequence[Address]], Floats]
+    true_scores: Callable[[Sequence[Address]], Floats]
     """True scores [k, K] of models by ascending address, 0 to 100."""
 
     def as_one_factor(self) -> Material:
@@ -61,7 +61,7 @@ class Material:
             factors=(" x ".join(self.factors),),
             scores=_product(self.scores),
             person=lambda addresses, before: _product(self.person(addresses, before)),
-            meant=lambda addresses: _product(self.meant(addresses)),
+            true_scores=lambda addresses: _product(self.true_scores(addresses)),
         )
 
     def answered_by(self, respondent: Respondent, seed: int) -> Material:
@@ -78,7 +78,7 @@ class Material:
             self,
             scores=respondent.truth(self.scores),
             person=lambda addresses, before: respondent.answers(self.person(addresses, before), seed, before),
-            meant=lambda addresses: respondent.truth(self.meant(addresses)),
+            true_scores=lambda addresses: respondent.truth(self.true_scores(addresses)),
         )
         if not (answered.weights * answered.target).any():
             raise UsageError(
@@ -104,7 +104,7 @@ def _product(scores: Floats) -> Floats:
 
 
 _PERSONS = 4
-"""Place below the seed of a scenario for the models of persons."""
+"""Lane below the seed of a scenario for the models of persons."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +133,8 @@ class Source:
 
     def for_person(self, seed: int) -> Source:
         """The scenario with a pool and a labelled set that follow from its seed and a person's, 0 <= seed < 2**64."""
-        own = derived_seed(self.scenario.seed, _PERSONS, seed)
-        return replace(self, scenario=replace(self.scenario, seed=own))
+        person_seed = derived_seed(self.scenario.seed, _PERSONS, seed)
+        return replace(self, scenario=replace(self.scenario, seed=person_seed))
 
     @property
     def key(self) -> str:
@@ -162,8 +162,8 @@ def prepare(source: Source, settings: Settings) -> Material:
     scenario.check(program.symbols, program.rule_names, program.sites)
     labelled = labelled_set(source, space)
 
-    def meant(addresses: Sequence[Address]) -> Floats:
-        different = {address: place for place, address in enumerate(dict.fromkeys(addresses))}
+    def truth(addresses: Sequence[Address]) -> Floats:
+        different = {address: index for index, address in enumerate(dict.fromkeys(addresses))}
         scores = true_scores(scenario, space.make(tuple(different)))
         return scores[[different[address] for address in addresses]]
 
@@ -173,8 +173,8 @@ def prepare(source: Source, settings: Settings) -> Material:
         np.concatenate([true_scores(scenario, forest) for forest in labelled]),
         np.exp(log_weights - log_weights.max()),
         Study(space, source.pool, settings, labelled),
-        lambda addresses, _before: meant(addresses),
-        meant,
+        lambda addresses, _before: truth(addresses),
+        truth,
     )
     if not (material.weights * material.target).any():
         raise UsageError(

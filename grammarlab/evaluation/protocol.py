@@ -57,13 +57,13 @@ def run(
 
 def _newly_liked(material: Material, before: State, after: State) -> int:
     """Number of answers of a round about designs with a true score above 0."""
-    found = 0
-    for place, factor in enumerate(material.factors):
-        known = len(before.answers[factor].designs) if factor in before.answers else 0
-        designs = after.answers[factor].designs[known:] if factor in after.answers else ()
+    num_liked = 0
+    for index, factor in enumerate(material.factors):
+        num_before = len(before.answers[factor].designs) if factor in before.answers else 0
+        designs = after.answers[factor].designs[num_before:] if factor in after.answers else ()
         if designs:
-            found += int((material.meant(sorted(designs))[:, place] > 0.0).sum())
-    return found
+            num_liked += int((material.true_scores(sorted(designs))[:, index] > 0.0).sum())
+    return num_liked
 
 
 def learned(material: Material, state: State) -> Floats:

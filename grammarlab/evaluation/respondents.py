@@ -12,7 +12,7 @@ from grammarlab.preference.base import MAX_SCORE
 from grammarlab.randomness import derived_seed, fold, root_keys, uniforms
 
 _LANE = 5
-"""Place below a person's seed for the draws of answers."""
+"""Lane below a person's seed for the draws of answers."""
 _HALF_STEP = 2.0**-54
 """Half of the step of uniform draws; with it added, none is 0 or 1."""
 
@@ -52,8 +52,8 @@ class Respondent:
         keys = root_keys(derived_seed(seed, _LANE), np.arange(first, first + num))
         keys = fold(np.repeat(keys, factors), np.tile(np.arange(factors), num))
         noise, blunders, blunder = (uniforms(keys, site).reshape(scores.shape) for site in range(3))
-        said = np.clip(scores + self.noise * ndtri(noise + _HALF_STEP), 0.0, MAX_SCORE)
-        return self.truth(np.where(blunders < self.blunders, MAX_SCORE * blunder, said))
+        noisy = np.clip(scores + self.noise * ndtri(noise + _HALF_STEP), 0.0, MAX_SCORE)
+        return self.truth(np.where(blunders < self.blunders, MAX_SCORE * blunder, noisy))
 
 
 RESPONDENTS = {

@@ -25,8 +25,11 @@ DEFAULT_FEATURES = FeatureOptions()
 DEFAULT_MODELS = 5000
 """Size of the labelled set, as in the paper."""
 MAX_DEFINITIONS = 200
+"""Largest number of definitions of a scenario."""
 MAX_MODELS = 1_000_000
+"""Largest size of the labelled set."""
 MAX_FACTORS = 8
+"""Largest number of factors."""
 MAX_DIVERGENCE = 0.7
 """Largest divergence in nats: ln 2."""
 
@@ -52,15 +55,15 @@ class PaperFigures:
     original: float | None = None
     """Divergence of the original grammar."""
     p_learning: float | None = None
-    """After parameter learning."""
+    """Divergence after parameter learning."""
     s_learning: float | None = None
-    """After structure learning."""
+    """Divergence after structure learning."""
     labels: int | None = None
     """Scores until 0.01."""
     kde_labels: int | None = None
-    """The same for the density estimation it compares with."""
+    """Scores until 0.01 for the density estimation that the paper compares with."""
     figure: str = ""
-    """Its figure of the scenario: ``4.11b``."""
+    """Number of the paper's figure of the scenario, such as ``4.11b``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +126,8 @@ class Scenario:
 
         Args:
             symbols: all symbols of the grammar.
-            rules: all rules.
-            sites: its random expressions.
+            rules: all rules of the grammar.
+            sites: random expressions of the grammar.
 
         Raises:
             UsageError: If the grammar lacks something; it names this and the nearest existing name.
@@ -149,7 +152,7 @@ def parse(text: str, path: Path = Path("<text>")) -> Scenario:
 
     Args:
         text: the whole file.
-        path: its path; paths of grammars and factors are relative to it.
+        path: path of the file; paths of grammars and factors are relative to it.
 
     Raises:
         UsageError: If the text is not a scenario.
@@ -252,19 +255,21 @@ def _definitions(file: TomlFile, table: dict[str, Any]) -> dict[str, Expression]
     texts = table.get("definitions", {})
     if not isinstance(texts, dict) or len(texts) > MAX_DEFINITIONS:
         raise file.wrong(f"expected a table [definitions] of at most {MAX_DEFINITIONS} lines", "definitions")
-    found: dict[str, Expression] = {}
+    definitions: dict[str, Expression] = {}
     for name, text in texts.items():
         if not isinstance(text, str):
             raise file.wrong(f"definition {name!r:.60}: expected an expression in quotes", name)
         if not re.fullmatch(r"[^\W\d]\w{0,63}", name) or name in RESERVED:
             raise file.wrong(f"{name!r:.80} cannot be the name of a definition: a plain word is expected", name)
         try:
-            found[name] = Expression.parse(text, found)
+            definitions[name] = Expression.parse(text, definitions)
         except UsageError as error:
-            later = [other for other in texts if other not in found and re.search(rf"\b{re.escape(other)}\b", text)]
+            later = [
+                other for other in texts if other not in definitions and re.search(rf"\b{re.escape(other)}\b", text)
+            ]
             hint = f"\n  hint: a definition may use those above it; {later[0]} is not" if later else ""
             raise file.wrong(f"definition {name}: {error}{hint}", name) from None
-    return found
+    return definitions
 
 
 # How it is measured --------------------------------------------------------------------------------------------------

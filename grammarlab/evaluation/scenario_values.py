@@ -18,40 +18,40 @@ from grammarlab.toml_text import toml_table, toml_text
 Named = TypeVar("Named")
 
 
-def chosen(names: str, known: Mapping[str, Named], what: str) -> tuple[Named, ...]:
+def chosen(names: str, objects: Mapping[str, Named], what: str) -> tuple[Named, ...]:
     """Objects from a comma-separated list, in its order.
 
     Args:
         names: ``default,paper``; each name once.
-        known: all objects by name.
+        objects: all objects by name.
         what: noun for one of them, for messages: ``method``.
 
     Raises:
         UsageError: If a name is unknown, repeated or missing.
     """
-    wanted = [name.strip() for name in names.split(",") if name.strip()]
-    if not wanted:
-        raise UsageError(f"which {what}s? Give names from: {', '.join(known)}; several with commas between.")
-    for name in wanted:
-        if name not in known:
-            near = get_close_matches(name, known, n=1)
+    requested = [name.strip() for name in names.split(",") if name.strip()]
+    if not requested:
+        raise UsageError(f"which {what}s? Give names from: {', '.join(objects)}; several with commas between.")
+    for name in requested:
+        if name not in objects:
+            near = get_close_matches(name, objects, n=1)
             hint = f" Did you mean {near[0]!r}?" if near else ""
-            raise UsageError(f"unknown {what} {name!r}.{hint} Expected one of {', '.join(known)}.")
-        if wanted.count(name) > 1:
+            raise UsageError(f"unknown {what} {name!r}.{hint} Expected one of {', '.join(objects)}.")
+        if requested.count(name) > 1:
             raise UsageError(f"{what} {name!r} is given twice.")
-    return tuple(known[name] for name in wanted)
+    return tuple(objects[name] for name in requested)
 
 
-def chosen_one(name: str, known: Mapping[str, Named], what: str) -> Named:
+def chosen_one(name: str, objects: Mapping[str, Named], what: str) -> Named:
     """Object from a single name; for the arguments see `chosen`.
 
     Raises:
         UsageError: If the name is unknown, or there are several names.
     """
-    found = chosen(name, known, what)
-    if len(found) != 1:
-        raise UsageError(f"expected one {what}, found {len(found)} in {name!r}.")
-    return found[0]
+    matches = chosen(name, objects, what)
+    if len(matches) != 1:
+        raise UsageError(f"expected one {what}, found {len(matches)} in {name!r}.")
+    return matches[0]
 
 
 SUFFIX = ".toml"
@@ -93,7 +93,7 @@ class TomlFile:
 
     Args:
         text: the whole file.
-        path: its path, for messages.
+        path: path of the file, for messages.
     """
 
     def __init__(self, text: str, path: Path) -> None:
@@ -107,12 +107,12 @@ class TomlFile:
         except TomlError as error:
             raise self.wrong(error.message, line=error.line) from None
 
-    def part(self, table: dict[str, Any], key: str, known: Sequence[str]) -> dict[str, Any]:
-        """A subtable, empty if it is missing; ``known`` are the allowed keys."""
+    def part(self, table: dict[str, Any], key: str, allowed: Sequence[str]) -> dict[str, Any]:
+        """A subtable, empty if it is missing; ``allowed`` are the allowed keys."""
         part = table.get(key, {})
         if not isinstance(part, dict):
             raise self.wrong(f"expected a table [{key}], found {part!r:.40}", key)
-        self.check_keys(part, known, key)
+        self.check_keys(part, allowed, key)
         return part
 
     def string(self, table: dict[str, Any], key: str, default: str | None = None) -> str:
@@ -129,11 +129,13 @@ class TomlFile:
             raise self.wrong(f"expected {key} = a list of texts, found {value!r:.40}", key)
         return tuple(value)
 
-    def one_of(self, table: dict[str, Any], key: str, known: tuple[str, ...]) -> str:
+    def one_of(self, table: dict[str, Any], key: str, allowed: tuple[str, ...]) -> str:
         """One of several texts; the first of them if the key is missing."""
-        value = table.get(key, known[0])
-        if value not in known:
-            raise self.wrong(f"expected {key} = {' or '.join(repr(item) for item in known)}, found {value!r:.40}", key)
+        value = table.get(key, allowed[0])
+        if value not in allowed:
+            raise self.wrong(
+                f"expected {key} = {' or '.join(repr(item) for item in allowed)}, found {value!r:.40}", key
+            )
         return value
 
     def integer(self, table: dict[str, Any], key: str, low: int, high: int) -> int | None:
@@ -152,12 +154,14 @@ class TomlFile:
             raise self.wrong(f"expected {key} = a number from 0 to {high:g}, found {value!r:.40}", key, line)
         return float(value)
 
-    def check_keys(self, table: dict[str, Any], known: Sequence[str], part: str = "", line: int | None = None) -> None:
+    def check_keys(
+        self, table: dict[str, Any], allowed: Sequence[str], part: str = "", line: int | None = None
+    ) -> None:
         """Check that a table, called ``part``, has only known keys."""
         for key in table:
-            if key not in known:
+            if key not in allowed:
                 where = f" in [{part}]" if part else ""
-                raise self.wrong(f"unknown key {key!r:.60}{where}{nearest(key, known)}", key, line)
+                raise self.wrong(f"unknown key {key!r:.60}{where}{nearest(key, allowed)}", key, line)
 
     def line(self, pattern: str, number: int = 0) -> int | None:
         """Line, from 1, of the match ``number``, from 0, of a regular expression; None if there is none."""
@@ -171,7 +175,7 @@ class TomlFile:
         return UsageError(f"{self.path}{f':{line}' if line else ''}: {message}")
 
 
-def nearest(name: str, known: Sequence[str]) -> str:
+def nearest(name: str, names: Sequence[str]) -> str:
     """Suggestion at the end of a message."""
-    near = get_close_matches(name, known, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else f"; expected {', '.join(known)}"
+    near = get_close_matches(name, names, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else f"; expected {', '.join(names)}"

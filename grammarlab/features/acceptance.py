@@ -41,13 +41,13 @@ from grammarlab.language.numbering import Branch, SymbolKey
 from grammarlab.language.syntax.syntax_tree import Annotation, RuleFile, String
 from grammarlab.randomness import fold, root_keys, uniforms
 
-ENOUGH_TRIES = 1_000
+MAX_USUAL_TRIES = 1_000
 """Largest number of candidates of one model, if one of them has a probability above 0."""
-_FURTHER = 20
+_RARE_FACTOR = 20
 """Factor of this number if all have probability 0, so that a rule may keep one model in 1,000."""
-MOST_TRIES = _FURTHER * ENOUGH_TRIES
+MAX_TRIES = _RARE_FACTOR * MAX_USUAL_TRIES
 """Largest number of candidates of one model."""
-_AT_ONCE = 2_048
+_MAX_CANDIDATES_AT_ONCE = 2_048
 """Number of candidates that are made at once."""
 _CANDIDATES, _DECISIONS = 0x4143_4345_5054, 0x4445_4349_4445
 """Lanes of random numbers: seeds of candidates, and decisions about them."""
@@ -59,8 +59,8 @@ class Accepted:
 
     forest: Forest
     tries: Ints
-    """[num_models] number of candidates of each."""
-    kept: NDArray[np.bool_]
+    """[num_models] number of candidates of each model."""
+    is_accepted: NDArray[np.bool_]
     """[num_models] False if no candidate was accepted; the model is then the nearest candidate."""
 
 
@@ -69,13 +69,13 @@ def derive_accepted(
     acceptance: Acceptance | None,
     lots: Lots,
     assets: AssetFolder | None = None,
-    enough_tries: int = ENOUGH_TRIES,
+    enough_tries: int = MAX_USUAL_TRIES,
 ) -> Accepted:
     """Accepted models of lots.
 
     Args:
         program: the compiled grammar.
-        acceptance: its acceptance rule; None for a grammar that keeps all models.
+        acceptance: acceptance rule of the grammar; None for a grammar that keeps all models.
         lots: the lots.
         assets: meshes and images.
         enough_tries: largest number of candidates of one model; 20 times as many if all have probability 0.
@@ -97,7 +97,7 @@ class _AcceptingSearch:
         self.program, self.acceptance, self.lots, self.assets = program, acceptance, lots, assets
         self.enough_tries = enough_tries
         self.tries = np.zeros(len(lots), dtype=np.int64)
-        self.found: list[tuple[Ints, Forest]] = []
+        self.chunks: list[tuple[Ints, Forest]] = []
         """Models, and their candidates that were kept."""
         self.best = np.zeros((2, len(lots)))
         """Probability and number of the nearest candidate of each model."""
@@ -107,16 +107,18 @@ class _AcceptingSearch:
         waiting = self._search(np.arange(num), 0, enough)
         possible = self.best[0, waiting] > 0.0
         # If no candidate of any model has a probability above 0, fewer are made for each of many models.
-        most = _FURTHER * enough if self.best[0].any() else max(enough, _FURTHER * enough // num)
+        most = _RARE_FACTOR * enough if self.best[0].any() else max(enough, _RARE_FACTOR * enough // num)
         rare = self._search(waiting[~possible], enough, most)
         self._settle(waiting[possible], enough)
         self._settle(rare, most)
-        order = np.concatenate([models for models, _ in self.found])
-        forest = join_forests([forest for _, forest in self.found])
+        order = np.concatenate([models for models, _ in self.chunks])
+        forest = join_forests([forest for _, forest in self.chunks])
         model = order.astype(forest.nodes.model.dtype)[forest.nodes.model]
-        kept = np.ones(num, dtype=bool)
-        kept[waiting[possible]] = kept[rare] = False
-        return Accepted(replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, kept)
+        is_accepted = np.ones(num, dtype=bool)
+        is_accepted[waiting[possible]] = is_accepted[rare] = False
+        return Accepted(
+            replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, is_accepted
+        )
 
     def _search(self, waiting: Ints, first: int, end: int) -> Ints:
         """Look for accepted candidates of models.
@@ -132,18 +134,18 @@ class _AcceptingSearch:
         num = 1
         while len(waiting) and first < end:
             num = min(num, end - first)
-            for some in np.array_split(waiting, -(-len(waiting) * num // _AT_ONCE)):
+            for some in np.array_split(waiting, -(-len(waiting) * num // _MAX_CANDIDATES_AT_ONCE)):
                 self._try(some, first, num)
             waiting = waiting[self.tries[waiting] == 0]
             first += num
             # The number doubles each time, as long as the candidates of a round fit into a few chunks.
-            num = max(1, min(2 * num, _AT_ONCE // max(1, len(waiting))))
+            num = max(1, min(2 * num, _MAX_CANDIDATES_AT_ONCE // max(1, len(waiting))))
         return waiting
 
     def _try(self, models: Ints, first: int, num: int) -> None:
         """Make candidates of models, in the order of their numbers."""
-        for candidates, place in self._made(models, first, num):
-            number, model = np.divmod(place, len(models))
+        for candidates, index in self._derived(models, first, num):
+            number, model = np.divmod(index, len(models))
             model, number = models[model], number + first
             chances = self.acceptance.probabilities(candidates)
             draws = self._draws(model, number)
@@ -152,9 +154,9 @@ class _AcceptingSearch:
             rows = np.sort(rows[np.unique(model[rows], return_index=True)[1]])
             if len(rows):
                 self.tries[model[rows]] = number[rows] + 1
-                self.found.append((model[rows], select_models(candidates, rows)))
+                self.chunks.append((model[rows], select_models(candidates, rows)))
 
-    def _made(self, models: Ints, first: int, num: int) -> Iterator[tuple[Forest, Ints]]:
+    def _derived(self, models: Ints, first: int, num: int) -> Iterator[tuple[Forest, Ints]]:
         """Candidates in chunks, and the index of each in the sequence of all."""
         lots = self.lots.take(np.tile(models, num))
         numbers = np.repeat(np.arange(first, first + num), len(models))
@@ -186,7 +188,7 @@ class _AcceptingSearch:
         if len(models):
             self.tries[models] = tries
             lots = _candidates(self.lots.take(models), self.best[1, models].astype(np.int64))
-            self.found.append((models, derive(self.program, lots, assets=self.assets)))
+            self.chunks.append((models, derive(self.program, lots, assets=self.assets)))
 
 
 def _candidates(lots: Lots, numbers: Ints) -> Lots:
@@ -198,7 +200,7 @@ def _seeds(seeds: NDArray[np.uint64], numbers: Ints) -> NDArray[np.uint64]:
     return np.where(numbers == 0, seeds, fold(fold(seeds, _CANDIDATES), numbers))
 
 
-MOST_SYMBOLS = 10_000
+MAX_SYMBOLS = 10_000
 """Largest number of new symbols in one annotation."""
 _SYMBOL = re.compile(r"([^\W\d]\w*)/(\d{1,3}) ([^\W\d]\w*)((?: \S+:\S+)*)")
 _ROOT, _NONE = "*", "-"
@@ -210,7 +212,7 @@ class SplitSymbol:
 
     symbol: str
     branches: Mapping[Branch, Branch | None]
-    """Original branch of each of its branches; None if there is none. Other branches are the same."""
+    """Original branch of each branch of the symbol; None if there is none. Other branches are the same."""
 
 
 @dataclass(frozen=True)
@@ -231,15 +233,15 @@ class Acceptance:
         Raises:
             UsageError: If the annotation is not valid, or there are several.
         """
-        found = annotations_of(tree)
-        if not found:
+        acceptances = annotations_of(tree)
+        if not acceptances:
             return None
-        if len(found) > 1:
+        if len(acceptances) > 1:
             raise UsageError(
-                f"found {len(found)} annotations @{ANNOTATION}, the second in line {found[1].location.line}; expected "
-                "one. Multiply their expressions"
+                f"found {len(acceptances)} annotations @{ANNOTATION}, the second in line "
+                f"{acceptances[1].location.line}; expected one. Multiply their expressions"
             )
-        rule, *split = _texts(found[0])
+        rule, *split = _texts(acceptances[0])
         return cls(Expression.parse(rule), _split(split))
 
     def probabilities(self, forest: Forest) -> Floats:
@@ -282,8 +284,8 @@ class Acceptance:
 def _distinct(items: Iterable) -> tuple[tuple, NDArray[np.int64]]:
     """The different items, and the index of each among them."""
     listed = list(items)
-    places = {item: place for place, item in enumerate(dict.fromkeys(listed))}
-    return tuple(places), np.array([places[item] for item in listed], dtype=np.int64)
+    index_of = {item: index for index, item in enumerate(dict.fromkeys(listed))}
+    return tuple(index_of), np.array([index_of[item] for item in listed], dtype=np.int64)
 
 
 def _texts(annotation: Annotation) -> list[str]:
@@ -294,17 +296,17 @@ def _texts(annotation: Annotation) -> list[str]:
 
 
 def _split(texts: list[str]) -> dict[SymbolKey, SplitSymbol]:
-    if len(texts) > MOST_SYMBOLS:
-        raise UsageError(f"expected at most {MOST_SYMBOLS:,} split symbols, found {len(texts):,}")
-    found: dict[SymbolKey, SplitSymbol] = {}
+    if len(texts) > MAX_SYMBOLS:
+        raise UsageError(f"expected at most {MAX_SYMBOLS:,} split symbols, found {len(texts):,}")
+    symbols: dict[SymbolKey, SplitSymbol] = {}
     for text in texts:
         match = _SYMBOL.fullmatch(text)
         if match is None:
             raise UsageError(f"expected a split symbol such as 'Block_box/0 Block *:0', found {text[:60]!r}")
         pairs = [pair.split(":", 1) for pair in match[4].split()]
         branches = {_branch(new) or (): _branch(old) for new, old in pairs}
-        found[match[1], int(match[2])] = SplitSymbol(match[3], branches)
-    return found
+        symbols[match[1], int(match[2])] = SplitSymbol(match[3], branches)
+    return symbols
 
 
 def _symbol_text(key: SymbolKey, split: SplitSymbol) -> str:

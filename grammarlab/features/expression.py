@@ -42,7 +42,7 @@ class ConstantTerm:
     """A number."""
 
     value: float
-    """Finite."""
+    """Value of the constant, finite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class Expression:
     """A number for every model, as a function of its features."""
 
     text: str = field(compare=False)
-    """Original text."""
+    """Original text of the expression."""
     steps: tuple[Step, ...] = field(repr=False)
     """Steps; the last one is the result."""
     features: tuple[Feature, ...]
@@ -103,7 +103,7 @@ class Expression:
             root = _StepBuilder(text, program, definitions or {}).transform(tree)
         except VisitError as error:
             raise error.orig_exc from None
-        steps = _needed(program.steps, root)
+        steps = _reachable(program.steps, root)
         features = tuple(dict.fromkeys(step.feature for step in steps if isinstance(step, Measure)))
         if len(features) > MAX_FEATURES:
             raise UsageError(
@@ -221,34 +221,34 @@ class _Program:
             number.append(self.add(moved))
         return number[-1]
 
-    def compare(self, left: int, sign: str, right: int) -> int:
+    def compare(self, first: int, sign: str, second: int) -> int:
         """A comparison; that of a draw with a constant becomes a threshold, so that it has finitely many states."""
-        match self.steps[left], self.steps[right]:
+        match self.steps[first], self.steps[second]:
             case ConstantTerm(), Measure(Draw(_, None)) if sign in _MIRRORED:
-                return self.compare(right, _MIRRORED[sign], left)
+                return self.compare(second, _MIRRORED[sign], first)
             case Measure(Draw(site, None)), ConstantTerm(bound) if sign in _MIRRORED:
                 bound = bound if sign in {"<", ">="} else float(np.nextafter(bound, np.inf))
                 below = self.apply(">", self.add(Measure(Threshold(site, bound))), self.add(ConstantTerm(0.0)))
                 return below if sign in {"<", "<="} else self.apply("not", below)
-        return self.apply(sign, left, right)
+        return self.apply(sign, first, second)
 
 
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
 
 
-def _needed(steps: list[Step], root: int) -> tuple[Step, ...]:
+def _reachable(steps: list[Step], root: int) -> tuple[Step, ...]:
     """The steps that the result depends on, in order, the result last."""
     used = {root}
     for i in range(root, -1, -1):
         step = steps[i]
         if i in used and isinstance(step, Apply):
             used.update(step.operands)
-    place = {old: new for new, old in enumerate(sorted(used))}
-    return tuple(_moved(steps[i], place) for i in sorted(used))
+    index_of = {old: new for new, old in enumerate(sorted(used))}
+    return tuple(_moved(steps[i], index_of) for i in sorted(used))
 
 
-def _moved(step: Step, place: Mapping[int, int]) -> Step:
-    return Apply(step.operation, tuple(place[i] for i in step.operands)) if isinstance(step, Apply) else step
+def _moved(step: Step, index_of: Mapping[int, int]) -> Step:
+    return Apply(step.operation, tuple(index_of[i] for i in step.operands)) if isinstance(step, Apply) else step
 
 
 # From text to steps --------------------------------------------------------------------------------------------------
@@ -277,10 +277,10 @@ class _StepBuilder(Transformer_NonRecursive):
 
     def pattern(self, token: Token) -> int:
         try:
-            found = pattern_text.parse(token[1:-1])
+            parsed = pattern_text.parse(token[1:-1])
         except UsageError as error:
             raise UsageError(f"in the pattern {token}: {error}") from None
-        return self._program.add(Measure(found))
+        return self._program.add(Measure(parsed))
 
     def draw(self, token: Token) -> int:
         site, _, branch = token[1:].partition(":")
@@ -290,8 +290,8 @@ class _StepBuilder(Transformer_NonRecursive):
         if token in FUNCTIONS:
             raise self._wrong(token, f"{token} is a function: expected {FUNCTIONS[token]}")
         if token not in self._definitions:
-            known = [*self._definitions, *FUNCTIONS]
-            raise self._wrong(token, f"unknown name {str(token)!r}{_nearest(token, known)}")
+            names = [*self._definitions, *FUNCTIONS]
+            raise self._wrong(token, f"unknown name {str(token)!r}{_nearest(token, names)}")
         return self._program.include(self._definitions[token])
 
     def call(self, token: Token, *operands: int) -> int:
@@ -301,8 +301,8 @@ class _StepBuilder(Transformer_NonRecursive):
             raise self._wrong(token, f"expected {FUNCTIONS[token]}, found {len(operands)} values")
         return self._program.apply(str(token), *operands)
 
-    def binary(self, left: int, sign: Token, right: int) -> int:
-        return self._program.apply(str(sign), left, right)
+    def binary(self, first: int, sign: Token, second: int) -> int:
+        return self._program.apply(str(sign), first, second)
 
     def sign(self, sign: Token, operand: int) -> int:
         return operand if sign == "+" else self._program.apply("-", self._program.add(ConstantTerm(0.0)), operand)
@@ -312,11 +312,11 @@ class _StepBuilder(Transformer_NonRecursive):
         links = [self._program.compare(a, str(sign), b) for a, sign, b in _links(chain)]
         return reduce(lambda a, b: self._program.apply("and", a, b), links)
 
-    def and_(self, left: int, right: int) -> int:
-        return self._program.apply("and", left, right)
+    def and_(self, first: int, second: int) -> int:
+        return self._program.apply("and", first, second)
 
-    def or_(self, left: int, right: int) -> int:
-        return self._program.apply("or", left, right)
+    def or_(self, first: int, second: int) -> int:
+        return self._program.apply("or", first, second)
 
     def not_(self, operand: int) -> int:
         return self._program.apply("not", operand)
@@ -357,19 +357,19 @@ _MISTAKES = {
 def _explain(error: UnexpectedInput, text: str) -> str:
     """Message with the expected text, the found text, its place and a hint."""
     accepted = getattr(error, "accepts", None) or getattr(error, "expected", None) or getattr(error, "allowed", None)
-    wants_value = "NUMBER" in (accepted or ())
+    expects_value = "NUMBER" in (accepted or ())
     expected = "a value: a number, a {pattern}, a $draw, a name or a parenthesis"
-    if not wants_value:
+    if not expects_value:
         expected = "an operator such as +, < or and, a closing parenthesis, or the end"
     token = getattr(error, "token", None)
     at_end = (token is not None and token.type == "$END") or not isinstance(error.pos_in_stream, int)
     start = len(text) if at_end else int(error.pos_in_stream or 0)
-    found = "the end" if at_end else repr(str(token)) if token is not None else repr(text[start : start + 1])
+    description = "the end" if at_end else repr(str(token)) if token is not None else repr(text[start : start + 1])
     length = len(token) if token is not None and not at_end else 1
     hint = _MISTAKES.get(text[start : start + 1], "") if isinstance(error, UnexpectedCharacters) else ""
     if not text.strip():
         return "expected an expression, found nothing"
-    return f"expected {expected}; found {found}\n{_underlined(text, start, length)}" + (
+    return f"expected {expected}; found {description}\n{_underlined(text, start, length)}" + (
         f"\n  hint: {hint}" if hint else ""
     )
 
@@ -382,10 +382,10 @@ def _underlined(text: str, start: int, length: int) -> str:
     column = start - line_start
     # A window of the line, so that long lines stay readable.
     low = max(0, column - 60)
-    shown = "".join(c if c.isprintable() else " " for c in line[low : low + 110])
-    return f"  {shown}\n  {' ' * (column - low)}{'^' * max(1, min(length, len(shown) - (column - low)))}"
+    excerpt = "".join(c if c.isprintable() else " " for c in line[low : low + 110])
+    return f"  {excerpt}\n  {' ' * (column - low)}{'^' * max(1, min(length, len(excerpt) - (column - low)))}"
 
 
-def _nearest(name: str, known: list[str]) -> str:
-    near = get_close_matches(name, known, n=3, cutoff=0.6)
-    return f"; did you mean {' or '.join(near)}?" if near else f"; known names: {', '.join(known)}"
+def _nearest(name: str, names: list[str]) -> str:
+    near = get_close_matches(name, names, n=3, cutoff=0.6)
+    return f"; did you mean {' or '.join(near)}?" if near else f"; known names: {', '.join(names)}"

@@ -40,9 +40,9 @@ class Answers:
         """The answers about single designs."""
         if not self.kinds:
             return self
-        some = np.array([kind not in COMPARISONS for kind in self.kinds], dtype=bool)
-        designs = tuple(design for design, own in zip(self.designs, some.tolist(), strict=True) if own)
-        return Answers(self.factor, designs, self.scores[some])
+        is_single = np.array([kind not in COMPARISONS for kind in self.kinds], dtype=bool)
+        designs = tuple(design for design, single in zip(self.designs, is_single.tolist(), strict=True) if single)
+        return Answers(self.factor, designs, self.scores[is_single])
 
     @property
     def mentioned(self) -> tuple[Address, ...]:
@@ -67,7 +67,7 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
     """Labels as answers, one for each factor.
 
     Args:
-        labels: of designs of a space, or of its proposal.
+        labels: scores and comparisons of designs of a space, or of its proposal.
         hashes: `AbstractDesignSpace.hashes` of what they should be about.
 
     Raises:
@@ -76,8 +76,8 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
     """
     if not len(labels):
         raise UsageError("there are no labels: score some models first, such as with grammarlab label.")
-    places = [place for label in labels for place in (label.address, label.other_address) if place is not None]
-    foreign = [place[0] for place in places if place[0] not in hashes]
+    addresses = [address for label in labels for address in (label.address, label.other_address) if address is not None]
+    foreign = [address[0] for address in addresses if address[0] not in hashes]
     if foreign:
         raise UsageError(
             f"{len(foreign):,} of {len(labels):,} labels are about another grammar: expected {hashes[0][:16]}…, found "
@@ -85,12 +85,12 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
             "from the rule file that was scored (the beginning of its SHA-256 tells it), or score models of this one "
             "anew."
         )
-    total = len(set(places))
+    total = len(set(addresses))
     if total > MAX_DESIGNS:
         raise UsageError(f"the labels are about {total:,} models; {MAX_DESIGNS:,} can be learned from. Split the file.")
     answers = tuple(answers_for(factor, labels, hashes) for factor in labels.factors)
-    if not any(found.is_liked for found in answers):
-        scored = sum(len(found.scored.scores) for found in answers)
+    if not any(factor_answers.is_liked for factor_answers in answers):
+        scored = sum(len(factor_answers.scored.scores) for factor_answers in answers)
         every = f"scores of {', '.join(map(repr, labels.factors))} are 0" if scored else "comparisons are ties"
         raise UsageError(
             f"all {scored or len(labels):,} {every}, so nothing is liked and there is nothing to sample: score at "

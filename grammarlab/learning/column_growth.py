@@ -16,11 +16,11 @@ from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.cells.further_columns import NOISES, needed
+from grammarlab.preference.cells.further_columns import NOISES, required_columns
 from grammarlab.preference.cells.person_error import BLUNDERS
 from grammarlab.preference.likelihood import log_likelihood
 
-FURTHER = ("paths", "symbols", "draws", "skips", "counts", "comparisons")
+FURTHER_FAMILIES = ("paths", "symbols", "draws", "skips", "counts", "comparisons")
 """Kinds of features of which those that the scores need are added."""
 
 
@@ -31,7 +31,7 @@ def further(
     options: FeatureOptions,
     extra: tuple[Feature, ...],
 ) -> tuple[Feature, ...]:
-    """Features of `FURTHER` kinds without which cells do not explain scores, and points that explain scores better.
+    """Features of `FURTHER_FAMILIES` without which cells do not explain scores, and points that explain scores better.
 
     Args:
         space: the design space.
@@ -40,27 +40,25 @@ def further(
         options: the features that are used in any case.
         extra: features found by a search, which are used in any case.
     """
-    known = space.vocabulary(designs, options).apply(designs)
-    others = space.vocabulary(designs, replace(options, families=FURTHER)).apply(designs)
-    new = [place for place, feature in enumerate(others.features) if feature not in known.features]
-    joined = {feature: price for feature, price in space.joined(designs, known, scores).items() if feature not in extra}
-    features = (*(others.features[place] for place in new), *joined)
+    table = space.vocabulary(designs, options).apply(designs)
+    others = space.vocabulary(designs, replace(options, families=FURTHER_FAMILIES)).apply(designs)
+    new = [index for index, feature in enumerate(others.features) if feature not in table.features]
+    joined = {feature: price for feature, price in space.joined(designs, table, scores).items() if feature not in extra}
+    features = (*(others.features[index] for index in new), *joined)
     measured = space.values(designs, (*extra, *joined))
-    values = [known.counts.toarray(), measured[:, : len(extra)], others.counts[:, new].toarray()]
-    rows, width = np.column_stack([*values, measured[:, len(extra) :]]), len(known.features) + len(extra)
+    values = [table.counts.toarray(), measured[:, : len(extra)], others.counts[:, new].toarray()]
+    rows, width = np.column_stack([*values, measured[:, len(extra) :]]), len(table.features) + len(extra)
     last = len(extra) + len(others.group_names)
     groups = np.concatenate([np.arange(len(extra)), len(extra) + others.groups[new], last + np.arange(len(joined))])
-    groups = groups + len(known.group_names)
+    groups = groups + len(table.group_names)
     continuous = np.any(rows % 1.0 != 0.0, axis=0)
     prices = np.concatenate([np.zeros(len(new)), list(joined.values())])
-    every = np.append(known.groups, groups)
-    found = needed(rows, scores, groups=every, continuous=continuous, known=width, prices=prices)
-    added = tuple(features[column - width] for column in found.columns.tolist())
-    evidence = {
-        each.feature: _log_likelihood(each.predicted, scores) - each.price for each in space.points(known, scores)
-    }
+    every = np.append(table.groups, groups)
+    explanation = required_columns(rows, scores, groups=every, continuous=continuous, num_known=width, prices=prices)
+    added = tuple(features[column - width] for column in explanation.columns.tolist())
+    evidence = {fit.feature: _log_likelihood(fit.predicted, scores) - fit.price for fit in space.points(table, scores)}
     points = max(evidence, key=lambda feature: evidence[feature], default=None)
-    return added if points is None or evidence[points] <= found.log_posterior else (*added, points)
+    return added if points is None or evidence[points] <= explanation.log_posterior else (*added, points)
 
 
 def _log_likelihood(values: Floats, scores: Floats) -> float:
@@ -92,7 +90,7 @@ def path_length(
     fewest, best = -1, features.path_length
     # Continuous columns distinguish all designs, and so explain nothing.
     counted = replace(features, families=tuple(family for family in features.families if family != "draws"))
-    scores = [(indices[again], values[again]) for indices, values in scores for again in (_given_again(values),)]
+    scores = [(indices[again], values[again]) for indices, values in scores for again in (_is_repeated(values),)]
     for length in range(features.path_length, max(features.path_length, space.longest_path) + 1):
         vocabulary = space.vocabulary(designs, replace(counted, path_length=length))
         rows = np.column_stack([vocabulary.apply(designs).rows(), searched])
@@ -104,10 +102,10 @@ def path_length(
     return best
 
 
-def _given_again(scores: Floats) -> NDArray[np.bool_]:
+def _is_repeated(scores: Floats) -> NDArray[np.bool_]:
     """[n] whether scores were given more than once."""
-    _, place, times = np.unique(scores, return_inverse=True, return_counts=True)
-    return times[place.reshape(-1)] > 1
+    _, index, counts = np.unique(scores, return_inverse=True, return_counts=True)
+    return counts[index.reshape(-1)] > 1
 
 
 def num_conflicts(rows: Floats, scores: Floats) -> int:

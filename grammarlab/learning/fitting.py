@@ -26,7 +26,7 @@ _MODULES: dict[Method, str] = {
 }
 """Module of each method; JAX, scikit-learn and LightGBM are imported only if needed."""
 
-_TELLING_KINDS = ("blended", "partition", "grouped")
+_WITH_CONTINUOUS = ("blended", "partition", "grouped")
 """Methods that distinguish counts from continuous columns."""
 
 
@@ -78,11 +78,11 @@ def fit(
     if set(kinds) - {"score"} and method == "blended":
         with named_extras():
             mixed = import_module("grammarlab.preference.mixed")
-        beside = rows if others is None else others
-        return mixed.fit(rows, scores, kinds=kinds, others=beside, groups=groups, continuous=continuous, seed=seed)
+        other_rows = rows if others is None else others
+        return mixed.fit(rows, scores, kinds=kinds, others=other_rows, groups=groups, continuous=continuous, seed=seed)
     if set(kinds) & set(COMPARISONS):
         raise UsageError(f"kinds: the method {method!r} learns only from scores; use 'blended' with comparisons.")
     with named_extras():
         module = import_module(_MODULES[method])
-    telling = {"continuous": continuous} if method in _TELLING_KINDS else {}
-    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **telling)
+    options = {"continuous": continuous} if method in _WITH_CONTINUOUS else {}
+    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **options)

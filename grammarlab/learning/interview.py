@@ -18,16 +18,16 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import State, Study, init, step
-from grammarlab.learning.stopping import divergence_left, some_designs
+from grammarlab.learning.stopping import remaining_divergence, some_designs
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.randomness import derived_seed
 
-FEWEST = 24
+MIN_SCORES = 24
 """Number of scores of every factor before one is preferred."""
-LEAST = 0.5
+MIN_TURN_SHARE = 0.5
 """Least share of the scores that a factor would get in turn, since a learner that is sure may be wrong."""
-SMALL = 1e-3
+GAIN_TOLERANCE = 1e-3
 """Gain in nats below which gains are equal."""
 
 
@@ -45,21 +45,21 @@ def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num
         0, and for learning methods without a posterior, the first one of those with the fewest scores. One with
         scores for the whole pool comes last.
     """
-    known = [len(state.answers[name].designs) if name in state.answers else 0 for name in factors]
-    behind = int(np.argmin(known))
-    fewest = max(FEWEST, LEAST * sum(known) / len(factors))
-    if len(factors) == 1 or known[behind] < fewest or not set(factors) <= set(state.liked):
+    num_scores = [len(state.answers[name].designs) if name in state.answers else 0 for name in factors]
+    behind = int(np.argmin(num_scores))
+    fewest = max(MIN_SCORES, MIN_TURN_SHARE * sum(num_scores) / len(factors))
+    if len(factors) == 1 or num_scores[behind] < fewest or not set(factors) <= set(state.liked):
         return behind
-    gains = _gains(study, state, factors, known, num)
+    gains = _gains(study, state, factors, num_scores, num)
     if gains is None:
         return behind
     # A person may have compared or scored more models than the pool has.
-    open_ = [place for place, number in enumerate(known) if number < len(study.pool)]
-    return min(open_ or range(len(factors)), key=lambda place: (-max(gains[place], SMALL), known[place]))
+    open_ = [index for index, number in enumerate(num_scores) if number < len(study.pool)]
+    return min(open_ or range(len(factors)), key=lambda index: (-max(gains[index], GAIN_TOLERANCE), num_scores[index]))
 
 
 def _gains(
-    study: Study[Designs], state: State, factors: Sequence[str], known: Sequence[int], num: int
+    study: Study[Designs], state: State, factors: Sequence[str], num_scores: Sequence[int], num: int
 ) -> list[float] | None:
     """Expected gain of more scores of each factor, in nats; None without a posterior.
 
@@ -67,15 +67,17 @@ def _gains(
     """
     rows, weights = some_designs(study, state)
     preferences = [state.preferences[name] for name in factors]
-    values = [np.clip(each.predict(rows).mean, 0.0, MAX_SCORE) for each in preferences]
+    values = [np.clip(state.preferences[name].predict(rows).mean, 0.0, MAX_SCORE) for name in factors]
     gains = list[float]()
-    for place, (preference, number) in enumerate(zip(preferences, known, strict=True)):
-        others = weights * np.prod([each for other, each in enumerate(values) if other != place], axis=0)
-        product = ProductPreference({factors[place]: preference})
-        left = divergence_left(product, rows, others if others.any() else weights, number, study.settings.seed)
-        if left is None:
+    for index, (preference, number) in enumerate(zip(preferences, num_scores, strict=True)):
+        others = weights * np.prod([scores for other, scores in enumerate(values) if other != index], axis=0)
+        product = ProductPreference({factors[index]: preference})
+        divergence = remaining_divergence(
+            product, rows, others if others.any() else weights, number, study.settings.seed
+        )
+        if divergence is None:
             return None
-        gains.append(left * num / (number + num))
+        gains.append(divergence * num / (number + num))
     return gains
 
 
@@ -106,11 +108,11 @@ def interview(
         num = min(batch, budget - state.num_answers)
         active = next_factor(study, state, factors, num)
         choice = derived_seed(seed, rounds, active, 0)
-        asked = ask(study, state, num, choice, factor=factors[active])
-        order = sorted(range(len(asked)), key=asked.__getitem__)
-        scores = np.empty(len(asked))
-        scores[order] = person([asked[place] for place in order], state.num_answers)[:, active]
-        answers = Answers(factors[active], asked, scores)
+        designs = ask(study, state, num, choice, factor=factors[active])
+        order = sorted(range(len(designs)), key=designs.__getitem__)
+        scores = np.empty(len(designs))
+        scores[order] = person([designs[index] for index in order], state.num_answers)[:, active]
+        answers = Answers(factors[active], designs, scores)
         state = step(study, state, (answers,))
         rounds += 1
         yield state

@@ -126,8 +126,8 @@ def learn(
 
 
 def _checked(scores: ArrayLike, num: int) -> Floats:
-    given = np.asarray(scores)
-    values = given.astype(np.float64) * (MAX_SCORE if given.dtype == np.bool_ else 1.0)
+    raw = np.asarray(scores)
+    values = raw.astype(np.float64) * (MAX_SCORE if raw.dtype == np.bool_ else 1.0)
     if values.shape != (num,):
         raise UsageError(f"score: expected {num} numbers for {num} models, found an array of shape {values.shape}.")
     missing = np.flatnonzero(np.isnan(values))

@@ -15,13 +15,13 @@ from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.designs.design_tables import DesignTable, DesignTables
-from grammarlab.learning.round import State, Study, places
+from grammarlab.learning.round import State, Study, table_rows
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.compared_pairs import propose_pairs
 from grammarlab.preference.queries import Situation, Way, propose
 
 
-def between(margins: Floats, asked: Ints, num: int) -> Ints:
+def between(margins: Floats, scored: Ints, num: int) -> Ints:
     """Models that narrow a bound: evenly spaced, by rank, between the nearest scored models on both sides.
 
     With num models per round, the interval between the two sides shrinks by a factor of num + 1 per round.
@@ -29,20 +29,20 @@ def between(margins: Floats, asked: Ints, num: int) -> Ints:
     Args:
         margins: [m] signed distance of each model of the pool to the bound
             (`grammarlab.features.search.thresholds.margins`).
-        asked: [n] pool indices of the scored models.
+        scored: [n] pool indices of the scored models.
         num: largest number of models; fewer if there are no more between the two.
 
     Returns:
-        Different pool indices, none of them in ``asked``.
+        Different pool indices, none of them in ``scored``.
 
     >>> between(np.arange(-8.0, 9.0), np.array([0, 4, 16]), 3).tolist()
     [7, 10, 13]
     """
-    known = margins[asked]
-    low = known[known < 0.0].max(initial=-np.inf)
-    high = known[known >= 0.0].min(initial=np.inf)
+    scored_margins = margins[scored]
+    low = scored_margins[scored_margins < 0.0].max(initial=-np.inf)
+    high = scored_margins[scored_margins >= 0.0].min(initial=np.inf)
     inside = np.flatnonzero((margins > low) & (margins < high) & np.isfinite(margins))
-    inside = np.setdiff1d(inside, asked)
+    inside = np.setdiff1d(inside, scored)
     inside = inside[np.argsort(margins[inside], kind="stable")]
     num = min(num, len(inside))
     return inside[((np.arange(num) + 1) * len(inside)) // (num + 1)]
@@ -66,24 +66,24 @@ def ask(
     """
     way = way or study.settings.query
     tables = study.tables(state.wide)
-    known = state.answers.get(factor) if factor else _product(state)
-    known = (known or Answers(factor, (), np.zeros(0))).scored
+    answers = state.answers.get(factor) if factor else _product(state)
+    answers = (answers or Answers(factor, (), np.zeros(0))).scored
     columns = state.columns
-    table, num_pool = tables.table(columns), len(tables.made.pool)
+    table, num_pool = tables.table(columns), len(tables.pool_designs.pool)
     rows = table.rows[:num_pool]
     if way == "already ranked":
-        outside = tuple(sorted({address for address in known.designs if address not in tables.index}))
+        outside = tuple(sorted({address for address in answers.designs if address not in tables.index}))
         rows = np.concatenate([rows, tables.rows_of(columns, outside)]) if outside else rows
         columns = replace(columns, elsewhere=outside)
-    place = places(tables, columns, known)
-    inside = (place >= 0) & (place < len(rows))
+    answer_rows = table_rows(tables, columns, answers)
+    inside = (answer_rows >= 0) & (answer_rows < len(rows))
     situation = Situation(
         rows,
-        np.arange(len(rows)) < tables.made.pool.sizes[0],
-        place[inside],
-        known.scores[inside],
+        np.arange(len(rows)) < tables.pool_designs.pool.sizes[0],
+        answer_rows[inside],
+        answers.scores[inside],
         state.preferences.get(factor) if factor else state.product,
-        tables.made.weights,
+        tables.pool_designs.weights,
     )
     chosen = propose(way, situation, num, seed)
     if way == "default":
@@ -108,19 +108,21 @@ def ask_pairs(
         Pairs that were not compared yet; no design is in two of them, and some may have answers.
     """
     tables, columns = study.tables(state.wide), state.columns
-    known = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
+    answers = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
     rows = tables.table(columns).rows
-    pool, outside = tables.made.pool, len(rows) - len(tables.made.pool)
-    mentioned = places(tables, columns, replace(known, designs=known.mentioned))
-    pairs = [(own, other) for own, other in zip(known.designs, known.others, strict=False) if other is not None]
-    compared = [places(tables, columns, replace(known, designs=pair)) for pair in pairs]
+    pool, outside = tables.pool_designs.pool, len(rows) - len(tables.pool_designs.pool)
+    mentioned = table_rows(tables, columns, replace(answers, designs=answers.mentioned))
+    pairs = [
+        (design, other) for design, other in zip(answers.designs, answers.others, strict=False) if other is not None
+    ]
+    compared = [table_rows(tables, columns, replace(answers, designs=pair)) for pair in pairs]
     situation = Situation(
         rows,
         np.arange(len(rows)) < pool.sizes[0],
         mentioned[mentioned >= 0],
         np.zeros(0),
         state.preferences.get(factor),
-        np.append(tables.made.weights, np.zeros(outside)),
+        np.append(tables.pool_designs.weights, np.zeros(outside)),
     )
     chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
     names = (*tables.addresses, *columns.elsewhere)
@@ -129,13 +131,13 @@ def ask_pairs(
 
 def _narrowing(tables: DesignTables[Designs], state: State, situation: Situation, chosen: Ints) -> Ints:
     """The designs chosen, up to half of them replaced by others that narrow relevant bounds on continuous draws."""
-    found = [(feature, tables.margins(feature)) for feature in state.columns.extra]
-    bounds = [(feature, distance) for feature, distance in found if distance is not None]
+    feature_margins = [(feature, tables.margins(feature)) for feature in state.columns.extra]
+    bounds = [(feature, distance) for feature, distance in feature_margins if distance is not None]
     relevant = _relevant(tables.table(state.columns), situation.preference) if bounds else set[Feature]()
     margins: list[Floats] = [distance for feature, distance in bounds if _bounded(feature) & relevant]
     if not margins:
         return chosen
-    near = [between(distance, situation.asked, len(chosen) // 2 // len(margins)) for distance in margins]
+    near = [between(distance, situation.scored, len(chosen) // 2 // len(margins)) for distance in margins]
     near = np.unique(np.concatenate(near))
     return np.concatenate([chosen[~np.isin(chosen, near)][: len(chosen) - len(near)], near])
 
@@ -163,7 +165,9 @@ def _bounded(feature: Feature) -> set[Feature]:
 def _product(state: State) -> Answers:
     """The designs with answers for all liked factors, and the products of these answers."""
     liked = [state.answers[name].scored for name in state.liked if name in state.answers]
-    scores = [dict(zip(found.designs, found.scores.tolist(), strict=True)) for found in liked]
-    shared = [design for design in (scores[0] if scores else {}) if all(design in given for given in scores)]
-    values = np.array([[given[design] for design in shared] for given in scores]).reshape(len(scores), len(shared))
+    scores = [dict(zip(answers.designs, answers.scores.tolist(), strict=True)) for answers in liked]
+    shared = [design for design in (scores[0] if scores else {}) if all(design in score_of for score_of in scores)]
+    values = np.array([[score_of[design] for design in shared] for score_of in scores]).reshape(
+        len(scores), len(shared)
+    )
     return Answers("", tuple(shared), MAX_SCORE * np.prod(values / MAX_SCORE, axis=0))

@@ -27,7 +27,7 @@ from grammarlab.learning.column_growth import further, path_length
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.designs.design_tables import Columns, DesignTable, DesignTables
-from grammarlab.learning.designs.pool import MadePool, Pool
+from grammarlab.learning.designs.pool import Pool, PoolDesigns
 from grammarlab.learning.fitting import fit
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
@@ -36,7 +36,7 @@ from grammarlab.preference.cells.further_columns import selected
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.liked import blunders_of, liked_are_rare, noise_of
 
-_DESIGNS = 2_000
+_MAX_DESIGNS = 2_000
 """Number of designs of the pool on which cells and a process are compared."""
 
 Report = Callable[[str, int, int], None]
@@ -100,10 +100,10 @@ class Study(Generic[Designs]):
         wide = wide or self.pool.wide
         if wide not in self._tables:
             pool = replace(self.pool, wide=wide)
-            narrow = self._tables[False].made if False in self._tables else None
+            narrow = self._tables[False].pool_designs if False in self._tables else None
             on_progress = partial(report, f"making {len(pool):,} models")
-            made = MadePool.of(self.space, pool, narrow, on_progress)
-            self._tables[wide] = DesignTables(self.space, made, self.settings.features, self._others)
+            pool_designs = PoolDesigns.of(self.space, pool, narrow, on_progress)
+            self._tables[wide] = DesignTables(self.space, pool_designs, self.settings.features, self._others)
         return self._tables[wide]
 
     def table(self, state: State) -> DesignTable:
@@ -118,10 +118,10 @@ def init(study: Study[Designs]) -> State:
 
 def answered(state: State, answers: Sequence[Answers]) -> State:
     """The state with more answers, from which nothing has been learned yet."""
-    known = dict(state.answers)
+    by_factor = dict(state.answers)
     for new in answers:
-        known[new.factor] = known[new.factor] + new if new.factor in known else new
-    return replace(state, answers=known)
+        by_factor[new.factor] = by_factor[new.factor] + new if new.factor in by_factor else new
+    return replace(state, answers=by_factor)
 
 
 def step(
@@ -144,95 +144,99 @@ def step(
     Returns:
         The new state; it is the same for answers at once or in many steps, as long as liked designs are not rare.
     """
-    told = answered(state, answers)
+    updated = answered(state, answers)
     widens = widens and study.settings.widens
     # Scores that are rare without noise are rare with it, and need no second test.
-    wide = told.wide or (widens and any(liked_are_rare(found.scored.scores) for found in _given(told)))
-    learned = _learned(study, state, replace(told, wide=wide), report)
+    wide = updated.wide or (
+        widens and any(liked_are_rare(factor_answers.scored.scores) for factor_answers in _nonempty_answers(updated))
+    )
+    learned = _learned(study, state, replace(updated, wide=wide), report)
     if not learned.wide and widens and _are_rare(learned):
-        learned = _learned(study, state, replace(told, wide=True), report)
+        learned = _learned(study, state, replace(updated, wide=True), report)
     return learned
 
 
-def _given(state: State) -> list[Answers]:
+def _nonempty_answers(state: State) -> list[Answers]:
     """Answers of factors with at least one."""
-    return [found for found in state.answers.values() if len(found.designs)]
+    return [factor_answers for factor_answers in state.answers.values() if len(factor_answers.designs)]
 
 
 def _are_rare(state: State) -> bool:
     """Whether liked designs are rare, given the estimated errors of the persons."""
-    erring = [(found, state.preferences[found.factor]) for found in _given(state)]
+    erring = [(factor_answers, state.preferences[factor_answers.factor]) for factor_answers in _nonempty_answers(state)]
     return any(
-        liked_are_rare(found.scored.scores, noise_of(preference), blunders_of(preference))
-        for found, preference in erring
+        liked_are_rare(factor_answers.scored.scores, noise_of(preference), blunders_of(preference))
+        for factor_answers, preference in erring
     )
 
 
-def _learned(study: Study[Designs], state: State, told: State, report: Report) -> State:
+def _learned(study: Study[Designs], state: State, updated: State, report: Report) -> State:
     """Learn on one pool.
 
     Args:
         study: the pool and the settings.
         state: state after the previous round.
-        told: state with all answers.
+        updated: state with all answers.
         report: called with the progress.
     """
-    given = _given(told)
-    tables = study.tables(told.wide, report)
-    total = len(given) + 2
+    factors_answers = _nonempty_answers(updated)
+    tables = study.tables(updated.wide, report)
+    total = len(factors_answers) + 2
     report("looking at scored models", 0, total)
-    columns = _columns(tables, given, study.settings)
+    columns = _columns(tables, factors_answers, study.settings)
     report("counting features", 1, total)
     table = tables.table(columns)
-    known = state.preferences if (columns, tables.made.pool.wide) == (state.columns, state.wide) else {}
+    reusable = state.preferences if (columns, tables.pool_designs.pool.wide) == (state.columns, state.wide) else {}
     preferences: dict[str, AbstractPreference] = {}
-    for number, found in enumerate(given):
-        report(f"learning {found.factor}", 2 + number, total)
-        before = known.get(found.factor)
-        if before is None or state.answers[found.factor] is not found:
-            others = places(tables, columns, replace(found, designs=_compared(found)))
+    for number, factor_answers in enumerate(factors_answers):
+        report(f"learning {factor_answers.factor}", 2 + number, total)
+        before = reusable.get(factor_answers.factor)
+        if before is None or state.answers[factor_answers.factor] is not factor_answers:
+            others = table_rows(tables, columns, replace(factor_answers, designs=_compared(factor_answers)))
             warm = before if study.settings.warm else None
-            before = _fit(table, places(tables, columns, found), found, others, study.settings, warm)
+            before = _fit(
+                table, table_rows(tables, columns, factor_answers), factor_answers, others, study.settings, warm
+            )
             if isinstance(before, BlendedPreference):
-                before = before.for_density(*_some(table, tables.made.weights))
-        preferences[found.factor] = before
-    liked = tuple(found.factor for found in given if found.is_liked)
-    return State(told.answers, preferences, columns, liked, tables.made.pool.wide)
+                before = before.for_density(*_some(table, tables.pool_designs.weights))
+        preferences[factor_answers.factor] = before
+    liked = tuple(factor_answers.factor for factor_answers in factors_answers if factor_answers.is_liked)
+    return State(updated.answers, preferences, columns, liked, tables.pool_designs.pool.wide)
 
 
 def _some(table: DesignTable, weights: Floats) -> tuple[Floats, Floats]:
     """Rows and density weights of some designs of the pool, evenly spaced."""
-    made = np.flatnonzero(weights > 0.0)
-    num = min(_DESIGNS, len(made))
-    some = made[np.arange(num) * len(made) // max(num, 1)]
+    possible = np.flatnonzero(weights > 0.0)
+    num = min(_MAX_DESIGNS, len(possible))
+    some = possible[np.arange(num) * len(possible) // max(num, 1)]
     return table.rows[some], weights[some]
 
 
-def places(tables: DesignTables[Designs], columns: Columns, answers: Answers) -> Ints:
+def table_rows(tables: DesignTables[Designs], columns: Columns, answers: Answers) -> Ints:
     """[n] rows of the table for answers; each is of the pool or of `Columns.elsewhere`."""
-    outside = {address: len(tables.made.pool) + place for place, address in enumerate(columns.elsewhere)}
-    found = (tables.index.get(address, outside.get(address, -1)) for address in answers.designs)
-    return np.array(list(found), dtype=np.int64)
+    outside = {address: len(tables.pool_designs.pool) + index for index, address in enumerate(columns.elsewhere)}
+    rows = (tables.index.get(address, outside.get(address, -1)) for address in answers.designs)
+    return np.array(list(rows), dtype=np.int64)
 
 
 def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings) -> Columns:
     """The columns needed for answers."""
-    different = {address for found in answers for address in found.mentioned}
+    different = {address for factor_answers in answers for address in factor_answers.mentioned}
     elsewhere = tuple(sorted(address for address in different if address not in tables.index))
     columns = Columns(settings.features.path_length, elsewhere=elsewhere)
-    about_one = [found.scored for found in answers]
-    scored = [_per_design(places(tables, columns, found), found.scores) for found in about_one if found.designs]
+    about_one = [factor_answers.scored for factor_answers in answers]
+    scored = [_per_design(table_rows(tables, columns, single), single.scores) for single in about_one if single.designs]
     every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(rows for rows, _ in scored)]))
     designs = tables.designs(every, elsewhere)
     extra: dict[Feature, None] = {}
     for rows, scores in scored:
         if np.ptp(scores) > 0.0:
-            found = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
+            features = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
             if settings.grows and settings.fit == "blended":
                 some = selected(scores)
                 compared = tables.designs(rows[some], elsewhere)
-                found += further(tables.space, compared, scores[some], settings.features, found)
-            extra |= dict.fromkeys(found)
+                features += further(tables.space, compared, scores[some], settings.features, features)
+            extra |= dict.fromkeys(features)
     columns = replace(columns, extra=tuple(extra))
     if settings.grows:
         numbered = [(np.searchsorted(every, rows), scores) for rows, scores in scored]
@@ -243,14 +247,14 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
 
 def _per_design(rows: Ints, scores: Floats) -> tuple[Ints, Floats]:
     """The different rows, ascending, and the mean of the scores of each."""
-    different, place = np.unique(rows, return_inverse=True)
-    return different, np.bincount(place, scores) / np.maximum(np.bincount(place), 1)
+    different, inverse = np.unique(rows, return_inverse=True)
+    return different, np.bincount(inverse, scores) / np.maximum(np.bincount(inverse), 1)
 
 
 def _compared(answers: Answers) -> tuple[Address, ...]:
     """[n] the other designs of comparisons; for other answers their own designs."""
     others = answers.others or (None,) * len(answers.designs)
-    return tuple(own if other is None else other for own, other in zip(answers.designs, others, strict=True))
+    return tuple(design if other is None else other for design, other in zip(answers.designs, others, strict=True))
 
 
 def _fit(

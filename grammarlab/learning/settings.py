@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # these load JAX, which sampling does not need
 FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees", "counts", "comparisons")
 """Kinds of features."""
 MAX_PATH_LENGTH = 4
+"""Largest number of edges of a path."""
 POOL_SIZE = 5000
 """Default size of the pool, before it is widened for rare designs."""
 
@@ -36,7 +37,7 @@ class Settings:
     options: tuple[tuple[str, float], ...] = ()
     """Parameters of the fit by name; only the paper's baseline has any."""
     query: Way = "default"
-    """Query strategy."""
+    """Query strategy, which selects the designs to ask about."""
     grows: bool = True
     """Whether longer paths are added if designs with equal rows got different scores, and the default method adds
     features of further kinds that scores need."""

@@ -38,36 +38,36 @@ def draws(preference: AbstractPreference, rows: Floats, num: int, randomness: np
 
     Args:
         preference: the preference.
-        rows: [m, F].
+        rows: [m, F] rows of models.
         num: number of functions, >= 1.
         randomness: generator.
     """
     if isinstance(preference, ProductPreference):
         parts = [draws(factor, rows, num, randomness) for factor in preference.factors.values()]
-        known = [part for part in parts if part is not None]
-        return MAX_SCORE * np.prod(np.array(known) / MAX_SCORE, axis=0) if len(known) == len(parts) else None
+        available = [part for part in parts if part is not None]
+        return MAX_SCORE * np.prod(np.array(available) / MAX_SCORE, axis=0) if len(available) == len(parts) else None
     if isinstance(preference, PartitionPreference):
         return _of_cells(preference, rows, num, randomness)
     if isinstance(preference, BlendedPreference):
         by_process = round(preference.share * num)
-        found = np.concatenate(
+        functions = np.concatenate(
             [
                 _of_process(preference, rows, by_process, randomness),
                 _of_cells(preference.partition, rows, num - by_process, randomness),
             ]
         )
         # Factors are independent: one may draw from cells and another from a process.
-        return randomness.permutation(found)
+        return randomness.permutation(functions)
     return None
 
 
 def _of_cells(preference: PartitionPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats:
-    found = np.zeros((num, len(rows)))
-    for place, (number, posteriors) in enumerate(preference.divisions(rows, num, randomness)):
+    functions = np.zeros((num, len(rows)))
+    for index, (number, posteriors) in enumerate(preference.divisions(rows, num, randomness)):
         below = posteriors.cumsum(axis=1)
         value = np.argmax(below >= randomness.random((len(below), 1)) * below[:, -1:], axis=1)
-        found[place] = preference.cells.grid[value[number]]
-    return found
+        functions[index] = preference.cells.grid[value[number]]
+    return functions
 
 
 def _of_process(preference: BlendedPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats:
@@ -80,16 +80,17 @@ def _of_process(preference: BlendedPreference, rows: Floats, num: int, randomnes
     return value_of(mean + away, preference.noise, preference.blunders)
 
 
-MORE = 16
+NUM_MORE = 16
 """Number of scores whose gain is reported."""
-_DESIGNS = 500
+_MAX_DESIGNS = 500
 """Number of designs of the pool, evenly spaced, on which densities are compared."""
-_DRAWS = 24
-_CONSTANT = 1e-6
+_NUM_DRAWS = 24
+"""Number of functions drawn from the posterior."""
+_CONSTANT_TOLERANCE = 1e-6
 """Largest difference of predictions that distinguish nothing, as a share of the highest score."""
 
 
-def expected_gain(study: Study[Designs], state: State, more: int = MORE) -> float | None:
+def expected_gain(study: Study[Designs], state: State, more: int = NUM_MORE) -> float | None:
     """Expected decrease, by more scores, of the divergence of the learned density from the target density, in nats.
 
     Args:
@@ -101,9 +102,9 @@ def expected_gain(study: Study[Designs], state: State, more: int = MORE) -> floa
         Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None if nothing is liked yet, different scores have
         no explanation yet, or the learning method has no posterior.
     """
-    left = expected_divergence(study, state)
-    known = state.num_answers
-    return None if left is None else left * more / (known + more)
+    divergence = expected_divergence(study, state)
+    num_scores = state.num_answers
+    return None if divergence is None else divergence * more / (num_scores + more)
 
 
 def expected_divergence(study: Study[Designs], state: State) -> float | None:
@@ -112,55 +113,59 @@ def expected_divergence(study: Study[Designs], state: State) -> float | None:
     if product is None:
         return None
     rows, weights = some_designs(study, state)
-    left = divergence_left(product, rows, weights, state.num_answers, study.settings.seed)
-    is_constant = np.ptp(product.predict(rows).mean) <= _CONSTANT * MAX_SCORE
+    divergence = remaining_divergence(product, rows, weights, state.num_answers, study.settings.seed)
+    is_constant = np.ptp(product.predict(rows).mean) <= _CONSTANT_TOLERANCE * MAX_SCORE
     if is_constant and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
         return None
-    return left
+    return divergence
 
 
-def divergence_left(product: ProductPreference, rows: Floats, weights: Floats, known: int, seed: int) -> float | None:
+def remaining_divergence(
+    product: ProductPreference, rows: Floats, weights: Floats, num_scores: int, seed: int
+) -> float | None:
     """Expected divergence of a learned density from the target density in nats; None without a posterior.
 
     Args:
         product: the preference.
         rows: [m, F] designs.
         weights: [m] >= 0, their density without a preference; not all 0.
-        known: number of scores.
+        num_scores: number of scores.
         seed: seed of the draws.
     """
-    found = draws(product, rows, _DRAWS, np.random.default_rng(seed))
-    if found is None:
+    functions = draws(product, rows, _NUM_DRAWS, np.random.default_rng(seed))
+    if functions is None:
         return None
     # A function that likes nothing leaves the density of the grammar.
     densities = [
-        weights * values if (weights * values).any() else weights for values in (*found, product.predict(rows).mean)
+        weights * values if (weights * values).any() else weights for values in (*functions, product.predict(rows).mean)
     ]
     *possible, predicted = densities
     open_ = float(np.mean([jensen_shannon(density, predicted) for density in possible]))
-    return max(open_, _moved(product, rows, weights, predicted, known))
+    return max(open_, _held_out_divergence(product, rows, weights, predicted, num_scores))
 
 
 def some_designs(study: Study[Designs], state: State) -> tuple[Floats, Floats]:
     """Rows [m, F] and density weights [m] of some designs of the pool, evenly spaced."""
-    weights = study.tables(state.wide).made.weights
-    made = np.flatnonzero(weights > 0.0)
-    num = min(_DESIGNS, len(made))
-    some = made[np.arange(num) * len(made) // num]
-    return study.table(state).rows[some], weights[some]
+    weights = study.tables(state.wide).pool_designs.weights
+    possible = np.flatnonzero(weights > 0.0)
+    num = min(_MAX_DESIGNS, len(possible))
+    selected = possible[np.arange(num) * len(possible) // num]
+    return study.table(state).rows[selected], weights[selected]
 
 
-def _moved(product: ProductPreference, rows: Floats, weights: Floats, predicted: Floats, known: int) -> float:
-    """The divergence that is left, by how far parts of the scores alone move the predicted density; 0 without parts."""
+def _held_out_divergence(
+    product: ProductPreference, rows: Floats, weights: Floats, predicted: Floats, num_scores: int
+) -> float:
+    """Remaining divergence in nats, by how far parts of the scores move the predicted density; 0 without parts."""
     parts = [factor.sketches for factor in product.factors.values() if isinstance(factor, BlendedPreference)]
     if len(parts) < len(product.factors):
         return 0.0
-    left = [0.0]
+    divergences = [0.0]
     for sketches in zip(*parts, strict=False):
-        some = sum(sketch.num_labels for sketch in sketches)
+        num_labels = sum(sketch.num_labels for sketch in sketches)
         values = np.prod(
             [np.clip(sketch.predict(rows).mean, 0.0, MAX_SCORE) / MAX_SCORE for sketch in sketches], axis=0
         )
         density = weights * values if (weights * values).any() else weights
-        left.append(jensen_shannon(density, predicted) * some / max(known - some, 1))
-    return sum(left) / max(len(left) - 1, 1)
+        divergences.append(jensen_shannon(density, predicted) * num_labels / max(num_scores - num_labels, 1))
+    return sum(divergences) / max(len(divergences) - 1, 1)

@@ -25,33 +25,35 @@ from grammarlab.preference.observations import checked_groups, checked_kinds, ch
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 
-SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
+PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
-_ODDS = 20.0
+_ODDS_OF_CELLS = 20.0
 """Prior odds of cells alone against any other share."""
-_SELDOM = 0.25
+_LIKELIHOOD_POWER = 0.25
 """Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
 their structure from all scores."""
 _NOISES = (3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
 """Candidate standard deviations of the errors on held-out scores, in points."""
-_LEAST_SHARE = 0.005
+_MIN_SHARE = 0.005
 """Share of the process below which it is left out."""
-FOLDS = 3
-FEWEST = 16
+NUM_FOLDS = 3
+"""Number of parts of the labels, each held out once."""
+MIN_LABELS = 16
 """Smallest number of labels for held-out scores; with fewer, only the process is used."""
-MOST = 160
+MAX_HELD_OUT = 160
 """Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
-FEWER_STARTS = 3
+NUM_FEWER_STARTS = 3
 """Number of starts of the process with more labels than these, which leave fewer explanations open."""
-_DISTRUST = 7.0
+_RATIO_POWER = 7.0
 """Power of the ratio of what cells and the process like of all designs. Where the process was the better part, they
 liked about as much (.9 to 1.1); where it was the worse one, it liked 1.2 to 50 times as much."""
-_LEAST_DAMPING = 1e-9
-_LIKED = 1.0
+_MIN_DAMPING = 1e-9
+"""Smallest factor on the odds of the process, so that they stay positive."""
+_MIN_LIKED = 1.0
 """Smallest value of a liked design, in points."""
-_OF_MEDIAN = 1.4826
+_SD_PER_MEDIAN = 1.4826
 """Ratio of the standard deviation to the median size of normal errors."""
-_UNDERSTATED = 2.0
+_MAX_NOISE_FACTOR = 2.0
 """Largest factor on the noise of a process, which explains some noise by its function, and on the errors on held-out
 scores; both miss noise clipped at 0."""
 
@@ -64,7 +66,7 @@ class BlendedPreference(AbstractPreference):
     partition: PartitionPreference
     share: float
     """Share of the process in predictions, 0 to 1; the rest is the partition's."""
-    missed: float = 0.0
+    held_out_error: float = 0.0
     """Error on held-out scores, as the standard deviation of normal errors with the same median; 0 without any."""
     sketches: tuple[BlendedPreference, ...] = ()
     """Quick fits to parts of the labels, each without its held-out scores."""
@@ -72,23 +74,26 @@ class BlendedPreference(AbstractPreference):
     """Factor on the odds of the process in predictions, > 0 and at most 1, see `for_density`."""
 
     @property
-    def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - told by both parts
+    def num_columns(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride] - that of both parts
         """F: number of columns of the rows."""
         return self.process.num_columns
 
     def predict(self, rows: Rows) -> Prediction:
         mean, square = np.zeros(1), np.zeros(1)
-        for share, preference in self._counting():
-            part = preference.predict(rows) if preference is self.partition else self.meant(rows)
+        for share, preference in self._shares():
+            part = preference.predict(rows) if preference is self.partition else self.predict_values(rows)
             mean, square = mean + share * part.mean, square + share * (part.std**2 + part.mean**2)
         deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
         return Prediction(np.clip(mean, 0.0, MAX_SCORE), deviation)
 
-    def meant(self, rows: Rows) -> Prediction:
+    def predict_values(self, rows: Rows) -> Prediction:
         """Predicted values, as the process learns means of scores, and the deviation of scores around them."""
-        told, own = self.process.predict(rows), self.process.explanations[0].posterior.hyperparameters.noise
-        deviation = np.sqrt(np.maximum(told.std**2 - own, 0.0) + self.noise**2)
-        return Prediction(value_of(told.mean, *self._erring), deviation)
+        prediction, noise_variance = (
+            self.process.predict(rows),
+            self.process.explanations[0].posterior.hyperparameters.noise,
+        )
+        deviation = np.sqrt(np.maximum(prediction.std**2 - noise_variance, 0.0) + self.noise**2)
+        return Prediction(value_of(prediction.mean, *self._error_model), deviation)
 
     def column_weights(self) -> Floats:
         return self.process.column_weights()
@@ -96,12 +101,12 @@ class BlendedPreference(AbstractPreference):
     @property
     def noise(self) -> float:
         """Standard deviation of a score around its value, in points."""
-        return self._erring[0]
+        return self._error_model[0]
 
     @property
     def blunders(self) -> float:
         """Probability of a random score."""
-        return self._erring[1]
+        return self._error_model[1]
 
     @property
     def num_labels(self) -> int:
@@ -109,24 +114,24 @@ class BlendedPreference(AbstractPreference):
         return len(self.partition.cells.scores)
 
     @property
-    def _erring(self) -> tuple[float, float]:
+    def _error_model(self) -> tuple[float, float]:
         """Noise and blunders for the values of the process: each part is overconfident where it does not fit.
 
         Cells call noise what they do not divide, and a process explains noise by its function, which then appears in
         the errors on held-out scores. While cells divide nothing, these errors also contain the preference itself.
         """
-        noise = float(np.sqrt(self.process.explanations[0].posterior.hyperparameters.noise))
-        understated = _UNDERSTATED if self.partition.trees[0].split is not None else 1.0
-        told = min(self.partition.noise, max(_UNDERSTATED * noise, understated * self.missed))
-        return max(told, NOISES[0]), self.partition.blunders if told > NOISES[0] else 0.0
+        process_noise = float(np.sqrt(self.process.explanations[0].posterior.hyperparameters.noise))
+        understated = _MAX_NOISE_FACTOR if self.partition.trees[0].split is not None else 1.0
+        noise = min(self.partition.noise, max(_MAX_NOISE_FACTOR * process_noise, understated * self.held_out_error))
+        return max(noise, NOISES[0]), self.partition.blunders if noise > NOISES[0] else 0.0
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         total = np.zeros(len(group_names))
         # By number: two groups may have the same name.
         numbers = [str(number) for number in range(len(group_names))]
-        for share, preference in self._counting():
-            for found in preference.explain(numbers):
-                total[int(found.name)] += share * found.share
+        for share, preference in self._shares():
+            for entry in preference.explain(numbers):
+                total[int(entry.name)] += share * entry.share
         shares = zip(group_names, total.tolist(), strict=True)
         entries = [Relevance(name, share, level_of(share)) for name, share in shares]
         return sorted(entries, key=lambda relevance: -relevance.share)
@@ -147,28 +152,28 @@ class BlendedPreference(AbstractPreference):
         table = rows_to_predict(rows, self.num_columns)
         cells = self.partition.for_density(table, weights)
         by_cells, by_process = self._liked_of(cells, table, weights)
-        beside = self.process.observations.beside
-        if beside is not None and beside.compared.any():
+        differences = self.process.observations.differences
+        if differences is not None and differences.compared.any():
             # Comparisons leave the level of values open: designs are liked relative to the labelled ones.
-            labelled = self.process.observations.looked_at
+            labelled = self.process.observations.all_rows
             of_labelled = self._liked_of(cells, labelled, np.full(len(labelled), 1.0 / len(labelled)))
             by_cells, by_process = by_cells * of_labelled[1], by_process * of_labelled[0]
         ratio = min(1.0, by_cells / by_process) if by_process > 0.0 else 1.0
         return replace(
             self,
             partition=cells,
-            damping=max(ratio**_DISTRUST, _LEAST_DAMPING) if self.share > 0.0 else 1.0,
+            damping=max(ratio**_RATIO_POWER, _MIN_DAMPING) if self.share > 0.0 else 1.0,
             sketches=tuple(part.for_density(table, weights) for part in self.sketches),
         )
 
     def _liked_of(self, cells: PartitionPreference, rows: Floats, weights: Floats) -> tuple[float, float]:
         """What cells and the process like of some designs, as sums of values in points."""
         by_cells, by_process = (
-            float(weights @ np.maximum(part.mean, 0.0)) for part in (cells.predict(rows), self.meant(rows))
+            float(weights @ np.maximum(part.mean, 0.0)) for part in (cells.predict(rows), self.predict_values(rows))
         )
         return by_cells, by_process
 
-    def _counting(self) -> Iterator[tuple[float, AbstractPreference]]:
+    def _shares(self) -> Iterator[tuple[float, AbstractPreference]]:
         share = self.share * self.damping / (self.share * self.damping + 1.0 - self.share)
         if share > 0.0:
             yield share, self.process
@@ -202,9 +207,9 @@ def fit(
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
-    starts = FEWER_STARTS if len(values) > MOST else None
+    starts = NUM_FEWER_STARTS if len(values) > MAX_HELD_OUT else None
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
-    if len(values) < FEWEST:
+    if len(values) < MIN_LABELS:
         return BlendedPreference(process, cells, 1.0)
     return BlendedPreference(process, cells, *_share(table, values, drawn, seed, process, cells))
 
@@ -219,33 +224,33 @@ def _share(
 ) -> tuple[float, float, tuple[BlendedPreference, ...]]:
     """Share of the process by held-out scores, the error, and the fits without these labels."""
     randomness = np.random.default_rng(seed)
-    some = np.sort(randomness.permutation(len(scores))[:MOST])
+    some = np.sort(randomness.permutation(len(scores))[:MAX_HELD_OUT])
     rows, scores = rows[some], scores[some]
     # Equal rows are held out together: otherwise one would predict the other.
     _, row = np.unique(rows, axis=0, return_inverse=True)
     row = row.reshape(-1)
-    fold = randomness.permutation(FOLDS * (1 + int(row.max()) // FOLDS))[row] % FOLDS
+    fold = randomness.permutation(NUM_FOLDS * (1 + int(row.max()) // NUM_FOLDS))[row] % NUM_FOLDS
     predicted, parts = np.zeros((2, len(scores))), list[tuple[GroupedPreference, PartitionPreference]]()
-    for number in range(FOLDS):
-        held, known = fold == number, fold != number
-        if held.any() and known.any():
+    for number in range(NUM_FOLDS):
+        is_held_out, is_training = fold == number, fold != number
+        if is_held_out.any() and is_training.any():
             # Both keep their structure, so that both are about as optimistic: a process that is fitted to fewer labels
             # often ends in a poor optimum.
             with threadpool_limits(1, "blas"):
                 part = (
-                    process.given(observe(rows[known], scores[known])),
-                    cells.without(rows[known], scores[known], continuous),
+                    process.conditioned_on(observe(rows[is_training], scores[is_training])),
+                    cells.without(rows[is_training], scores[is_training], continuous),
                 )
-                predicted[:, held] = [preference.predict(rows[held]).mean for preference in part]
+                predicted[:, is_held_out] = [preference.predict(rows[is_held_out]).mean for preference in part]
             parts.append(part)
     # Blunders are a part of the likelihood of their own.
     predicted[1] = expected_score(predicted[1], cells.noise, blunders=0.0)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
     # Cells that like no scored design would only make the values of the process smaller.
-    share = _share_by(predicted, scores, row) if cells.predict(rows).mean.max() >= _LIKED else 1.0
-    missed = share * predicted[0] + (1.0 - share) * predicted[1] - scores
+    share = _share_by(predicted, scores, row) if cells.predict(rows).mean.max() >= _MIN_LIKED else 1.0
+    errors = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
-    return share, float(np.median(np.abs(missed))) * _OF_MEDIAN, sketches
+    return share, float(np.median(np.abs(errors))) * _SD_PER_MEDIAN, sketches
 
 
 def _share_by(predicted: Floats, scores: Floats, row: Ints) -> float:
@@ -256,25 +261,25 @@ def _share_by(predicted: Floats, scores: Floats, row: Ints) -> float:
         scores: [n] 0-100; each is random with a small probability.
         row: [n] design of each score, from 0; a design counts once, with the mean of its scores.
     """
-    shares = np.array(SHARES)[:, None]
-    process, cells, said = (np.bincount(row, values) / np.bincount(row) for values in (*predicted, scores))
-    missed = shares * process + (1.0 - shares) * cells - said
-    likelihoods = np.full(len(SHARES), -np.inf)
+    shares = np.array(PROCESS_SHARES)[:, None]
+    process, cells, mean_scores = (np.bincount(row, values) / np.bincount(row) for values in (*predicted, scores))
+    errors = shares * process + (1.0 - shares) * cells - mean_scores
+    likelihoods = np.full(len(PROCESS_SHARES), -np.inf)
     for noise in _NOISES:
-        meant = np.exp(-0.5 * (missed / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
-        likelihood = np.log((1.0 - BLUNDERS[1]) * meant + BLUNDERS[1] / MAX_SCORE).sum(axis=1)
+        densities = np.exp(-0.5 * (errors / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
+        likelihood = np.log((1.0 - BLUNDERS[1]) * densities + BLUNDERS[1] / MAX_SCORE).sum(axis=1)
         likelihoods = np.logaddexp(likelihoods, likelihood)
     return mean_share(likelihoods)
 
 
-def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS) -> float:
-    """The mean of `SHARES` under their posterior; 0 if it is small.
+def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -> float:
+    """The mean of `PROCESS_SHARES` under their posterior; 0 if it is small.
 
     Args:
-        log_likelihoods: [S] of held-out labels, for each of the shares.
+        log_likelihoods: [S] log-likelihood of held-out labels for each of the shares.
         odds_of_cells: prior odds of cells alone against any other share.
     """
-    odds = np.exp(_SELDOM * (log_likelihoods - log_likelihoods.max()))
+    odds = np.exp(_LIKELIHOOD_POWER * (log_likelihoods - log_likelihoods.max()))
     odds[0] *= odds_of_cells
-    share = float(odds @ np.array(SHARES) / odds.sum())
-    return share if share >= _LEAST_SHARE else 0.0
+    share = float(odds @ np.array(PROCESS_SHARES) / odds.sum())
+    return share if share >= _MIN_SHARE else 0.0

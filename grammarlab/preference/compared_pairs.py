@@ -19,11 +19,11 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.processes.disagreement import cautious_weights, joint
-from grammarlab.preference.queries import LEAST_LIKED, LEAST_NOISE, SMALL_PART, Situation
+from grammarlab.preference.queries import MIN_HIGHEST, MIN_NOISE, SMALL_PART, Situation
 
-_CANDIDATES = 240, 60, 100
+_MAX_CANDIDATES = 240, 60, 100
 """Largest numbers of candidates: from the grammar, from elsewhere, and with labels."""
-_FAR = 8.0
+_MAX_DEVIATIONS = 8.0
 """Number of deviations beyond which an answer is known."""
 
 
@@ -31,32 +31,32 @@ def propose_pairs(situation: Situation, compared: Ints, num: int, seed: int) -> 
     """Pairs of models to compare next, with random sides.
 
     Args:
-        situation: the pool and the state; ``asked`` are the models with labels.
+        situation: the pool and the state; ``scored`` are the models with labels.
         compared: [k, 2] pairs that were compared; they are not asked about again.
         num: number of pairs, >= 0; fewer if there are no more.
-        seed: the same seed gives the same pairs.
+        seed: seed of the random choices; the same seed gives the same pairs.
 
     Returns:
         [num, 2] indices into the pool, all different.
     """
     randomness = np.random.default_rng(seed)
     candidates = _candidates(situation, 2 * num, randomness)
-    place = {model: index for index, model in enumerate(candidates.tolist())}
+    index_of = {model: index for index, model in enumerate(candidates.tolist())}
     allowed = ~np.eye(len(candidates), dtype=bool)
     for pair in compared.tolist():
-        if set(pair) <= set(place):
-            here = [place[model] for model in pair]
+        if set(pair) <= set(index_of):
+            here = [index_of[model] for model in pair]
             allowed[np.ix_(here, here)] = False
     if situation.preference is None:
         covariance = np.eye(len(candidates))
-        found = most_telling_pairs(np.zeros(len(candidates)), covariance, num, 1.0, np.ones(len(candidates)), allowed)
+        pairs = most_telling_pairs(np.zeros(len(candidates)), covariance, num, 1.0, np.ones(len(candidates)), allowed)
     else:
         rows = situation.pool[candidates]
         mean, covariance, noise = _expected(situation.preference, rows)
-        highest = max(float(mean.max(initial=0.0)), LEAST_LIKED)
+        highest = max(float(mean.max(initial=0.0)), MIN_HIGHEST)
         stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
-        found = most_telling_pairs(mean, covariance, num, noise, stakes, allowed)
-    return randomness.permuted(candidates[found], axis=1)
+        pairs = most_telling_pairs(mean, covariance, num, noise, stakes, allowed)
+    return randomness.permuted(candidates[pairs], axis=1)
 
 
 def most_telling_pairs(
@@ -65,8 +65,8 @@ def most_telling_pairs(
     """Pairs whose comparison lowers the total variance most, chosen greedily.
 
     Args:
-        mean: [m] of the values.
-        covariance: [m, m] of the values.
+        mean: [m] mean of the values.
+        covariance: [m, m] covariance of the values.
         num: number of pairs; fewer if there are no more.
         noise: variance of the noise of one value, > 0.
         stakes: [m] >= 0, weight of the variance of each model.
@@ -75,31 +75,31 @@ def most_telling_pairs(
     Returns:
         [num, 2] indices, best first.
     """
-    left, open_ = covariance.copy(), np.triu(allowed, 1)
+    posterior, open_ = covariance.copy(), np.triu(allowed, 1)
     chosen: list[tuple[int, int]] = []
     while len(chosen) < num and open_.any():
-        own = np.diagonal(left)
-        seen = np.maximum(own[:, None] + own - 2.0 * left, 0.0) + 2.0 * noise
-        told = _told((mean[:, None] - mean) / np.sqrt(seen)) / seen
-        weighed = (left * stakes) @ left
-        drops = np.diagonal(weighed)
-        gain = np.where(open_, told * np.maximum(drops[:, None] + drops - 2.0 * weighed, 0.0), -1.0)
+        variances = np.diagonal(posterior)
+        difference_variances = np.maximum(variances[:, None] + variances - 2.0 * posterior, 0.0) + 2.0 * noise
+        gain_factors = _sign_gain((mean[:, None] - mean) / np.sqrt(difference_variances)) / difference_variances
+        weighted = (posterior * stakes) @ posterior
+        drops = np.diagonal(weighted)
+        gain = np.where(open_, gain_factors * np.maximum(drops[:, None] + drops - 2.0 * weighted, 0.0), -1.0)
         one, other = divmod(int(np.argmax(gain)), len(mean))
         chosen.append((one, other))
         for model in (one, other):
             open_[model] = open_[:, model] = False
-        across = left[one] - left[other]
-        left -= np.outer(across, across * told[one, other])
+        across = posterior[one] - posterior[other]
+        posterior -= np.outer(across, across * gain_factors[one, other])
     return np.array(chosen, dtype=np.int64).reshape(-1, 2)
 
 
-def _told(deviations: Floats) -> Floats:
+def _sign_gain(deviations: Floats) -> Floats:
     """Share of the gain from a noisy difference that its sign has, by the number of deviations of its mean from 0.
 
-    >>> _told(np.array([0.0, 3.0])).round(3).tolist()
+    >>> _sign_gain(np.array([0.0, 3.0])).round(3).tolist()
     [0.637, 0.015]
     """
-    far = np.minimum(np.abs(deviations), _FAR)
+    far = np.minimum(np.abs(deviations), _MAX_DEVIATIONS)
     beyond = ndtr(-far)
     return np.exp(-far * far) / (2.0 * np.pi * beyond * (1.0 - beyond))
 
@@ -108,21 +108,21 @@ def _expected(preference: AbstractPreference, rows: Floats) -> tuple[Floats, Flo
     """Mean [m] and covariance [m, m] of the values of rows [m, F], and the variance of the noise of one value."""
     if not isinstance(preference, BlendedPreference):
         predicted = preference.predict(rows)
-        return predicted.mean, np.diag(predicted.std**2), LEAST_NOISE**2
+        return predicted.mean, np.diag(predicted.std**2), MIN_NOISE**2
     share = preference.share
     by_process, among = joint(preference.process, rows, cautious_weights(preference.process, rows))
     by_cells, between = preference.partition.joint(rows)
     apart = by_process - by_cells
     mean = share * by_process + (1.0 - share) * by_cells
     covariance = share * among + (1.0 - share) * between + share * (1.0 - share) * np.outer(apart, apart)
-    return mean, covariance, max(preference.noise, LEAST_NOISE) ** 2
+    return mean, covariance, max(preference.noise, MIN_NOISE) ** 2
 
 
 def _candidates(situation: Situation, least: int, randomness: np.random.Generator) -> Ints:
     """Candidate models: from the grammar, from elsewhere, and with labels."""
     new = np.ones(len(situation.pool), dtype=bool)
-    new[situation.asked] = False
+    new[situation.scored] = False
     kinds = new & situation.from_grammar, new & ~situation.from_grammar, ~new
-    most = (max(_CANDIDATES[0], least), *_CANDIDATES[1:])
+    most = (max(_MAX_CANDIDATES[0], least), *_MAX_CANDIDATES[1:])
     drawn = [randomness.permutation(np.flatnonzero(kind))[:num] for kind, num in zip(kinds, most, strict=True)]
     return np.concatenate(drawn)

@@ -48,12 +48,12 @@ def relevances(rows: Floats, weights: Floats, groups: Ints, group_names: Sequenc
     """
     if len(groups) and len(group_names) <= groups.max():
         raise UsageError(f"group_names: expected {groups.max() + 1} names, one per group, found {len(group_names)}.")
-    found = []
+    entries = []
     for number, name in enumerate(group_names):
         columns = np.flatnonzero((groups == number) & (weights > 0.0))
         share = _share(rows[:, columns] * np.sqrt(weights[columns]))
-        found.append(Relevance(name, share, level_of(share)))
-    return sorted(found, key=lambda relevance: -relevance.share)
+        entries.append(Relevance(name, share, level_of(share)))
+    return sorted(entries, key=lambda relevance: -relevance.share)
 
 
 def _share(scaled: Floats) -> float:
@@ -85,8 +85,8 @@ class ProductPreference(AbstractPreference):
         """
         sizes = {name: factor.num_columns for name, factor in factors.items()}
         if len(set(sizes.values())) != 1:
-            found = ", ".join(f"{name}: {size}" for name, size in sizes.items()) or "none"
-            raise UsageError(f"factors: expected at least one, all fitted on the same columns; found {found}.")
+            listing = ", ".join(f"{name}: {size}" for name, size in sizes.items()) or "none"
+            raise UsageError(f"factors: expected at least one, all fitted on the same columns; found {listing}.")
         self.factors = dict(factors)
         self.num_columns = next(iter(sizes.values()))
 

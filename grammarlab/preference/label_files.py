@@ -109,11 +109,11 @@ def is_blank(value: object) -> bool:
     return value is None or value == "" or (isinstance(value, float) and math.isnan(value))
 
 
-_LARGEST_SHORT = 10.0
+_MAX_SHORT_SCALE = 10.0
 """Largest highest score that is likely one of a scale of up to five or ten."""
 
 
-_MOST_NAMED = 5
+_MAX_NAMED = 5
 """Largest number of factors in a note."""
 _ADVICE = (
     "Give scores of a shorter scale in points of 100, or stars as the kind 'stars' with the scores 0, 25, 50, 75 and "
@@ -146,32 +146,34 @@ def on_one_scale(rows: Sequence[Label]) -> tuple[tuple[Label, ...], tuple[str, .
     if scores <= {0.0, 1.0}:
         return points, (f"all scores are 0 or 1 and are read as 0 (disliked) and {MAX_SCORE:g} (liked)",)
     example = min(value for value in scores if 0.0 < value < 1.0)
-    shown = f"{example:g} as {MAX_SCORE * example:g}"
-    return points, (f"all scores are from 0 to 1 and are read as fractions of {MAX_SCORE:g}: {shown}",)
+    reading = f"{example:g} as {MAX_SCORE * example:g}"
+    return points, (f"all scores are from 0 to 1 and are read as fractions of {MAX_SCORE:g}: {reading}",)
 
 
 def _short_notes(rows: Sequence[Label], highest: float) -> tuple[str, ...]:
     """A note if all scores, or all of some factors, are likely of a shorter scale."""
     scale = f"on a scale of 0 (disliked) to {MAX_SCORE:g}, so all models are nearly disliked"
-    if highest <= _LARGEST_SHORT:
+    if highest <= _MAX_SHORT_SCALE:
         return (f"the highest score is {highest:g}, {scale}. {_ADVICE}",)
     of_factor: dict[str, float] = {}
     for label in rows:
         if label.kind == "score":
             of_factor[label.factor] = max(label.score, of_factor.get(label.factor, 0.0))
     short = [
-        f"{score:g} for the factor {factor!r}" for factor, score in of_factor.items() if 0 < score <= _LARGEST_SHORT
+        f"{score:g} for the factor {factor!r}" for factor, score in of_factor.items() if 0 < score <= _MAX_SHORT_SCALE
     ]
     if not short:
         return ()
-    more = f" and {len(short) - _MOST_NAMED} more factors" if len(short) > _MOST_NAMED else ""
-    return (f"the highest score is {', '.join(short[:_MOST_NAMED])}{more}, {scale} by it. {_ADVICE}",)
+    more = f" and {len(short) - _MAX_NAMED} more factors" if len(short) > _MAX_NAMED else ""
+    return (f"the highest score is {', '.join(short[:_MAX_NAMED])}{more}, {scale} by it. {_ADVICE}",)
 
 
 MAX_FILE_BYTES = 64 << 20
+"""Largest size of a label file in bytes."""
 MAX_UNPACKED_BYTES = 512 << 20
 """Largest uncompressed size that a Parquet file may declare, in bytes."""
 MAX_LABELS = 500_000
+"""Largest number of labels in a file."""
 
 _COLUMNS = tuple(field.name for field in fields(Label))
 _REQUIRED = tuple(field.name for field in fields(Label) if field.default is MISSING)
@@ -185,15 +187,15 @@ class _RowError(Exception):
 
 
 _Rows = Iterator[tuple[str, Mapping[str, Any]]]
-"""Place of each row, for messages, and its cells."""
+"""Position of each row, for messages, and its cells."""
 
 
 def save_labels(labels: Labels, path: Path | str) -> None:
     """Write a label file atomically; an existing file is replaced.
 
     Args:
-        labels: any number.
-        path: its suffix .csv, .jsonl or .parquet selects the format.
+        labels: labels, any number of them.
+        path: path of the file; its suffix .csv, .jsonl or .parquet selects the format.
 
     Raises:
         UsageError: If the suffix is another one.
@@ -215,7 +217,7 @@ def read_labels(path: Path | str) -> Labels:
     """Labels from a file.
 
     Args:
-        path: its suffix .csv, .tsv, .txt, .jsonl or .parquet selects the format.
+        path: path of the file; its suffix .csv, .tsv, .txt, .jsonl or .parquet selects the format.
 
     Returns:
         The labels. `Labels.notes` says what was left out, and which scale other than 0 to 100 was understood.
@@ -252,16 +254,16 @@ def _format(path: Path, formats: Mapping[str, Callable[..., Any]]) -> Callable[.
 
 def _labels(rows: _Rows) -> Labels:
     labels, num_blank = list[Label](), 0
-    for place, cells in rows:
+    for position, cells in rows:
         if len(labels) + num_blank >= MAX_LABELS:
             raise _RowError(f"more than {MAX_LABELS} labels; split the file.")
         missing = [name for name in _REQUIRED if name not in cells]
         if missing:
-            raise _RowError(f"{place}: expected {', '.join(_REQUIRED)}; missing {', '.join(missing)}.")
+            raise _RowError(f"{position}: expected {', '.join(_REQUIRED)}; missing {', '.join(missing)}.")
         try:
             label = _label(cells)
         except UsageError as error:
-            raise _RowError(f"{place}: {error}") from error
+            raise _RowError(f"{position}: {error}") from error
         if label is None:
             num_blank += 1
         else:
@@ -345,18 +347,18 @@ def _normal(name: str) -> str:
 
 
 def _check_header(names: Iterable[str]) -> None:
-    found = list(names)
-    missing = [name for name in _REQUIRED if name not in found]
+    present = list(names)
+    missing = [name for name in _REQUIRED if name not in present]
     if missing:
-        shown = ", ".join(filter(None, found))[:200] or "none"
-        raise _RowError(f"expected the columns {', '.join(_REQUIRED)}; missing {', '.join(missing)}; found {shown}.")
-    _check_different(found)
+        listing = ", ".join(filter(None, present))[:200] or "none"
+        raise _RowError(f"expected the columns {', '.join(_REQUIRED)}; missing {', '.join(missing)}; found {listing}.")
+    _check_different(present)
 
 
-def _check_different(names: Sequence[str], place: str = "") -> None:
+def _check_different(names: Sequence[str], prefix: str = "") -> None:
     repeated = [name for name in _COLUMNS if names.count(name) > 1]
     if repeated:
-        raise _RowError(f"{place}two columns have the same name: {', '.join(repeated)}.")
+        raise _RowError(f"{prefix}two columns have the same name: {', '.join(repeated)}.")
 
 
 def _write_csv(labels: Labels) -> bytes:

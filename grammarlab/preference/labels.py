@@ -113,8 +113,8 @@ class Label:
         """Address of the other model of a comparison; None for other kinds."""
         if not self.other:
             return None
-        own = dict(zip(_PLACE, self.address, strict=True))
-        grammar, start_rule, attributes, footprint, seed, model = (own | json.loads(self.other)).values()
+        parts = dict(zip(_PLACE, self.address, strict=True))
+        grammar, start_rule, attributes, footprint, seed, model = (parts | json.loads(self.other)).values()
         return grammar, start_rule, attributes, footprint, seed, model
 
 
@@ -173,21 +173,21 @@ def _check_kind(label: Label) -> None:
 
 
 def _check_other(label: Label) -> None:
-    place: Any = _object(label.other)
-    if place is None or not {"seed", "model"} <= set(place) <= set(_PLACE):
+    address: Any = _object(label.other)
+    if address is None or not {"seed", "model"} <= set(address) <= set(_PLACE):
         raise UsageError(
             'other: expected a JSON object of seed and model like {"seed":5,"model":17}, and of '
             f"{', '.join(_PLACE[:4])} where they differ; found {shown(label.other)}."
         )
-    for name, value in place.items():
+    for name, value in address.items():
         if name in ("seed", "model"):
             _check_integer(f"other: {name}", value, 64 if name == "seed" else 63)
         else:
             _check_text(f"other: {name}", value)
-    if "grammar" in place:
-        _check_hash("other: grammar", place["grammar"])
-    if "attributes" in place:
-        _check_attributes(place["attributes"])
+    if "grammar" in address:
+        _check_hash("other: grammar", address["grammar"])
+    if "attributes" in address:
+        _check_attributes(address["attributes"])
     if label.other_address == label.address:
         raise UsageError("other: expected another model to compare with, found the same one.")
 

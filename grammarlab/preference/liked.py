@@ -20,13 +20,14 @@ from grammarlab.preference.likelihood import expected_score
 from grammarlab.preference.observations import observe
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
 
-EXACT = 1.5
+EXACT_NOISE = 1.5
 """Largest noise in points of a person without errors."""
-FAR = 2.5
+FAR_DEVIATIONS = 2.5
 """Number of standard deviations of the noise that scores of disliked models rarely exceed: one in 160 does."""
-RARE = 1 / 16
-"""Share of liked models among `FEWEST` or more scored ones below which liked models are rare."""
-FEWEST = 64
+RARE_SHARE = 1 / 16
+"""Share of liked models among `MIN_SCORED` or more scored ones below which liked models are rare."""
+MIN_SCORED = 64
+"""Smallest number of scored models for a share of liked ones."""
 
 
 def noise_of(preference: AbstractPreference | None) -> float:
@@ -49,7 +50,7 @@ def liked(scores: Floats, noise: float) -> NDArray[np.bool_]:
     >>> liked(np.array([0.0, 5.0, 30.0]), 0.5).tolist(), liked(np.array([0.0, 5.0, 30.0]), 10.0).tolist()
     ([False, True, True], [False, False, True])
     """
-    return scores > (FAR * noise if noise > EXACT else 0.0)
+    return scores > (FAR_DEVIATIONS * noise if noise > EXACT_NOISE else 0.0)
 
 
 def liked_are_rare(scores: Floats, noise: float = 0.0, blunders: float = 0.0) -> bool:
@@ -64,42 +65,42 @@ def liked_are_rare(scores: Floats, noise: float = 0.0, blunders: float = 0.0) ->
     (False, True, False)
     """
     number = np.arange(1, len(scores) + 1)
-    return bool(np.any((np.cumsum(liked(scores, noise)) < (RARE + blunders) * number)[FEWEST - 1 :]))
+    return bool(np.any((np.cumsum(liked(scores, noise)) < (RARE_SHARE + blunders) * number)[MIN_SCORED - 1 :]))
 
 
 FEW_LIKED = 4
 """Number of liked models from which questions follow from explanations only."""
-_DOUBTED = 0.25
+_MIN_SCORE_SHARE = 0.25
 """Share of a score below which the value by cells means that they take it for a blunder."""
-LEAST_NOISE = 3.0
+MIN_NOISE = 3.0
 """Smallest standard deviation of cells, in points."""
-_ALIKE_DISTANCE = 2.6
+_SIMILAR_DISTANCE = 2.6
 """Weighted squared distance between two typical models if all columns have equal weight."""
-_ALIKE_NOISE = 1e-3
+_SIMILAR_NOISE = 1e-3
 """Noise, as a share of the amplitude."""
-_MISSED = 1.5
+_MIN_EXCESS_SDS = 1.5
 """Number of standard deviations by which a score is above the expected one if it has no explanation."""
-_MOST_CANDIDATES = 8_000
+_MAX_CANDIDATES = 8_000
 """Largest number of models that are compared with those; a pool for rare tastes has many more."""
-_OF_HIGHEST = 0.5
+_VALUE_SHARE = 0.5
 """Value of models of another liked kind, as a share of the highest value."""
 
 
-def surely_liked(preference: BlendedPreference, known: Floats, scores: Floats) -> NDArray[np.bool_]:
+def surely_liked(preference: BlendedPreference, rows: Floats, scores: Floats) -> NDArray[np.bool_]:
     """[n] whether a model seems liked, and its score is no blunder to cells.
 
     Args:
         preference: the preference.
-        known: [n, F] rows of scored models.
-        scores: [n] their scores.
+        rows: [n, F] rows of scored models.
+        scores: [n] scores of these models, 0-100.
     """
-    return liked(scores, preference.noise) & (preference.partition.predict(known).mean >= _DOUBTED * scores)
+    return liked(scores, preference.noise) & (preference.partition.predict(rows).mean >= _MIN_SCORE_SHARE * scores)
 
 
-def most_missed(
+def most_unexplained(
     preference: BlendedPreference,
     pool: Floats,
-    asked: Ints,
+    scored: Ints,
     scores: Floats,
     num: int,
     allowed: NDArray[np.bool_],
@@ -112,25 +113,25 @@ def most_missed(
     Args:
         preference: the preference.
         pool: [m, F] rows of all models.
-        asked: [n] pool indices of scored models.
-        scores: [n] their scores.
+        scored: [n] pool indices of scored models.
+        scores: [n] scores of these models, 0-100.
         num: number of models; none if cells explain all scores.
         allowed: [m] whether a model may be chosen.
         randomness: decides between equally similar models.
     """
     cells = preference.partition
-    values, noise = cells.predict(pool[asked]).mean, max(cells.noise, LEAST_NOISE)
-    missed = np.maximum(scores - expected_score(values, noise, 0.0), 0.0)
-    if not (missed > _MISSED * noise).any():
-        return asked[:0]
-    amplitude = _OF_HIGHEST * max(float(values.max()), noise)
-    some = randomness.permutation(np.flatnonzero(allowed))[:_MOST_CANDIDATES]
-    return _nearest(pool, asked, missed, (noise / amplitude) ** 2, some)[:num]
+    values, noise = cells.predict(pool[scored]).mean, max(cells.noise, MIN_NOISE)
+    excess = np.maximum(scores - expected_score(values, noise, 0.0), 0.0)
+    if not (excess > _MIN_EXCESS_SDS * noise).any():
+        return scored[:0]
+    amplitude = _VALUE_SHARE * max(float(values.max()), noise)
+    some = randomness.permutation(np.flatnonzero(allowed))[:_MAX_CANDIDATES]
+    return _nearest(pool, scored, excess, (noise / amplitude) ** 2, some)[:num]
 
 
-def most_alike(
+def most_similar(
     pool: Floats,
-    asked: Ints,
+    scored: Ints,
     scores: Floats,
     num: int,
     allowed: NDArray[np.bool_],
@@ -140,20 +141,20 @@ def most_alike(
 
     Args:
         pool: [m, F] rows of all models.
-        asked: [n] pool indices of scored models.
-        scores: [n] their scores.
+        scored: [n] pool indices of scored models.
+        scores: [n] scores of these models, 0-100.
         num: number of models; fewer if there are no more.
         allowed: [m] whether a model may be chosen.
         randomness: decides between equally similar models.
     """
-    return _nearest(pool, asked, scores, _ALIKE_NOISE, randomness.permutation(np.flatnonzero(allowed)))[:num]
+    return _nearest(pool, scored, scores, _SIMILAR_NOISE, randomness.permutation(np.flatnonzero(allowed)))[:num]
 
 
-def _nearest(pool: Floats, asked: Ints, scores: Floats, noise: float, open_: Ints) -> Ints:
+def _nearest(pool: Floats, scored: Ints, scores: Floats, noise: float, open_: Ints) -> Ints:
     """Open models by their expected scores, highest first; the noise is a share of the amplitude."""
     variance = pool.var(axis=0)
     varies = variance > 0.0
     weights = np.zeros(len(variance))
-    weights[varies] = _ALIKE_DISTANCE / (2.0 * varies.sum() * variance[varies])
-    alike = condition(Hyperparameters(MAX_SCORE**2, weights, noise * MAX_SCORE**2), observe(pool[asked], scores))
-    return open_[np.argsort(-alike.predict(pool[open_]).mean, kind="stable")]
+    weights[varies] = _SIMILAR_DISTANCE / (2.0 * varies.sum() * variance[varies])
+    process = condition(Hyperparameters(MAX_SCORE**2, weights, noise * MAX_SCORE**2), observe(pool[scored], scores))
+    return open_[np.argsort(-process.predict(pool[open_]).mean, kind="stable")]

@@ -28,7 +28,7 @@ from grammarlab.preference.base import MAX_SCORE
 
 HALF_STEP = 0.5
 """h, in points."""
-_LEAST = 1e-12
+_MIN_LIKELIHOOD = 1e-12
 """Smallest likelihood of a score, for any noise."""
 
 Singles = NDArray[np.float32]
@@ -41,7 +41,7 @@ class Intervals:
     low: Floats
     """[n] points; minus infinity if the interval is open."""
     high: Floats
-    """[n] points."""
+    """[n] points; infinity if the interval is open."""
     length: Floats
     """[n] probability of the label by chance, in percent."""
     looks: Floats
@@ -89,28 +89,28 @@ def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blu
     >>> np.exp(log_likelihood(np.array([0.0, 50.0]), np.array([0.0, 50.0]), 0.1, 0.0)).round(3).tolist()
     [[1.0, 0.0], [0.0, 1.0]]
     """
-    said = scores if isinstance(scores, Intervals) else intervals_of(scores)
-    low, high, length = said.low[:, None], said.high[:, None], said.length[:, None]
-    deviation = said.deviation(noise)[:, None]
-    meant = ndtr((high - values) / deviation) - ndtr((low - values) / deviation)
-    return np.log((1.0 - blunders) * meant + blunders * length / MAX_SCORE + _LEAST).astype(np.float32)
+    intervals = scores if isinstance(scores, Intervals) else intervals_of(scores)
+    low, high, length = intervals.low[:, None], intervals.high[:, None], intervals.length[:, None]
+    deviation = intervals.deviation(noise)[:, None]
+    probability = ndtr((high - values) / deviation) - ndtr((low - values) / deviation)
+    return np.log((1.0 - blunders) * probability + blunders * length / MAX_SCORE + _MIN_LIKELIHOOD).astype(np.float32)
 
 
 def matched(
-    said: Intervals, means: Floats, variances: Floats, noise: float, blunders: float
+    intervals: Intervals, means: Floats, variances: Floats, noise: float, blunders: float
 ) -> tuple[Floats, Floats, Floats]:
     """Log-evidence [n], posterior mean [n] and variance [n] of values with normal priors, given labels.
 
     Args:
-        said: [n] intervals of the labels.
+        intervals: [n] intervals of the labels.
         means: [n] prior means of the values.
         variances: [n] prior variances, > 0.
         noise: sigma >= 0, in points.
         blunders: pi, 0 to 1.
     """
-    deviation = np.sqrt(variances + said.deviation(noise) ** 2)
-    low, high = (said.low - means) / deviation, (said.high - means) / deviation
-    evidence = (1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * said.length / MAX_SCORE + _LEAST
+    deviation = np.sqrt(variances + intervals.deviation(noise) ** 2)
+    low, high = (intervals.low - means) / deviation, (intervals.high - means) / deviation
+    evidence = (1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * intervals.length / MAX_SCORE + _MIN_LIKELIHOOD
     # First and second derivative of the evidence by the mean, divided by it.
     slope = (1.0 - blunders) * (_density(low) - _density(high)) / deviation / evidence
     curvature = (1.0 - blunders) * (_moment(low) - _moment(high)) / deviation**2 / evidence

@@ -14,7 +14,7 @@ from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
+class Differences:
     """Observations that are differences of two rows, and their variances."""
 
     others: Floats
@@ -24,9 +24,9 @@ class Beside:
     variances: Floats
     """[n] variance of each observation; 0 for mean scores, which have the noise of their labels."""
 
-    def take(self, chosen: Ints) -> Beside:
+    def take(self, chosen: Ints) -> Differences:
         """The values of selected observations."""
-        return Beside(self.others[chosen], self.compared[chosen], self.variances[chosen])
+        return Differences(self.others[chosen], self.compared[chosen], self.variances[chosen])
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,35 +49,39 @@ class Observations:
     """[n] number of labels of each row, >= 1."""
     spread: float
     """Sum over all labels of the squared distance to their row's mean: 0 where no labels contradict each other."""
-    beside: Beside | None = None
+    differences: Differences | None = None
     """Differences and variances; None if all observations are scores."""
 
     def take(self, chosen: Ints) -> Observations:
         """Selected rows; the spread is scaled by the number of labels beyond one per row."""
         extra = float(np.sum(self.counts - 1.0))
-        kept = float(np.sum(self.counts[chosen] - 1.0))
-        spread = self.spread * kept / extra if extra else 0.0
-        beside = None if self.beside is None else self.beside.take(chosen)
-        return Observations(self.rows[chosen], self.means[chosen], self.counts[chosen], spread, beside)
+        repeats = float(np.sum(self.counts[chosen] - 1.0))
+        spread = self.spread * repeats / extra if extra else 0.0
+        differences = None if self.differences is None else self.differences.take(chosen)
+        return Observations(self.rows[chosen], self.means[chosen], self.counts[chosen], spread, differences)
 
     @property
-    def looked_at(self) -> Floats:
-        """[N, F] the rows, and all subtracted rows."""
-        if self.beside is None:
+    def all_rows(self) -> Floats:
+        """[N, F] rows, and all subtracted rows."""
+        if self.differences is None:
             return self.rows
-        return np.concatenate([self.rows, self.beside.others[self.beside.compared > 0.0]])
+        return np.concatenate([self.rows, self.differences.others[self.differences.compared > 0.0]])
 
     def scaled(self, scales: Floats, highest: float) -> Observations:
-        """The same with rows divided by the scale of each column [F], and scores by the highest one."""
-        beside = self.beside
-        if beside is not None:
-            beside = Beside(beside.others / scales, beside.compared, beside.variances / highest**2)
-        return Observations(self.rows / scales, self.means / highest, self.counts, self.spread / highest**2, beside)
+        """Observations with rows divided by the scale of each column [F], and scores by the highest one."""
+        differences = self.differences
+        if differences is not None:
+            differences = Differences(
+                differences.others / scales, differences.compared, differences.variances / highest**2
+            )
+        return Observations(
+            self.rows / scales, self.means / highest, self.counts, self.spread / highest**2, differences
+        )
 
     def of_columns(self, columns: Ints) -> Observations:
-        """The same with selected columns only."""
-        beside = self.beside and replace(self.beside, others=self.beside.others[:, columns])
-        return replace(self, rows=self.rows[:, columns], beside=beside)
+        """Observations with selected columns only."""
+        differences = self.differences and replace(self.differences, others=self.differences.others[:, columns])
+        return replace(self, rows=self.rows[:, columns], differences=differences)
 
 
 def observe(rows: Rows, scores: ArrayLike) -> Observations:

@@ -1,6 +1,6 @@
 """Query strategies: the five of section 4.4 of the paper, and the mix that learns fastest.
 
-Every strategy is a pure function of a situation, a number of models and a seed. All except `already_ranked` choose
+Every strategy is a pure function of a situation, a number of models and a seed. All except `_already_ranked` choose
 among the models of the pool without a score.
 """
 
@@ -16,22 +16,22 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
-from grammarlab.preference.blended import FEWEST, BlendedPreference
+from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.liked import (
-    EXACT,
+    EXACT_NOISE,
     FEW_LIKED,
-    LEAST_NOISE,
+    MIN_NOISE,
     liked,
     liked_are_rare,
-    most_alike,
-    most_missed,
+    most_similar,
+    most_unexplained,
     noise_of,
     surely_liked,
 )
 from grammarlab.preference.processes.disagreement import (
     cautious_weights,
+    conditional_covariance,
     doubtful_weights,
-    given,
     joint,
     most_doubtful,
     most_telling,
@@ -46,27 +46,27 @@ LIKED_SHARE = 0.5
 """Share of a default batch that checks models that seem liked."""
 NOISE = 1e-2
 """Variance of a score in `default`, as a share of the squared highest score."""
-LEAST_OF_PROCESS = 0.25, 0.5
+MIN_PROCESS_SHARES = 0.25, 0.5
 """Share of a default batch that a process chooses, for persons with and without errors, since cells may be
 overconfident."""
-LEAST_LIKED = 20.0
+MIN_HIGHEST = 20.0
 """Smallest assumed highest value, in points."""
 LIKED_PART = 0.25
 """Share of the highest value from which a model seems liked to cells."""
-SCARCE = 1 / 64
+SCARCE_SHARE = 1 / 64
 """Share of models of the grammar that seem liked, below which half of the questions are about models that do."""
 SMALL_PART = 0.1
 """Share of the highest value below which an expected value is too small as a divisor."""
-NOVELTY = 0.1
+NOVELTY_VARIANCE = 0.1
 """Variance of new effects unknown to cells, as a share of the squared highest value."""
-_CANDIDATES = (800, 200)
+_MAX_CANDIDATES = (800, 200)
 """Largest number of candidates of `default`, from the grammar and from elsewhere."""
 
-_PER_CHANCE = 8
+_QUESTIONS_PER_RANDOM = 8
 """Number of questions by cells of which one, rounded to the nearest number, is about a model at random."""
-_PER_MISSED = 8
+_QUESTIONS_PER_EXCESS = 8
 """Number of questions of which one, rounded to the nearest number, is about a model similar to an unexplained one."""
-_TOGETHER = 256
+_BLOCK_SIZE = 256
 """Number of known models per block of distances."""
 
 
@@ -86,10 +86,10 @@ class Situation:
     """[m, F] rows of all models of the pool."""
     from_grammar: NDArray[np.bool_]
     """[m] whether a model is a sample of the grammar itself; the others come from a flattened one."""
-    asked: Ints
+    scored: Ints
     """[n] pool indices of the models that have a score, in order."""
     scores: Floats
-    """[n] their scores, 0 to 100."""
+    """[n] scores of these models, 0 to 100."""
     preference: AbstractPreference | None
     """Current preference; None before the first label."""
     weights: Floats | None = None
@@ -120,7 +120,7 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
             ``default``.
         situation: the pool and the state.
         num: number of models, >= 0; fewer if there are no more.
-        seed: the same seed gives the same models.
+        seed: seed of the random choices; the same seed gives the same models.
 
     Returns:
         [num] different indices into the pool.
@@ -136,8 +136,10 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
     """
     if way not in WAYS:
         raise UsageError(f"unknown query strategy {way!r}; expected one of {', '.join(WAYS)}.")
-    known = len(situation.asked) if way == "already ranked" else len(situation.pool) - len(np.unique(situation.asked))
-    return WAYS[way](situation, min(num, known), np.random.default_rng(seed))
+    available = (
+        len(situation.scored) if way == "already ranked" else len(situation.pool) - len(np.unique(situation.scored))
+    )
+    return WAYS[way](situation, min(num, available), np.random.default_rng(seed))
 
 
 def _default(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
@@ -162,18 +164,20 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         return _grammar(situation, num, randomness)
     if not isinstance(preference, BlendedPreference):
         return _mixed(preference, situation, num, randomness)
-    pool, asked, scores = situation.pool, situation.asked, situation.scores
-    rare, alike = liked_are_rare(scores, preference.noise, preference.blunders), np.zeros(0, dtype=np.int64)
-    sure = surely_liked(preference, pool[asked], scores)
-    if len(scores) >= FEWEST and situation.liked.any() and np.count_nonzero(sure) < FEW_LIKED:
+    pool, scored, scores = situation.pool, situation.scored, situation.scores
+    rare, similar = liked_are_rare(scores, preference.noise, preference.blunders), np.zeros(0, dtype=np.int64)
+    sure = surely_liked(preference, pool[scored], scores)
+    if len(scores) >= MIN_LABELS and situation.liked.any() and np.count_nonzero(sure) < FEW_LIKED:
         most = num if rare and sure.any() else num // 2
-        alike = most_alike(pool, asked, scores, most, _unasked(situation), randomness)
+        similar = most_similar(pool, scored, scores, most, _is_unscored(situation), randomness)
         if not sure.any():
             # Probably all of them are blunders, and what is liked has still to be found.
             situation = replace(situation, scores=np.where(situation.liked, 0.0, scores))
-    elif len(scores) >= FEWEST:
-        alike = most_missed(preference, pool, asked, scores, _one_in(_PER_MISSED, num), _unasked(situation), randomness)
-    return np.append(alike, _informative(preference, situation, num - len(alike), alike, rare, randomness))
+    elif len(scores) >= MIN_LABELS:
+        similar = most_unexplained(
+            preference, pool, scored, scores, _one_in(_QUESTIONS_PER_EXCESS, num), _is_unscored(situation), randomness
+        )
+    return np.append(similar, _informative(preference, situation, num - len(similar), similar, rare, randomness))
 
 
 def _informative(
@@ -199,15 +203,15 @@ def _informative(
     scarce = _are_scarce(preference, situation)
     by_liking = scarce or (rare and bool(situation.liked.any()))
     candidates = _candidates(situation, num, but, by_liking, randomness)
-    least = LEAST_OF_PROCESS[preference.partition.noise <= EXACT]
+    least = MIN_PROCESS_SHARES[preference.partition.noise <= EXACT_NOISE]
     if rare or not situation.liked.any():
         least = 1.0
     apart = _among_liked(preference, situation, candidates, num // 2 if scarce else 0)
     by_process = min(round(max(preference.share, least) * (num - len(apart))), len(candidates) - len(apart))
     first = np.append(apart, _of_process(preference.process, situation, candidates, apart, by_process, rare))
-    left = min(num, len(candidates)) - len(first)
-    by_chance = 0 if rare else _one_in(_PER_CHANCE, left)
-    second = _of_cells(preference, situation, candidates, first, left - by_chance)
+    remaining = min(num, len(candidates)) - len(first)
+    by_chance = 0 if rare else _one_in(_QUESTIONS_PER_RANDOM, remaining)
+    second = _of_cells(preference, situation, candidates, first, remaining - by_chance)
     open_ = np.ones(len(candidates), dtype=bool)
     open_[np.concatenate((first, second))] = False
     third = _drawn(open_, situation.from_grammar[candidates].astype(np.float64), by_chance, randomness)
@@ -220,27 +224,29 @@ def _one_in(per: int, num: int) -> int:
 
 def _are_scarce(preference: BlendedPreference, situation: Situation) -> bool:
     """Whether hardly any model of the grammar seems liked, although some scores are high."""
-    meant = preference.predict(situation.pool).mean
-    highest = float(meant.max(initial=0.0))
-    if not situation.liked.any() or highest < LEAST_LIKED:
+    mean = preference.predict(situation.pool).mean
+    highest = float(mean.max(initial=0.0))
+    if not situation.liked.any() or highest < MIN_HIGHEST:
         return False
-    return float(np.mean(meant[situation.from_grammar] > LIKED_PART * highest)) < SCARCE
+    return float(np.mean(mean[situation.from_grammar] > LIKED_PART * highest)) < SCARCE_SHARE
 
 
 def _among_liked(preference: BlendedPreference, situation: Situation, candidates: Ints, num: int) -> Ints:
     """Candidates that seem liked, each weighted by its value: the grammar makes hardly any of them."""
     if num <= 0:
         return np.zeros(0, dtype=np.int64)
-    rows, known = situation.pool[candidates], situation.pool[situation.asked]
-    meant = preference.predict(rows).mean
-    highest = float(meant.max(initial=0.0))
-    seem = meant > LIKED_PART * highest
-    noise = max(preference.partition.noise, LEAST_NOISE) ** 2
-    good = known[preference.partition.predict(known).mean > LIKED_PART * highest]
+    rows, scored_rows = situation.pool[candidates], situation.pool[situation.scored]
+    mean = preference.predict(rows).mean
+    highest = float(mean.max(initial=0.0))
+    seem = mean > LIKED_PART * highest
+    noise = max(preference.partition.noise, MIN_NOISE) ** 2
+    good = scored_rows[preference.partition.predict(scored_rows).mean > LIKED_PART * highest]
     weights = cautious_weights(preference.process, rows)
-    weights = weights + doubtful_weights(preference.process, good if len(good) else known)
-    covariance = preference.partition.joint(rows)[1] + unexplained(known, rows, weights, NOVELTY * highest**2, noise)
-    return most_doubtful(covariance, min(num, int(seem.sum())), noise, meant * seem, seem)
+    weights = weights + doubtful_weights(preference.process, good if len(good) else scored_rows)
+    covariance = preference.partition.joint(rows)[1] + unexplained(
+        scored_rows, rows, weights, NOVELTY_VARIANCE * highest**2, noise
+    )
+    return most_doubtful(covariance, min(num, int(seem.sum())), noise, mean * seem, seem)
 
 
 def _of_process(
@@ -250,17 +256,17 @@ def _of_process(
     rows, typical = situation.pool[candidates], situation.stands_for(candidates)
     noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
     open_[chosen] = False
-    known = situation.pool[situation.asked]
-    good = known[situation.liked]
-    mean, covariance = joint(preference, rows, doubtful_weights(preference, good if len(good) else known))
+    scored_rows = situation.pool[situation.scored]
+    good = scored_rows[situation.liked]
+    mean, covariance = joint(preference, rows, doubtful_weights(preference, good if len(good) else scored_rows))
     elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
     stakes = np.maximum(mean, 0.0) * typical if len(good) else elsewhere
     share = 1.0 if rare and not len(good) else LIKED_SHARE
-    first = most_doubtful(given(covariance, chosen, noise), round(share * num), noise, stakes, open_)
+    first = most_doubtful(conditional_covariance(covariance, chosen, noise), round(share * num), noise, stakes, open_)
     open_[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
     before = np.append(chosen, first)
-    second = most_telling(given(covariance, before, noise), num - len(first), noise, typical, open_)
+    second = most_telling(conditional_covariance(covariance, before, noise), num - len(first), noise, typical, open_)
     return np.concatenate((first, second))
 
 
@@ -272,23 +278,25 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
     if num <= 0:
         return np.zeros(0, dtype=np.int64)
     cells, process = preference.partition, preference.process
-    rows, known = situation.pool[candidates], situation.pool[situation.asked]
-    meant = cells.predict(known).mean
-    highest = max(float(meant.max(initial=0.0)), LEAST_LIKED)
-    good = known[meant > LIKED_PART * highest]
-    noise = max(cells.noise, LEAST_NOISE) ** 2
+    rows, scored_rows = situation.pool[candidates], situation.pool[situation.scored]
+    scored_means = cells.predict(scored_rows).mean
+    highest = max(float(scored_means.max(initial=0.0)), MIN_HIGHEST)
+    good = scored_rows[scored_means > LIKED_PART * highest]
+    noise = max(cells.noise, MIN_NOISE) ** 2
     mean, covariance = cells.joint(rows)
     stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
     open_ = np.ones(len(candidates), dtype=bool)
     open_[chosen] = False
     cautious = cautious_weights(process, rows)
-    doubtful = cautious + doubtful_weights(process, good if len(good) else known)
-    amplitude = NOVELTY * highest**2
-    unlike = [unexplained(known, rows, weights, amplitude, noise) for weights in (doubtful, cautious)]
-    first = most_doubtful(given(covariance + unlike[0], chosen, noise), num // 2, noise, stakes, open_)
+    doubtful = cautious + doubtful_weights(process, good if len(good) else scored_rows)
+    amplitude = NOVELTY_VARIANCE * highest**2
+    unlike = [unexplained(scored_rows, rows, weights, amplitude, noise) for weights in (doubtful, cautious)]
+    first = most_doubtful(conditional_covariance(covariance + unlike[0], chosen, noise), num // 2, noise, stakes, open_)
     open_[first] = False
     before = np.concatenate((chosen, first))
-    second = most_telling(given(covariance + unlike[1], before, noise), num - len(first), noise, stakes, open_)
+    second = most_telling(
+        conditional_covariance(covariance + unlike[1], before, noise), num - len(first), noise, stakes, open_
+    )
     return np.concatenate((first, second))
 
 
@@ -302,7 +310,7 @@ def _candidates(situation: Situation, num: int, but: Ints, by_liking: bool, rand
         by_liking: whether those from elsewhere are the models with the highest predictions, not models at random.
         randomness: generator.
     """
-    open_ = _unasked(situation)
+    open_ = _is_unscored(situation)
     open_[but] = False
     pools = [
         randomness.permutation(np.flatnonzero(open_ & kind))
@@ -311,23 +319,23 @@ def _candidates(situation: Situation, num: int, but: Ints, by_liking: bool, rand
     if by_liking and situation.preference is not None:
         liking = situation.preference.predict(situation.pool[pools[1]]).mean
         pools[1] = pools[1][np.argsort(-liking, kind="stable")]
-    chosen = [pool[:most] for pool, most in zip(pools, _CANDIDATES, strict=True)]
+    chosen = [pool[:most] for pool, most in zip(pools, _MAX_CANDIDATES, strict=True)]
     missing = num - sum(len(part) for part in chosen)
     if missing > 0:
-        chosen += [pool[most:] for pool, most in zip(pools, _CANDIDATES, strict=True)]
+        chosen += [pool[most:] for pool, most in zip(pools, _MAX_CANDIDATES, strict=True)]
     return np.concatenate(chosen)
 
 
 def _mixed(preference: AbstractPreference, situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
     """Strategy for preferences without covariances: one half by the current density, one half by uncertainty."""
-    prediction, open_ = preference.predict(situation.pool), _unasked(situation)
+    prediction, open_ = preference.predict(situation.pool), _is_unscored(situation)
     first = _drawn(open_, prediction.mean * situation.from_grammar, num // 2, randomness)
     open_[first] = False
     return np.concatenate((first, _drawn(open_, prediction.std, num - len(first), randomness)))
 
 
 def _grammar(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
-    return _drawn(_unasked(situation), situation.from_grammar.astype(np.float64), num, randomness)
+    return _drawn(_is_unscored(situation), situation.from_grammar.astype(np.float64), num, randomness)
 
 
 def _density(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
@@ -336,7 +344,7 @@ def _density(situation: Situation, num: int, randomness: np.random.Generator) ->
     if preference is None:
         return _grammar(situation, num, randomness)
     liking = np.clip(preference.predict(situation.pool).mean, 0.0, MAX_SCORE) / MAX_SCORE
-    open_ = _unasked(situation)
+    open_ = _is_unscored(situation)
     first = _drawn(open_, liking * situation.from_grammar, (num + 1) // 2, randomness)
     open_[first] = False
     second = _drawn(open_, (1.0 - liking) * situation.from_grammar, num - len(first), randomness)
@@ -349,18 +357,18 @@ def _uncertainty(situation: Situation, num: int, randomness: np.random.Generator
     if preference is None:
         return _grammar(situation, num, randomness)
     deviation = preference.predict(situation.pool).std
-    return _drawn(_unasked(situation), deviation * situation.from_grammar, num, randomness)
+    return _drawn(_is_unscored(situation), deviation * situation.from_grammar, num, randomness)
 
 
 def _already_ranked(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
     """Scored models, ordered by the difference of their score from its prediction by the others, largest first."""
-    asked, first = np.unique(situation.asked[::-1], return_index=True)
+    models, first = np.unique(situation.scored[::-1], return_index=True)
     scores = situation.scores[::-1][first]
-    order = randomness.permutation(len(asked))
+    order = randomness.permutation(len(models))
     if situation.preference is not None:
-        surprise = np.abs(situation.preference.predict(situation.pool[asked]).mean - scores)
+        surprise = np.abs(situation.preference.predict(situation.pool[models]).mean - scores)
         order = order[np.argsort(-surprise[order], kind="stable")]
-    return asked[order[:num]]
+    return models[order[:num]]
 
 
 def _uniform(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
@@ -373,23 +381,23 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
     scaled = rows[:, weights > 0.0] * np.sqrt(weights[weights > 0.0])
     chosen = np.empty(num, dtype=np.int64)
     nearest = np.full(len(rows), np.inf)
-    for start in range(0, len(situation.asked), _TOGETHER):
-        some = situation.asked[start : start + _TOGETHER]
+    for start in range(0, len(situation.scored), _BLOCK_SIZE):
+        some = situation.scored[start : start + _BLOCK_SIZE]
         nearest = np.minimum(nearest, squared_distances(scaled, scaled[some]).min(axis=1))
     # Equal distances are common among counts; the seed decides between them.
     order = randomness.permutation(len(rows))
-    open_ = _unasked(situation)
-    for place in range(num):
+    open_ = _is_unscored(situation)
+    for index in range(num):
         distance = np.where(open_, nearest, -1.0)[order]
-        best = chosen[place] = order[np.argmax(distance)]
+        best = chosen[index] = order[np.argmax(distance)]
         open_[best] = False
         nearest = np.minimum(nearest, squared_distances(scaled, scaled[[best]])[:, 0])
     return chosen
 
 
-def _unasked(situation: Situation) -> NDArray[np.bool_]:
+def _is_unscored(situation: Situation) -> NDArray[np.bool_]:
     open_ = np.ones(len(situation.pool), dtype=bool)
-    open_[situation.asked] = False
+    open_[situation.scored] = False
     return open_
 
 

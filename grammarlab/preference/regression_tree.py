@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 
-_MOST_CODES = 128
+_MAX_CODES = 128
 """Largest number of different values of a column; more are divided into this number of ranges of equal size."""
-_LEAST_GAIN = 1e-9
+_MIN_GAIN = 1e-9
 """Smallest gain of a split, as a share of the mean value."""
-_TIE = 1e-9
+_TIE_TOLERANCE = 1e-9
 """Relative difference of gains that count as equal; then the first column is used."""
-_AT_ONCE = 1 << 22
+_MAX_CODES_AT_ONCE = 1 << 22
 """Number of codes that are summed at once."""
 
 
@@ -76,7 +76,7 @@ class _Growth:
         self.rows, self.roots, self.weights, self.columns = rows, roots, weights, columns
         self.codes, self.edges = _coded(rows, columns)
         self.width = max([1, *(len(edges) + 1 for edges in self.edges)])
-        self.least = _LEAST_GAIN * float(weights @ roots**2)
+        self.least = _MIN_GAIN * float(weights @ roots**2)
 
     def run(self, max_leaves: int) -> tuple[Split, ...]:
         leaf_rows = [np.arange(len(self.roots))]
@@ -85,60 +85,60 @@ class _Growth:
         splits: list[Split] = []
         while waiting and len(leaf_rows) < max_leaves:
             _, leaf, column, code = heappop(waiting)
-            own = leaf_rows[leaf]
-            bound = self._bound(own, column, code)
-            above = self.rows[own, self.columns[column]] >= bound
+            rows = leaf_rows[leaf]
+            bound = self._bound(rows, column, code)
+            above = self.rows[rows, self.columns[column]] >= bound
             splits.append(Split(leaf, int(self.columns[column]), bound))
-            leaf_rows[leaf] = own[~above]
-            leaf_rows.append(own[above])
+            leaf_rows[leaf] = rows[~above]
+            leaf_rows.append(rows[above])
             for number in (leaf, len(leaf_rows) - 1):
                 self._offer(waiting, number, leaf_rows[number])
         return tuple(splits)
 
-    def _offer(self, waiting: list[tuple[float, int, int, int]], leaf: int, own: Ints) -> None:
+    def _offer(self, waiting: list[tuple[float, int, int, int]], leaf: int, rows: Ints) -> None:
         """Add the best split of a leaf to the queue, if there is one."""
-        if len(own) < 2 or not len(self.columns) or np.ptp(self.roots[own]) == 0.0:
+        if len(rows) < 2 or not len(self.columns) or np.ptp(self.roots[rows]) == 0.0:
             return
-        gains = np.concatenate([self._gains(own, first, last) for first, last in pairwise(self._parts(len(own)))])
-        best = int(np.argmax(gains.max(axis=1) >= gains.max() * (1.0 - _TIE)))
+        gains = np.concatenate([self._gains(rows, first, last) for first, last in pairwise(self._parts(len(rows)))])
+        best = int(np.argmax(gains.max(axis=1) >= gains.max() * (1.0 - _TIE_TOLERANCE)))
         code = int(gains[best].argmax())
         if gains[best, code] > self.least:
             heappush(waiting, (-float(gains[best, code]), leaf, best, code))
 
     def _parts(self, num_rows: int) -> list[int]:
-        step = max(1, _AT_ONCE // num_rows)
+        step = max(1, _MAX_CODES_AT_ONCE // num_rows)
         return [*range(0, len(self.columns), step), len(self.columns)]
 
-    def _gains(self, own: Ints, first: int, last: int) -> Floats:
+    def _gains(self, rows: Ints, first: int, last: int) -> Floats:
         """[last - first, width] squared error that each split of columns removes."""
-        place = (self.codes[own, first:last] + np.arange(last - first) * self.width).ravel()
-        weights = self.weights[own]
+        cell = (self.codes[rows, first:last] + np.arange(last - first) * self.width).ravel()
+        weights = self.weights[rows]
         sums = [
-            np.bincount(place, np.repeat(values, last - first), (last - first) * self.width)
+            np.bincount(cell, np.repeat(values, last - first), (last - first) * self.width)
             .reshape(-1, self.width)
             .cumsum(axis=1)
-            for values in (weights, weights * self.roots[own], np.ones(len(own)))
+            for values in (weights, weights * self.roots[rows], np.ones(len(rows)))
         ]
         mass, total, number = sums
-        left, right = mass, mass[:, -1:] - mass
+        left_mass, right_mass = mass, mass[:, -1:] - mass
         with np.errstate(divide="ignore", invalid="ignore"):
-            gains = total**2 / left + (total[:, -1:] - total) ** 2 / right - total[:, -1:] ** 2 / mass[:, -1:]
+            gains = total**2 / left_mass + (total[:, -1:] - total) ** 2 / right_mass - total[:, -1:] ** 2 / mass[:, -1:]
         # Rounding error of an empty remainder.
-        possible = (left > 0.0) & (right > 1e-12 * mass[:, -1:])
+        possible = (left_mass > 0.0) & (right_mass > 1e-12 * mass[:, -1:])
         possible &= np.minimum(number, number[:, -1:] - number) >= self.least_rows
         return np.where(possible, gains, 0.0)
 
-    def _bound(self, own: Ints, column: int, code: int) -> float:
+    def _bound(self, rows: Ints, column: int, code: int) -> float:
         """A round number between the values on both sides of a split, at the best place within its ranges."""
-        values = self.rows[own, self.columns[column]]
+        values = self.rows[rows, self.columns[column]]
         order = np.argsort(values, kind="stable")
-        values, weights, roots = values[order], self.weights[own][order], self.roots[own][order]
+        values, weights, roots = values[order], self.weights[rows][order], self.roots[rows][order]
         cuts = np.flatnonzero(np.diff(values) > 0.0)
-        codes = self.codes[own, column][order]
+        codes = self.codes[rows, column][order]
         cuts = cuts[(codes[cuts] <= code + 1) & (codes[cuts + 1] >= code)]
         mass, total = np.cumsum(weights), np.cumsum(weights * roots)
-        left, right = mass[cuts], np.maximum(mass[-1] - mass[cuts], 1e-300)
-        best = int(cuts[np.argmax(total[cuts] ** 2 / left + (total[-1] - total[cuts]) ** 2 / right)])
+        left_mass, right_mass = mass[cuts], np.maximum(mass[-1] - mass[cuts], 1e-300)
+        best = int(cuts[np.argmax(total[cuts] ** 2 / left_mass + (total[-1] - total[cuts]) ** 2 / right_mass)])
         return round_between(float(values[best]), float(values[best + 1]))
 
 
@@ -149,9 +149,9 @@ def round_between(low: float, high: float) -> float:
     (3.0, 1.0, 4.5)
     """
     for digits in range(-6, 17):
-        found = float(f"{np.floor(high * 10.0**digits) / 10.0**digits:.{max(digits, 0)}f}")
-        if low < found <= high:
-            return found
+        rounded = float(f"{np.floor(high * 10.0**digits) / 10.0**digits:.{max(digits, 0)}f}")
+        if low < rounded <= high:
+            return rounded
     return high
 
 
@@ -159,10 +159,10 @@ def _coded(rows: Floats, columns: Ints) -> tuple[NDArray[np.int64], list[Floats]
     """[n, C] the range of each value, and the lower ends of the ranges after the first."""
     codes = np.zeros((len(rows), len(columns)), dtype=np.int64)
     edges: list[Floats] = []
-    for place, column in enumerate(columns.tolist()):
+    for index, column in enumerate(columns.tolist()):
         values = np.unique(rows[:, column])
-        if len(values) > _MOST_CODES:
-            values = np.unique(np.quantile(rows[:, column], np.arange(_MOST_CODES) / _MOST_CODES, method="lower"))
+        if len(values) > _MAX_CODES:
+            values = np.unique(np.quantile(rows[:, column], np.arange(_MAX_CODES) / _MAX_CODES, method="lower"))
         edges.append(values[1:])
-        codes[:, place] = np.searchsorted(values[1:], rows[:, column], side="right")
+        codes[:, index] = np.searchsorted(values[1:], rows[:, column], side="right")
     return codes, edges

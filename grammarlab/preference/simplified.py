@@ -21,7 +21,7 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.regression_tree import Split, leaves_of
 
-_MOST = 256
+_MAX_VALUES = 256
 """Largest number of different values; more are first merged into this number of steps of their roots."""
 
 
@@ -39,19 +39,19 @@ def drawn_to_levels(values: Floats, masses: Floats, num_levels: int) -> Floats:
     >>> drawn_to_levels(np.array([60.0, 20.0, 22.0, 0.0]), np.ones(4), 3).round(6).tolist()
     [60.0, 21.0, 21.0, 0.0]
     """
-    different, place = np.unique(values, return_inverse=True)
+    different, inverse = np.unique(values, return_inverse=True)
     if len(different) <= num_levels:
         return values
-    if len(different) > _MOST:
-        steps = np.floor(np.sqrt(different / different[-1]) * (_MOST - 1)).astype(np.int64)
-        place = np.unique(steps, return_inverse=True)[1][place]
+    if len(different) > _MAX_VALUES:
+        steps = np.floor(np.sqrt(different / different[-1]) * (_MAX_VALUES - 1)).astype(np.int64)
+        inverse = np.unique(steps, return_inverse=True)[1][inverse]
     # If all masses are 0, all values have equal weight.
     masses = masses + 1e-12 * max(float(masses.sum()), 1e-300)
-    mass = np.bincount(place, masses).astype(np.float64)
-    means = np.bincount(place, masses * values) / mass
+    mass = np.bincount(inverse, masses).astype(np.float64)
+    means = np.bincount(inverse, masses * values) / mass
     ends = _cuts(np.sqrt(means), mass, min(num_levels, len(means)))
     level = np.repeat(np.arange(len(ends) - 1), np.diff(ends))
-    return (np.bincount(level, mass * means) / np.bincount(level, mass))[level[place]]
+    return (np.bincount(level, mass * means) / np.bincount(level, mass))[level[inverse]]
 
 
 def _cuts(roots: Floats, mass: Floats, num_levels: int) -> list[int]:
@@ -74,12 +74,13 @@ def _cuts(roots: Floats, mass: Floats, num_levels: int) -> list[int]:
     return [0, *reversed(ends)]
 
 
-MOST_COLUMNS = 20
+MAX_COLUMNS = 20
 """Largest number of columns added one by one."""
-LEAST_GAIN = 2e-4
+MIN_GAIN = 2e-4
 """Smallest gain of an added column."""
 _ROUNDING = 1e-9
-_MOST_GROUPS = 4
+"""Tolerance of losses, for rounding errors."""
+_MAX_GROUP_RATIO = 4
 """Largest ratio of group numbers to models for which sums over sparse numbers are faster than renumbering."""
 
 
@@ -97,9 +98,9 @@ def needed_columns(rows: Floats, values: Floats, weights: Floats, candidates: In
         [K] columns, the most informative first.
     """
     search = _Search(rows, values, weights, candidates)
-    bound = search.left(candidates.tolist()) + tolerance + _ROUNDING
+    bound = search.loss(candidates.tolist()) + tolerance + _ROUNDING
     chosen = search.upwards(bound)
-    if search.left(chosen) > bound:
+    if search.loss(chosen) > bound:
         chosen = candidates.tolist()
     return np.array(search.downwards(chosen, bound), dtype=np.int64)
 
@@ -113,9 +114,9 @@ class _Search:
         self.factors = dict(zip(self.candidates, factors, strict=True))
         self.values, self.weights = values, weights
 
-    def left(self, columns: Sequence[int]) -> float:
+    def loss(self, columns: Sequence[int]) -> float:
         """Loss of a set of columns."""
-        return self._left(self._sums(columns))
+        return self._loss(self._sums(columns))
 
     def upwards(self, bound: float) -> list[int]:
         """Columns added until they explain enough or none explains more."""
@@ -123,10 +124,10 @@ class _Search:
         waiting = self.candidates.copy()
         groups = np.zeros(len(self.values), dtype=np.int64)
         remaining = change(groups, self.values, self.weights)
-        while remaining > bound and waiting and len(chosen) < MOST_COLUMNS:
+        while remaining > bound and waiting and len(chosen) < MAX_COLUMNS:
             after = np.array([change(self._divided(groups, c), self.values, self.weights) for c in waiting])
             best = int(np.argmin(np.round(after, 9)))
-            if remaining - after[best] < LEAST_GAIN:
+            if remaining - after[best] < MIN_GAIN:
                 break
             remaining = float(after[best])
             chosen.append(waiting.pop(best))
@@ -135,20 +136,20 @@ class _Search:
 
     def downwards(self, columns: Sequence[int], bound: float) -> list[int]:
         """Columns removed as long as the others explain enough, the last one first."""
-        kept, sums = list(columns), self._sums(columns)
+        selected, sums = list(columns), self._sums(columns)
         for column in reversed(columns):
             without = sums - self._term(column)
-            if self._left(without) <= bound:
-                kept.remove(column)
+            if self._loss(without) <= bound:
+                selected.remove(column)
                 sums = without
-        return kept
+        return selected
 
     def _divided(self, groups: Ints, column: int) -> Ints:
         """[n] numbers of groups that are divided further by the values of a column, below a few times n."""
         codes = self.codes[column]
         width = int(codes.max(initial=0)) + 1
         divided = groups * width + codes
-        few = (int(groups.max(initial=0)) + 1) * width <= _MOST_GROUPS * len(codes)
+        few = (int(groups.max(initial=0)) + 1) * width <= _MAX_GROUP_RATIO * len(codes)
         return divided if few else _numbered(divided)
 
     def _sums(self, columns: Sequence[int]) -> Ints:
@@ -157,7 +158,7 @@ class _Search:
     def _term(self, column: int) -> Ints:
         return self.codes[column] * self.factors[column]
 
-    def _left(self, sums: Ints) -> float:
+    def _loss(self, sums: Ints) -> float:
         return change(_numbered(sums), self.values, self.weights)
 
 

@@ -26,7 +26,7 @@ Box = tuple[float | None, float | None, float | None]
 """Width, height and depth in metres; None for those that follow from the units."""
 _WIDEST = 10_000.0
 """Largest side of a box, metres."""
-_LOWER, _HIGHER = 0.75, 1.25
+_MIN_FACTOR, _MAX_FACTOR = 0.75, 1.25
 """Range of sizes of a family, as multiples of those of the example and the result."""
 
 
@@ -84,10 +84,10 @@ class Built:
             "boundary_edges": {"example": self.example_boundary, "result": self.boundary},
             "triangles": len(self.surface),
             "stitching": {"points_moved": self.closed.moved, "widest_gap": self.closed.farthest},
-            "size": [float(each) for each in self.surface.points.max(axis=0) - self.surface.points.min(axis=0)],
+            "size": [float(extent) for extent in self.surface.points.max(axis=0) - self.surface.points.min(axis=0)],
             "walls": [
-                {"name": each.region.name, "rows": each.grid.rows, "columns": each.grid.columns}
-                for each in self.tilings
+                {"name": tiling.region.name, "rows": tiling.grid.rows, "columns": tiling.grid.columns}
+                for tiling in self.tilings
             ],
             "notes": list(self.main.notes),
             "seconds": self.seconds,
@@ -185,7 +185,7 @@ def family_of(
         (heights, tiling.rows, main.rows.line),
     ):
         sizes = float(result[-1] - result[0]), float(example[-1] - example[0])
-        ranges.append(given or (_LOWER * min(sizes), _HIGHER * max(sizes)))
+        ranges.append(given or (_MIN_FACTOR * min(sizes), _MAX_FACTOR * max(sizes)))
     return building_family(parts_of(new.examples, new.stock), best.tilings, best.stretch, *ranges)
 
 
@@ -222,8 +222,8 @@ def build(
         grids = _grids(example, main, stretch, seed)
     with watch("assembly"):
         tilings = [tile(stock.walls, 0, main.grid, sources, stretch)]
-        for own, grid in enumerate(grids, start=1):
-            tilings.append(tile(stock.walls, own, grid, sources_of(stock.walls, (own,), grid), stretch))
+        for wall, grid in enumerate(grids, start=1):
+            tilings.append(tile(stock.walls, wall, grid, sources_of(stock.walls, (wall,), grid), stretch))
         pieces = assemble(stock.cut, tilings, stretch)
     with watch("stitching"):
         noise = max(region.noise for region in stock.walls)
@@ -246,23 +246,23 @@ def build(
 
 def _bent(surface: Surface, example: Example, main: Tiling) -> Surface:
     """The building; along an arc it is bent back, and cut at the lines of columns: long edges follow the arc."""
-    for at in main.columns:
-        plane = plane_of(main.region.side, 0, float(at))
+    for line in main.columns:
+        plane = plane_of(main.region.side, 0, float(line))
         surface = sliced(surface, plane.axis, plane.position, TOLERANCE)
     return surface.moved(example.bent(surface.points))
 
 
 def _grids(example: Example, main: Synthesis, stretch: Stretch, seed: int) -> list[LabelGrid]:
     """The grid of each region except the main one; equal walls get the same one."""
-    known: dict[tuple[Any, ...], LabelGrid] = {}
+    by_key: dict[tuple[Any, ...], LabelGrid] = {}
     grids = []
     for region in example.regions[1:]:
         rows, columns = counts_for(region, stretch)
         key = _key(region, rows, columns)
-        if key not in known:
-            found = synthesize([region.grid], rows, columns, method=main.method, seed=seed, count=1)
-            known[key] = found[0].grid
-        grids.append(LabelGrid.from_labels(known[key].labels, region.grid.names))
+        if key not in by_key:
+            results = synthesize([region.grid], rows, columns, method=main.method, seed=seed, count=1)
+            by_key[key] = results[0].grid
+        grids.append(LabelGrid.from_labels(by_key[key].labels, region.grid.names))
     return grids
 
 

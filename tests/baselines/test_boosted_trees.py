@@ -54,5 +54,5 @@ def test_the_number_of_trees_is_the_best_outside_the_samples(monkeypatch):
     chosen = fit(rows, scores)
     for number in (10, 100, MAX_TREES):
         monkeypatch.setattr(boosted_trees, "MAX_TREES", number)
-        monkeypatch.setattr(boosted_trees, "_TREES_AT_ONCE", number)
+        monkeypatch.setattr(boosted_trees, "_TREE_STEP", number)
         assert fit(rows, scores).error >= chosen.error - 1e-9

@@ -102,7 +102,7 @@ def test_the_picture_of_a_large_side_has_fewer_pixels_per_metre(
     run, rules, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At the usual 50 pixels per metre this picture would be larger than any renderer makes."""
-    monkeypatch.setattr("grammarlab.runs.facade.read.MOST_PIXELS", 4_800)
+    monkeypatch.setattr("grammarlab.runs.facade.read.MAX_PIXELS", 4_800)
     path = rules(
         "@StartRule\nLot --> s(480, 40, 1) primitiveCube() comp(f) { front : F }\n"
         "F --> split(x) { ~1 : Wall. | 100 : Window. | ~1 : Wall. }"

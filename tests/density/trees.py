@@ -86,7 +86,7 @@ def matches(pattern: Pattern, tree: Tree) -> int:
 def _runs(below: Below, tree: Tree) -> int:
     total = 0
     for start in range(len(tree.children) - len(below.run) + 1):
-        if below.place in (None, tree.children[start][0]):
+        if below.child in (None, tree.children[start][0]):
             ways = 1
             for step, inner in enumerate(below.run):
                 ways *= matches(inner, tree.children[start + step][1])

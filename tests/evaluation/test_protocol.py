@@ -10,7 +10,7 @@ from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
 from grammarlab.learning import interview as rounds_of
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
-from grammarlab.preference.liked import FEWEST
+from grammarlab.preference.liked import MIN_SCORED
 from tests.evaluation.doubles import LABELLED, POOL, world
 from tests.learning.bits import score_of
 
@@ -98,10 +98,10 @@ def test_a_wider_pool_is_offered_once_liked_models_are_rare():
 
     for widens in (False, True):
         material = world(score=rarely, widens=widens, path_length=1)
-        state, curve = protocol.run(material, BATCH, 0, FEWEST + BATCH)
+        state, curve = protocol.run(material, BATCH, 0, MIN_SCORED + BATCH)
         asked = next(iter(state.answers.values()))
-        assert state.wide == (widens and curve.points[FEWEST // BATCH - 1].liked < FEWEST / 16)
-        assert len(asked.designs) == FEWEST + BATCH
+        assert state.wide == (widens and curve.points[MIN_SCORED // BATCH - 1].liked < MIN_SCORED / 16)
+        assert len(asked.designs) == MIN_SCORED + BATCH
 
 
 def answers_of(state):

@@ -112,7 +112,7 @@ def brute_force(forest: Forest, pattern: Pattern) -> list[int]:
     def direct(below: Below, row: int) -> int:
         siblings, total = children[row], 0
         for start, first in enumerate(siblings[: len(siblings) - len(below.run) + 1]):
-            if below.place is None or nodes.child[first] == below.place:
+            if below.child is None or nodes.child[first] == below.child:
                 total += prod(ways(part, siblings[start + offset]) for offset, part in enumerate(below.run))
         return total
 

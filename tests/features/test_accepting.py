@@ -62,7 +62,7 @@ def test_models_come_in_proportion_to_how_often_they_are_kept():
         found = (count(kept.forest, [LOW])[:, 0] == number).mean()
         assert found == pytest.approx(wanted, abs=0.02)
     assert 1.0 / kept.tries.mean() == pytest.approx(weights.mean(), rel=0.05)
-    assert kept.kept.all()
+    assert kept.is_accepted.all()
 
 
 def test_a_rule_that_keeps_all_changes_nothing():
@@ -79,7 +79,7 @@ def test_no_models_are_no_error():
 def test_after_the_last_try_the_nearest_candidate_stands_there():
     accepting = rule("choose({Low} == 3, 1e-9, {Low} == 0, 1e-12, 0)")
     found = derive_accepted(PROGRAM, accepting, Lots.of(4, 1), enough_tries=50)
-    assert not found.kept.any()
+    assert not found.is_accepted.any()
     assert (found.tries == 50).all()
     assert set(count(found.forest, [LOW])[:, 0]) <= {0.0, 3.0}
     again = derive_accepted(PROGRAM, accepting, Lots.at(1, [2]), enough_tries=50)
@@ -95,7 +95,7 @@ def test_a_rule_that_keeps_nothing_is_an_error_in_words():
 def test_models_without_a_possible_candidate_are_tried_further():
     accepting = rule("{Low} >= 2")
     found = derive_accepted(PROGRAM, accepting, Lots.of(300, 1), enough_tries=20)
-    assert found.kept.all()
+    assert found.is_accepted.all()
     assert (count(found.forest, [LOW])[:, 0] >= 2).all()
     late = np.flatnonzero(found.tries > 20)
     assert 0 < len(late) < 300

@@ -14,7 +14,7 @@ from grammarlab.learning.questions import ask
 from grammarlab.learning.round import answered, init, step
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.labels import Labels
-from grammarlab.preference.liked import FEWEST
+from grammarlab.preference.liked import MIN_SCORED
 from grammarlab.preference.queries import WAYS
 from tests.learning.bits import BITS, SIZE, BitsSpace, answers_about, score_of, study_of
 
@@ -61,7 +61,7 @@ def test_a_process_counts_by_how_much_it_likes_of_the_pool():
     found = state.preferences["overall"]
     assert isinstance(found, BlendedPreference)
     assert 0.0 < found.share < 1.0
-    again = replace(found, damping=1.0).for_density(study.table(state).rows, study.tables().made.weights)
+    again = replace(found, damping=1.0).for_density(study.table(state).rows, study.tables().pool_designs.weights)
     assert found.damping == pytest.approx(again.damping)
     assert found.damping < 0.9
 
@@ -110,9 +110,9 @@ def test_contradictions_are_no_reason_for_longer_paths():
 @pytest.mark.parametrize("widens", [True, False])
 def test_the_pool_is_widened_once_liked_designs_are_rare(widens):
     study = study_of(widens=widens)
-    few = step(study, init(study), [Answers("factor 0", POOL[: FEWEST - 1], np.zeros(FEWEST - 1))])
+    few = step(study, init(study), [Answers("factor 0", POOL[: MIN_SCORED - 1], np.zeros(MIN_SCORED - 1))])
     assert not few.wide
-    state = step(study, few, [Answers("factor 0", POOL[FEWEST - 1 : FEWEST], np.zeros(1))])
+    state = step(study, few, [Answers("factor 0", POOL[MIN_SCORED - 1 : MIN_SCORED], np.zeros(1))])
     assert state.wide == widens
     assert len(study.table(state).rows) == (SIZE - SIZE // 5 + 10 * (SIZE // 5) if widens else SIZE)
     chosen = ask(study, state, 16, 0, factor="factor 0")
@@ -121,7 +121,7 @@ def test_the_pool_is_widened_once_liked_designs_are_rare(widens):
 
 
 def test_noise_does_not_hide_that_liked_designs_are_rare():
-    study, num = study_of(), FEWEST + 16
+    study, num = study_of(), MIN_SCORED + 16
     scores = np.clip(10.0 * np.random.default_rng(0).normal(size=num), 0.0, 100.0)
     assert (scores > 0.0).mean() > 0.4
     assert step(study, init(study), [Answers("factor 0", POOL[:num], scores)]).wide
@@ -134,7 +134,9 @@ def test_a_wider_pool_begins_with_the_pool():
     common = [place for place, address in enumerate(wide.addresses) if address in narrow.index]
     assert tuple(wide.addresses[place] for place in common) == narrow.addresses
     assert common == list(range(SIZE))
-    assert all(np.array_equal(a, b) for a, b in zip(narrow.made.batches, wide.made.batches, strict=False))
+    assert all(
+        np.array_equal(a, b) for a, b in zip(narrow.pool_designs.batches, wide.pool_designs.batches, strict=False)
+    )
 
 
 def test_a_preference_is_fitted_again_only_where_its_answers_or_columns_changed():

@@ -62,7 +62,7 @@ def test_what_parts_of_the_scores_move_is_still_open():
     study, state = known(24)
     preference = state.preferences["factor 0"]
     assert isinstance(preference, blended.BlendedPreference)
-    rows, weights = study.table(state).rows[: len(study.pool)], study.tables(state.wide).made.weights
+    rows, weights = study.table(state).rows[: len(study.pool)], study.tables(state.wide).pool_designs.weights
     here = preference.predict(rows).mean
     far = fit(rows[:12], 100.0 - here[:12], method="blended")
     moved = replace(preference, sketches=(replace(preference, sketches=()), far))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grammarlab.learning.answers import Answers
-from grammarlab.learning.interview import FEWEST, LEAST, interview, next_factor
+from grammarlab.learning.interview import MIN_SCORES, MIN_TURN_SHARE, interview, next_factor
 from grammarlab.learning.round import init, step
 from tests.learning.bits import BitsSpace, score_of, study_of
 
@@ -28,7 +28,7 @@ def known(nums, errors=(0.0, 0.0), **settings):
 def test_factors_begin_in_turn():
     study = study_of(BitsSpace())
     assert next_factor(study, init(study), NAMES, 8) == 0
-    for nums in ((8, 0), (16, 8), (FEWEST + 40, FEWEST - 8)):
+    for nums in ((8, 0), (16, 8), (MIN_SCORES + 40, MIN_SCORES - 8)):
         assert next_factor(*known(nums), NAMES, 8) == 1
     assert next_factor(*known((8, 8)), NAMES, 8) == 0
 
@@ -41,7 +41,7 @@ def test_then_the_factor_that_is_still_open_is_asked_about(names):
 
 def test_a_factor_that_seems_known_is_still_asked_about_sometimes():
     study, state = known((104, 32), (25.0, 0.0))
-    assert LEAST * (104 + 32) / 2 > 32
+    assert MIN_TURN_SHARE * (104 + 32) / 2 > 32
     assert next_factor(study, state, NAMES, 8) == 1
 
 

@@ -24,6 +24,7 @@ SCORES = np.arange(0.0, MAX_SCORE + HALF_STEP, 2.0 * HALF_STEP)
 """[S] distinguished scores; each includes the scores that round to it."""
 _EDGES = SCORES[:-1] + HALF_STEP
 _ROUNDING = 1e-9
+"""Tolerance of sums of probabilities, and smallest deviation in points."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +47,9 @@ class FreshScores:
         first, last = np.zeros((2, len(below)), dtype=np.int64)
         open_ = np.arange(len(below))
         for width in range(len(SCORES)):
-            held = below[open_, width + 1 :] - below[open_, : len(SCORES) - width]
-            best = held.argmax(axis=1)
-            enough = held[np.arange(len(open_)), best] >= level - _ROUNDING
+            mass = below[open_, width + 1 :] - below[open_, : len(SCORES) - width]
+            best = mass.argmax(axis=1)
+            enough = mass[np.arange(len(open_)), best] >= level - _ROUNDING
             first[open_[enough]], last[open_[enough]] = best[enough], best[enough] + width
             open_ = open_[~enough]
         low, high = SCORES[first] - HALF_STEP, SCORES[last] + HALF_STEP
@@ -59,7 +60,7 @@ def fresh_scores(preference: AbstractPreference, rows: Rows) -> FreshScores:
     """Distributions of scores of models by the person whose labels a preference was fitted on.
 
     Args:
-        preference: any; a normal distribution is used if it has only means and deviations.
+        preference: any preference; a normal distribution is used if it has only means and deviations.
         rows: [m, F] the columns that the preference was fitted on.
     """
     if isinstance(preference, ProductPreference) and len(preference.factors) == 1:
@@ -69,8 +70,8 @@ def fresh_scores(preference: AbstractPreference, rows: Rows) -> FreshScores:
     if isinstance(preference, BlendedPreference):
         cells, process = _of_cells(preference.partition, rows), _of_process(preference, rows)
         return FreshScores(preference.share * process + (1.0 - preference.share) * cells)
-    told = preference.predict(rows)
-    return FreshScores(_normal(told.mean, told.std))
+    prediction = preference.predict(rows)
+    return FreshScores(_normal(prediction.mean, prediction.std))
 
 
 def _of_cells(preference: PartitionPreference, rows: Rows) -> Floats:
@@ -78,15 +79,15 @@ def _of_cells(preference: PartitionPreference, rows: Rows) -> Floats:
         share * np.exp(log_likelihood(SCORES, preference.cells.grid, noise, preference.blunders).T)
         for share, noise in zip(preference.noises.tolist(), NOISES, strict=True)
     )
-    given = preference.values(rows) @ likelihood
-    return given / given.sum(axis=1, keepdims=True)
+    joint = preference.values(rows) @ likelihood
+    return joint / joint.sum(axis=1, keepdims=True)
 
 
 def _of_process(preference: BlendedPreference, rows: Rows) -> Floats:
-    told = preference.meant(rows)
-    meant = _normal(told.mean, told.std)
+    prediction = preference.predict_values(rows)
+    probabilities = _normal(prediction.mean, prediction.std)
     length = np.where((SCORES == 0.0) | (SCORES == MAX_SCORE), HALF_STEP, 2.0 * HALF_STEP)
-    return (1.0 - preference.blunders) * meant + preference.blunders * length / MAX_SCORE
+    return (1.0 - preference.blunders) * probabilities + preference.blunders * length / MAX_SCORE
 
 
 def _normal(mean: Floats, deviation: Floats) -> Floats:

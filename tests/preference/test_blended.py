@@ -77,7 +77,9 @@ def shared(process, cells, scores, row=None):
 def test_cells_are_preferred_if_both_parts_are_equally_good():
     scores = np.linspace(20.0, 80.0, 40)
     same = 5.0 * np.random.default_rng(0).normal(size=40)
-    assert shared(same, same, scores) == pytest.approx(np.sum(blended.SHARES) / (20.0 + len(blended.SHARES) - 1.0))
+    assert shared(same, same, scores) == pytest.approx(
+        np.sum(blended.PROCESS_SHARES) / (20.0 + len(blended.SHARES) - 1.0)
+    )
 
 
 def test_the_share_is_a_mean_over_the_posterior_of_shares():
@@ -87,9 +89,9 @@ def test_the_share_is_a_mean_over_the_posterior_of_shares():
     def density(share, noise):
         return np.prod(0.97 * norm.pdf(share * process + (1.0 - share) * cells, 0.0, noise) + 0.03 / 100.0)
 
-    densities = np.array([sum(density(share, noise) for noise in blended._NOISES) for share in blended.SHARES])
-    odds = densities**0.25 * np.append(20.0, np.ones(len(blended.SHARES) - 1))
-    assert shared(process, cells, scores) == pytest.approx(odds @ blended.SHARES / odds.sum())
+    densities = np.array([sum(density(share, noise) for noise in blended._NOISES) for share in blended.PROCESS_SHARES])
+    odds = densities**0.25 * np.append(20.0, np.ones(len(blended.PROCESS_SHARES) - 1))
+    assert shared(process, cells, scores) == pytest.approx(odds @ blended.PROCESS_SHARES / odds.sum())
 
 
 def test_the_better_part_gets_almost_all():
@@ -160,7 +162,7 @@ def test_a_process_does_not_hide_what_cells_like_of_few_designs():
     given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
     found = replace(blended.fit(rows[asked], given), share=0.2)
     damped = found.for_density(rows, np.ones(len(rows)))
-    cells, process = damped.partition.predict(rows).mean, found.meant(rows).mean
+    cells, process = damped.partition.predict(rows).mean, found.predict_values(rows).mean
     assert cells.sum() < found.partition.predict(rows).mean.sum()
     odds = 0.25 * min(1.0, cells.sum() / process.sum()) ** 7
     np.testing.assert_allclose(damped.predict(rows).mean, (odds * process + cells) / (1.0 + odds), rtol=1e-9, atol=1e-9)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.liked import FEWEST, liked, liked_are_rare
+from grammarlab.preference.liked import MIN_SCORED, liked, liked_are_rare
 
 
 def said(values, noise, seed):
@@ -31,4 +31,4 @@ def test_noise_alone_is_liked_no_oftener_than_rare_models():
     scores = said(np.zeros(20_000), 15.0, 0)
     assert liked(scores, 15.0).mean() < 1 / 100
     assert liked(scores, 0.0).mean() > 0.45
-    assert not liked_are_rare(scores[: FEWEST - 1], 15.0)
+    assert not liked_are_rare(scores[: MIN_SCORED - 1], 15.0)

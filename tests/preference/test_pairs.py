@@ -74,8 +74,8 @@ def test_pairs_are_those_of_the_seed_and_none_is_asked_about_again(num_known, fi
 
 def test_fewer_pairs_are_given_where_there_are_no_more():
     known = situation(0, False)
-    few = Situation(known.pool[:3], known.from_grammar[:3], known.asked, known.scores, None)
+    few = Situation(known.pool[:3], known.from_grammar[:3], known.scored, known.scores, None)
     assert len(propose_pairs(few, np.zeros((0, 2), dtype=np.int64), 6, 1)) == 1
     assert len(propose_pairs(few, np.array([[0, 1], [0, 2], [1, 2]]), 6, 1)) == 0
-    one = Situation(known.pool[:1], known.from_grammar[:1], known.asked, known.scores, None)
+    one = Situation(known.pool[:1], known.from_grammar[:1], known.scored, known.scores, None)
     assert propose_pairs(one, np.zeros((0, 2), dtype=np.int64), 6, 1).shape == (0, 2)

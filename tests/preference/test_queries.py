@@ -6,7 +6,7 @@ import pytest
 from grammarlab.baselines import gaussian_process
 from grammarlab.errors import UsageError
 from grammarlab.preference import blended, queries
-from grammarlab.preference.liked import FEW_LIKED, FEWEST, RARE, liked_are_rare
+from grammarlab.preference.liked import FEW_LIKED, MIN_SCORED, RARE_SHARE, liked_are_rare
 from grammarlab.preference.queries import WAYS, Situation, propose
 from tests.preference.processes.test_grouped import GROUPS, styled_rows
 
@@ -38,27 +38,27 @@ def test_every_way_gives_different_models_without_a_score(way, known):
     chosen = propose(way, known, 16, seed=0)
     assert chosen.shape == (16,)
     assert len(np.unique(chosen)) == 16
-    assert not np.isin(chosen, known.asked).any()
+    assert not np.isin(chosen, known.scored).any()
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_the_same_seed_gives_the_same_models_and_changes_nothing(way, known):
-    before = known.pool.copy(), known.asked.copy()
+    before = known.pool.copy(), known.scored.copy()
     np.testing.assert_array_equal(propose(way, known, 6, seed=5), propose(way, known, 6, seed=5))
     np.testing.assert_array_equal(known.pool, before[0])
-    np.testing.assert_array_equal(known.asked, before[1])
+    np.testing.assert_array_equal(known.scored, before[1])
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_pool_that_ends_gives_all_it_has(way, known):
-    left = np.setdiff1d(np.arange(80), known.asked) if way != "already ranked" else np.sort(known.asked)
+    left = np.setdiff1d(np.arange(80), known.scored) if way != "already ranked" else np.sort(known.scored)
     np.testing.assert_array_equal(np.sort(propose(way, known, 1000, seed=1)), left)
     assert not len(propose(way, known, 0, seed=1))
 
 
 @pytest.mark.parametrize("way", ["grammar", "density", "uncertainty"])
 def test_samples_of_the_grammar_come_before_those_of_a_flattened_one(way, known):
-    num = int(known.from_grammar.sum()) - len(known.asked)
+    num = int(known.from_grammar.sum()) - len(known.scored)
     assert known.from_grammar[propose(way, known, num, seed=2)].all()
 
 
@@ -73,7 +73,7 @@ def test_uniform_takes_the_farthest_model_each_time():
     known = situation()
     assert isinstance(known.preference, blended.BlendedPreference)
     weights = known.preference.column_weights()
-    near = list(known.asked)
+    near = list(known.scored)
     for index in propose("uniform", known, 8, seed=0):
         squared = ((known.pool[:, None] - known.pool[near]) ** 2 @ weights).min(axis=1)
         assert squared[index] == pytest.approx(squared.max())
@@ -102,11 +102,11 @@ def test_already_ranked_begins_with_the_score_that_looks_like_a_mistake():
     scores = known.scores.copy()
     wrong = int(np.flatnonzero(scores == 80.0)[0])
     scores[wrong] = 0.0
-    preference = by_process(known.pool[known.asked], scores, groups=GROUPS)
+    preference = by_process(known.pool[known.scored], scores, groups=GROUPS)
     # Rows repeat in this pool, so that the others of this kind speak against it.
     found = propose("already ranked", replace(known, scores=scores, preference=preference), 3, seed=0)
     kind = known.pool[:, :6]
-    assert (kind[found[0]] == kind[known.asked[wrong]]).all()
+    assert (kind[found[0]] == kind[known.scored[wrong]]).all()
 
 
 def test_the_default_looks_elsewhere_for_rare_models_while_nothing_is_liked():
@@ -155,11 +155,11 @@ def test_models_that_once_were_rare_stay_rare():
     for share in (0.0, 0.03, 0.06, 0.09, 0.5):
         scores = np.where(randomness.random(300) < share, 70.0, 0.0)
         answers = [liked_are_rare(scores[:n]) for n in range(301)]
-        expected = [any((scores[:k] > 0).mean() < RARE for k in range(FEWEST, n + 1)) for n in range(301)]
+        expected = [any((scores[:k] > 0).mean() < RARE_SHARE for k in range(MIN_SCORED, n + 1)) for n in range(301)]
         assert answers == expected == sorted(answers)
 
 
-def rare_situation(num_liked, num_asked=FEWEST):
+def rare_situation(num_liked, num_asked=MIN_SCORED):
     """A pool in which models with three bits of twelve are liked, and some scored ones, the liked ones last."""
     rows = np.random.default_rng(3).integers(0, 2, (1600, 12)).astype(float)
     truth = 100.0 * (rows[:, :3].sum(axis=1) == 3) * (rows[:, 3:6].sum(axis=1) == 0)
@@ -178,17 +178,17 @@ def test_while_all_high_scores_may_be_random_one_half_of_the_questions_looks_for
     known, _ = rare_situation(num_liked=0)
     scores = known.scores.copy()
     scores[::16] = (70.0, 20.0, 45.0, 30.0)
-    known = replace(known, scores=scores, preference=by_process(known.pool[known.asked], scores))
+    known = replace(known, scores=scores, preference=by_process(known.pool[known.scored], scores))
     chosen = propose("default", known, 16, seed=0)
     assert np.count_nonzero(~known.from_grammar[chosen[8:]]) >= 4
-    distance = np.abs(known.pool[chosen][:, None] - known.pool[known.asked[::16]]).sum(axis=2).min(axis=1)
+    distance = np.abs(known.pool[chosen][:, None] - known.pool[known.scored[::16]]).sum(axis=2).min(axis=1)
     assert distance[:8].mean() < distance[8:].mean() - 1.0
 
 
 def test_where_nothing_is_liked_for_long_only_models_from_elsewhere_are_asked_about():
     known, _ = rare_situation(num_liked=0)
     assert not known.from_grammar[propose("default", known, 16, seed=0)].any()
-    before, _ = rare_situation(num_liked=0, num_asked=FEWEST - 1)
+    before, _ = rare_situation(num_liked=0, num_asked=MIN_SCORED - 1)
     assert known.from_grammar[propose("default", before, 16, seed=0)].any()
 
 
@@ -198,7 +198,7 @@ def test_where_liked_models_are_rare_the_likeliest_ones_from_elsewhere_are_candi
     assert liked_are_rare(known.scores)
     mean = known.preference.predict(known.pool).mean
     chosen = propose("default", known, 16, seed=0)
-    left = np.setdiff1d(np.flatnonzero(~known.from_grammar), known.asked)
+    left = np.setdiff1d(np.flatnonzero(~known.from_grammar), known.scored)
     worst = np.sort(mean[left])[-200]
     assert (mean[chosen[~known.from_grammar[chosen]]] >= worst - 1e-9).all()
 

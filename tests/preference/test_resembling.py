@@ -3,7 +3,7 @@
 import numpy as np
 
 from grammarlab.preference import blended
-from grammarlab.preference.liked import FEW_LIKED, most_alike, most_missed, surely_liked
+from grammarlab.preference.liked import FEW_LIKED, most_similar, most_unexplained, surely_liked
 from tests.preference.rows import bits
 
 
@@ -39,7 +39,7 @@ def test_models_most_alike_share_what_liked_models_share():
     rows, asked, scores = judged(2)
     allowed = np.ones(len(rows), dtype=bool)
     allowed[asked] = False
-    found = most_alike(rows, asked, scores, 12, allowed, np.random.default_rng(0))
+    found = most_similar(rows, asked, scores, 12, allowed, np.random.default_rng(0))
     assert len(np.unique(found)) == 12
     assert allowed[found].all()
     distance = np.abs(rows[found][:, None] - rows[asked[scores > 0.0]]).sum(axis=2).min(axis=1)
@@ -50,7 +50,7 @@ def test_no_more_models_than_there_are():
     rows, asked, scores = judged(1)
     allowed = np.zeros(len(rows), dtype=bool)
     allowed[[7, 9]] = True
-    assert sorted(most_alike(rows, asked, scores, 8, allowed, np.random.default_rng(0)).tolist()) == [7, 9]
+    assert sorted(most_similar(rows, asked, scores, 8, allowed, np.random.default_rng(0)).tolist()) == [7, 9]
 
 
 def errs(num_rare):
@@ -71,7 +71,7 @@ def test_a_rare_liked_kind_that_cells_take_for_errors_is_asked_about_again():
     rows, asked, scores, allowed, rare = errs(num_rare=1)
     preference = blended.fit(rows[asked], scores)
     assert preference.partition.predict(rows[asked[-1:]]).mean < 20.0
-    found = most_missed(preference, rows, asked, scores, 8, allowed, np.random.default_rng(0))
+    found = most_unexplained(preference, rows, asked, scores, 8, allowed, np.random.default_rng(0))
     assert allowed[found].all()
     assert len(np.unique(found)) == 8
     assert rare[found].mean() > 10.0 * rare.mean()
@@ -81,4 +81,4 @@ def test_scores_that_cells_explain_lead_to_no_questions():
     rows, asked, scores, allowed, _ = errs(num_rare=0)
     exact = np.where(scores > 50.0, 80.0, 0.0)
     preference = blended.fit(rows[asked], exact)
-    assert not len(most_missed(preference, rows, asked, exact, 8, allowed, np.random.default_rng(0)))
+    assert not len(most_unexplained(preference, rows, asked, exact, 8, allowed, np.random.default_rng(0)))

@@ -31,13 +31,14 @@ class AttributePart:
     """A set of values of an attribute."""
 
     branch: Branch
-    """Their branch in the attribute's choices, from the top."""
+    """Branch of the values in the attribute's choices, from the top."""
     low: float
-    """For a uniform number, the range of the part; NaN for other values."""
+    """Lower end of the range of a uniform number; NaN for other values."""
     high: float
+    """Upper end of the range of a uniform number; NaN for other values."""
     probability: float
     share: float
-    """Its share of the values of its branch."""
+    """Share of the branch's values that lie in the part, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,12 +168,12 @@ def parts_taken(parts: AttributeParts, grammar: Grammar, forest: Forest) -> NDAr
     values: dict[int, NDArray[np.float64]] = {}
     """Draws [models] of each random place of the attribute, by its number."""
     draws = forest.draws
-    for site, place in enumerate(number_grammar(grammar).random_places):
-        if place.definition is attribute:
-            made = draws.site == site
-            values[place.node.number] = np.full(forest.num_models, np.nan)
-            values[place.node.number][forest.nodes.model[draws.node[made]]] = draws.value[made]
-    taken = np.zeros(forest.num_models, dtype=np.int64)
+    for site, occurrence in enumerate(number_grammar(grammar).random_places):
+        if occurrence.definition is attribute:
+            is_drawn = draws.site == site
+            values[occurrence.node.number] = np.full(forest.num_models, np.nan)
+            values[occurrence.node.number][forest.nodes.model[draws.node[is_drawn]]] = draws.value[is_drawn]
+    indices = np.zeros(forest.num_models, dtype=np.int64)
     for number, part in enumerate(parts.parts):
         fits = np.ones(forest.num_models, dtype=bool)
         choice = attribute.value
@@ -183,5 +184,5 @@ def parts_taken(parts: AttributeParts, grammar: Grammar, forest: Forest) -> NDAr
         if isinstance(choice, Call) and np.isfinite(part.low):
             drawn = values[choice.number]
             fits &= (part.low <= drawn) & (drawn <= part.high)
-        taken[fits] = number
-    return taken
+        indices[fits] = number
+    return indices

@@ -19,7 +19,7 @@ from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import Branch, Successor, SymbolKey
 
-_FEW_ROWS = 8
+_MAX_SORTED_ROWS = 8
 """Largest table that is sorted row by row, which is faster than array operations."""
 
 
@@ -58,8 +58,8 @@ class Automaton:
         """[S, R] each reading of a whole tree, for each state of the start symbol."""
         components, start = self.components, self.components.tree.start
         states = self.states[start]
-        place = {i: column for column, i in enumerate(components.active[start])}
-        columns = [place.get(components.number[Total(reading)]) for reading in components.readings]
+        column_of = {i: column for column, i in enumerate(components.active[start])}
+        columns = [column_of.get(components.number[Total(reading)]) for reading in components.readings]
         totals = np.zeros((len(states), len(columns)), dtype=np.int64)
         for number, column in enumerate(columns):
             if column is not None:
@@ -109,17 +109,17 @@ class _AutomatonBuild:
         return self.components.tree.alternatives(key)
 
     def _symbol(self, key: SymbolKey) -> None:
-        found: list[tuple[Alternative, tuple[ScanStep, ...], Ints]] = []
+        productions: list[tuple[Alternative, tuple[ScanStep, ...], Ints]] = []
         for alternative in self._alternatives(key):
             if all(len(self.states[successor.key]) for successor in alternative.successors):
-                found.append((alternative, *_Reading(self, key, alternative).run()))
+                productions.append((alternative, *_Reading(self, key, alternative).run()))
         width = len(self.components.active[key])
-        rows = np.concatenate([np.zeros((0, width), dtype=np.int64), *(ends for _, _, ends in found)])
+        rows = np.concatenate([np.zeros((0, width), dtype=np.int64), *(ends for _, _, ends in productions)])
         self.states[key], numbers = distinct_rows(rows)
         if len(self.states[key]) > self.max_states:
             raise _too_many(key, len(self.states[key]))
         start = 0
-        for alternative, steps, ends in found:
+        for alternative, steps, ends in productions:
             self.scans[key, alternative.branch] = Scan(steps, numbers[start : start + len(ends)])
             start += len(ends)
 
@@ -137,7 +137,7 @@ class _Reading:
             number = components.number.get(Deep(condition))
             if number is not None and number not in self.inherited:
                 self.inherited.append(number)
-        self.found = {condition: len(self.inherited) + i for i, condition in enumerate(self.conditions)}
+        self.run_columns = {condition: len(self.inherited) + i for i, condition in enumerate(self.conditions)}
         """Column of the runs seen so far."""
         self.open: dict[Below, int] = {}
         """First column of the unfinished runs: one column for each number of matched siblings."""
@@ -149,7 +149,7 @@ class _Reading:
         self.width = width
         inherited = [components.cap(components.all[i]) for i in self.inherited]
         self.caps = np.array(inherited + [components.inner_cap] * (width - len(inherited)), dtype=np.int64)
-        """[W] of each column."""
+        """[W] cap of each column."""
 
     def run(self) -> tuple[tuple[ScanStep, ...], Ints]:
         """The steps, and the state [P, C] of the node for each scan state at the end."""
@@ -180,25 +180,25 @@ class _Reading:
     def _read(self, rows: Ints, child: int, key: SymbolKey) -> Ints:
         """[P, S, W] the scan after each of the rows [P, W] and each state of the child."""
         states = self.build.states[key]
-        place = {i: column for column, i in enumerate(self.build.components.active[key])}
+        column_of = {i: column for column, i in enumerate(self.build.components.active[key])}
         number = self.build.components.number
 
         def column(i: int) -> Ints:
-            return states[:, place[i]] if i in place else np.zeros(len(states), dtype=np.int64)
+            return states[:, column_of[i]] if i in column_of else np.zeros(len(states), dtype=np.int64)
 
         result = np.repeat(rows[:, None, :], len(states), axis=1)
-        passed_on = [at for at, i in enumerate(self.inherited) if i in place]
-        result[:, :, passed_on] += states[:, [place[self.inherited[at]] for at in passed_on]]
-        for condition, at in self.found.items():
+        passed_on = [slot for slot, i in enumerate(self.inherited) if i in column_of]
+        result[:, :, passed_on] += states[:, [column_of[self.inherited[slot]] for slot in passed_on]]
+        for condition, slot in self.run_columns.items():
             matches = [column(number[PatternMatch(pattern)]) for pattern in condition.run]
-            if condition.place not in (None, child):
+            if condition.child not in (None, child):
                 matches[0] = np.zeros_like(matches[0])
             if condition not in self.open:
-                result[:, :, at] += matches[0]
+                result[:, :, slot] += matches[0]
                 continue
             first, last = self.open[condition], len(condition.run) - 1
             begun = rows[:, None, first : first + last]
-            result[:, :, at] += begun[:, :, last - 1] * matches[last]
+            result[:, :, slot] += begun[:, :, last - 1] * matches[last]
             result[:, :, first] = matches[0]
             for length in range(1, last):
                 result[:, :, first + length] = begun[:, :, length - 1] * matches[length]
@@ -207,14 +207,14 @@ class _Reading:
     def _states(self, rows: Ints) -> Ints:
         """The state [P, C] of the node after all children."""
         components = self.build.components
-        inherited = {i: at for at, i in enumerate(self.inherited)}
+        inherited = {i: slot for slot, i in enumerate(self.inherited)}
         states = np.zeros((len(rows), len(self.active)), dtype=np.int64)
         passed_on = [column for column, i in enumerate(self.active) if i in inherited]
         states[:, passed_on] = rows[:, [inherited[self.active[column]] for column in passed_on]]
         for column, i in enumerate(self.active):
             component = components.all[i]
             if isinstance(component, Deep):
-                states[:, column] += rows[:, self.found[component.below]]
+                states[:, column] += rows[:, self.run_columns[component.below]]
             else:
                 for pattern, weight in top_terms(component):
                     if fits(pattern, self.key, self.alternative):
@@ -226,7 +226,7 @@ class _Reading:
         cap = self.build.components.inner_cap
         value = np.ones(len(rows), dtype=np.int64)
         for condition in pattern.below:
-            runs = rows[:, self.found[condition]]
+            runs = rows[:, self.run_columns[condition]]
             if condition.deep:
                 runs = runs + rows[:, self.inherited.index(self.build.components.number[Deep(condition)])]
             value = np.minimum(value * np.minimum(runs, cap), cap)
@@ -244,17 +244,17 @@ def distinct_rows(rows: Ints) -> tuple[Ints, Ints]:
     """The different rows [K, W] of a table [N, W] of integers >= 0, and the index [N] of each row among them."""
     if len(rows) <= 1 or not rows.shape[1]:
         return rows[:1], np.zeros(len(rows), dtype=np.int64)
-    if len(rows) <= _FEW_ROWS:
-        given = [tuple(row) for row in rows.tolist()]
-        number = {row: i for i, row in enumerate(sorted(set(given)))}
-        return np.array(list(number), dtype=np.int64), np.array([number[row] for row in given], dtype=np.int64)
+    if len(rows) <= _MAX_SORTED_ROWS:
+        tuples = [tuple(row) for row in rows.tolist()]
+        number = {row: i for i, row in enumerate(sorted(set(tuples)))}
+        return np.array(list(number), dtype=np.int64), np.array([number[row] for row in tuples], dtype=np.int64)
     radix = rows.max(axis=0) + 1
     if float(np.prod(radix.astype(np.float64))) < 2.0**62:
         weights = np.concatenate([np.cumprod(radix[:0:-1])[::-1], [1]])
         _, first, numbers = np.unique(rows @ weights, return_index=True, return_inverse=True)
         return rows[first], numbers
-    found, numbers = np.unique(rows, axis=0, return_inverse=True)
-    return found, numbers.reshape(-1)
+    distinct, numbers = np.unique(rows, axis=0, return_inverse=True)
+    return distinct, numbers.reshape(-1)
 
 
 def _too_many(key: SymbolKey, number: int) -> InexactError:

@@ -24,7 +24,7 @@ from grammarlab.density.exact.grammar_text import write
 from grammarlab.density.exact.inside import InsideWeights
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.exact.readings import Read
-from grammarlab.density.exact.splitting import MOST_WAYS, Base, split
+from grammarlab.density.exact.splitting import MAX_WAYS, Base, split
 from grammarlab.density.exact.subtree_counts import NO_CAP, PatternComponents, Reading
 from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.density.rounding import EXACT
@@ -49,7 +49,7 @@ def compile_density(
     base: Base = "grammar",
     forest: Forest | None = None,
     cap: int | None = None,
-    max_ways: int = MOST_WAYS,
+    max_ways: int = MAX_WAYS,
     step: float = EXACT,
     header: Sequence[str] = (),
     assets: Path | None = None,
@@ -76,18 +76,18 @@ def compile_density(
     tree = TreeGrammar.of(grammar)
     if forest is not None:
         tree = tree.observed(forest)
-    wanted = _Wanted.of(grammar, reads, preference)
-    automaton, findings = _counting(tree, wanted, cap)
+    readings = _Readings.of(grammar, reads, preference)
+    automaton, findings = _counting(tree, readings, cap)
     if not len(automaton.states[tree.start]):
         raise GrammarlabError(f"no derivation of {tree.start[0]} ends: all its alternatives lead back to itself")
-    splitting = split(automaton, wanted.attributes, wanted.scores, base, max_ways)
+    splitting = split(automaton, readings.attributes, readings.scores, base, max_ways)
     weights = InsideWeights(splitting)
     total = sum(
-        component.weight * weights.of(component.start) * _drawn_mean(wanted.attributes, component.attributes, base)
+        component.weight * weights.of(component.start) * _drawn_mean(readings.attributes, component.attributes, base)
         for component in splitting.components
     )
     if not total > 0.0:
-        raise GrammarlabError(_nothing_liked(automaton, wanted.counted))
+        raise GrammarlabError(_nothing_liked(automaton, readings.counted))
     written = write(grammar, splitting, weights, header, step=step)
     return LearnedGrammar(
         text=written.text,
@@ -97,7 +97,7 @@ def compile_density(
         origins=written.origins,
         start=written.start,
         components=written.components,
-        attributes=wanted.attributes,
+        attributes=readings.attributes,
         mean_preference=total,
         findings=findings,
         assets=assets,
@@ -105,7 +105,7 @@ def compile_density(
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class _Readings:
     """Readings of a preference, by kind."""
 
     preference: Preference
@@ -117,43 +117,43 @@ class _Wanted:
     """[reads] index of each reading: first the counts, then the attribute features."""
 
     @classmethod
-    def of(cls, grammar: Grammar, reads: Sequence[Read], preference: Preference) -> _Wanted:
-        wanted = tuple(countable(item) for item in reads)
-        counted = tuple(dict.fromkeys(item for item in wanted if isinstance(item, Reading)))
+    def of(cls, grammar: Grammar, reads: Sequence[Read], preference: Preference) -> _Readings:
+        items = tuple(countable(item) for item in reads)
+        counted = tuple(dict.fromkeys(item for item in items if isinstance(item, Reading)))
         drawn: dict[str, list[Threshold | Draw]] = {}
-        for item in dict.fromkeys(wanted):
+        for item in dict.fromkeys(items):
             if isinstance(item, Threshold | Draw):
                 drawn.setdefault(item.site, []).append(item)
-        attributes = tuple(attribute_parts(grammar, name, found) for name, found in drawn.items())
-        place = {item: i for i, item in enumerate([*counted, *(f for found in drawn.values() for f in found)])}
-        return cls(preference, counted, attributes, tuple(place[item] for item in wanted))
+        attributes = tuple(attribute_parts(grammar, name, features) for name, features in drawn.items())
+        index_of = {item: i for i, item in enumerate([*counted, *(f for features in drawn.values() for f in features)])}
+        return cls(preference, counted, attributes, tuple(index_of[item] for item in items))
 
     def scores(self, counts: Ints, parts: Ints) -> Floats:
         """The preference [n] of counts [n, counted] and attribute features [n, attribute features]."""
         values = np.concatenate([counts, parts], axis=1)[:, self.order].astype(np.float64)
-        found = np.asarray(self.preference(values), dtype=np.float64)
-        if found.shape != (len(values),) or not np.isfinite(found).all() or (found < 0.0).any():
+        result = np.asarray(self.preference(values), dtype=np.float64)
+        if result.shape != (len(values),) or not np.isfinite(result).all() or (result < 0.0).any():
             raise GrammarlabError(
-                f"expected a preference with one value per model, finite and at least 0; found shape {found.shape}"
-                + (f" with {found.min()} to {found.max()}" if found.size else "")
+                f"expected a preference with one value per model, finite and at least 0; found shape {result.shape}"
+                + (f" with {result.min()} to {result.max()}" if result.size else "")
             )
-        return found
+        return result
 
     def scores_of_counts(self, counts: Ints) -> Floats:
         """The preference [n] of counts [n, counted], without attribute features."""
         return self.scores(counts, np.zeros((len(counts), sum(a.counts.shape[1] for a in self.attributes)), dtype=int))
 
 
-def _counting(tree: TreeGrammar, wanted: _Wanted, cap: int | None) -> tuple[Automaton, tuple[str, ...]]:
+def _counting(tree: TreeGrammar, readings: _Readings, cap: int | None) -> tuple[Automaton, tuple[str, ...]]:
     """The counting automaton, and remarks for the user about it."""
-    components = PatternComponents(tree, wanted.counted)
+    components = PatternComponents(tree, readings.counted)
     limit = cap if cap is not None else RECURSIVE_CAP if _is_recursive(components) else NO_CAP
-    cut = tuple(replace(reading, cap=min(reading.cap, limit)) for reading in wanted.counted)
-    automaton = count_automaton(components if cut == wanted.counted else PatternComponents(tree, cut))
-    imposed = np.array([new.cap < old.cap for new, old in zip(cut, wanted.counted, strict=True)], dtype=bool)
+    cut = tuple(replace(reading, cap=min(reading.cap, limit)) for reading in readings.counted)
+    automaton = count_automaton(components if cut == readings.counted else PatternComponents(tree, cut))
+    imposed = np.array([new.cap < old.cap for new, old in zip(cut, readings.counted, strict=True)], dtype=bool)
     if not (automaton.totals >= limit)[:, imposed].any():
         return automaton, ()
-    _check_cap(automaton.totals, imposed, limit, wanted.scores_of_counts)
+    _check_cap(automaton.totals, imposed, limit, readings.scores_of_counts)
     return automaton, (f"counts from {limit} on are treated as equal, because the grammar is recursive",)
 
 
@@ -193,8 +193,8 @@ def _check_cap(counts: Ints, imposed: NDArray[np.bool_], cap: int, scores: Calla
 
 def _drawn_mean(attributes: Sequence[AttributeParts], futures: Sequence[Floats], base: Base) -> float:
     """Mean weight of the drawn attributes in a component."""
-    own = [parts.probabilities if base == "grammar" else parts.shares for parts in attributes]
-    return float(np.prod([p @ future for p, future in zip(own, futures, strict=True)]))
+    probabilities = [parts.probabilities if base == "grammar" else parts.shares for parts in attributes]
+    return float(np.prod([p @ future for p, future in zip(probabilities, futures, strict=True)]))
 
 
 def _nothing_liked(automaton: Automaton, readings: Sequence[Reading]) -> str:
@@ -217,12 +217,12 @@ class Exactness:
         if isinstance(feature, Total):
             return next(filter(None, (self.reason_against(term) for term, _ in feature.terms)), "")
         try:
-            found = countable(feature)
-            if isinstance(found, Reading):
-                reading = replace(found, cap=min(found.cap, RECURSIVE_CAP))
+            item = countable(feature)
+            if isinstance(item, Reading):
+                reading = replace(item, cap=min(item.cap, RECURSIVE_CAP))
                 count_automaton(PatternComponents(self._tree, (reading,)))
             else:
-                attribute_parts(self.grammar, found.site, [found])
+                attribute_parts(self.grammar, item.site, [item])
         except InexactError as error:
             return str(error)
         return ""

@@ -20,7 +20,7 @@ from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import Branch, SymbolKey
 
-MOST_SYMBOLS = 20_000
+MAX_SYMBOLS = 20_000
 """Largest number of symbols after splitting."""
 
 
@@ -31,14 +31,14 @@ class AbstractContext(ABC):
     """Context of the start symbol."""
 
     @abstractmethod
-    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, place: int) -> Hashable:
+    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, child: int) -> Hashable:
         """The context of a successor, from that of its parent.
 
         Args:
             context: context of the parent.
             key: symbol of the parent.
             alternative: alternative of the parent.
-            place: index of the successor.
+            child: index of the successor.
         """
 
 
@@ -47,7 +47,7 @@ class NoContext(AbstractContext):
 
     start = ()
 
-    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, place: int) -> Hashable:
+    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, child: int) -> Hashable:
         return ()
 
 
@@ -58,7 +58,7 @@ class ParentEdges(AbstractContext):
 
     Args:
         tree: the grammar.
-        patterns: the relevant ones.
+        patterns: the relevant patterns.
     """
 
     start = ()
@@ -66,10 +66,10 @@ class ParentEdges(AbstractContext):
     def __init__(self, tree: TreeGrammar, patterns: Sequence[Pattern]) -> None:
         self._length = _edges_needed(tree, patterns)
 
-    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, place: int) -> Hashable:
+    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, child: int) -> Hashable:
         above = context if isinstance(context, tuple) else ()
-        edges = (*above, (key, alternative.branch, place))
-        length = self._length.get(alternative.successors[place].key, 0)
+        edges = (*above, (key, alternative.branch, child))
+        length = self._length.get(alternative.successors[child].key, 0)
         return edges[len(edges) - length :] if length else ()
 
 
@@ -78,7 +78,7 @@ class OpenPatterns(AbstractContext):
 
     Args:
         tree: the grammar.
-        patterns: the relevant ones.
+        patterns: the relevant patterns.
     """
 
     start = frozenset()
@@ -87,16 +87,16 @@ class OpenPatterns(AbstractContext):
         self.tops = tuple(dict.fromkeys(patterns))
         self._inside = _symbols_inside(tree)
 
-    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, place: int) -> Hashable:
+    def below(self, context: Hashable, key: SymbolKey, alternative: Alternative, child: int) -> Hashable:
         conditions = {condition for condition in _opened(context) if condition.deep}
         for pattern in self.matched(context, key, alternative):
-            conditions |= {condition for condition in pattern.below if _may_stand(condition, place)}
-        return frozenset(c for c in conditions if self._may_lie(c, alternative.successors[place].key))
+            conditions |= {condition for condition in pattern.below if _may_match(condition, child)}
+        return frozenset(c for c in conditions if self._may_lie(c, alternative.successors[child].key))
 
     def matched(self, context: Hashable, key: SymbolKey, alternative: Alternative) -> tuple[Pattern, ...]:
         """Parts of patterns whose top node may match a node, for any descendants."""
-        asked = [pattern for condition in _opened(context) for pattern in condition.run]
-        return tuple(pattern for pattern in dict.fromkeys([*self.tops, *asked]) if fits(pattern, key, alternative))
+        inner = [pattern for condition in _opened(context) for pattern in condition.run]
+        return tuple(pattern for pattern in dict.fromkeys([*self.tops, *inner]) if fits(pattern, key, alternative))
 
     def _may_lie(self, condition: Below, key: SymbolKey) -> bool:
         names = self._inside[key] if condition.deep else {key[0]}
@@ -111,14 +111,14 @@ class Contexts:
     symbols: tuple[tuple[SymbolKey, Hashable], ...]
     """Each symbol with its context; the first one is the start."""
     children: Mapping[tuple[int, Branch | None], tuple[int, ...]]
-    """For each of these symbols and each alternative, the numbers of the successors."""
+    """Indices of the successors, for each index of `symbols` and each alternative."""
 
     @classmethod
     def of(cls, tree: TreeGrammar, context: AbstractContext) -> Contexts:
         """All symbols in contexts that can be reached.
 
         Raises:
-            GrammarlabError: If there are more than `MOST_SYMBOLS`.
+            GrammarlabError: If there are more than `MAX_SYMBOLS`.
         """
         numbers: dict[tuple[SymbolKey, Hashable], int] = {(tree.start, context.start): 0}
         symbols = [(tree.start, context.start)]
@@ -128,17 +128,17 @@ class Contexts:
             key, above = symbols[number]
             for alternative in tree.alternatives(key):
                 below: list[int] = []
-                for place, successor in enumerate(alternative.successors):
-                    symbol = successor.key, context.below(above, key, alternative, place)
+                for child, successor in enumerate(alternative.successors):
+                    symbol = successor.key, context.below(above, key, alternative, child)
                     if symbol not in numbers:
                         numbers[symbol] = len(symbols)
                         symbols.append(symbol)
                     below.append(numbers[symbol])
                 children[number, alternative.branch] = tuple(below)
             number += 1
-            if len(symbols) > MOST_SYMBOLS:
+            if len(symbols) > MAX_SYMBOLS:
                 raise GrammarlabError(
-                    f"the relevant features split the grammar into more than {MOST_SYMBOLS:,} symbols: use fewer "
+                    f"the relevant features split the grammar into more than {MAX_SYMBOLS:,} symbols: use fewer "
                     "features, or shorter paths"
                 )
         return cls(tree, tuple(symbols), children)
@@ -146,40 +146,40 @@ class Contexts:
     @cached_property
     def num_contexts(self) -> Mapping[SymbolKey, int]:
         """Number of contexts of each symbol."""
-        found: dict[SymbolKey, int] = {}
+        counts: dict[SymbolKey, int] = {}
         for key, _ in self.symbols:
-            found[key] = found.get(key, 0) + 1
-        return found
+            counts[key] = counts.get(key, 0) + 1
+        return counts
 
 
 def _opened(context: Hashable) -> frozenset[Below]:
     return context if isinstance(context, frozenset) else frozenset()
 
 
-def _may_stand(condition: Below, place: int) -> bool:
-    return condition.deep or condition.place in (None, place) or len(condition.run) > 1
+def _may_match(condition: Below, child: int) -> bool:
+    return condition.deep or condition.child in (None, child) or len(condition.run) > 1
 
 
 def _edges_needed(tree: TreeGrammar, patterns: Sequence[Pattern]) -> dict[SymbolKey, int]:
     """Number of edges above each symbol in its context."""
-    asked: list[tuple[Pattern, int]] = []
+    nested: list[tuple[Pattern, int]] = []
     waiting = [(pattern, 0) for pattern in patterns]
     while waiting:
         pattern, depth = waiting.pop()
-        asked.append((pattern, depth))
+        nested.append((pattern, depth))
         waiting += [(inner, depth + 1) for below in pattern.below if not below.deep for inner in below.run]
     keys = tree.reachable
     length = {
-        key: max((depth for pattern, depth in asked if pattern.symbol in (None, key[0])), default=0) for key in keys
+        key: max((depth for pattern, depth in nested if pattern.symbol in (None, key[0])), default=0) for key in keys
     }
     changed = True
     while changed:
         changed = False
         for key in keys:
             below = {s.key for alternative in tree.alternatives(key) for s in alternative.successors}
-            wanted = max((length[child] - 1 for child in below), default=0)
-            if wanted > length[key]:
-                length[key] = wanted
+            longest = max((length[child] - 1 for child in below), default=0)
+            if longest > length[key]:
+                length[key] = longest
                 changed = True
     return length
 
@@ -188,8 +188,8 @@ def _symbols_inside(tree: TreeGrammar) -> dict[SymbolKey, set[str]]:
     """Names of each symbol and of all symbols in its trees."""
     keys = tree.reachable
     calls = {key: {s.key for alternative in tree.alternatives(key) for s in alternative.successors} for key in keys}
-    found: dict[SymbolKey, set[str]] = {}
+    inside: dict[SymbolKey, set[str]] = {}
     for group in groups(calls):
-        names = {key[0] for key in group}.union(*(found[c] for key in group for c in calls[key] if c in found))
-        found |= dict.fromkeys(group, names)
-    return found
+        names = {key[0] for key in group}.union(*(inside[c] for key in group for c in calls[key] if c in inside))
+        inside |= dict.fromkeys(group, names)
+    return inside

@@ -36,7 +36,7 @@ from grammarlab.language.syntax import printing
 from grammarlab.language.syntax.syntax_tree import Choice
 
 _INDENT = "    "
-_SAME = 1e-13
+_PROBABILITY_TOLERANCE = 1e-13
 """Largest difference of equal probabilities."""
 
 
@@ -44,8 +44,8 @@ def mixture_text(name: str, probabilities: Sequence[float]) -> str:
     """Definition of the attribute with the number of a model's component, from 1.
 
     Args:
-        name: of the attribute.
-        probabilities: of at least two components.
+        name: name of the attribute.
+        probabilities: probability of each component, at least two.
     """
     choice = [(probability, str(i + 1)) for i, probability in enumerate(probabilities)]
     return f"attr {name} ={choice_text(likely_last(choice), _INDENT)}"
@@ -57,13 +57,13 @@ def attribute_text(grammar: Grammar, parts: AttributeParts, probabilities: Seque
     Args:
         grammar: the original grammar.
         parts: the attribute.
-        probabilities: of its parts, for each component.
+        probabilities: [parts] probabilities of the attribute's parts, for each component.
         mixture: the attribute with the number of a model's component.
     """
-    if all(np.abs(p - parts.probabilities).max() <= _SAME for p in probabilities):
+    if all(np.abs(p - parts.probabilities).max() <= _PROBABILITY_TOLERANCE for p in probabilities):
         return ""
     value = grammar.attributes[parts.name].value
-    if all((np.abs(p - probabilities[0]) <= _SAME).all() for p in probabilities):
+    if all((np.abs(p - probabilities[0]) <= _PROBABILITY_TOLERANCE).all() for p in probabilities):
         return _drawn(value, parts, probabilities[0], _INDENT)
     values = [_drawn(value, parts, p, 2 * _INDENT) for p in probabilities]
     heads = [*(f"case {mixture} == {i + 1} :" for i in range(len(values) - 1)), "else :"]
@@ -76,7 +76,7 @@ def _drawn(value: Choice, parts: AttributeParts, probabilities: Floats, indent: 
     ratios = probabilities / parts.probabilities
     for i, part in enumerate(parts.parts):
         same_branch = bool(runs) and part.branch == parts.parts[i - 1].branch
-        if same_branch and abs(ratios[i] - ratios[i - 1]) <= _SAME * ratios[i]:
+        if same_branch and abs(ratios[i] - ratios[i - 1]) <= _PROBABILITY_TOLERANCE * ratios[i]:
             runs[-1] = (runs[-1][0] + float(probabilities[i]), runs[-1][1], i)
         else:
             runs.append((float(probabilities[i]), i, i))
@@ -100,7 +100,7 @@ def _number(value: float) -> str:
 
 """Largest relative difference of unchanged probabilities."""
 _WORD = re.compile(r"[^\W\d]\w*")
-_MOST_PARENTS = 3
+_MAX_PARENTS = 3
 """Largest number of rules named in the comment of a split symbol."""
 
 
@@ -151,8 +151,8 @@ def write(
 
     Args:
         grammar: the original grammar.
-        splitting: its split symbols.
-        weights: their inside weights; the total is above 0.
+        splitting: split symbols of the grammar.
+        weights: inside weights of the split symbols; the total is above 0.
         header: lines of a comment at the top of the file.
         names: finds names for variants, given the used names.
         step: probabilities are multiples of this (`grammarlab.density.rounding`).
@@ -181,7 +181,7 @@ class _GrammarWriter:
         self.name: dict[int, str] = {}
         """The name of each variant with its own rule."""
         self.named: dict[SymbolKey, list[int]] = {}
-        """The same variants by symbol, in the order of their rules."""
+        """Numbers of the named variants by symbol, in the order of their rules."""
         self.words = words
         self.mixture = self.words.fresh("component") if self.mixed else ""
         """The attribute with the number of a model's component."""
@@ -192,14 +192,14 @@ class _GrammarWriter:
         origins: dict[SymbolKey, Origin] = {}
         reachable = set(self.tree.reachable)
         for key in self.tree.bodies:
-            made = self._copies(key)
+            rule_copies = self._copies(key)
             # A rule that no plain symbol needs is kept if its only variant is equal to it.
-            if made or (key in reachable and key not in self.plain and key not in self.named):
-                copies[key] = made
-            for copy in made:
+            if rule_copies or (key in reachable and key not in self.plain and key not in self.named):
+                copies[key] = rule_copies
+            for copy in rule_copies:
                 if copy.body is not None:
                     origins[copy.name, key[1]] = Origin(key, dict(_origins(copy.body, ())))
-        drawn = [[c.attributes[place] for c in self.components] for place in range(len(self.splitting.attributes))]
+        drawn = [[c.attributes[index] for c in self.components] for index in range(len(self.splitting.attributes))]
         attributes = {
             parts.name: text
             for parts, probabilities in zip(self.splitting.attributes, drawn, strict=True)
@@ -240,7 +240,7 @@ class _GrammarWriter:
         elif isinstance(body, Alternative):
             for way in self._ways(variant, body):
                 yield from way.children.values()
-                self._follow_plain(*(s.key for place, s in enumerate(body.successors) if place not in way.children))
+                self._follow_plain(*(s.key for index, s in enumerate(body.successors) if index not in way.children))
         else:
             dropped = isinstance(body, Chance) and body.probabilities is not None
             for branch in body.branches:
@@ -288,17 +288,17 @@ class _GrammarWriter:
         if not changed and not (is_start and self.branching):
             return []
         moved = is_start and self.start_name != key[0]
-        made = [RuleCopy(key[0])] if key in self.plain else []
+        copies = [RuleCopy(key[0])] if key in self.plain else []
         if is_start and self.branching:
             bodies = [self._start_body(component.start) for component in self.components]
             cases = Conditions(tuple((f"{self.mixture} == {i + 1}", body) for i, body in enumerate(bodies)))
-            made.append(RuleCopy(self.start_name, cases, start=moved))
+            copies.append(RuleCopy(self.start_name, cases, start=moved))
         for number in numbers:
             variant = self.splitting.variants[number]
             comment = "" if self.name[number] == key[0] else self._comment(number)
             body = self._body(variant, self.tree.body(key))
-            made.append(RuleCopy(self.name[number], body, comment, moved and self.name[number] == self.start_name))
-        return made
+            copies.append(RuleCopy(self.name[number], body, comment, moved and self.name[number] == self.start_name))
+        return copies
 
     def _start_body(self, start: int) -> Body:
         body = self.tree.body(self.tree.start)
@@ -307,8 +307,8 @@ class _GrammarWriter:
     def _comment(self, number: int) -> str:
         variant = self.splitting.variants[number]
         inside = list(dict.fromkeys(self.name.get(p, self.start_name) for p in self.parents.get(number, ())))
-        more = " and others" if len(inside) > _MOST_PARENTS else ""
-        where = f", in {', '.join(inside[:_MOST_PARENTS])}{more}" if inside else ""
+        more = " and others" if len(inside) > _MAX_PARENTS else ""
+        where = f", in {', '.join(inside[:_MAX_PARENTS])}{more}" if inside else ""
         return f"{variant.key[0]} {self.words.condition(variant)}{where}"
 
     def _unchanged(self, number: int) -> bool:
@@ -321,19 +321,19 @@ class _GrammarWriter:
             ways = self._ways(variant, body)
             return body.branch is None or (
                 len(ways) == 1
-                and all(self.name[child] == body.successors[place].key[0] for place, child in ways[0].children.items())
+                and all(self.name[child] == body.successors[index].key[0] for index, child in ways[0].children.items())
             )
         branches = list(body.branches)
         if isinstance(body, Chance) and body.probabilities is not None:
             old, new = np.array(body.probabilities), self._branch_weights(variant, body)
-            if (np.abs(new / new.sum() - old) > _SAME * old).any():
+            if (np.abs(new / new.sum() - old) > _PROBABILITY_TOLERANCE * old).any():
                 return False
             branches = [branch for branch, p in zip(branches, old, strict=True) if p > 0.0]
         return all(self._same(variant, branch) for branch in branches)
 
     def _branch_weights(self, variant: Variant, chance: Chance) -> Floats:
-        own = branch_weights(chance, self.splitting.base) or (1.0,) * len(chance.branches)
-        return np.array([w * self.weights.body(variant, b) for w, b in zip(own, chance.branches, strict=True)])
+        base_weights = branch_weights(chance, self.splitting.base) or (1.0,) * len(chance.branches)
+        return np.array([w * self.weights.body(variant, b) for w, b in zip(base_weights, chance.branches, strict=True)])
 
     def _body(self, variant: Variant, body: Original) -> Body:
         """The choices of a rule in a variant."""
@@ -347,31 +347,33 @@ class _GrammarWriter:
             return _choice(
                 [(w, self._body(variant, b)) for w, b in zip(weights, body.branches, strict=True) if w > 0.0], self.step
             )
-        return _kept(body, [self._body(variant, branch) for branch in _written(body)])
+        return _pruned(body, [self._body(variant, branch) for branch in _written(body)])
 
     def _text(self, alternative: Alternative, way: Way) -> Text:
         names = {
-            alternative.successors[place].location: self.name[child]
-            for place, child in way.children.items()
-            if self.name[child] != alternative.successors[place].key[0]
+            alternative.successors[index].location: self.name[child]
+            for index, child in way.children.items()
+            if self.name[child] != alternative.successors[index].key[0]
         }
         return Text(alternative.branch or (), names)
 
 
 def _components(splitting: Splitting, weights: InsideWeights, step: float) -> Iterator[Mixed]:
     """The components with a weight above 0, their probabilities summing to 1."""
-    own = [a.probabilities if splitting.base == "grammar" else a.shares for a in splitting.attributes]
-    found: list[tuple[float, tuple[Floats, ...], int]] = []
+    base_probabilities = [a.probabilities if splitting.base == "grammar" else a.shares for a in splitting.attributes]
+    summands: list[tuple[float, tuple[Floats, ...], int]] = []
     for component in splitting.components:
-        drawn = [p * future for p, future in zip(own, component.attributes, strict=True)]
+        drawn = [p * future for p, future in zip(base_probabilities, component.attributes, strict=True)]
         weight = component.weight * weights.of(component.start) * float(np.prod([d.sum() for d in drawn]))
         if weight > 0.0:
-            found.append((weight, tuple(d / d.sum() for d in drawn), component.start))
-    total = sum(weight for weight, _, _ in found)
-    shares = rounded([weight / total for weight, _, _ in found], step)
-    for share, (_, drawn, start) in zip(shares, found, strict=True):
+            summands.append((weight, tuple(d / d.sum() for d in drawn), component.start))
+    total = sum(weight for weight, _, _ in summands)
+    shares = rounded([weight / total for weight, _, _ in summands], step)
+    for share, (_, drawn, start) in zip(shares, summands, strict=True):
         parts = zip(splitting.attributes, drawn, strict=True)
-        yield Mixed(share, tuple(_round_parts(own, probabilities, step) for own, probabilities in parts), start)
+        yield Mixed(
+            share, tuple(_round_parts(attribute, probabilities, step) for attribute, probabilities in parts), start
+        )
 
 
 def _round_parts(parts: AttributeParts, probabilities: Floats, step: float) -> Floats:
@@ -391,7 +393,7 @@ def _choice(branches: Sequence[tuple[float, Body]], step: float = EXACT) -> Body
     return Chances(likely_last([(share, body) for share, (_, body) in zip(shares, flat, strict=True)]))
 
 
-def _kept(body: Chance | Cases, branches: Sequence[Body]) -> Same:
+def _pruned(body: Chance | Cases, branches: Sequence[Body]) -> Same:
     return Same(body.path, tuple(branches), closed=isinstance(body, Cases) and not body.complete and bool(body.path))
 
 
@@ -407,7 +409,7 @@ def _plain_body(body: Original) -> Body:
     if isinstance(body, Chance) and body.probabilities is not None:
         pairs = zip(body.probabilities, body.branches, strict=True)
         return _choice([(p, _plain_body(branch)) for p, branch in pairs if p > 0.0])
-    return _kept(body, [_plain_body(branch) for branch in _written(body)])
+    return _pruned(body, [_plain_body(branch) for branch in _written(body)])
 
 
 def _keys_below(body: Original) -> list[SymbolKey]:

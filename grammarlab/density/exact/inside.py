@@ -13,10 +13,11 @@ from grammarlab.errors import InexactError
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import SymbolKey
 
-EQUAL = 1e-9
+WEIGHT_TOLERANCE = 1e-9
 """Largest relative difference of weights of cases that count as equal."""
 
-_MOST_STEPS = 200
+_MAX_STEPS = 200
+"""Largest number of Newton steps."""
 
 
 class InsideWeights:
@@ -58,19 +59,21 @@ class InsideWeights:
         chances = branch_weights(body, self._splitting.base) if isinstance(body, Chance) else None
         if chances is not None:
             return sum(chance * weight for chance, weight in zip(chances, weights, strict=True))
-        taken = [
-            weight for weight, branch in zip(weights, body.branches, strict=True) if self._taken(variant.key, branch)
+        reached = [
+            weight
+            for weight, branch in zip(weights, body.branches, strict=True)
+            if self._is_reached(variant.key, branch)
         ]
-        if max(taken) - min(taken) > EQUAL * max(taken):
+        if max(reached) - min(reached) > WEIGHT_TOLERANCE * max(reached):
             raise self._dependent(variant, body)
-        return taken[0]
+        return reached[0]
 
-    def _taken(self, key: SymbolKey, body: Body) -> bool:
+    def _is_reached(self, key: SymbolKey, body: Body) -> bool:
         """Whether a branch is ever taken in the sample."""
-        seen = self._tree.seen
-        if not any(name == key and count for (name, _), count in seen.items()):
+        counts = self._tree.sample_counts
+        if not any(name == key and count for (name, _), count in counts.items()):
             return True
-        return any(seen.get((key, end.branch), 0) for end in leaves(body) if end.branch is not None)
+        return any(counts.get((key, end.branch), 0) for end in leaves(body) if end.branch is not None)
 
     def _evaluate(self, number: int) -> float:
         variant = self._splitting.variants[number]
@@ -85,20 +88,20 @@ class InsideWeights:
         Etessami and Yannakakis, Recursive Markov chains, stochastic grammars, and monotone systems of nonlinear
         equations, 2009.
         """
-        place = {number: i for i, number in enumerate(group)}
+        index_of = {number: i for i, number in enumerate(group)}
         variants = [self._splitting.variants[number] for number in group]
-        for _ in range(_MOST_STEPS):
+        for _ in range(_MAX_STEPS):
             before = self.variant[list(group)]
             values, slopes = np.zeros(len(group)), np.zeros((len(group), len(group)))
             for i, variant in enumerate(variants):
-                values[i], slopes[i] = self._linear(variant, self._tree.body(variant.key), place)
+                values[i], slopes[i] = self._linear(variant, self._tree.body(variant.key), index_of)
             step = np.linalg.lstsq(np.eye(len(group)) - slopes, values - before, rcond=None)[0]
             after = before + np.maximum(step, 0.0)
             if not np.isfinite(after).all() or (after > 1e12).any():
                 break
             self.variant[list(group)] = after
             if (after - before <= 1e-15 * after).all():
-                if (values - before > EQUAL * values).any():
+                if (values - before > WEIGHT_TOLERANCE * values).any():
                     # Newton's method does not converge: there is no solution.
                     break
                 for variant in variants:
@@ -111,26 +114,26 @@ class InsideWeights:
             "grammar, or a score with comparisons"
         )
 
-    def _linear(self, variant: Variant, body: Body, place: Mapping[int, int]) -> tuple[float, Floats]:
-        """Weight of a body, and its derivatives by the weights of the variants in ``place``."""
-        slopes = np.zeros(len(place))
+    def _linear(self, variant: Variant, body: Body, index_of: Mapping[int, int]) -> tuple[float, Floats]:
+        """Weight of a body, and its derivatives by the weights of the variants in ``index_of``."""
+        slopes = np.zeros(len(index_of))
         if isinstance(body, Alternative):
             value = 0.0
             for way in variant.ways.get(body.branch, ()):
                 value += self.way(way)
                 children = _factors(way)
-                for at, child in enumerate(children):
-                    if child in place:
-                        others = children[:at] + children[at + 1 :]
-                        slopes[place[child]] += way.weight * np.prod(self.variant[others])
+                for position, child in enumerate(children):
+                    if child in index_of:
+                        others = children[:position] + children[position + 1 :]
+                        slopes[index_of[child]] += way.weight * np.prod(self.variant[others])
             return value, slopes
-        parts = [self._linear(variant, branch, place) for branch in body.branches]
+        parts = [self._linear(variant, branch, index_of) for branch in body.branches]
         chances = branch_weights(body, self._splitting.base) if isinstance(body, Chance) else None
         if chances is None:
             # All branches have equal weight at the solution; so their mean converges to it.
-            used = [self._taken(variant.key, branch) for branch in body.branches]
+            used = [self._is_reached(variant.key, branch) for branch in body.branches]
             used = used if any(used) else [True] * len(used)
-            chances = tuple(float(taken) / sum(used) for taken in used)
+            chances = tuple(float(is_used) / sum(used) for is_used in used)
         for chance, (_, part) in zip(chances, parts, strict=True):
             slopes += chance * part
         return sum(chance * value for chance, (value, _) in zip(chances, parts, strict=True)), slopes
@@ -152,7 +155,7 @@ def branch_weights(chance: Chance, base: Base) -> tuple[float, ...] | None:
 
 def _factors(way: Way) -> list[int]:
     """The variants of all successors, once for each copy."""
-    return [variant for place, variant in way.children.items() for _ in range(way.copies.get(place, 1))]
+    return [variant for index, variant in way.children.items() for _ in range(way.copies.get(index, 1))]
 
 
 def _called(variant: Variant) -> tuple[int, ...]:

@@ -86,11 +86,11 @@ class LearnedGrammar(AbstractSampler):
         Computed from the text of both grammars, as a sum over the variants of each node.
         """
         trees = self._trees(forest)
-        taken = [parts_taken(parts, self.original, forest) for parts in self.attributes]
+        indices = [parts_taken(parts, self.original, forest) for parts in self.attributes]
         result = np.zeros(forest.num_models)
         for component, ratio in zip(self.components, trees, strict=True):
             drawn = np.full(forest.num_models, component.probability)
-            for parts, probabilities, number in zip(self.attributes, component.attributes, taken, strict=True):
+            for parts, probabilities, number in zip(self.attributes, component.attributes, indices, strict=True):
                 drawn *= (probabilities / parts.probabilities)[number]
             result += drawn * ratio
         return result
@@ -106,26 +106,26 @@ class LearnedGrammar(AbstractSampler):
         rules: dict[object, int] = {
             (rule.symbol, rule.parameters, rule.branch): i for i, rule in enumerate(program.rule_names)
         }
-        known = {origin_name: origin.key[0] for (origin_name, _), origin in self.origins.items()}
-        symbol = np.array([symbols[known.get(name, name)] for name in forest.symbols], dtype=program.id_type)
+        original_names = {origin_name: origin.key[0] for (origin_name, _), origin in self.origins.items()}
+        symbol = np.array([symbols[original_names.get(name, name)] for name in forest.symbols], dtype=program.id_type)
         rule = np.array([*(rules.get(self._origin(name), -1) for name in forest.rules), -1], dtype=program.id_type)
         nodes = replace(forest.nodes, symbol=symbol[forest.nodes.symbol], rule=rule[forest.nodes.rule])
         sites = _numbered(site.name for site in program.sites)
-        place = np.array(
+        site_of = np.array(
             [sites[site.name] if self._is_kept(site, sites) else -1 for site in forest.sites], dtype=program.id_type
         )
-        kept = np.flatnonzero(place[forest.draws.site] >= 0) if len(place) else np.zeros(0, dtype=np.int64)
+        rows = np.flatnonzero(site_of[forest.draws.site] >= 0) if len(site_of) else np.zeros(0, dtype=np.int64)
         draws = forest.draws
-        draws = Draws(draws.node[kept], place[draws.site[kept]], draws.value[kept], draws.log_density[kept])
+        draws = Draws(draws.node[rows], site_of[draws.site[rows]], draws.value[rows], draws.log_density[rows])
         return replace(
             forest, symbols=program.symbols, rules=program.rule_names, sites=program.sites, nodes=nodes, draws=draws
         )
 
-    def _is_kept(self, site: Site, known: Mapping[object, int]) -> bool:
+    def _is_kept(self, site: Site, site_names: Mapping[object, int]) -> bool:
         """Whether draws of a site have the same meaning in the original."""
         if any(parts.name == site.definition for parts in self.attributes):
-            return site.kind == "uniform" and site.name in known
-        return site.name in known and all(site.definition != name for name, _ in self.origins)
+            return site.kind == "uniform" and site.name in site_names
+        return site.name in site_names and all(site.definition != name for name, _ in self.origins)
 
     def _origin(self, rule: RuleName) -> tuple[str, int, tuple[int, ...] | None]:
         origin = self.origins.get((rule.symbol, rule.parameters))

@@ -19,7 +19,8 @@ from grammarlab.features.patterns.pattern import Draw, Feature, Pattern
 Read: TypeAlias = "Reading | Feature"
 """A number read from a model: a sum of counts of patterns, or a feature that is not a pattern."""
 
-_MOST_WEIGHT = 1 << 16
+_MAX_WEIGHT = 1 << 16
+"""Largest integer weight of a count, so that sums fit into 64 bits."""
 _COMPARISONS = frozenset({"<", "<=", ">", ">=", "==", "!="})
 
 
@@ -41,11 +42,11 @@ def read(expression: Expression) -> tuple[tuple[Read, ...], Callable[[Floats], F
         Readings and features, and a function from their values [n, readings] to the values [n] of the expression.
     """
     sums = _sums(expression.steps)
-    kept = _kept(expression.steps, sums)
-    uses = _uses(expression.steps, kept, sums)
+    evaluated = _evaluated(expression.steps, sums)
+    uses = _uses(expression.steps, evaluated, sums)
     reads: dict[Read, int] = {}
     steps: list[Step] = []
-    place: dict[int, int] = {}
+    index_of: dict[int, int] = {}
 
     def add(step: Step) -> int:
         steps.append(step)
@@ -55,36 +56,36 @@ def read(expression: Expression) -> tuple[tuple[Read, ...], Callable[[Floats], F
         number = reads.setdefault(read, len(reads))
         return add(Measure(Draw(f"#{number}")))
 
-    for i in sorted(kept):
-        step, found = expression.steps[i], sums[i]
-        if found is not None and found.terms:
-            cap = _cap(found, uses[i], sums)
-            reading = Reading(tuple((p, int(w)) for p, w in found.terms.items()), cap)
-            place[i] = read_as(reading)
-            if found.constant:
-                place[i] = add(Apply("+", (place[i], add(ConstantTerm(found.constant)))))
+    for i in sorted(evaluated):
+        step, total = expression.steps[i], sums[i]
+        if total is not None and total.terms:
+            cap = _cap(total, uses[i], sums)
+            reading = Reading(tuple((p, int(w)) for p, w in total.terms.items()), cap)
+            index_of[i] = read_as(reading)
+            if total.constant:
+                index_of[i] = add(Apply("+", (index_of[i], add(ConstantTerm(total.constant)))))
         elif isinstance(step, Measure):
             feature = step.feature
-            place[i] = read_as(Reading.of(feature) if isinstance(feature, Pattern) else feature)
+            index_of[i] = read_as(Reading.of(feature) if isinstance(feature, Pattern) else feature)
         elif isinstance(step, Apply):
-            place[i] = add(Apply(step.operation, tuple(place[operand] for operand in step.operands)))
+            index_of[i] = add(Apply(step.operation, tuple(index_of[operand] for operand in step.operands)))
         else:
-            place[i] = add(step)
+            index_of[i] = add(step)
     rest = Expression(expression.text, tuple(steps), tuple(Draw(f"#{number}") for number in range(len(reads))))
     return tuple(reads), rest.evaluate
 
 
 def _sums(steps: tuple[Step, ...]) -> list[_Sum | None]:
     """For each step, its sum of counts, if it is a sum with positive integer weights."""
-    found: list[_Sum | None] = []
+    sums: list[_Sum | None] = []
     for step in steps:
         if isinstance(step, ConstantTerm):
-            found.append(_Sum({}, step.value))
+            sums.append(_Sum({}, step.value))
         elif isinstance(step, Measure):
-            found.append(_Sum({step.feature: 1.0}, 0.0) if isinstance(step.feature, Pattern) else None)
+            sums.append(_Sum({step.feature: 1.0}, 0.0) if isinstance(step.feature, Pattern) else None)
         else:
-            found.append(_combined(step.operation, [found[operand] for operand in step.operands]))
-    return found
+            sums.append(_combined(step.operation, [sums[operand] for operand in step.operands]))
+    return sums
 
 
 def _combined(operation: str, operands: list[_Sum | None]) -> _Sum | None:
@@ -97,56 +98,58 @@ def _combined(operation: str, operands: list[_Sum | None]) -> _Sum | None:
         return _Sum(terms, a.constant + b.constant)
     if operation == "*" and not (a.terms and b.terms):
         factor, other = (b.constant, a) if a.terms else (a.constant, b)
-        if factor > 0.0 and factor == floor(factor) <= _MOST_WEIGHT:
+        if factor > 0.0 and factor == floor(factor) <= _MAX_WEIGHT:
             return _Sum({pattern: factor * weight for pattern, weight in other.terms.items()}, factor * other.constant)
     if operation == "-" and not b.terms:
         return _Sum(a.terms, a.constant - b.constant)
     return None
 
 
-def _is_read(found: _Sum | None) -> bool:
+def _is_read(total: _Sum | None) -> bool:
     """Whether a step becomes a reading."""
-    return found is not None and bool(found.terms)
+    return total is not None and bool(total.terms)
 
 
-def _kept(steps: tuple[Step, ...], sums: list[_Sum | None]) -> set[int]:
+def _evaluated(steps: tuple[Step, ...], sums: list[_Sum | None]) -> set[int]:
     """The steps that are still evaluated: those from the result down to sums."""
-    kept = {len(steps) - 1}
+    evaluated = {len(steps) - 1}
     for i in range(len(steps) - 1, -1, -1):
         step = steps[i]
-        if i in kept and isinstance(step, Apply) and not _is_read(sums[i]):
-            kept.update(step.operands)
-    return kept
+        if i in evaluated and isinstance(step, Apply) and not _is_read(sums[i]):
+            evaluated.update(step.operands)
+    return evaluated
 
 
-def _uses(steps: tuple[Step, ...], kept: set[int], sums: list[_Sum | None]) -> list[list[tuple[Apply | None, int]]]:
+def _uses(
+    steps: tuple[Step, ...], evaluated: set[int], sums: list[_Sum | None]
+) -> list[list[tuple[Apply | None, int]]]:
     """For each step, the operations that use its result, with the index of the operand; None for the final result."""
     uses: list[list[tuple[Apply | None, int]]] = [[] for _ in steps]
     for i, step in enumerate(steps):
-        if i in kept and isinstance(step, Apply) and not _is_read(sums[i]):
-            for place, operand in enumerate(step.operands):
-                uses[operand].append((step, place))
+        if i in evaluated and isinstance(step, Apply) and not _is_read(sums[i]):
+            for position, operand in enumerate(step.operands):
+                uses[operand].append((step, position))
     uses[-1].append((None, 0))
     return uses
 
 
-def _cap(found: _Sum, uses: list[tuple[Apply | None, int]], sums: list[_Sum | None]) -> int:
+def _cap(total: _Sum, uses: list[tuple[Apply | None, int]], sums: list[_Sum | None]) -> int:
     """Smallest sum of counts from which on all uses of a sum have the same result."""
-    bounds = [_bound(use, place, sums) for use, place in uses]
-    known = [bound for bound in bounds if bound is not None]
-    if len(known) < len(bounds):
+    bounds = [_bound(use, position, sums) for use, position in uses]
+    limits = [bound for bound in bounds if bound is not None]
+    if len(limits) < len(bounds):
         return NO_CAP
-    return min(NO_CAP, max(1, floor(max(known) - found.constant) + 1))
+    return min(NO_CAP, max(1, floor(max(limits) - total.constant) + 1))
 
 
-def _bound(use: Apply | None, place: int, sums: list[_Sum | None]) -> float | None:
+def _bound(use: Apply | None, position: int, sums: list[_Sum | None]) -> float | None:
     """Bound above which a use has the same result for all values; None if there is none."""
     if use is None:
         return None
     if use.operation in _COMPARISONS:
-        other = sums[use.operands[1 - place]]
+        other = sums[use.operands[1 - position]]
         return other.constant if other is not None and not other.terms else None
     if use.operation in {"and", "or", "not"}:
         return 0.0
-    is_condition = use.operation == "choose" and place % 2 == 0 and place < len(use.operands) - 1
+    is_condition = use.operation == "choose" and position % 2 == 0 and position < len(use.operands) - 1
     return 0.0 if is_condition else None

@@ -82,8 +82,8 @@ def _recovered(original: Grammar, learned: Grammar) -> LearnedGrammar:
     parts, drawn = [], []
     for name, attribute in original.attributes.items():
         if learned.attributes[name] != attribute:
-            found, values = _attribute(original, learned, name, mixture, len(weights))
-            parts.append(found)
+            new_parts, values = _attribute(original, learned, name, mixture, len(weights))
+            parts.append(new_parts)
             drawn.append(values)
     components = tuple(
         Mixed(weight, tuple(values[i] for values in drawn), i if branching else PLAIN)
@@ -130,8 +130,8 @@ def _by_component(choice: Choice, mixture: str, number: int) -> list[Choice] | N
     """The branches of ``case component == 1 : ... else : ...``; None for every other choice."""
     if not mixture or not isinstance(choice, Case) or len(choice.branches) != number:
         return None
-    wanted = [Binary("==", Name(mixture), Number(float(i + 1))) for i in range(number - 1)]
-    return list(choice.branches) if list(choice.conditions) == [*wanted, None] else None
+    conditions = [Binary("==", Name(mixture), Number(float(i + 1))) for i in range(number - 1)]
+    return list(choice.branches) if list(choice.conditions) == [*conditions, None] else None
 
 
 # Rules
@@ -166,9 +166,9 @@ def _origins(
 def _ends(choice: Choice, path: Branch, conditions: tuple[tuple[object, int], ...]) -> Iterator[_End]:
     if isinstance(choice, Case):
         # An added else makes nothing, and is for shapes for which no case holds.
-        known = tuple(condition for condition in choice.conditions if condition is not None)
+        tests = tuple(condition for condition in choice.conditions if condition is not None)
         for i, branch in enumerate(choice.branches):
-            yield from _ends(branch, (*path, i), (*conditions, (known, i)))
+            yield from _ends(branch, (*path, i), (*conditions, (tests, i)))
     elif isinstance(choice, Stochastic):
         for i, branch in enumerate(choice.branches):
             yield from _ends(branch, (*path, i), conditions)
@@ -185,19 +185,19 @@ def _origin(
     waiting: list[SymbolKey],
 ) -> Branch | None:
     """The matching alternative of the original rule."""
-    found: list[tuple[Branch, Renamed]] = []
+    matches: list[tuple[Branch, Renamed]] = []
     for other in ends:
         names: Renamed = {}
         if other.conditions == end.conditions and _same(other.text, end.text, names):
             names = {name: old for name, old in names.items() if name in learned.rules or old in original.rules}
             consistent = all(renamed.get(name, old) == old for name, old in names.items())
             if consistent and all(name in learned.rules and old in original.rules for name, old in names.items()):
-                found.append((other.branch, names))
-    if not found and end.text == Items(()) and end.conditions:
+                matches.append((other.branch, names))
+    if not matches and end.text == Items(()) and end.conditions:
         return None
-    if len(found) != 1:
+    if len(matches) != 1:
         raise _ForeignError
-    branch, names = found[0]
+    branch, names = matches[0]
     waiting += [name for name in names if name not in renamed]
     renamed.update(names)
     return branch
@@ -232,12 +232,14 @@ def _attribute(
     value = learned.attributes[name].value
     values = _by_component(value, mixture, number) or [value] * number
     leaves = [list(_leaves(choice, 1.0)) for choice in values]
-    ranges = [drawn_range(leaf) for found in leaves for _, leaf in found]
+    ranges = [drawn_range(leaf) for component_leaves in leaves for _, leaf in component_leaves]
     bounds = sorted({end for ends in ranges if ends is not None for end in ends})
     numeric = all(ends is not None for ends in ranges)
     parts = attribute_parts(original, name, [Threshold(name, bound) for bound in bounds] if numeric else [])
     _check_apart(parts.parts)
-    return parts, [_probabilities(original.attributes[name].value, parts, found) for found in leaves]
+    return parts, [
+        _probabilities(original.attributes[name].value, parts, component_leaves) for component_leaves in leaves
+    ]
 
 
 def _leaves(choice: Choice, probability: float) -> Iterator[tuple[float, Choice]]:
@@ -261,14 +263,14 @@ def _check_apart(parts: Sequence[AttributePart]) -> None:
 
 
 def _probabilities(value: Choice, parts: AttributeParts, leaves: Sequence[tuple[float, Choice]]) -> Floats:
-    found = np.zeros(len(parts.parts))
+    result = np.zeros(len(parts.parts))
     for probability, leaf in leaves:
         ends = drawn_range(leaf)
         shares = np.array([_share(leaf, ends, leaf_at(value, part.branch), part) for part in parts.parts])
         if abs(shares.sum() - 1.0) > 1e-9:
             raise _ForeignError
-        found += probability * shares
-    return found
+        result += probability * shares
+    return result
 
 
 def _share(leaf: Choice, ends: tuple[float, float] | None, old: Choice, part: AttributePart) -> float:

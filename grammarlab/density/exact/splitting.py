@@ -115,9 +115,9 @@ def _paths(levels: list[tuple[Floats, Ints]], scale: float, top: int) -> Iterato
 
 Base: TypeAlias = Literal["grammar", "uniform"]
 
-_MOST_COMPONENTS = 200
+_MAX_COMPONENTS = 200
 """Largest number of branches of the start rule that depend on attributes."""
-MOST_WAYS = 20_000
+MAX_WAYS = 20_000
 """Largest number of alternatives of all variants."""
 PLAIN = -1
 """Marks the original symbol, instead of a variant."""
@@ -129,7 +129,7 @@ class Way:
 
     weight: float
     children: Mapping[int, int]
-    """Variant by place of the successor; others are `PLAIN`."""
+    """Variant by index of the successor; others are `PLAIN`."""
     copies: Mapping[int, int] = field(default_factory=dict)
     """Number of times that these successors occur; others occur once."""
 
@@ -172,7 +172,7 @@ def split(
     attributes: Sequence[AttributeParts],
     preference: Callable[[NDArray[np.int64], NDArray[np.int64]], Floats],
     base: Base = "grammar",
-    max_ways: int = MOST_WAYS,
+    max_ways: int = MAX_WAYS,
 ) -> Splitting:
     """Split the symbols of a grammar by a preference.
 
@@ -219,7 +219,7 @@ class _Build:
         drawn = [attribute.counts[index] for attribute, index in zip(attributes, combinations, strict=False)]
         none = np.zeros((combinations.shape[1], 0), dtype=np.int64)
         values = preference(totals[combinations[-1]], np.concatenate([none, *drawn], axis=1))
-        products = decompose(_side_by_side([*sizes, len(totals)]), values, _MOST_COMPONENTS)
+        products = decompose(_side_by_side([*sizes, len(totals)]), values, _MAX_COMPONENTS)
         return [
             Component(product.weight, product.futures[:-1], self._variant(self.tree.start, product.futures[-1]))
             for product in products
@@ -261,8 +261,8 @@ class _Build:
         for product in decompose(scan, future, self.max_ways):
             children = {
                 step.child: variant
-                for step, wanted in zip(scan.steps, product.futures, strict=True)
-                if (variant := self._variant(step.key, wanted)) != PLAIN
+                for step, outside in zip(scan.steps, product.futures, strict=True)
+                if (variant := self._variant(step.key, outside)) != PLAIN
             }
             ways.append(Way(product.weight, {**others, **children}, copies))
         self.num_ways += len(ways)
@@ -286,11 +286,11 @@ class _Build:
 def _side_by_side(sizes: Sequence[int]) -> Scan:
     """A scan whose state has the states of all children."""
     steps: list[ScanStep] = []
-    seen = 1
+    num_states = 1
     for child, size in enumerate(sizes):
-        steps.append(ScanStep(child, ("", 0), np.arange(seen * size).reshape(seen, size)))
-        seen *= size
-    return Scan(tuple(steps), np.arange(seen))
+        steps.append(ScanStep(child, ("", 0), np.arange(num_states * size).reshape(num_states, size)))
+        num_states *= size
+    return Scan(tuple(steps), np.arange(num_states))
 
 
 def _uncounted(automaton: Automaton) -> frozenset[SymbolKey]:
@@ -322,7 +322,7 @@ def _num_trees(body: Body, number: Mapping[SymbolKey, int]) -> int | None:
     if isinstance(body, Chance) and body.probabilities is None:
         return None
     counts = [_num_trees(branch, number) for branch in body.branches]
-    known = [count for count in counts if count is not None]
-    if len(known) < len(counts) or (isinstance(body, Cases) and len(set(known)) > 1):
+    finite = [count for count in counts if count is not None]
+    if len(finite) < len(counts) or (isinstance(body, Cases) and len(set(finite)) > 1):
         return None
-    return known[0] if isinstance(body, Cases) else sum(known)
+    return finite[0] if isinstance(body, Cases) else sum(finite)

@@ -84,13 +84,13 @@ class PatternComponents:
     @cached_property
     def all(self) -> tuple[Component, ...]:
         """Every component, without repetition."""
-        found: dict[Component, None] = {Total(reading): None for reading in self.readings}
+        components: dict[Component, None] = {Total(reading): None for reading in self.readings}
         for pattern in (pattern for reading in self.readings for pattern, _ in reading.terms):
             for below in _belows(pattern):
-                found |= {PatternMatch(inner): None for inner in below.run}
+                components |= {PatternMatch(inner): None for inner in below.run}
                 if below.deep:
-                    found[Deep(below)] = None
-        return tuple(found)
+                    components[Deep(below)] = None
+        return tuple(components)
 
     @cached_property
     def inner_cap(self) -> int:
@@ -109,20 +109,20 @@ class PatternComponents:
     @cached_property
     def active(self) -> Mapping[SymbolKey, tuple[int, ...]]:
         """For each reachable symbol, the needed components that can be above zero."""
-        needed = dict.fromkeys(self.tree.reachable, 0)
-        needed[self.tree.start] = sum(1 << self.number[Total(reading)] for reading in set(self.readings))
+        masks = dict.fromkeys(self.tree.reachable, 0)
+        masks[self.tree.start] = sum(1 << self.number[Total(reading)] for reading in set(self.readings))
         queue = [self.tree.start]
         while queue:
             key = queue.pop()
-            mask = needed[key] & self._possible[key]
+            mask = masks[key] & self._possible[key]
             for alternative in self.tree.alternatives(key):
                 conditions = self.conditions(key, alternative, _bits(mask))
-                for place, successor in enumerate(alternative.successors):
-                    asked = self._asked(conditions, place, mask) & self._possible[successor.key]
-                    if asked & ~needed[successor.key]:
-                        needed[successor.key] |= asked
+                for position, successor in enumerate(alternative.successors):
+                    required = self._required(conditions, position, mask) & self._possible[successor.key]
+                    if required & ~masks[successor.key]:
+                        masks[successor.key] |= required
                         queue.append(successor.key)
-        return {key: _bits(mask & self._possible[key]) if mask else () for key, mask in needed.items()}
+        return {key: _bits(mask & self._possible[key]) if mask else () for key, mask in masks.items()}
 
     @cached_property
     def calls(self) -> Mapping[SymbolKey, tuple[SymbolKey, ...]]:
@@ -136,16 +136,16 @@ class PatternComponents:
 
     def conditions(self, key: SymbolKey, alternative: Alternative, active: Sequence[int]) -> tuple[Below, ...]:
         """The runs that must be counted among the children of a node with this alternative."""
-        found: dict[Below, None] = {}
+        runs: dict[Below, None] = {}
         for i in active:
             component = self.all[i]
             if isinstance(component, Deep):
-                found[component.below] = None
+                runs[component.below] = None
             else:
                 for pattern in tops(component):
                     if fits(pattern, key, alternative):
-                        found |= dict.fromkeys(pattern.below)
-        return tuple(found)
+                        runs |= dict.fromkeys(pattern.below)
+        return tuple(runs)
 
     @cached_property
     def _inherited(self) -> int:
@@ -178,22 +178,22 @@ class PatternComponents:
     @cached_property
     def _by_top(self) -> dict[str | None, list[int]]:
         """Components by the symbols of their top nodes; under None those with any top node."""
-        found: dict[str | None, list[int]] = {}
+        by_symbol: dict[str | None, list[int]] = {}
         for i, component in enumerate(self.all):
             names = {None} if isinstance(component, Deep) else {pattern.symbol for pattern in tops(component)}
             for name in names:
-                found.setdefault(name, []).append(i)
-        return found
+                by_symbol.setdefault(name, []).append(i)
+        return by_symbol
 
     def _possible_at(self, key: SymbolKey, possible: Mapping[SymbolKey, int]) -> int:
-        mask, own = possible[key], self._labelled(key)
+        mask, labelled = possible[key], self._labelled(key)
         for alternative in self.tree.alternatives(key):
             below = [possible[successor.key] for successor in alternative.successors]
             inherited = 0
             for child in below:
                 inherited |= child & self._inherited
             mask |= inherited
-            for i in own:
+            for i in labelled:
                 if not mask >> i & 1 and self._begins(self.all[i], key, alternative, below, inherited):
                     mask |= 1 << i
         return mask
@@ -215,21 +215,21 @@ class PatternComponents:
 
     def _run_possible(self, condition: Below, below: Sequence[int]) -> bool:
         bits = [self.number[PatternMatch(inner)] for inner in condition.run]
-        places = range(len(below)) if condition.place is None else range(condition.place, condition.place + 1)
-        return any(i < len(below) and below[i] >> bits[0] & 1 for i in places) and all(
+        positions = range(len(below)) if condition.child is None else range(condition.child, condition.child + 1)
+        return any(i < len(below) and below[i] >> bits[0] & 1 for i in positions) and all(
             any(mask >> bit & 1 for mask in below) for bit in bits[1:]
         )
 
-    def _asked(self, conditions: Sequence[Below], place: int, mask: int) -> int:
+    def _required(self, conditions: Sequence[Below], position: int, mask: int) -> int:
         """Components of the child at a place that the components `mask` of a node need, as bits."""
-        asked = mask & self._inherited
+        required = mask & self._inherited
         for condition in conditions:
             if condition.deep:
-                asked |= 1 << self.number[Deep(condition)]
+                required |= 1 << self.number[Deep(condition)]
             for step, inner in enumerate(condition.run):
-                if step or condition.place in (None, place):
-                    asked |= 1 << self.number[PatternMatch(inner)]
-        return asked
+                if step or condition.child in (None, position):
+                    required |= 1 << self.number[PatternMatch(inner)]
+        return required
 
 
 def top_terms(component: Total | PatternMatch) -> tuple[tuple[Pattern, int], ...]:

@@ -34,7 +34,7 @@ class _Production:
     variant: int
     origin: Branch | None
     ratio: float
-    """Its probability divided by that of its original."""
+    """Probability of the alternative divided by that of its original."""
     children: tuple[int, ...]
     """The variant of each successor, -1 if nothing below it differs."""
 
@@ -74,8 +74,8 @@ class TreeRatio:
         columns = _Columns(forest, self._original, {key for key, _ in self._slots})
         result = np.zeros((len(self._numbers), len(columns.nodes)))
         slots = [self._slots.get(way, []) for way in columns.ways]
-        width = max((len(found) for found in slots), default=0)
-        ratio = np.array([[p.ratio for p in found] + [0.0] * (width - len(found)) for found in slots])
+        width = max((len(productions) for productions in slots), default=0)
+        ratio = np.array([[p.ratio for p in productions] + [0.0] * (width - len(productions)) for productions in slots])
         product = ratio[columns.way]
         for level in columns.levels():
             for way, rows in _by_group(columns.way[level], level):
@@ -83,21 +83,21 @@ class TreeRatio:
                     result[production.variant, rows] += product[rows, slot]
             parents = columns.parent[level]
             below = level[parents >= 0]
-            place = columns.way[columns.parent[below]] * columns.places + columns.child[below]
-            for group, rows in _by_group(place, below):
-                way, child = divmod(group, columns.places)
+            slot_of = columns.way[columns.parent[below]] * columns.max_children + columns.child[below]
+            for group, rows in _by_group(slot_of, below):
+                way, child = divmod(group, columns.max_children)
                 for slot, production in enumerate(slots[way]):
                     if production.children[child] >= 0:
                         np.multiply.at(product[:, slot], columns.parent[rows], result[production.children[child], rows])
-        found = np.zeros((len(self._starts), forest.num_models))
+        ratios = np.zeros((len(self._starts), forest.num_models))
         roots = forest.nodes.parent[columns.nodes] < 0
-        found[:, forest.nodes.model[columns.nodes[roots]]] = result[self._starts][:, roots]
-        return found
+        ratios[:, forest.nodes.model[columns.nodes[roots]]] = result[self._starts][:, roots]
+        return ratios
 
     def _origin(self, key: SymbolKey) -> Origin:
-        found = self._origins.get(key)
+        origin = self._origins.get(key)
         branches = [alternative.branch for alternative in self._learned.alternatives(key)]
-        return found or Origin(key, {branch: branch for branch in branches if branch is not None})
+        return origin or Origin(key, {branch: branch for branch in branches if branch is not None})
 
     def _alternatives(self, start: StartRule) -> Iterator[tuple[Branch | None, float, Alternative]]:
         """The learned alternatives of a rule, with their originals and ratios."""
@@ -151,25 +151,25 @@ class _Columns:
         way = np.where(nodes.rule >= 0, nodes.rule, of_symbol[nodes.symbol])
         relevant = np.where(nodes.rule >= 0, of_rule[nodes.rule], of_symbol[nodes.symbol] >= 0)
         self.nodes: Ints = np.flatnonzero(relevant)
-        """[R] their rows in the forest."""
+        """[R] rows of the nodes in the forest."""
         self.way = way[self.nodes]
         """[R] index into `ways`."""
-        place = np.full(len(nodes) + 1, -1, dtype=np.int64)
-        place[self.nodes] = np.arange(len(self.nodes))
-        self.parent: Ints = place[nodes.parent[self.nodes]]
-        """[R] row among these, -1 for a root and below nodes that are not among them."""
+        row_of = np.full(len(nodes) + 1, -1, dtype=np.int64)
+        row_of[self.nodes] = np.arange(len(self.nodes))
+        self.parent: Ints = row_of[nodes.parent[self.nodes]]
+        """[R] index of the parent in `nodes`, -1 for a root and below other nodes."""
         self.child = nodes.child[self.nodes].astype(np.int64)
-        self.places = int(self.child.max(initial=0)) + 1
+        self.max_children = int(self.child.max(initial=0)) + 1
 
     def levels(self) -> Iterator[Ints]:
         """The rows by depth, the deepest first."""
         order = np.argsort(self.parent, kind="stable")
         children = np.searchsorted(self.parent[order], np.arange(len(self.nodes) + 1))
-        found = [np.flatnonzero(self.parent < 0)]
-        while len(found[-1]):
-            where, _ = take_rows(children, found[-1])
-            found.append(order[where])
-        yield from reversed(found[:-1])
+        layers = [np.flatnonzero(self.parent < 0)]
+        while len(layers[-1]):
+            where, _ = take_rows(children, layers[-1])
+            layers.append(order[where])
+        yield from reversed(layers[:-1])
 
 
 def _by_group(group: Ints, rows: Ints) -> Iterator[tuple[int, Ints]]:
@@ -182,16 +182,16 @@ def _by_group(group: Ints, rows: Ints) -> Iterator[tuple[int, Ints]]:
 
 def _path_probabilities(body: Body) -> dict[Branch, float]:
     """Probability of each alternative of a rule, from its stochastic choices."""
-    found: dict[Branch, float] = {}
+    probabilities: dict[Branch, float] = {}
 
     def visit(body: Body, probability: float) -> None:
         if isinstance(body, Alternative):
             if body.branch is not None:
-                found[body.branch] = probability
+                probabilities[body.branch] = probability
             return
-        known = body.probabilities if isinstance(body, Chance) else None
+        chances = body.probabilities if isinstance(body, Chance) else None
         for i, branch in enumerate(body.branches):
-            visit(branch, probability * (known[i] if known is not None else 1.0))
+            visit(branch, probability * (chances[i] if chances is not None else 1.0))
 
     visit(body, 1.0)
-    return found
+    return probabilities

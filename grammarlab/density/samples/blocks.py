@@ -27,13 +27,13 @@ from scipy.special import expit, gammaln, xlogy
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.density.samples.levels import ProbabilityPrior, Shrinkage, averaged
 from grammarlab.density.samples.mixture import Cells, Mixture, dense, fit_mixture, merged
-from grammarlab.density.samples.sampled import MOST_COMPONENTS, Sample, chosen_components, kinds
+from grammarlab.density.samples.sampled import MAX_COMPONENTS, Sample, chosen_components, kinds
 
-_TOGETHER = 5.0
+_MIN_DEVIATION = 5.0
 """Smallest deviation of dependent choices, in standard deviations."""
 
 
-def going_together(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Flags:
+def dependent_choices(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Flags:
     """[choices, choices] whether choices of the derivations depend on each other significantly.
 
     Args:
@@ -49,13 +49,13 @@ def going_together(cells: Cells, counts: sparse.csr_array, weights: Floats) -> F
     rest = (table - (table @ spread.T @ spread) * cells.normalised(total[None])) * np.sqrt(weights)[:, None]
     product, scale = rest.T @ rest, (rest**2).T @ (rest**2)
     score = np.abs(product) / np.sqrt(np.where(scale > 0.0, scale, np.inf))
-    found = spread @ (score > _TOGETHER) @ spread.T > 0.0
-    np.fill_diagonal(found, False)
+    dependent = spread @ (score > _MIN_DEVIATION) @ spread.T > 0.0
+    np.fill_diagonal(dependent, False)
     single = (table @ spread.T).max(axis=0, initial=0.0) <= 1.0
-    for one, other in np.argwhere(found & single & single[:, None]):
+    for one, other in np.argwhere(dependent & single & single[:, None]):
         columns = table[:, cells.choice == one], table[:, cells.choice == other]
-        found[one, other] = information(columns[0].T @ (weights[:, None] * columns[1])) > 0.0
-    return found
+        dependent[one, other] = information(columns[0].T @ (weights[:, None] * columns[1])) > 0.0
+    return dependent
 
 
 def information(together: Floats) -> float:
@@ -66,8 +66,8 @@ def information(together: Floats) -> float:
     """
     total, rows, columns = together.sum(), together.sum(axis=1), together.sum(axis=0)
     gain = xlogy(together, together).sum() - xlogy(rows, rows).sum() - xlogy(columns, columns).sum()
-    numbers = max(0, np.count_nonzero(rows) - 1) * max(0, np.count_nonzero(columns) - 1)
-    return float(gain + xlogy(total, total) - 0.5 * numbers * np.log(max(total, 1.0)))
+    num_parameters = max(0, np.count_nonzero(rows) - 1) * max(0, np.count_nonzero(columns) - 1)
+    return float(gain + xlogy(total, total) - 0.5 * num_parameters * np.log(max(total, 1.0)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class BlockFit:
     """A fitted mixture of blocks."""
 
     mixture: Mixture
-    numbers: int
+    num_parameters: int
     """Number of estimated free parameters."""
 
 
@@ -85,7 +85,7 @@ def fit_blocks(cells: Cells, counts: sparse.csr_array, weights: Floats, together
     Held-out derivations decide the number of components of each.
 
     Args:
-        cells: what is learned.
+        cells: cells of the learned choices.
         counts: [N, A] how often each derivation took each cell.
         weights: [N] how much each derivation counts, >= 0 and not all 0.
         together: [choices, choices] which choices depend on each other.
@@ -93,20 +93,20 @@ def fit_blocks(cells: Cells, counts: sparse.csr_array, weights: Floats, together
     number, block = connected_components(sparse.csr_array(together), directed=False)
     parts = [np.flatnonzero(block[cells.choice] == i) for i in range(number)]
     fitted = [_fitted(cells, counts, weights, part) for part in parts]
-    if len(parts) < 2 or np.prod([float(len(found.mixture.weights)) for found in fitted]) > MOST_COMPONENTS:
+    if len(parts) < 2 or np.prod([float(len(fit.mixture.weights)) for fit in fitted]) > MAX_COMPONENTS:
         return _fitted(cells, counts, weights, np.arange(len(cells.choice)))
-    mixture = multiplied(parts, [found.mixture for found in fitted], len(cells.choice))
-    return BlockFit(mixture, sum(found.numbers for found in fitted))
+    mixture = multiplied(parts, [fit.mixture for fit in fitted], len(cells.choice))
+    return BlockFit(mixture, sum(fit.num_parameters for fit in fitted))
 
 
 def _fitted(cells: Cells, counts: sparse.csr_array, weights: Floats, part: Ints) -> BlockFit:
     """The mixture of selected cells only."""
-    own = Cells(cells.original[part], np.unique(cells.choice[part], return_inverse=True)[1].reshape(-1))
-    taken = sparse.csr_array(counts[:, part])
+    block_cells = Cells(cells.original[part], np.unique(cells.choice[part], return_inverse=True)[1].reshape(-1))
+    block_counts = sparse.csr_array(counts[:, part])
     nothing = np.zeros((len(weights), 0))
-    components = chosen_components(own, Sample(taken, nothing, nothing, weights), [kinds(taken)])
-    mixture = fit_mixture(own, taken, weights, components).mixture
-    free = len(part) - len(np.unique(own.choice))
+    components = chosen_components(block_cells, Sample(block_counts, nothing, nothing, weights), [kinds(block_counts)])
+    mixture = fit_mixture(block_cells, block_counts, weights, components).mixture
+    free = len(part) - len(np.unique(block_cells.choice))
     return BlockFit(mixture, len(mixture.weights) * (free + 1) - 1)
 
 
@@ -120,14 +120,15 @@ def multiplied(parts: Sequence[Ints], mixtures: Sequence[Mixture], size: int) ->
     return Mixture(weights, probabilities)
 
 
-_MOST_CANDIDATES = 12
+_MAX_CANDIDATES = 12
 """Largest number of choices examined for gates: those with the strongest dependence."""
-_MOST_GROUPS = 8
+_MAX_GROUPS = 8
 """Largest number of groups at the start."""
-_RANGES = 4
+_NUM_RANGES = 4
 """Number of ranges of a drawn number that is a gate."""
-_MOST_GATES = 3
-_WORTH = 2.0
+_MAX_GATES = 3
+"""Largest number of gates."""
+_MIN_GAIN = 2.0
 """Gain in nats beyond their prior that guessed groups need, since they are the best of many."""
 
 
@@ -159,15 +160,15 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
         shrinkage: the choices, each alone.
         counts: [N, A] counts of cells in each example.
         weights: [N] weight of each example, >= 0 and not all 0.
-        ordered: [choices] see `ProbabilityPrior.of`.
+        ordered: [choices] whether the branches of each are ranges of a number (`ProbabilityPrior.of`).
     """
     cells = shrinkage.cells
     used = weights > 0.0
     counts, weights = counts[used], weights[used]
     open_choices = np.ones(len(shrinkage.odds), dtype=bool)
     strength = _strength(shrinkage, counts, weights, ordered)
-    found: list[Gate] = []
-    while len(found) < _MOST_GATES:
+    gates: list[Gate] = []
+    while len(gates) < _MAX_GATES:
         candidates = _candidates(strength, open_choices)
         if not len(candidates):
             break
@@ -175,13 +176,13 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
         best = max(search.gates(), key=lambda gate: gate.gain, default=None)
         if best is None or best.gain <= 0.0:
             break
-        found.append(best)
+        gates.append(best)
         open_choices[cells.choice[best.cells]] = False
     single = shrinkage.probabilities
-    evidence = float(shrinkage.evidence.sum()) + sum(gate.gain for gate in found)
+    evidence = float(shrinkage.evidence.sum()) + sum(gate.gain for gate in gates)
     rest = np.flatnonzero(open_choices[cells.choice])
     alone = Mixture(np.ones(1), single[None, rest])
-    mixture = multiplied([rest, *(g.cells for g in found)], [alone, *(g.mixture for g in found)], len(single))
+    mixture = multiplied([rest, *(g.cells for g in gates)], [alone, *(g.mixture for g in gates)], len(single))
     return Gated(mixture, evidence)
 
 
@@ -189,9 +190,9 @@ def _blocks(cells: Cells, ordered: Flags) -> Ints:
     """[A] coarser cells: equally likely ranges of numbers; all other cells do not change."""
     block = np.arange(len(cells.choice))
     for choice in np.flatnonzero(ordered):
-        own = np.flatnonzero(cells.choice == choice)
-        ahead = np.cumsum(cells.original[own]) - 0.5 * cells.original[own]
-        block[own] = own[0] + np.minimum((_RANGES * ahead).astype(np.int64), _RANGES - 1)
+        members = np.flatnonzero(cells.choice == choice)
+        ahead = np.cumsum(cells.original[members]) - 0.5 * cells.original[members]
+        block[members] = members[0] + np.minimum((_NUM_RANGES * ahead).astype(np.int64), _NUM_RANGES - 1)
     return np.unique(block, return_inverse=True)[1].reshape(-1)
 
 
@@ -205,21 +206,21 @@ def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, o
     spread = sparse.csr_array((np.ones(len(block)), (np.arange(len(block)), block)))
     choice = np.zeros(int(block.max(initial=-1)) + 1, dtype=np.int64)
     choice[block] = cells.choice
-    own = sparse.csr_array((np.ones(len(choice)), (np.arange(len(choice)), choice)))
+    to_choice = sparse.csr_array((np.ones(len(choice)), (np.arange(len(choice)), choice)))
     table = dense(counts @ spread)
-    made = table @ own
+    choice_counts = table @ to_choice
     mean = cells.normalised(np.asarray(weights @ counts)[None])[0] @ spread
-    rest = (table - made[:, choice] * mean) * np.sqrt(weights)[:, None]
+    rest = (table - choice_counts[:, choice] * mean) * np.sqrt(weights)[:, None]
     scale = (rest**2).T @ (rest**2)
     squares = (rest.T @ rest) ** 2 / np.where(scale > 0.0, scale, np.inf)
     freedom = np.maximum(np.bincount(choice) - 1.0, 1.0)
     number = np.outer(freedom, freedom)
-    found = (dense(own.T @ squares @ own) * number / np.outer(*2 * [np.bincount(choice)]) - number) / np.sqrt(
-        2.0 * number
-    )
-    single = made.max(axis=0, initial=0.0) <= 1.0
-    found[np.diag_indices(len(found))] = np.where(single, -np.inf, found.diagonal())
-    return found
+    strength = (
+        dense(to_choice.T @ squares @ to_choice) * number / np.outer(*2 * [np.bincount(choice)]) - number
+    ) / np.sqrt(2.0 * number)
+    single = choice_counts.max(axis=0, initial=0.0) <= 1.0
+    strength[np.diag_indices(len(strength))] = np.where(single, -np.inf, strength.diagonal())
+    return strength
 
 
 def _candidates(strength: Floats, open_choices: Flags) -> Ints:
@@ -228,7 +229,7 @@ def _candidates(strength: Floats, open_choices: Flags) -> Ints:
     order = np.argsort(-strength[rows, columns], kind="stable")
     chosen: dict[int, None] = {}
     for pair in order:
-        if len(chosen) >= _MOST_CANDIDATES:
+        if len(chosen) >= _MAX_CANDIDATES:
             break
         chosen |= dict.fromkeys((int(rows[pair]), int(columns[pair])))
     return np.array(sorted(chosen), dtype=np.int64)
@@ -242,9 +243,9 @@ class _GateSearch:
     ) -> None:
         cells = shrinkage.cells
         self.cells = np.flatnonzero(np.isin(cells.choice, choices))
-        self.own = Cells(cells.original[self.cells], np.searchsorted(choices, cells.choice[self.cells]))
+        self.candidate_cells = Cells(cells.original[self.cells], np.searchsorted(choices, cells.choice[self.cells]))
         self.ordered = ordered[choices]
-        self.levels = ProbabilityPrior.of(self.own, self.ordered)
+        self.levels = ProbabilityPrior.of(self.candidate_cells, self.ordered)
         self.odds = shrinkage.odds[choices]
         self.evidence = shrinkage.evidence[choices]
         self.all = shrinkage.posterior.evidence[0, choices]
@@ -253,11 +254,12 @@ class _GateSearch:
         self.counts = sparse.csr_array(counts[:, self.cells])
         self.weights = weights
         self.spread = shrinkage.spread[self.cells]
-        made = dense(
-            self.counts @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.own.choice)))
+        choice_counts = dense(
+            self.counts
+            @ sparse.csr_array((np.ones(len(self.cells)), (np.arange(len(self.cells)), self.candidate_cells.choice)))
         )
-        self.once: Flags = np.all(made == 1.0, axis=0)
-        self.several: Flags = np.any(made > 1.0, axis=0)
+        self.once: Flags = np.all(choice_counts == 1.0, axis=0)
+        self.several: Flags = np.any(choice_counts > 1.0, axis=0)
         # One choice is the gate, and at least one other depends on it.
         self.prior = -np.log(2.0 * max(len(shrinkage.odds), 2))
 
@@ -265,23 +267,24 @@ class _GateSearch:
         """The best gate of each choice."""
         for choice in range(len(self.odds)):
             if self.once[choice] or self.several[choice]:
-                found = self._gate(choice)
-                if found is not None:
-                    yield found
+                gate = self._gate(choice)
+                if gate is not None:
+                    yield gate
 
     def _gate(self, choice: int) -> Gate | None:
         """The best way to group the examples by a choice."""
-        columns = np.flatnonzero(self.own.choice == choice)
-        taken = sparse.csr_array(self.counts[:, columns])
+        columns = np.flatnonzero(self.candidate_cells.choice == choice)
+        gate_counts = sparse.csr_array(self.counts[:, columns])
         if self.once[choice]:
             block = _blocks(
-                Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64)), self.ordered[[choice]]
+                Cells(self.candidate_cells.original[columns], np.zeros(len(columns), dtype=np.int64)),
+                self.ordered[[choice]],
             )
-            start = block[np.asarray(np.argmax(dense(taken), axis=1))]
+            start = block[np.asarray(np.argmax(dense(gate_counts), axis=1))]
         else:
-            own = Cells(self.own.original[columns], np.zeros(len(columns), dtype=np.int64))
-            steps = merged(own, taken, self.weights, kinds(taken), _MOST_GROUPS)
-            start = next(labels for labels in steps if labels.max() < _MOST_GROUPS)
+            gate_cells = Cells(self.candidate_cells.original[columns], np.zeros(len(columns), dtype=np.int64))
+            steps = merged(gate_cells, gate_counts, self.weights, kinds(gate_counts), _MAX_GROUPS)
+            start = next(labels for labels in steps if labels.max() < _MAX_GROUPS)
         start = np.unique(start, return_inverse=True)[1].reshape(-1)
         best: tuple[float, Ints] | None = None
         labels = start
@@ -292,7 +295,7 @@ class _GateSearch:
             if labels.max() == 1:
                 break
             labels = self._joined(choice, labels)
-        return None if best is None else self._made(choice, *best)
+        return None if best is None else self._gate_of(choice, *best)
 
     def _totals(self, labels: Ints) -> Floats:
         share = sparse.csr_array((self.weights, (labels, np.arange(len(labels)))))
@@ -316,22 +319,22 @@ class _GateSearch:
         """Gain of each grouping, from the totals of all groups; the last column is the mass."""
         evidence = self.levels.posterior(totals[:, :-1]).evidence
         special = np.logaddexp(0.0, evidence) - np.log(2.0)
-        found = np.zeros(len(groupings))
+        gains = np.zeros(len(groupings))
         for i, groups in enumerate(groupings):
             gain = averaged(self.odds, self._mixed(special[list(groups)].sum(axis=0))) - self.evidence
             mass = totals[list(groups), -1]
             if self.once[choice]:
                 gain[choice] = 0.0
-                found[i] = gain.sum()
+                gains[i] = gain.sum()
             else:
-                found[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - _WORTH
-        return found + self.prior
+                gains[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - _MIN_GAIN
+        return gains + self.prior
 
     def _mixed(self, apart: Floats) -> Floats:
         """Log-evidence of choices that either are equal in all groups or differ."""
         return np.logaddexp(self.all, apart) - np.log(2.0)
 
-    def _made(self, choice: int, gain: float, labels: Ints) -> Gate:
+    def _gate_of(self, choice: int, gain: float, labels: Ints) -> Gate:
         """The mixture of a grouping."""
         totals = self._totals(labels)
         posterior = self.levels.posterior(totals[:, :-1])
@@ -340,10 +343,10 @@ class _GateSearch:
         matters = expit(self.odds + self._mixed(apart))
         differs = expit(apart - self.all)
         with_gate = (matters * differs > 0.5) | (np.arange(len(matters)) == choice)
-        by_cell = self.own.choice
+        by_cell = self.candidate_cells.choice
         ratio = 1.0 + special[:, by_cell] * (posterior.ratio - 1.0)
         ratio = 1.0 + matters[by_cell] * (differs[by_cell] * ratio + (1.0 - differs[by_cell]) * self.ratio - 1.0)
-        probabilities = self.own.original * ratio
+        probabilities = self.candidate_cells.original * ratio
         columns = np.flatnonzero(by_cell == choice)
         if self.once[choice]:
             weights, probabilities[:, columns] = self._opened(columns, totals)
@@ -354,8 +357,8 @@ class _GateSearch:
 
     def _opened(self, columns: Ints, totals: Floats) -> tuple[Floats, Floats]:
         """Probability and branches of each group of the gate; branches never taken join the largest group."""
-        taken = totals[:, columns]
-        group = np.where(taken.any(axis=0), taken.argmax(axis=0), int(totals[:, -1].argmax()))
+        gate_counts = totals[:, columns]
+        group = np.where(gate_counts.any(axis=0), gate_counts.argmax(axis=0), int(totals[:, -1].argmax()))
         single = self.single[columns]
         inside = (group == np.arange(len(totals))[:, None]) * single
         weights = inside.sum(axis=1)

@@ -22,7 +22,7 @@ from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, SymbolKey
 
-Place: TypeAlias = tuple[int, Branch]
+RuleChoice: TypeAlias = tuple[int, Branch]
 """A choice in a rule: a symbol of `Contexts`, and the branches that lead to the choice."""
 
 
@@ -37,7 +37,7 @@ class Choices:
     """[A] probability of each cell in the original grammar."""
     choice: Ints
     """[A] choice of each cell, ascending from 0."""
-    first: Mapping[Place, int]
+    first: Mapping[RuleChoice, int]
     """The first cell of each choice in a rule."""
     first_of_attribute: tuple[int, ...]
     """The first cell of each attribute."""
@@ -56,7 +56,7 @@ class Choices:
             attributes: the attributes to learn.
             learned: function of a symbol of `contexts` and a choice of its rule: whether to learn it.
         """
-        first: dict[Place, int] = {}
+        first: dict[RuleChoice, int] = {}
         lists: list[Sequence[float]] = []
         size = 0
         for symbol, (key, _) in enumerate(contexts.symbols):
@@ -78,10 +78,12 @@ class Choices:
 
     def cells(self, symbol: int, branch: Branch) -> tuple[int, ...]:
         """The cells of a production of a symbol of `contexts`."""
-        found = [
-            (self.first[symbol, branch[:i]], at) for i, at in enumerate(branch) if (symbol, branch[:i]) in self.first
+        choices = [
+            (self.first[symbol, branch[:i]], index)
+            for i, index in enumerate(branch)
+            if (symbol, branch[:i]) in self.first
         ]
-        return tuple(first + at for first, at in found)
+        return tuple(first + index for first, index in choices)
 
     def count(self, grammar: Grammar, forest: Forest) -> sparse.csr_array:
         """[models, A] count of each cell in each model of a forest of the grammar."""
@@ -98,9 +100,11 @@ class Choices:
             ),
             shape=(len(pair), len(self.original)),
         )
-        places = forest.nodes.model[node].astype(np.int64), number.reshape(-1)
-        taken = sparse.coo_array((np.ones(len(node)), places), shape=(forest.num_models, len(pair))).tocsr()
-        counts = taken @ spread
+        coordinates = forest.nodes.model[node].astype(np.int64), number.reshape(-1)
+        production_counts = sparse.coo_array(
+            (np.ones(len(node)), coordinates), shape=(forest.num_models, len(pair))
+        ).tocsr()
+        counts = production_counts @ spread
         for parts, first in zip(self.attributes, self.first_of_attribute, strict=True):
             cell = first + parts_taken(parts, grammar, forest)
             ones = np.ones(forest.num_models), (np.arange(forest.num_models), cell)
@@ -122,10 +126,10 @@ class Choices:
         share = size / np.bincount(model[root], size[root], forest.num_models)[model]
         node, symbol = self._symbols(forest)
         extent = np.bincount(symbol, (weights[model] * share)[node], len(self.contexts.symbols)) / weights.sum()
-        found = np.zeros(int(self.choice.max(initial=-1)) + 1)
+        result = np.zeros(int(self.choice.max(initial=-1)) + 1)
         for (number, _), first in self.first.items():
-            found[self.choice[first]] = extent[number]
-        return found
+            result[self.choice[first]] = extent[number]
+        return result
 
     def _symbols(self, forest: Forest) -> tuple[Ints, Ints]:
         """The nodes with a rule, and the index of each one's symbol in `contexts`."""
@@ -144,9 +148,9 @@ class Choices:
                 flat += table[symbol, rule]
         children = np.array(flat, dtype=np.int64)
         rows = np.flatnonzero(nodes.rule >= 0)
-        place = np.full(len(nodes) + 1, -1, dtype=np.int64)
-        place[rows] = np.arange(len(rows))
-        parent = place[nodes.parent[rows]]
+        row_of = np.full(len(nodes) + 1, -1, dtype=np.int64)
+        row_of[rows] = np.arange(len(rows))
+        parent = row_of[nodes.parent[rows]]
         rule, child = nodes.rule[rows].astype(np.int64), nodes.child[rows].astype(np.int64)
         number = np.zeros(len(rows), dtype=np.int64)
         for level in levels(parent):
@@ -192,11 +196,11 @@ def relevant_choices(contexts: Contexts, patterns: OpenPatterns) -> Callable[[in
     kind = [0] * len(contexts.symbols)
     size = 0
     while True:
-        found: dict[object, int] = {signature.nothing: 0}
-        kind = [found.setdefault(signature.symbol(i, kind), len(found)) for i in range(len(kind))]
-        if len(found) == size:
+        classes: dict[object, int] = {signature.nothing: 0}
+        kind = [classes.setdefault(signature.symbol(i, kind), len(classes)) for i in range(len(kind))]
+        if len(classes) == size:
             break
-        size = len(found)
+        size = len(classes)
 
     def matters(symbol: int, chance: Chance) -> bool:
         return len({signature.body(symbol, branch, kind) for branch in chance.branches}) > 1
@@ -232,17 +236,17 @@ class _Signatures:
         return "chance", frozenset((signature, round(p, 12)) for signature, p in total.items() if p > 0.0)
 
     def _alternative(self, number: int, alternative: Alternative, kind: Sequence[int]) -> object:
-        place = number, alternative.branch
-        if place not in self.fitting:
+        production = number, alternative.branch
+        if production not in self.fitting:
             key, context = self.contexts.symbols[number]
-            self.fitting[place] = self.patterns.matched(context, key, alternative)
+            self.fitting[production] = self.patterns.matched(context, key, alternative)
         inside: list[tuple[object, ...]] = []
-        for child, successor in zip(self.contexts.children[place], alternative.successors, strict=True):
+        for child, successor in zip(self.contexts.children[production], alternative.successors, strict=True):
             if self.ordered or kind[child]:
                 # A random number of copies is not equivalent to any other.
                 copies = successor.copies if successor.copies is not None else successor.location
                 inside.append((kind[child], copies))
-        return "leaf", self.fitting[place], tuple(inside if self.ordered else sorted(inside, key=repr))
+        return "leaf", self.fitting[production], tuple(inside if self.ordered else sorted(inside, key=repr))
 
 
 def _conditions(patterns: OpenPatterns) -> Iterator[Below]:

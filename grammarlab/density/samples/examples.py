@@ -26,7 +26,7 @@ from grammarlab.density.exact.automaton import InexactError
 from grammarlab.density.exact.contexts import Contexts, NoContext, ParentEdges
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import TreeGrammar
-from grammarlab.density.samples.blocks import BlockFit, Gated, fit_blocks, gated, going_together
+from grammarlab.density.samples.blocks import BlockFit, Gated, dependent_choices, fit_blocks, gated
 from grammarlab.density.samples.choices import Choices
 from grammarlab.density.samples.levels import Shrinkage
 from grammarlab.density.samples.mixture import Cells, Mixture, fit_mixture
@@ -44,17 +44,17 @@ EXAMPLE_METHODS: tuple[ExampleMethod, ...] = get_args(ExampleMethod)
 
 _BINS = (1, 2, 4, 8, 16)
 """Numbers of equal ranges into which a drawn number may be cut."""
-_RANGES = 16
+_NUM_RANGES = 16
 """Number of ranges of a drawn number if probabilities are shrunk."""
-_MANY = 50
+_MIN_HELD_OUT_EXAMPLES = 50
 """Number of examples from which some are held out to judge a mixture."""
-_HELD_OUT = 5
-"""One example in this number is held out."""
+_HELD_OUT_STRIDE = 5
+"""One example in 5 is held out."""
 _SMOOTHING = 0.5
 """Weight of the original grammar in each component of a mixture, as a number of derivations."""
-_MOST_GROWTH = 2
+_MAX_GROWTH = 2
 """Largest ratio of the number of rules to that of the original grammar, if any of the candidates satisfies it."""
-_FEW = 20.0
+_EXTRA_DERIVATIONS = 20.0
 """Number of assumed additional derivations in the BIC, since a few examples are weak evidence."""
 
 
@@ -72,7 +72,7 @@ def learn_from_examples(
     Args:
         grammar: the original grammar.
         forest: the models, as trees of that grammar.
-        method: see the docstring of this module.
+        method: ``tied``, ``structure`` or ``parameters``, as described at the top of this module.
         weights: [models] weight of each model, finite and >= 0; 1 by default.
         header: lines of a comment at the top of the new file.
         assets: folder of meshes and images.
@@ -82,8 +82,8 @@ def learn_from_examples(
     """
     mass = np.ones(forest.num_models) if weights is None else np.asarray(weights, dtype=np.float64)
     _check(grammar, forest, mass)
-    bins = (_RANGES,) if method == "tied" else _BINS
-    attributes = [found for name in grammar.attributes if (found := _histogram(grammar, name, forest, mass, bins))]
+    bins = (_NUM_RANGES,) if method == "tied" else _BINS
+    attributes = [parts for name in grammar.attributes if (parts := _histogram(grammar, name, forest, mass, bins))]
     tree = TreeGrammar.of(grammar).observed(forest)
     plain = Choices.of(Contexts.of(tree, NoContext()), attributes)
     fits = [_fitted(plain, grammar, forest, mass, method)]
@@ -91,9 +91,11 @@ def learn_from_examples(
     if split:
         patterns = [Pattern(below=(Below((Pattern(symbol=name),)),)) for name, _ in split]
         contexts = Contexts.of(tree, ParentEdges(tree, patterns))
-        found = _fitted(Choices.of(contexts, attributes), grammar, forest, mass, method)
-        fits.append(replace(found, worth=found.worth - len(split) * np.log(2.0 * max(len(tree.bodies), 1))))
-    fits.sort(key=lambda fit: -fit.worth)
+        candidate = _fitted(Choices.of(contexts, attributes), grammar, forest, mass, method)
+        fits.append(
+            replace(candidate, criterion=candidate.criterion - len(split) * np.log(2.0 * max(len(tree.bodies), 1)))
+        )
+    fits.sort(key=lambda fit: -fit.criterion)
     if method == "tied":
         # The smallest candidate: no choice depends on another one.
         fits.append(_fitted(plain, grammar, forest, mass, method, together=False))
@@ -102,10 +104,10 @@ def learn_from_examples(
         findings = (
             f"choices learned from {forest.num_models:,} examples: {fit.learned} of {fit.number}",
             f"components: {len(fit.mixture.weights)}",
-            f"on average, an example is {np.exp(fit.likelier):.3g} times as likely as before",
+            f"on average, an example is {np.exp(fit.mean_log_ratio):.3g} times as likely as before",
         )
         learned = written(target, fit.choices, fit.mixture, method, 1.0, findings, header)
-        if method != "tied" or fit is fits[-1] or learned.rules_after <= _MOST_GROWTH * learned.rules_before:
+        if method != "tied" or fit is fits[-1] or learned.rules_after <= _MAX_GROWTH * learned.rules_before:
             return learned
     raise AssertionError("there is always a last candidate")
 
@@ -118,10 +120,10 @@ class _Fit:
     mixture: Mixture
     number: int
     """Number of choices."""
-    likelier: float
+    mean_log_ratio: float
     """Mean log of the density divided by the original density, in nats."""
-    worth: float
-    """Sum of this over all examples, minus the BIC penalty of the parameters."""
+    criterion: float
+    """Sum of `mean_log_ratio` over all examples, minus the BIC penalty of the parameters, in nats."""
 
     @property
     def learned(self) -> int:
@@ -141,17 +143,23 @@ def _fitted(
         choices = _only(choices, chosen)
         mixture = Mixture(mixture.weights, mixture.probabilities[:, chosen[cells.choice]])
         counts = counts[:, chosen[cells.choice]]
-        return _Fit(choices, mixture, number, _likelier(choices, mixture, counts, weights), evidence)
+        return _Fit(choices, mixture, number, _mean_log_ratio(choices, mixture, counts, weights), evidence)
     if method == "structure":
-        fit = fit_blocks(cells, counts, weights, going_together(cells, counts, weights))
+        fit = fit_blocks(cells, counts, weights, dependent_choices(cells, counts, weights))
     else:
         fit = BlockFit(fit_mixture(cells, counts, weights, np.zeros(len(weights), dtype=np.int64)).mixture, 0)
-    likelier = _likelier(choices, fit.mixture, counts, weights)
+    mean_log_ratio = _mean_log_ratio(choices, fit.mixture, counts, weights)
     total = float(weights.sum())
-    return _Fit(choices, fit.mixture, number, likelier, total * likelier - 0.5 * fit.numbers * np.log(total + _FEW))
+    return _Fit(
+        choices,
+        fit.mixture,
+        number,
+        mean_log_ratio,
+        total * mean_log_ratio - 0.5 * fit.num_parameters * np.log(total + _EXTRA_DERIVATIONS),
+    )
 
 
-def _likelier(choices: Choices, mixture: Mixture, counts: sparse.csr_array, weights: Floats) -> float:
+def _mean_log_ratio(choices: Choices, mixture: Mixture, counts: sparse.csr_array, weights: Floats) -> float:
     counted = weights > 0.0
     ratio = mixture.log_ratio(Cells(choices.original, choices.choice), counts)
     return float(weights[counted] @ ratio[counted]) / float(weights.sum())
@@ -162,30 +170,40 @@ def _tied(
 ) -> tuple[Mixture, float]:
     """A mixture of shrunk probabilities, and the log-evidence for it."""
     fit = _shrunk(choices, counts, weights, extents, together)
-    if not together or len(weights) < _MANY:
+    if not together or len(weights) < _MIN_HELD_OUT_EXAMPLES:
         return fit.mixture, fit.evidence
-    cells, held = Cells(choices.original, choices.choice), np.arange(len(weights)) % _HELD_OUT == _HELD_OUT - 1
-    rivals = (
-        _shrunk(choices, counts[~held], weights[~held], extents, True).mixture,
-        _by_em(cells, counts[~held], weights[~held]),
+    cells, is_held_out = (
+        Cells(choices.original, choices.choice),
+        np.arange(len(weights)) % _HELD_OUT_STRIDE == _HELD_OUT_STRIDE - 1,
     )
-    one, other = (weights[held] * mixture.log_ratio(cells, counts[held]) for mixture in rivals)
+    rivals = (
+        _shrunk(choices, counts[~is_held_out], weights[~is_held_out], extents, True).mixture,
+        _by_em(cells, counts[~is_held_out], weights[~is_held_out]),
+    )
+    one, other = (weights[is_held_out] * mixture.log_ratio(cells, counts[is_held_out]) for mixture in rivals)
     gain = other - one
     # The rule of one standard error: smaller gains may be random.
-    if gain.sum() <= np.sqrt(len(gain)) * gain.std() or not weights[~held].any():
+    if gain.sum() <= np.sqrt(len(gain)) * gain.std() or not weights[~is_held_out].any():
         return fit.mixture, fit.evidence
-    return _by_em(cells, counts, weights), fit.evidence + float(gain.sum()) * _HELD_OUT
+    return _by_em(cells, counts, weights), fit.evidence + float(gain.sum()) * _HELD_OUT_STRIDE
 
 
 def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
     """A mixture of the informative choices, mixed with a little of the original grammar."""
     chosen = _informative(cells, counts, weights)[cells.choice]
-    own = Cells(cells.original[chosen], np.unique(cells.choice[chosen], return_inverse=True)[1].reshape(-1))
-    taken = sparse.csr_array(counts[:, chosen])
-    fit = fit_blocks(own, taken, weights, going_together(own, taken, weights)).mixture
+    informative_cells = Cells(
+        cells.original[chosen], np.unique(cells.choice[chosen], return_inverse=True)[1].reshape(-1)
+    )
+    informative_counts = sparse.csr_array(counts[:, chosen])
+    fit = fit_blocks(
+        informative_cells,
+        informative_counts,
+        weights,
+        dependent_choices(informative_cells, informative_counts, weights),
+    ).mixture
     share = (_SMOOTHING / (fit.weights * weights.sum() + _SMOOTHING))[:, None]
     probabilities = np.repeat(cells.original[None], len(fit.weights), axis=0)
-    probabilities[:, chosen] = (1.0 - share) * fit.probabilities + share * own.original
+    probabilities[:, chosen] = (1.0 - share) * fit.probabilities + share * informative_cells.original
     return Mixture(fit.weights, probabilities)
 
 
@@ -195,7 +213,7 @@ def _shrunk(choices: Choices, counts: sparse.csr_array, weights: Floats, extents
     drawn, ordered = np.zeros(number, dtype=bool), np.zeros(number, dtype=bool)
     for parts, first in zip(choices.attributes, choices.first_of_attribute, strict=True):
         drawn[choices.choice[first]] = True
-        ordered[choices.choice[first]] = bool(np.isfinite(parts.parts[0].low)) or len(parts.parts) > _RANGES
+        ordered[choices.choice[first]] = bool(np.isfinite(parts.parts[0].low)) or len(parts.parts) > _NUM_RANGES
     shrinkage = Shrinkage.of(cells, ordered, drawn, counts, weights, extents)
     if not together:
         mixture = Mixture(np.ones(1), shrinkage.probabilities[None])
@@ -243,7 +261,7 @@ def _gain(counts: Floats, original: Floats) -> float:
     """Gain of own probabilities in likelihood over the original ones, minus their BIC penalty."""
     total = counts.sum()
     likelihood = float((xlogy(counts, counts) - xlogy(counts, np.where(counts > 0.0, original, 1.0))).sum())
-    return likelihood - float(xlogy(total, total)) - 0.5 * (len(counts) - 1) * float(np.log(total + _FEW))
+    return likelihood - float(xlogy(total, total)) - 0.5 * (len(counts) - 1) * float(np.log(total + _EXTRA_DERIVATIONS))
 
 
 def _split_symbols(grammar: Grammar, tree: TreeGrammar, forest: Forest, weights: Floats) -> list[SymbolKey]:
@@ -253,17 +271,21 @@ def _split_symbols(grammar: Grammar, tree: TreeGrammar, forest: Forest, weights:
     total = np.asarray(weights @ choices.count(grammar, forest))
     tables: dict[SymbolKey, dict[tuple[int, ...], list[Floats]]] = {}
     for (symbol, path), first in choices.first.items():
-        own = total[first : first + int((choices.choice == choices.choice[first]).sum())]
-        tables.setdefault(choices.contexts.symbols[symbol][0], {}).setdefault(path, []).append(own)
-    found: list[SymbolKey] = []
+        cell_counts = total[first : first + int((choices.choice == choices.choice[first]).sum())]
+        tables.setdefault(choices.contexts.symbols[symbol][0], {}).setdefault(path, []).append(cell_counts)
+    symbols: list[SymbolKey] = []
     for key, by_path in tables.items():
         gain = 0.0
         for rows in by_path.values():
-            made = [row for row in rows if row.any()]
-            gain += sum(_gain(row, np.sum(made, axis=0) / np.sum(made)) for row in made) if len(made) > 1 else 0.0
+            used_rows = [row for row in rows if row.any()]
+            gain += (
+                sum(_gain(row, np.sum(used_rows, axis=0) / np.sum(used_rows)) for row in used_rows)
+                if len(used_rows) > 1
+                else 0.0
+            )
         if gain > 0.0:
-            found.append(key)
-    return found
+            symbols.append(key)
+    return symbols
 
 
 def _informative(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Flags:
@@ -271,12 +293,12 @@ def _informative(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Fla
     size = int(cells.choice.max(initial=-1)) + 1
     total = np.asarray(weights @ counts)
     chosen = np.array([_gain(total[cells.choice == i], cells.original[cells.choice == i]) > 0.0 for i in range(size)])
-    return chosen.astype(bool) | going_together(cells, counts, weights).any(axis=1)
+    return chosen.astype(bool) | dependent_choices(cells, counts, weights).any(axis=1)
 
 
 def _only(choices: Choices, chosen: Flags) -> Choices:
     """The selected choices."""
-    rules = {place for place, first in choices.first.items() if chosen[choices.choice[first]]}
+    rules = {key for key, first in choices.first.items() if chosen[choices.choice[first]]}
     pairs = zip(choices.attributes, choices.first_of_attribute, strict=True)
     attributes = [parts for parts, first in pairs if chosen[choices.choice[first]]]
     return Choices.of(choices.contexts, attributes, lambda symbol, chance: (symbol, chance.path) in rules)

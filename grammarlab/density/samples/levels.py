@@ -32,10 +32,11 @@ Groups = tuple[tuple[int, ...], ...]
 
 CONCENTRATIONS = np.array([1.0, 4.0])
 """Candidate weights of the prior, as numbers of derivations by the original grammar; averaged by evidence."""
-_MOST_ENUMERATED = 5
+_MAX_ENUMERATED = 5
 """Largest number of branches with all partitions; of more, one or two against the rest and all singletons are used."""
-_MOST_PAIRED = 24
-_CUTS = 2.0
+_MAX_PAIRED = 24
+"""Largest number of branches for which pairs against the rest are used."""
+_EXPECTED_CUTS = 2.0
 """Expected number of cuts of a drawn number."""
 
 
@@ -55,7 +56,7 @@ class ProbabilityPrior:
 
     cells: Cells
     ordered: tuple[Ints, ...]
-    """For each length, the cells [choices, length] of the choices whose groups are ranges."""
+    """Cells [choices, length] of the choices whose groups are ranges, for each length."""
     groups: sparse.csr_array
     """[A, G] whether each group of each partition of the other choices has a cell."""
     partition: Ints
@@ -63,14 +64,14 @@ class ProbabilityPrior:
     choice: Ints
     """[P] choice of each partition, ascending."""
     prior: Floats
-    """[P] log of its prior probability among those of the choice."""
+    """[P] log of the prior probability of each partition, among the partitions of its choice."""
 
     @classmethod
     def of(cls, cells: Cells, ordered: Flags) -> ProbabilityPrior:
         """The prior for choices.
 
         Args:
-            cells: their branches.
+            cells: branches of the choices.
             ordered: [choices] whether the branches of each are ranges of a number, or numbers that ascend.
         """
         possible = [np.flatnonzero((cells.choice == i) & (cells.original > 0.0)) for i in range(len(ordered))]
@@ -79,22 +80,24 @@ class ProbabilityPrior:
         partition: list[int] = []
         choice: list[int] = []
         prior: list[float] = []
-        for number, own in enumerate(possible):
-            if len(own) > 1 and ordered[number]:
-                ranges.setdefault(len(own), []).append(own)
-            elif len(own) > 1:
-                for groups, weight in _partitions(len(own)):
-                    columns += [own[list(group)] for group in groups]
+        for number, members in enumerate(possible):
+            if len(members) > 1 and ordered[number]:
+                ranges.setdefault(len(members), []).append(members)
+            elif len(members) > 1:
+                for groups, weight in _partitions(len(members)):
+                    columns += [members[list(group)] for group in groups]
                     partition += [len(choice)] * len(groups)
                     choice.append(number)
                     prior.append(weight)
         sizes = [len(column) for column in columns]
-        places = np.concatenate([*columns, np.zeros(0, dtype=np.int64)]).astype(np.int64)
+        cell_indices = np.concatenate([*columns, np.zeros(0, dtype=np.int64)]).astype(np.int64)
         shape = len(cells.original), len(columns)
         return cls(
             cells,
-            tuple(np.stack(found) for found in ranges.values()),
-            sparse.csr_array((np.ones(len(places)), (places, np.repeat(np.arange(len(sizes)), sizes))), shape=shape),
+            tuple(np.stack(same_length) for same_length in ranges.values()),
+            sparse.csr_array(
+                (np.ones(len(cell_indices)), (cell_indices, np.repeat(np.arange(len(sizes)), sizes))), shape=shape
+            ),
             np.array(partition, dtype=np.int64),
             np.array(choice, dtype=np.int64),
             np.array(prior),
@@ -106,11 +109,11 @@ class ProbabilityPrior:
         ratio = np.ones(counts.shape)
         if len(self.choice):
             self._enumerated(counts, evidence, ratio)
-        for own in self.ordered:
-            original = self.cells.original[own] / self.cells.original[own].sum(axis=1, keepdims=True)
-            found, mean = _ranges(counts[:, own], original)
-            evidence[:, self.cells.choice[own[:, 0]]] = found
-            ratio[:, own] = mean
+        for members in self.ordered:
+            original = self.cells.original[members] / self.cells.original[members].sum(axis=1, keepdims=True)
+            log_evidence, mean = _ranges(counts[:, members], original)
+            evidence[:, self.cells.choice[members[:, 0]]] = log_evidence
+            ratio[:, members] = mean
         return LevelPosterior(evidence, ratio)
 
     def _enumerated(self, counts: Floats, evidence: Floats, ratio: Floats) -> None:
@@ -118,26 +121,26 @@ class ProbabilityPrior:
         first = np.flatnonzero(np.diff(self.choice, prepend=-1))
         original = np.asarray(self.cells.original @ self.groups)
         original = original / np.add.reduceat(original, starts)[self.partition]
-        taken = dense(counts @ self.groups)[:, None]
-        total = np.add.reduceat(taken, starts, axis=2)
+        group_counts = dense(counts @ self.groups)[:, None]
+        total = np.add.reduceat(group_counts, starts, axis=2)
         prior = CONCENTRATIONS[:, None] * original
-        logs = np.add.reduceat(_log_ratio(taken, prior, original), starts, axis=2) + self.prior
+        logs = np.add.reduceat(_log_ratio(group_counts, prior, original), starts, axis=2) + self.prior
         logs += _log_norm(total, CONCENTRATIONS[:, None])
         # [K, partitions] with the concentration summed out, then [K, choices].
         most = np.maximum.reduceat(logs.max(axis=1), first, axis=1)
-        place = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(self.choice))))
-        weight = np.exp(logs - most[:, None, place])
+        choice_of = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(self.choice))))
+        weight = np.exp(logs - most[:, None, choice_of])
         sums = np.add.reduceat(weight.sum(axis=1), first, axis=1)
         evidence[:, self.choice[first]] = np.log(sums / len(CONCENTRATIONS)) + most
-        mean = (prior + taken) / (CONCENTRATIONS[:, None] + total[..., self.partition]) / original
-        share = weight / sums[:, None, place]
-        own = np.isin(self.cells.choice, self.choice[first]) & (self.cells.original > 0.0)
-        ratio[:, own] = dense((mean * share[..., self.partition]).sum(axis=1) @ self.groups.T)[:, own]
+        mean = (prior + group_counts) / (CONCENTRATIONS[:, None] + total[..., self.partition]) / original
+        share = weight / sums[:, None, choice_of]
+        is_learned = np.isin(self.cells.choice, self.choice[first]) & (self.cells.original > 0.0)
+        ratio[:, is_learned] = dense((mean * share[..., self.partition]).sum(axis=1) @ self.groups.T)[:, is_learned]
 
 
-def _log_ratio(taken: Floats, prior: Floats, original: Floats) -> Floats:
+def _log_ratio(group_counts: Floats, prior: Floats, original: Floats) -> Floats:
     """A group's share in the log-evidence."""
-    return gammaln(prior + taken) - gammaln(prior) - taken * np.log(original)
+    return gammaln(prior + group_counts) - gammaln(prior) - group_counts * np.log(original)
 
 
 def _log_norm(total: Floats, concentration: Floats) -> Floats:
@@ -148,7 +151,7 @@ def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
     """Sums over all partitions of choices into ranges.
 
     Args:
-        counts: [K, choices, cells].
+        counts: [K, choices, cells] counts of the cells.
         original: [choices, cells] summing to 1.
 
     Returns:
@@ -157,28 +160,30 @@ def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
     size = original.shape[1]
     low, high = np.triu_indices(size + 1, 1)
     ends = np.concatenate([np.zeros((*original.shape[:-1], 1)), np.cumsum(original, axis=-1)], axis=-1)
-    seen = np.concatenate([np.zeros((*counts.shape[:-1], 1)), np.cumsum(counts, axis=-1)], axis=-1)
+    cumulative = np.concatenate([np.zeros((*counts.shape[:-1], 1)), np.cumsum(counts, axis=-1)], axis=-1)
     share = ends[:, high] - ends[:, low]
-    taken = (seen[..., high] - seen[..., low])[:, None]
+    range_counts = (cumulative[..., high] - cumulative[..., low])[:, None]
     concentration = CONCENTRATIONS[:, None, None]
-    cut = min(0.5, _CUTS / size)
-    each = np.full((len(counts), len(CONCENTRATIONS), len(original), size + 1, size + 1), -np.inf)
+    cut = min(0.5, _EXPECTED_CUTS / size)
+    log_weights = np.full((len(counts), len(CONCENTRATIONS), len(original), size + 1, size + 1), -np.inf)
     # A range from `low` to `high` ends in a cut, except at the end of the number, and has none inside.
-    each[..., low, high] = _log_ratio(taken, concentration * share, share)
-    each[..., low, high] += (high - low - 1) * np.log1p(-cut) + np.where(high < size, np.log(cut), 0.0)
-    ahead = np.full(each.shape[:-1], -np.inf)
-    behind = np.full(each.shape[:-1], -np.inf)
+    log_weights[..., low, high] = _log_ratio(range_counts, concentration * share, share)
+    log_weights[..., low, high] += (high - low - 1) * np.log1p(-cut) + np.where(high < size, np.log(cut), 0.0)
+    ahead = np.full(log_weights.shape[:-1], -np.inf)
+    behind = np.full(log_weights.shape[:-1], -np.inf)
     ahead[..., 0] = behind[..., size] = 0.0
     for end in range(1, size + 1):
-        ahead[..., end] = np.logaddexp.reduce(ahead[..., :end] + each[..., :end, end], axis=-1)
+        ahead[..., end] = np.logaddexp.reduce(ahead[..., :end] + log_weights[..., :end, end], axis=-1)
     for start in range(size - 1, -1, -1):
-        behind[..., start] = np.logaddexp.reduce(behind[..., start + 1 :] + each[..., start, start + 1 :], axis=-1)
-    total = seen[..., -1:][:, None]
+        behind[..., start] = np.logaddexp.reduce(
+            behind[..., start + 1 :] + log_weights[..., start, start + 1 :], axis=-1
+        )
+    total = cumulative[..., -1:][:, None]
     logs = ahead[..., size] + _log_norm(total, concentration)[..., 0]
     evidence = np.logaddexp.reduce(logs, axis=1)
     logs = logs - evidence[:, None] - ahead[..., size]
-    weight = np.exp(ahead[..., low] + each[..., low, high] + behind[..., high] + logs[..., None])
-    value = (weight * (concentration * share + taken) / (concentration + total) / share).sum(axis=1)
+    weight = np.exp(ahead[..., low] + log_weights[..., low, high] + behind[..., high] + logs[..., None])
+    value = (weight * (concentration * share + range_counts) / (concentration + total) / share).sum(axis=1)
     inside = (np.arange(size) >= low[:, None]) & (np.arange(size) < high[:, None])
     return evidence - np.log(len(CONCENTRATIONS)), value @ inside
 
@@ -186,15 +191,15 @@ def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
 @cache
 def _partitions(size: int) -> tuple[tuple[Groups, float], ...]:
     """Partitions of branches into two groups or more with log-probabilities: their number is drawn first."""
-    if size <= _MOST_ENUMERATED:
-        found = [groups for groups in _all(size) if len(groups) > 1]
+    if size <= _MAX_ENUMERATED:
+        partitions = [groups for groups in _all(size) if len(groups) > 1]
     else:
-        some = [one for most in (1, 2)[: 1 + (size <= _MOST_PAIRED)] for one in combinations(range(size), most)]
+        some = [one for most in (1, 2)[: 1 + (size <= _MAX_PAIRED)] for one in combinations(range(size), most)]
         rest = [tuple(i for i in range(size) if i not in one) for one in some]
-        found = [*zip(some, rest, strict=True), tuple((i,) for i in range(size))]
-    numbers = [len(groups) for groups in found]
+        partitions = [*zip(some, rest, strict=True), tuple((i,) for i in range(size))]
+    numbers = [len(groups) for groups in partitions]
     prior = {number: -np.log(len(set(numbers)) * numbers.count(number)) for number in numbers}
-    return tuple((groups, float(prior[len(groups)])) for groups in found)
+    return tuple((groups, float(prior[len(groups)])) for groups in partitions)
 
 
 def _all(size: int) -> Iterator[Groups]:
@@ -203,14 +208,14 @@ def _all(size: int) -> Iterator[Groups]:
         yield ()
         return
     for groups in _all(size - 1):
-        for place, group in enumerate(groups):
-            yield (*groups[:place], (*group, size - 1), *groups[place + 1 :])
+        for index, group in enumerate(groups):
+            yield (*groups[:index], (*group, size - 1), *groups[index + 1 :])
         yield (*groups, (size - 1,))
 
 
-_BY_EXTENT = 0.5
+_EXTENT_SHARE = 0.5
 """Share of the prior probability that is distributed over choices of rules by their extents; the rest is uniform."""
-_DOUBTFUL = 0.2
+_MIN_RELEVANCE = 0.2
 """Choices with a smaller probability of mattering are unchanged, so that the grammar stays readable."""
 
 
@@ -240,7 +245,7 @@ class Shrinkage:
 
         Args:
             cells: cells of the choices.
-            ordered: see `ProbabilityPrior.of`.
+            ordered: [choices] whether the branches of each are ranges of a number (`ProbabilityPrior.of`).
             drawn: [choices] whether each is an attribute or a choice of a rule; one of each kind is expected to matter.
             counts: [N, A] count of each cell in each example.
             weights: [N] weight of each example, >= 0.
@@ -249,11 +254,11 @@ class Shrinkage:
         """
         total = np.asarray(weights @ counts)
         spread = _spread(cells, counts, weights)
-        made = np.bincount(cells.choice, weights=total, minlength=len(drawn)) > 0.0
-        number = np.where(drawn, np.count_nonzero(made & drawn), np.count_nonzero(made & ~drawn))
+        is_used = np.bincount(cells.choice, weights=total, minlength=len(drawn)) > 0.0
+        number = np.where(drawn, np.count_nonzero(is_used & drawn), np.count_nonzero(is_used & ~drawn))
         prior = 1.0 / np.maximum(number, 1.0)
-        if extents is not None and (extent := np.where(made & ~drawn, extents, 0.0)).any():
-            prior = np.where(drawn, prior, (1.0 - _BY_EXTENT) * prior + _BY_EXTENT * extent / extent.sum())
+        if extents is not None and (extent := np.where(is_used & ~drawn, extents, 0.0)).any():
+            prior = np.where(drawn, prior, (1.0 - _EXTENT_SHARE) * prior + _EXTENT_SHARE * extent / extent.sum())
         return cls(ProbabilityPrior.of(cells, ordered), np.log(prior), total / spread, spread)
 
     @property
@@ -274,8 +279,8 @@ class Shrinkage:
     @cached_property
     def relevance(self) -> Floats:
         """[choices] probability that each matters; 0 for doubtful ones."""
-        found = expit(self.odds + self.posterior.evidence[0])
-        return np.where(found < _DOUBTFUL, 0.0, found)
+        probability = expit(self.odds + self.posterior.evidence[0])
+        return np.where(probability < _MIN_RELEVANCE, 0.0, probability)
 
     @cached_property
     def probabilities(self) -> Floats:
@@ -294,13 +299,13 @@ def _spread(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Floats:
     total = weights @ table
     number = int(cells.choice.max(initial=-1)) + 1
     to_choice = sparse.csr_array((np.ones(len(total)), (np.arange(len(total)), cells.choice)), (len(total), number))
-    made = table @ to_choice
-    expected = made[:, cells.choice] * cells.normalised(total[None])[0]
+    choice_counts = table @ to_choice
+    expected = choice_counts[:, cells.choice] * cells.normalised(total[None])[0]
     squares = np.divide((table - expected) ** 2, expected, out=np.zeros_like(table), where=expected > 0.0)
-    freedom = (weights @ (made > 0.0) - 1.0) * (((total > 0.0) @ to_choice) - 1.0)
-    several = (freedom > 0.0) & (made.max(axis=0, initial=0.0) > 1.0)
-    found = np.divide((weights @ squares) @ to_choice, freedom, out=np.ones(number), where=several)
-    return np.maximum(found, 1.0)[cells.choice]
+    freedom = (weights @ (choice_counts > 0.0) - 1.0) * (((total > 0.0) @ to_choice) - 1.0)
+    several = (freedom > 0.0) & (choice_counts.max(axis=0, initial=0.0) > 1.0)
+    overdispersion = np.divide((weights @ squares) @ to_choice, freedom, out=np.ones(number), where=several)
+    return np.maximum(overdispersion, 1.0)[cells.choice]
 
 
 def averaged(odds: Floats, evidence: Floats) -> Floats:

@@ -28,7 +28,7 @@ class ContextVariant(Variant):
 
     context: Hashable = field(kw_only=True)
     component: int = field(kw_only=True)
-    """The first of those that it is the same in."""
+    """First component in which the symbol has these percentages."""
 
 
 class ContextNames(AbstractNames):
@@ -40,7 +40,7 @@ class ContextNames(AbstractNames):
 
     def suffix(self, variant: Variant) -> str:
         above = _edges(variant)
-        where = f"in_{above[-1][0][0]}" if above else "there" if _asked(variant) else ""
+        where = f"in_{above[-1][0][0]}" if above else "there" if _conditions(variant) else ""
         number = f"{variant.component + 1}" if self._mixed and isinstance(variant, ContextVariant) else ""
         return "_".join(word for word in (where, number) if word) or "learned"
 
@@ -48,9 +48,9 @@ class ContextNames(AbstractNames):
         words: list[str] = []
         if self._mixed and isinstance(variant, ContextVariant):
             words.append(f"of component {variant.component + 1}")
-        words += [f"{place + 1}. in {_rule(key[0], branch)}" for key, branch, place in _edges(variant)[::-1]]
-        if _asked(variant):
-            words.append("where " + " or ".join(_asked(variant)) + " counts")
+        words += [f"{position + 1}. in {_rule(key[0], branch)}" for key, branch, position in _edges(variant)[::-1]]
+        if _conditions(variant):
+            words.append("where " + " or ".join(_conditions(variant)) + " counts")
         return ", ".join(words) or "with other percentages"
 
 
@@ -59,14 +59,14 @@ def as_splitting(choices: Choices, mixture: Mixture) -> Splitting:
 
     Args:
         choices: the learned choices.
-        mixture: their probabilities.
+        mixture: probabilities of the choices.
     """
     tree = choices.contexts.tree
     automaton = Automaton(PatternComponents(tree, ()), {}, {})
     kinds = _Kinds(choices, mixture)
-    places = range(len(choices.attributes))
+    indices = range(len(choices.attributes))
     components = tuple(
-        Component(float(weight), tuple(kinds.attribute(number, place) for place in places), kinds.of(number, 0))
+        Component(float(weight), tuple(kinds.attribute(number, index) for index in indices), kinds.of(number, 0))
         for number, weight in enumerate(mixture.weights)
     )
     return Splitting(automaton, choices.attributes, "grammar", kinds.variants(), components)
@@ -78,8 +78,8 @@ class _Kinds:
     def __init__(self, choices: Choices, mixture: Mixture) -> None:
         self.choices = choices
         self.contexts = choices.contexts
-        own = np.where(choices.original > 0.0, choices.original, 1.0)
-        self.ratio = snapped(np.where(choices.original > 0.0, mixture.probabilities / own, 1.0))
+        original = np.where(choices.original > 0.0, choices.original, 1.0)
+        self.ratio = snapped(np.where(choices.original > 0.0, mixture.probabilities / original, 1.0))
         self.alternatives = [tuple(self.contexts.tree.alternatives(key)) for key, _ in self.contexts.symbols]
         self.cells = {
             (symbol, alternative.branch): choices.cells(symbol, alternative.branch or ())
@@ -89,7 +89,7 @@ class _Kinds:
         self.weights = [self._weights(number) for number in range(len(mixture.weights))]
         self.kind = self._refined()
         self.order: dict[int, tuple[int, int]] = {}
-        """For each class that is not a plain symbol, a component and symbol of it."""
+        """Component and symbol that represent a class, by the class; without the plain symbol."""
         self._reach()
         self.number = {kind: i for i, kind in enumerate(self.order)}
 
@@ -97,10 +97,10 @@ class _Kinds:
         """The variant of a symbol in a component."""
         return self.number.get(self.kind[component][symbol], PLAIN)
 
-    def attribute(self, component: int, place: int) -> Floats:
+    def attribute(self, component: int, index: int) -> Floats:
         """Weights of the parts of an attribute in a component."""
-        first = self.choices.first_of_attribute[place]
-        return self.ratio[component, first : first + len(self.choices.attributes[place].parts)]
+        first = self.choices.first_of_attribute[index]
+        return self.ratio[component, first : first + len(self.choices.attributes[index].parts)]
 
     def variants(self) -> tuple[Variant, ...]:
         """One for each kind."""
@@ -109,7 +109,7 @@ class _Kinds:
     def _weights(self, component: int) -> list[tuple[float, ...]]:
         """For each symbol the weight of each alternative."""
         ratio = self.ratio[component].tolist()
-        found: list[tuple[float, ...]] = []
+        result: list[tuple[float, ...]] = []
         for symbol, alternatives in enumerate(self.alternatives):
             weights: list[float] = []
             for alternative in alternatives:
@@ -117,8 +117,8 @@ class _Kinds:
                 for cell in self.cells[symbol, alternative.branch]:
                     weight *= ratio[cell]
                 weights.append(weight)
-            found.append(tuple(weights))
-        return found
+            result.append(tuple(weights))
+        return result
 
     def _refined(self) -> list[list[int]]:
         """[K][S] the coarsest kinds whose members have equal weights and successors of equal kinds; 0 is plain."""
@@ -126,18 +126,18 @@ class _Kinds:
         kinds = [[0] * len(symbols) for _ in self.weights]
         size = 0
         while True:
-            found: dict[object, int] = {}
+            classes: dict[object, int] = {}
             kinds = [
-                [self._signed(found, self._signature(component, symbol, kinds)) for symbol in range(len(symbols))]
+                [self._signed(classes, self._signature(component, symbol, kinds)) for symbol in range(len(symbols))]
                 for component in range(len(kinds))
             ]
-            if len(found) == size:
+            if len(classes) == size:
                 return kinds
-            size = len(found)
+            size = len(classes)
 
     @staticmethod
-    def _signed(found: dict[object, int], signature: object) -> int:
-        return 0 if signature is None else found.setdefault(signature, len(found) + 1)
+    def _signed(classes: dict[object, int], signature: object) -> int:
+        return 0 if signature is None else classes.setdefault(signature, len(classes) + 1)
 
     def _signature(self, component: int, symbol: int, kinds: list[list[int]]) -> object:
         """Weights of a symbol in a component; None if they are the original ones."""
@@ -174,8 +174,8 @@ class _Kinds:
 
     def _way(self, component: int, symbol: int, alternative: Alternative, weight: float) -> Way:
         below = self.contexts.children[symbol, alternative.branch]
-        found = {place: self.of(component, child) for place, child in enumerate(below)}
-        return Way(weight, {place: variant for place, variant in found.items() if variant != PLAIN})
+        variants = {position: self.of(component, child) for position, child in enumerate(below)}
+        return Way(weight, {position: variant for position, variant in variants.items() if variant != PLAIN})
 
 
 def _edges(variant: Variant) -> tuple:
@@ -183,7 +183,7 @@ def _edges(variant: Variant) -> tuple:
     return context if isinstance(context, tuple) else ()
 
 
-def _asked(variant: Variant) -> list[str]:
+def _conditions(variant: Variant) -> list[str]:
     context = variant.context if isinstance(variant, ContextVariant) else ()
     return sorted(str(below) for below in context if isinstance(below, Below)) if isinstance(context, frozenset) else []
 

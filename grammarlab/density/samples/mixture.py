@@ -21,11 +21,13 @@ from scipy.special import xlogy
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import GrammarlabError
 
-MOST_STEPS = 250
+MAX_STEPS = 250
+"""Largest number of EM steps."""
 TOLERANCE = 1e-6
-_NEVER = -1e30
+"""Smallest gain of the mean log-likelihood of a step, in nats, before EM ends."""
+_LOG_OF_ZERO = -1e30
 """Replacement for the logarithm of 0, since its product with a count of 0 would be NaN."""
-_MOST_DENSE = 50_000_000
+_MAX_DENSE = 50_000_000
 """Largest size of dense tables of counts; larger ones are sparse."""
 
 
@@ -58,9 +60,9 @@ class Mixture:
         """[N, K] log of weight times density of derivations under each component, divided by their original density."""
         with np.errstate(divide="ignore"):
             ratio = np.log(self.probabilities) - np.log(np.where(cells.original > 0.0, cells.original, 1.0))
-            each = dense(counts @ np.maximum(ratio, _NEVER).T)
-            each[each < 0.5 * _NEVER] = -np.inf
-            return each + np.log(self.weights)
+            log_densities = dense(counts @ np.maximum(ratio, _LOG_OF_ZERO).T)
+            log_densities[log_densities < 0.5 * _LOG_OF_ZERO] = -np.inf
+            return log_densities + np.log(self.weights)
 
     def log_ratio(self, cells: Cells, counts: sparse.csr_array) -> Floats:
         """[N] log of the density of derivations divided by their original density (Eq. 4.9); -inf where it is 0."""
@@ -80,7 +82,7 @@ def maximised(cells: Cells, counts: sparse.csr_array | Floats, responsibilities:
     """Maximum-likelihood mixture for given responsibilities (Eq. 4.11).
 
     Args:
-        cells: what is learned.
+        cells: cells of the learned choices.
         counts: [N, A] counts of cells in each derivation.
         responsibilities: [N, K] times the weight of each derivation; components without derivations are dropped.
     """
@@ -95,7 +97,7 @@ def fit_mixture(
     """The mixture of grammars that EM finds for a sample.
 
     Args:
-        cells: what is learned.
+        cells: cells of the learned choices.
         counts: [N, A] how often each derivation took each cell.
         weights: [N] how much each derivation counts, >= 0 and not all 0.
         component: [N] the component to begin with, 0 <= component < N.
@@ -107,22 +109,24 @@ def fit_mixture(
     if not weights.sum() > 0.0:
         raise GrammarlabError("expected derivations to learn from, found none that counts")
     counts, weights, component = distinct_derivations(counts, weights, component)
-    share = np.zeros((len(weights), int(component.max()) + 1))
-    share[np.arange(len(weights)), component] = weights
-    mixture = maximised(cells, counts, share)
-    table = counts.toarray() if len(weights) * len(cells.original) <= _MOST_DENSE else counts
-    found: list[float] = []
-    for _ in range(MOST_STEPS):
-        each = mixture.log_ratios(cells, table)
-        most = each.max(axis=1)
-        share = np.exp(each - most[:, None])
-        total = share.sum(axis=1)
-        found.append(float(weights @ (np.log(total) + most) / weights.sum()))
-        if len(mixture.weights) == 1 or (len(found) > 1 and found[-1] - found[-2] < tolerance):
+    responsibilities = np.zeros((len(weights), int(component.max()) + 1))
+    responsibilities[np.arange(len(weights)), component] = weights
+    mixture = maximised(cells, counts, responsibilities)
+    table = counts.toarray() if len(weights) * len(cells.original) <= _MAX_DENSE else counts
+    log_likelihoods: list[float] = []
+    for _ in range(MAX_STEPS):
+        log_joint = mixture.log_ratios(cells, table)
+        highest = log_joint.max(axis=1)
+        responsibilities = np.exp(log_joint - highest[:, None])
+        total = responsibilities.sum(axis=1)
+        log_likelihoods.append(float(weights @ (np.log(total) + highest) / weights.sum()))
+        if len(mixture.weights) == 1 or (
+            len(log_likelihoods) > 1 and log_likelihoods[-1] - log_likelihoods[-2] < tolerance
+        ):
             break
         # Eq. 4.10
-        mixture = maximised(cells, table, share * (weights / total)[:, None])
-    return MixtureFit(mixture, tuple(found))
+        mixture = maximised(cells, table, responsibilities * (weights / total)[:, None])
+    return MixtureFit(mixture, tuple(log_likelihoods))
 
 
 def distinct_derivations(
@@ -132,11 +136,11 @@ def distinct_derivations(
     used = weights > 0.0
     counts, weights, component = counts[used], weights[used], component[used]
     counts.sum_duplicates()
-    known: dict[tuple[int, bytes, bytes], int] = {}
+    numbers: dict[tuple[int, bytes, bytes], int] = {}
     number = np.zeros(len(weights), dtype=np.int64)
     for row, (start, end) in enumerate(pairwise(counts.indptr)):
         key = int(component[row]), counts.indices[start:end].tobytes(), counts.data[start:end].tobytes()
-        number[row] = known.setdefault(key, len(known))
+        number[row] = numbers.setdefault(key, len(numbers))
     _, first = np.unique(number, return_index=True)
     return counts[first], np.bincount(number, weights=weights).astype(np.float64), component[first]
 
@@ -145,7 +149,7 @@ def complete_log_likelihood(cells: Cells, counts: Floats) -> Floats:
     """Log-likelihood of derivations under one component with maximum-likelihood probabilities.
 
     Args:
-        cells: what is learned.
+        cells: cells of the learned choices.
         counts: [..., A] how often the derivations took each cell altogether.
 
     Returns:
@@ -161,12 +165,13 @@ def dense(product: sparse.csr_array | Floats) -> Floats:
     return product.toarray() if sparse.issparse(product) else np.asarray(product)  # type: ignore[union-attr]
 
 
-NEAR = 1e-3
+NEIGHBOUR_SHARE = 1e-3
 """Neighbours differ by less than this share of the largest difference (section 4.6)."""
-_BLOCK = 1_000
+_BLOCK_ROWS = 1_000
+"""Number of rows per block of distances, which bounds the memory."""
 
 
-def cluster(rows: Floats, weights: Floats, near: float = NEAR) -> Ints:
+def cluster(rows: Floats, weights: Floats, near: float = NEIGHBOUR_SHARE) -> Ints:
     """Clusters of models that a preference hardly distinguishes, by the greedy method of section 4.6.
 
     Models are neighbours if their difference is below a share of the largest one. The model with most neighbours forms
@@ -181,28 +186,28 @@ def cluster(rows: Floats, weights: Floats, near: float = NEAR) -> Ints:
     Returns:
         [N] cluster of each model; clusters are numbered in the order in which they are found.
     """
-    found, number = np.unique(rows, axis=0, return_inverse=True)
+    distinct, number = np.unique(rows, axis=0, return_inverse=True)
     number = number.reshape(-1)
-    near_by = _neighbours(found, near)
-    left = np.bincount(number, weights=weights, minlength=len(found))
-    open_rows = np.ones(len(found), dtype=bool)
-    label = np.zeros(len(found), dtype=np.int64)
-    around = near_by @ left
+    neighbours = _neighbours(distinct, near)
+    remaining = np.bincount(number, weights=weights, minlength=len(distinct))
+    open_rows = np.ones(len(distinct), dtype=bool)
+    label = np.zeros(len(distinct), dtype=np.int64)
+    neighbour_weights = neighbours @ remaining
     clusters = 0
     while open_rows.any():
-        centre = int(np.argmax(np.where(open_rows, around, -1.0)))
-        row = near_by.indices[near_by.indptr[centre] : near_by.indptr[centre + 1]]
-        taken = row[open_rows[row]]
-        label[taken] = clusters
+        centre = int(np.argmax(np.where(open_rows, neighbour_weights, -1.0)))
+        row = neighbours.indices[neighbours.indptr[centre] : neighbours.indptr[centre + 1]]
+        members = row[open_rows[row]]
+        label[members] = clusters
         clusters += 1
-        open_rows[taken] = False
-        around -= near_by[:, taken] @ left[taken]
+        open_rows[members] = False
+        neighbour_weights -= neighbours[:, members] @ remaining[members]
     return label[number]
 
 
 def _neighbours(rows: Floats, near: float) -> sparse.csr_array:
     """[N, N] whether two rows are neighbours; each row is its own neighbour."""
-    blocks = [rows[i : i + _BLOCK] for i in range(0, len(rows), _BLOCK)]
+    blocks = [rows[i : i + _BLOCK_ROWS] for i in range(0, len(rows), _BLOCK_ROWS)]
     most = max(float(cdist(block, rows, "sqeuclidean").max()) for block in blocks)
     bound = near * most
     return sparse.csr_array(
@@ -236,8 +241,8 @@ def merged(cells: Cells, counts: sparse.csr_array, weights: Floats, cluster: Int
         costs = _costs(cells, total, mass, int(small), order[:most])
         target = int(order[:most][np.argmin(costs)])
         _join(total, mass, label, target, int(small))
-    kept, number = np.unique(label, return_inverse=True)
-    total, mass, label, size = total[kept], mass[kept], number.reshape(-1), len(kept)
+    used, number = np.unique(label, return_inverse=True)
+    total, mass, label, size = total[used], mass[used], number.reshape(-1), len(used)
     cost = np.full((size, size), np.inf)
     for one in range(size - 1):
         cost[one, one + 1 :] = _costs(cells, total, mass, one, np.arange(one + 1, size))

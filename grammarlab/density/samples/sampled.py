@@ -35,7 +35,7 @@ from grammarlab.density.samples.choices import Choices, relevant_choices
 from grammarlab.density.samples.mixing import ContextNames, as_splitting
 from grammarlab.density.samples.mixture import Cells, Mixture, cluster, dense, fit_mixture, merged
 from grammarlab.density.targets.ranges import even_cuts, range_ends, with_ranges
-from grammarlab.density.targets.rejection import MOST_PROPOSALS, Progress, silent
+from grammarlab.density.targets.rejection import MAX_PROPOSALS, Progress, silent
 from grammarlab.density.targets.target import Target, pattern_of
 from grammarlab.density.targets.target_samples import Candidates, draw
 from grammarlab.derivation.forest import Forest
@@ -48,15 +48,15 @@ METHODS: tuple[Method, ...] = get_args(Method)
 
 NUM_SAMPLES = 5_000
 """Default number of models to learn from, as in the paper."""
-MOST_COMPONENTS = 128
+MAX_COMPONENTS = 128
 """Largest number of components at the start."""
-HELD_OUT = 5
-"""One model in so many is held out to choose the number of components."""
-RANGES = 12
+HELD_OUT_STRIDE = 5
+"""One model in 5 is held out to choose the number of components."""
+NUM_RANGES = 12
 """Number of ranges of a drawn number that the preference reads by its value."""
-_ROUGHLY = 1e-4
+_EM_TOLERANCE = 1e-4
 """Tolerance of EM, in nats, when mixtures are only compared."""
-_LITTLE = 1.0
+_MIN_GAIN = 1.0
 """Smallest gain of another component in nats, over all held-out models."""
 _SMOOTHING = 0.5
 """Number of derivations by the original grammar added to each component before held-out models are evaluated."""
@@ -73,7 +73,7 @@ class Sample:
     reads: Floats
     """[N, R] readings of the preference: sums and capped counts."""
     weights: Floats
-    """[N] weight of each."""
+    """[N] weight of each model."""
 
 
 def learn(
@@ -84,7 +84,7 @@ def learn(
     seed: int = 0,
     relevance: Floats | None = None,
     num_components: int | None = None,
-    most_proposals: int = MOST_PROPOSALS,
+    most_proposals: int = MAX_PROPOSALS,
     header: Sequence[str] = (),
     on_progress: Progress = silent,
 ) -> LearnedGrammar:
@@ -92,9 +92,9 @@ def learn(
 
     Args:
         target: the target density.
-        method: see the head of this file.
+        method: ``parameters``, ``structure`` or ``tied``, as described at the top of this module.
         num_samples: models to learn from.
-        seed: of the samples.
+        seed: seed of the samples.
         relevance: [features] factors of the features of the target that make differences comparable; 1 by
             default.
         num_components: largest number of components of the mixture; by default that of the method.
@@ -133,15 +133,15 @@ def written(
 ) -> LearnedGrammar:
     """The grammar of a mixture."""
     splitting = as_splitting(choices, mixture)
-    found = write(target.grammar, splitting, InsideWeights(splitting), header, ContextNames)
+    result = write(target.grammar, splitting, InsideWeights(splitting), header, ContextNames)
     return LearnedGrammar(
-        text=found.text,
+        text=result.text,
         original=target.grammar,
         method=method,
         base="grammar",
-        origins=found.origins,
-        start=found.start,
-        components=found.components,
+        origins=result.origins,
+        start=result.start,
+        components=result.components,
         attributes=choices.attributes,
         mean_preference=mean_preference,
         findings=tuple(findings),
@@ -149,7 +149,7 @@ def written(
     )
 
 
-class _KeptModels(NamedTuple):
+class _ModelData(NamedTuple):
     """Kept data of accepted models."""
 
     counts: sparse.csr_array
@@ -185,28 +185,28 @@ class _Learner:
             elif isinstance(feature, HalfSpace):
                 for site in feature.sites:
                     named.setdefault(site, []).append(Draw(site))
-        found: list[AttributeParts] = []
+        parts: list[AttributeParts] = []
         grammar = self.target.grammar
         for name, features in named.items():
             bounds = [feature for feature in features if isinstance(feature, Threshold)]
             by_value = range_ends(grammar, name) and len(bounds) < len(features)
             try:
-                cuts = even_cuts(grammar, name, RANGES, bounds) if by_value else features
-                found.append(attribute_parts(grammar, name, cuts))
+                cuts = even_cuts(grammar, name, NUM_RANGES, bounds) if by_value else features
+                parts.append(attribute_parts(grammar, name, cuts))
             except InexactError as error:
                 self.findings.append(f"${name} keeps its density: {error}")
-        return found
+        return parts
 
-    def keep(self, models: Candidates, rows: Ints) -> _KeptModels:
+    def keep(self, models: Candidates, rows: Ints) -> _ModelData:
         """Fit from some of the models."""
         counts = self.choices.count(self.target.grammar, select_models(models.forest, rows))
-        return _KeptModels(counts, models.values[rows])
+        return _ModelData(counts, models.values[rows])
 
-    def sample(self, chunks: Sequence[tuple[_KeptModels, Ints]]) -> Sample:
+    def sample(self, chunks: Sequence[tuple[_ModelData, Ints]]) -> Sample:
         """The models to learn from: some rows of each chunk."""
         target = self.target
-        counts = sparse.csr_array(sparse.vstack([kept.counts[rows] for kept, rows in chunks]))
-        values = np.concatenate([kept.values[rows] for kept, rows in chunks])
+        counts = sparse.csr_array(sparse.vstack([data.counts[rows] for data, rows in chunks]))
+        values = np.concatenate([data.values[rows] for data, rows in chunks])
         counted = [bool(list(pattern_of(feature))) for feature in target.features]
         summed = [not isinstance(item, Draw | Threshold | HalfSpace) for item in target.reads]
         parts = dense(counts[:, min(self.choices.first_of_attribute, default=len(self.choices.original)) :])
@@ -220,8 +220,8 @@ class _Learner:
             clusters = np.zeros(len(sample.weights), dtype=np.int64)
         elif self.method == "structure":
             clusters = cluster(sample.features, sample.weights)
-            if num_components is not None or clusters.max() >= MOST_COMPONENTS:
-                clusters = merged_to(self.cells, sample, clusters, num_components or MOST_COMPONENTS)
+            if num_components is not None or clusters.max() >= MAX_COMPONENTS:
+                clusters = merged_to(self.cells, sample, clusters, num_components or MAX_COMPONENTS)
         elif num_components is not None:
             clusters = cluster(sample.features, sample.weights)
             clusters = merged_to(self.cells, sample, clusters, num_components)
@@ -235,31 +235,33 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     """Fewest components with which one part of a sample explains the rest as well as any, up to chance.
 
     Args:
-        cells: what is learned.
+        cells: cells of the learned choices.
         sample: the models.
-        clusters: each [N], initial clusters; they are merged pairwise.
+        clusters: initial clusters [N] of each clustering; they are merged pairwise.
 
     Returns:
         [N] the component that each model belongs to most.
     """
-    held = np.arange(len(sample.weights)) % HELD_OUT == HELD_OUT - 1
-    if not held.any() or not sample.weights[held].any():
-        return np.zeros(len(held), dtype=np.int64)
-    counts, weights = sample.counts[~held], sample.weights[~held]
-    tried: list[tuple[int, Floats, Ints]] = []
-    paths = (merged(cells, counts, weights, consecutive(found[~held]), MOST_COMPONENTS) for found in clusters)
+    is_held_out = np.arange(len(sample.weights)) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1
+    if not is_held_out.any() or not sample.weights[is_held_out].any():
+        return np.zeros(len(is_held_out), dtype=np.int64)
+    counts, weights = sample.counts[~is_held_out], sample.weights[~is_held_out]
+    candidates: list[tuple[int, Floats, Ints]] = []
+    paths = (merged(cells, counts, weights, consecutive(initial[~is_held_out]), MAX_COMPONENTS) for initial in clusters)
     for labels in chain.from_iterable(paths):
-        if not _is_tried(int(labels.max()) + 1):
+        if not _is_candidate(int(labels.max()) + 1):
             continue
-        fit = fit_mixture(cells, counts, weights, labels, _ROUGHLY)
+        fit = fit_mixture(cells, counts, weights, labels, _EM_TOLERANCE)
         mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
-        each = mixture.log_ratios(cells, sample.counts)
-        explained = sample.weights[held] * np.logaddexp.reduce(each[held], axis=1)
-        tried.append((len(mixture.weights), explained, consecutive(each.argmax(axis=1))))
-    best = max(tried, key=lambda found: float(found[1].sum()))[1]
+        log_joint = mixture.log_ratios(cells, sample.counts)
+        explained = sample.weights[is_held_out] * np.logaddexp.reduce(log_joint[is_held_out], axis=1)
+        candidates.append((len(mixture.weights), explained, consecutive(log_joint.argmax(axis=1))))
+    best = max(candidates, key=lambda candidate: float(candidate[1].sum()))[1]
     # One-standard-error rule: smaller differences may be chance.
-    near = [found for found in tried if (best - found[1]).sum() <= _spread(best - found[1]) + _LITTLE]
-    return min(near, key=lambda found: (found[0], -float(found[1].sum())))[2]
+    near = [
+        candidate for candidate in candidates if (best - candidate[1]).sum() <= _spread(best - candidate[1]) + _MIN_GAIN
+    ]
+    return min(near, key=lambda candidate: (candidate[0], -float(candidate[1].sum())))[2]
 
 
 def _spread(values: Floats) -> float:
@@ -269,27 +271,27 @@ def _spread(values: Floats) -> float:
 
 def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:
     """The clusters [N] merged until at most a given number remains."""
-    steps = merged(cells, sample.counts, sample.weights, clusters, MOST_COMPONENTS)
+    steps = merged(cells, sample.counts, sample.weights, clusters, MAX_COMPONENTS)
     return next(labels for labels in steps if labels.max() < number)
 
 
 def _different(clusterings: Sequence[Ints]) -> list[Ints]:
     """Clusterings without duplicates."""
-    found: list[Ints] = []
+    distinct: list[Ints] = []
     for labels in clusterings:
         size = labels.max() + 1
-        same = [size == o.max() + 1 == np.unique(np.stack([labels, o]), axis=1).shape[1] for o in found]
+        same = [size == o.max() + 1 == np.unique(np.stack([labels, o]), axis=1).shape[1] for o in distinct]
         if not any(same):
-            found.append(labels)
-    return found
+            distinct.append(labels)
+    return distinct
 
 
-def _is_tried(number: int) -> bool:
-    """Candidate numbers of components: all small numbers, then steps of a quarter."""
-    tried = 8
-    while tried < number:
-        tried = tried * 5 // 4
-    return number <= 8 or tried == number
+def _is_candidate(number: int) -> bool:
+    """Whether a number of components is a candidate: all numbers up to 8 are, then steps of a quarter."""
+    size = 8
+    while size < number:
+        size = size * 5 // 4
+    return number <= 8 or size == number
 
 
 def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
@@ -327,14 +329,14 @@ def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:
         origin = learned.origins.get(key)
         first = even.origins.get(key if origin is None else origin.key)
         if first is not None and origin is not None:
-            found = {b: first.branches.get(o) if o is not None else None for b, o in origin.branches.items()}
-            origins[key] = Origin(first.key, found)
+            branches = {b: first.branches.get(o) if o is not None else None for b, o in origin.branches.items()}
+            origins[key] = Origin(first.key, branches)
         elif first is not None:
             origins[key] = first
     return replace(learned, original=even.original, base="uniform", origins=origins)
 
 
-NUMS_RANGES = (24, 16, 12, 8, 6, 4)
+RANGE_COUNTS = (24, 16, 12, 8, 6, 4)
 """Candidate numbers of ranges of a drawn number; the first one that is not too large is used."""
 
 Header = Callable[[str], Sequence[str]]
@@ -376,7 +378,7 @@ def compile_nearest(
 
 def _with_ranges(target: Target, forest: Forest, header: Sequence[str]) -> LearnedGrammar | None:
     """Grammar of the narrowest sub-ranges that is not too large; None if drawn numbers are not the reason."""
-    for number in NUMS_RANGES:
+    for number in RANGE_COUNTS:
         try:
             reads, preference = with_ranges(target.grammar, target.reads, target.preference, number)
             if preference is target.preference:

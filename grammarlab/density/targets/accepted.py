@@ -78,8 +78,8 @@ class AcceptedGrammar(AbstractSampler):
 
     def ratio(self, forest: Forest) -> Floats:
         """Density [models] of models of the original grammar, divided by their original density."""
-        kept = Acceptance(self.rule, {}).probabilities(forest)
-        return kept / self.mean * (1.0 if self.part is None else self.part.ratio(forest))
+        probabilities = Acceptance(self.rule, {}).probabilities(forest)
+        return probabilities / self.mean * (1.0 if self.part is None else self.part.ratio(forest))
 
 
 def split_symbols(part: LearnedGrammar | None, features: tuple[Feature, ...]) -> Mapping[SymbolKey, SplitSymbol]:
@@ -121,15 +121,17 @@ def product_with_own(grammar: Grammar, rule: str) -> tuple[Grammar, Expression]:
     Raises:
         UsageError: If the product is too long.
     """
-    own = Acceptance.of(grammar.tree)
-    if own is None:
+    original_rule = Acceptance.of(grammar.tree)
+    if original_rule is None:
         return grammar, Expression.parse(rule)
-    if own.split:
+    if original_rule.split:
         raise UsageError("the acceptance rule of this file counts symbols that are split: learn from its original")
     number = next(i for i, d in enumerate(grammar.tree.definitions) if annotations_of(grammar.tree)[0] in d.annotations)
     start, end = grammar.tree.spans[number]
     text = grammar.text[:start] + grammar.text[end:].lstrip()
-    return Grammar.parse(text, grammar.file), Expression.parse(f"min(max({own.expression.text}, 0), 1) * ({rule})")
+    return Grammar.parse(text, grammar.file), Expression.parse(
+        f"min(max({original_rule.expression.text}, 0), 1) * ({rule})"
+    )
 
 
 def _ends() -> Iterator[str]:

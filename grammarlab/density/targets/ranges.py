@@ -25,9 +25,10 @@ from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives
 
-_POINTS = 128
+_NUM_POINTS = 128
 """Number of points in each box for the mean of a preference."""
-_MOST_BOXES = 40_000
+_MAX_BOXES = 40_000
+"""Largest number of combinations of ranges."""
 
 
 def range_ends(grammar: Grammar, name: str) -> tuple[float, ...]:
@@ -48,7 +49,11 @@ def even_cuts(grammar: Grammar, name: str, number: int, more: Sequence[Threshold
         more: further bounds.
     """
     ends = range_ends(grammar, name)
-    inner = {*ends[1:-1], *(found.bound for found in more), *np.linspace(ends[0], ends[-1], number + 1)[1:-1].tolist()}
+    inner = {
+        *ends[1:-1],
+        *(threshold.bound for threshold in more),
+        *np.linspace(ends[0], ends[-1], number + 1)[1:-1].tolist(),
+    }
     return [Threshold(name, cut) for cut in sorted(inner) if ends[0] < cut < ends[-1]]
 
 
@@ -74,23 +79,25 @@ def with_ranges(
         return tuple(reads), preference
     bounds = [read for read in reads if isinstance(read, Threshold)]
     choices = {Draw(name) for name in names if _num_branches(grammar, name)}
-    kept = [read for read in reads if read in choices or not _by_value(grammar, read)]
+    new_reads = [read for read in reads if read in choices or not _by_value(grammar, read)]
     axes: list[_AttributeRanges] = []
     for name in names:
         size = _num_branches(grammar, name)
         if size:
             axes.append(
-                _AttributeRanges(np.unique(np.linspace(0, size, number + 1).round()), [kept.index(Draw(name))], True)
+                _AttributeRanges(
+                    np.unique(np.linspace(0, size, number + 1).round()), [new_reads.index(Draw(name))], True
+                )
             )
             continue
-        cuts = even_cuts(grammar, name, number, [found for found in bounds if found.site == name])
-        kept += [found for found in cuts if found not in kept]
+        cuts = even_cuts(grammar, name, number, [threshold for threshold in bounds if threshold.site == name])
+        new_reads += [threshold for threshold in cuts if threshold not in new_reads]
         first, *_, last = range_ends(grammar, name)
-        edges = np.array([first, *(found.bound for found in cuts), last])
-        axes.append(_AttributeRanges(edges, [kept.index(found) for found in cuts], False))
-    if prod(len(axis.edges) - 1 for axis in axes) > _MOST_BOXES:
+        edges = np.array([first, *(threshold.bound for threshold in cuts), last])
+        axes.append(_AttributeRanges(edges, [new_reads.index(threshold) for threshold in cuts], False))
+    if prod(len(axis.edges) - 1 for axis in axes) > _MAX_BOXES:
         raise InexactError(f"{len(names)} drawn numbers have too many combinations of {number} ranges")
-    return tuple(kept), _Means(tuple(reads), tuple(kept), preference, names, tuple(axes))
+    return tuple(new_reads), _Means(tuple(reads), tuple(new_reads), preference, names, tuple(axes))
 
 
 def _by_value(grammar: Grammar, read: Read) -> tuple[str, ...]:
@@ -115,7 +122,7 @@ class _AttributeRanges:
     """The ranges of one attribute."""
 
     edges: Floats
-    """[ranges + 1] their ends."""
+    """[ranges + 1] ends of the ranges, ascending."""
     columns: list[int]
     """Indices of its bounds, or of the number of its branch, among the readings."""
     is_choice: bool
@@ -128,8 +135,8 @@ class _AttributeRanges:
 
     def drawn(self, ranges: NDArray[np.int64], share: float) -> Floats:
         """[n] the value at a share, 0 to 1, of the way through each range."""
-        found = self.edges[ranges] + share * np.diff(self.edges)[ranges]
-        return np.floor(found) if self.is_choice else found
+        values = self.edges[ranges] + share * np.diff(self.edges)[ranges]
+        return np.floor(values) if self.is_choice else values
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +145,7 @@ class _Means:
 
     reads: tuple[Read, ...]
     """What the preference reads."""
-    kept: tuple[Read, ...]
+    new_reads: tuple[Read, ...]
     """The new readings."""
     preference: Preference
     names: tuple[str, ...]
@@ -147,8 +154,8 @@ class _Means:
 
     def __call__(self, values: Floats) -> Floats:
         ranges = np.stack([axis.range_of(values) for axis in self.axes], axis=1)
-        own = list(chain.from_iterable(axis.columns for axis in self.axes))
-        others = np.delete(values, own, axis=1)
+        columns = list(chain.from_iterable(axis.columns for axis in self.axes))
+        others = np.delete(values, columns, axis=1)
         _, first, box = np.unique(
             np.concatenate([ranges, others], axis=1), axis=0, return_index=True, return_inverse=True
         )
@@ -156,7 +163,7 @@ class _Means:
 
     def _of_boxes(self, values: Floats, ranges: NDArray[np.int64]) -> Floats:
         # Half a step from the lower ends, so that points are evenly distributed.
-        points = qmc.Sobol(len(self.axes), scramble=False).random(_POINTS) + 0.5 / _POINTS
+        points = qmc.Sobol(len(self.axes), scramble=False).random(_NUM_POINTS) + 0.5 / _NUM_POINTS
         total = np.zeros(len(values))
         for point in points:
             shares = zip(self.names, self.axes, ranges.T, point, strict=True)
@@ -172,4 +179,4 @@ class _Means:
             if read.logarithmic:
                 columns = np.log(np.where(columns > 0.0, columns, np.nan))
             return (columns @ np.array(read.weights) < read.bound).astype(np.float64)
-        return values[:, self.kept.index(read)]
+        return values[:, self.new_reads.index(read)]

@@ -35,11 +35,12 @@ K = TypeVar("K")
 Progress: TypeAlias = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
 
-MOST_PROPOSALS = 1_000_000
+MAX_PROPOSALS = 1_000_000
 """Largest number of proposed models."""
 _LANE = 0x5245_4A45_4354
 """Separates the draws that accept models from those that made them."""
 _FIRST_CHUNK = 256
+"""Number of models proposed at first, which shows how many are accepted."""
 
 
 def silent(what: str, done: int, total: int) -> None:
@@ -55,7 +56,7 @@ class AcceptanceRate:
     """Models that were accepted, of all proposed ones."""
     bound: float
     """Weight from which models are always accepted."""
-    known: bool
+    has_bound: bool
     """Whether the bound was given; otherwise it is the largest weight found, and the probability of a larger one is
     less than about 3 / proposals (at 95 %)."""
     mean_weight: float
@@ -69,7 +70,7 @@ class AcceptanceRate:
         return self.accepted / max(1, self.proposals)
 
     def __str__(self) -> str:
-        bound = "known" if self.known else "the largest one met"
+        bound = "known" if self.has_bound else "the largest one met"
         lost = f", {self.truncated:.2%} of the density cut off" if self.truncated else ""
         return (
             f"accepted {self.accepted:,} of {self.proposals:,} models ({self.rate:.3%}); "
@@ -95,7 +96,7 @@ def thin(
     *,
     bound: float | None = None,
     least: float = 0.0,
-    most_proposals: int = MOST_PROPOSALS,
+    most_proposals: int = MAX_PROPOSALS,
     chunk: int = 4_096,
     on_progress: Progress = silent,
 ) -> Thinned[K]:
@@ -117,7 +118,7 @@ def thin(
     Raises:
         GrammarlabError: If none is accepted.
     """
-    kept: list[tuple[K, Floats]] = []
+    chunks: list[tuple[K, Floats]] = []
     """Chunks of candidates, and the largest bound under which each is accepted."""
     most = least if bound is None else bound
     proposals = accepted = 0
@@ -134,14 +135,14 @@ def thin(
         limit = np.divide(weights, draws, out=np.full(size, np.inf), where=draws > 0.0) * (weights > 0.0)
         rows = np.flatnonzero((limit >= most) & (weights > 0.0))
         if len(rows):
-            kept.append((keep(models, rows), limit[rows]))
-        accepted = sum(int((limits >= most).sum()) for _, limits in kept)
+            chunks.append((keep(models, rows), limit[rows]))
+        accepted = sum(int((limits >= most).sum()) for _, limits in chunks)
         proposals += size
         total += float(weights.sum())
         cut += float(np.maximum(weights - most, 0.0).sum())
         on_progress("models drawn", min(accepted, num_models), num_models)
-        wanted = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
-        size = int(min(chunk, max(_FIRST_CHUNK, wanted)))
+        num_proposals = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
+        size = int(min(chunk, max(_FIRST_CHUNK, num_proposals)))
     if not accepted:
         raise GrammarlabError(
             f"none of {proposals:,} models was accepted: liked models are too rare for rejection. "
@@ -149,12 +150,12 @@ def thin(
         )
     truncated = cut / total if total else 0.0
     acceptance = AcceptanceRate(proposals, accepted, most, bound is not None, total / proposals, truncated)
-    return Thinned(tuple(_accepted(kept, most, num_models)), acceptance)
+    return Thinned(tuple(_accepted(chunks, most, num_models)), acceptance)
 
 
-def _accepted(kept: Sequence[tuple[K, Floats]], bound: float, num_models: int) -> Iterator[tuple[K, Ints]]:
+def _accepted(chunks: Sequence[tuple[K, Floats]], bound: float, num_models: int) -> Iterator[tuple[K, Ints]]:
     """The first models accepted under a bound, by chunk."""
-    for models, limits in kept:
+    for models, limits in chunks:
         rows = np.flatnonzero(limits >= bound)[:num_models]
         num_models -= len(rows)
         if len(rows):
@@ -185,7 +186,7 @@ class RejectionSampler(AbstractSampler):
     """Sampler that proposes models; None for the base of the target."""
     pilot: AcceptanceRate
     """Acceptance of a pilot run. Its mean weight is the estimated divisor of the density."""
-    most_proposals: int = MOST_PROPOSALS
+    most_proposals: int = MAX_PROPOSALS
     """Largest number of proposed models."""
 
     def sample(self, num_models: int, seed: int) -> Forest:
@@ -205,14 +206,16 @@ class RejectionSampler(AbstractSampler):
             GrammarlabError: If too few are accepted.
         """
         least, most = self.pilot.bound, self.most_proposals
-        found = _thinned(self.target, self.proposal, select_models, num_models, seed, least=least, most_proposals=most)
-        forest = join_forests([select_models(models, rows) for models, rows in found.chunks])
+        thinned = _thinned(
+            self.target, self.proposal, select_models, num_models, seed, least=least, most_proposals=most
+        )
+        forest = join_forests([select_models(models, rows) for models, rows in thinned.chunks])
         if forest.num_models < num_models:
             raise GrammarlabError(
-                f"only {forest.num_models:,} models after {found.acceptance.proposals:,} proposals, {num_models:,} "
+                f"only {forest.num_models:,} models after {thinned.acceptance.proposals:,} proposals, {num_models:,} "
                 "were requested: liked models are too rare for rejection. Try the method compile: it needs no samples"
             )
-        return forest, found.acceptance
+        return forest, thinned.acceptance
 
     @property
     def text(self) -> str:
@@ -251,9 +254,9 @@ class RejectionSampler(AbstractSampler):
 
     def log_density(self, forest: Forest) -> Floats:
         even = self.target.even
-        own = forest.log_probability() if even is None else even.log_density(forest)
+        log_base = forest.log_probability() if even is None else even.log_density(forest)
         with np.errstate(divide="ignore"):
-            return own + np.log(self._by_base(forest))
+            return log_base + np.log(self._by_base(forest))
 
     def ratio(self, forest: Forest) -> Floats:
         """Density [models] of models of the grammar, divided by their density under the grammar."""
@@ -271,7 +274,7 @@ def reject(
     num_pilot: int = PILOT_MODELS,
     proposal: LearnedGrammar | None = None,
     seed: int = 0,
-    most_proposals: int = MOST_PROPOSALS,
+    most_proposals: int = MAX_PROPOSALS,
     on_progress: Progress = silent,
 ) -> RejectionSampler:
     """A sampler of a target density by rejection.
@@ -288,10 +291,10 @@ def reject(
         GrammarlabError: If no model is accepted.
     """
     most = min(most_proposals, PILOT_PROPOSALS)
-    found = _thinned(
+    pilot = _thinned(
         target, proposal, lambda forest, rows: None, num_pilot, seed, most_proposals=most, on_progress=on_progress
     )
-    return RejectionSampler(target, proposal, found.acceptance, most_proposals)
+    return RejectionSampler(target, proposal, pilot.acceptance, most_proposals)
 
 
 def _thinned(

@@ -15,9 +15,9 @@ from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.density.exact.compile import Preference, compile_density
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.exact.readings import Read, read
-from grammarlab.density.exact.splitting import MOST_WAYS, Base
+from grammarlab.density.exact.splitting import MAX_WAYS, Base
 from grammarlab.density.exact.subtree_counts import Reading
-from grammarlab.density.grammar_skeleton import ENOUGH_MODELS
+from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
 from grammarlab.density.rounding import EXACT
 from grammarlab.density.targets.ranges import with_ranges
 from grammarlab.derivation.derive import NODES_PER_CHUNK, derive
@@ -66,8 +66,8 @@ class Target:
 
     def read(self, values: Floats) -> Floats:
         """Values [n, reads] that the preference reads, from the values [n, features] of the features."""
-        place = {feature: i for i, feature in enumerate(self.features)}
-        columns = [_value(item, values, place) for item in self.reads]
+        column_of = {feature: i for i, feature in enumerate(self.features)}
+        columns = [_value(item, values, column_of) for item in self.reads]
         return np.stack(columns, axis=1) if columns else np.zeros((len(values), 0))
 
     def scores(self, values: Floats) -> Floats:
@@ -86,7 +86,7 @@ class Target:
     @cached_property
     def first_look(self) -> Forest:
         """A few models of the grammar, to estimate counts of successors and the size of models."""
-        return derive(self.grammar, ENOUGH_MODELS, 0, assets=self.folder)
+        return derive(self.grammar, MAX_EXAMINED_MODELS, 0, assets=self.folder)
 
     @property
     def chunk(self) -> int:
@@ -106,7 +106,7 @@ class Target:
         self,
         forest: Forest | None = None,
         header: Sequence[str] = (),
-        max_ways: int = MOST_WAYS,
+        max_ways: int = MAX_WAYS,
         step: float = EXACT,
     ) -> LearnedGrammar:
         """The exact grammar of the density.
@@ -136,10 +136,10 @@ def _features(item: Read) -> tuple[Feature, ...]:
     return tuple(pattern for pattern, _ in item.terms) if isinstance(item, Reading) else (item,)
 
 
-def _value(item: Read, values: Floats, place: Mapping[Feature, int]) -> Floats:
+def _value(item: Read, values: Floats, column_of: Mapping[Feature, int]) -> Floats:
     if not isinstance(item, Reading):
-        return values[:, place[item]]
-    total = sum((weight * values[:, place[pattern]] for pattern, weight in item.terms), np.zeros(len(values)))
+        return values[:, column_of[item]]
+    total = sum((weight * values[:, column_of[pattern]] for pattern, weight in item.terms), np.zeros(len(values)))
     return np.minimum(total, item.cap)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.targets.rejection import MOST_PROPOSALS, Progress, silent, thin
+from grammarlab.density.targets.rejection import MAX_PROPOSALS, Progress, silent, thin
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
@@ -48,7 +48,7 @@ def draw(
     num_models: int,
     seed: int,
     *,
-    most_proposals: int = MOST_PROPOSALS,
+    most_proposals: int = MAX_PROPOSALS,
     on_progress: Progress = silent,
 ) -> Drawn[K]:
     """Independent models of a target density.
@@ -75,7 +75,7 @@ def draw(
     def weigh(models: Candidates) -> Floats:
         return target.scores(models.values) if exact is None else np.ones(len(models.values))
 
-    found = thin(
+    thinned = thin(
         propose,
         weigh,
         keep,
@@ -86,10 +86,10 @@ def draw(
         chunk=target.chunk,
         on_progress=on_progress,
     )
-    number = sum(len(rows) for _, rows in found.chunks)
+    number = sum(len(rows) for _, rows in thinned.chunks)
     if exact is None:
-        return Drawn(found.chunks, number, found.acceptance.mean_weight, str(found.acceptance))
-    return Drawn(found.chunks, number, exact.mean_preference, f"{number:,} models drawn by the exact grammar")
+        return Drawn(thinned.chunks, number, thinned.acceptance.mean_weight, str(thinned.acceptance))
+    return Drawn(thinned.chunks, number, exact.mean_preference, f"{number:,} models drawn by the exact grammar")
 
 
 def _exact(target: Target) -> LearnedGrammar | None:

@@ -19,15 +19,15 @@ from grammarlab.facade.sizes.size_wishes import Size, Wish, checked, in_words
 from grammarlab.facade.sizes.solve import Residuals, Resized, resize
 from grammarlab.facade.tree import LONGEST, SHORTEST, Facade, X, Y
 
-_KEPT, _WORK = 40, 60_000
+_MAX_CONTINUED, _MAX_LEAVES = 40, 60_000
 """Largest number of variations to continue from after each step, and of leaves of all their results."""
-_SOLVED = 200
+_MAX_SOLVED = 200
 """Number of variations whose sizes are solved for."""
-_VISIBLE = 0.1
+_MIN_DEVIATION = 0.1
 """Least mean relative deviation of sizes from which other repetitions are searched."""
-_TIE = 1e-9
+_TIE_TOLERANCE = 1e-9
 """Largest relative difference of equal energies."""
-_LEAVES = 10_000
+_MAX_FACADE_LEAVES = 10_000
 """Largest number of leaves of a facade whose columns and rows follow from its size; that takes up to 100 solutions."""
 
 
@@ -61,7 +61,9 @@ class Edited:
             "height": self.facade.height,
             "leaves": len(self.facade.leaves),
             "energy": self.energy if isfinite(self.energy) else None,
-            "residuals": {key: each if isfinite(each) else None for key, each in self.residuals.as_dict().items()},
+            "residuals": {
+                key: residual if isfinite(residual) else None for key, residual in self.residuals.as_dict().items()
+            },
             "grids": [
                 {"name": grid.name, "rows": grid.num_rows, "columns": grid.num_columns} for grid in self.facade.grids
             ],
@@ -139,45 +141,51 @@ def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], gr
     start = time.perf_counter()
     plain = _edited(unedited(facade), resize(facade, (*wishes, *locks)), locks, time.perf_counter() - start)
     start = time.perf_counter()
-    found, missing = [(unedited(facade), plain)], ()
+    candidates, missing = [(unedited(facade), plain)], ()
     try:
-        made = _retargeted(facade, wishes, locks, [grid] if grid else None)
-        steps = tuple(str(choice) for choice in made.choices if any(count != 1 for count in choice.counts))
-        proven = not made.resized.conflict and all(choice.proven for choice in made.choices)
+        retargeted = _retargeted(facade, wishes, locks, [grid] if grid else None)
+        steps = tuple(str(choice) for choice in retargeted.choices if any(count != 1 for count in choice.counts))
+        proven = not retargeted.resized.conflict and all(choice.proven for choice in retargeted.choices)
         seconds = time.perf_counter() - start
-        held = inherited(locks, made.variation)
-        found.insert(0, (made.variation, _edited(made.variation, made.resized, held, seconds, steps, proven)))
+        inherited_locks = inherited(locks, retargeted.variation)
+        candidates.insert(
+            0,
+            (
+                retargeted.variation,
+                _edited(retargeted.variation, retargeted.resized, inherited_locks, seconds, steps, proven),
+            ),
+        )
     except FacadeError as error:  # sizes alone always have a solution
         missing = (f"columns and rows were not chosen for this size: {error}",)
-    best = found[0][1]
+    best = candidates[0][1]
     # Most contradictions do not depend on the columns, and each would need an explanation.
-    if facade.grids and not best.conflict and best.energy > _VISIBLE**2 * len(best.facade.leaves):
+    if facade.grids and not best.conflict and best.energy > _MIN_DEVIATION**2 * len(best.facade.leaves):
         joined, name = _active(facade, grid)
         start = time.perf_counter()
-        each = stepwise(joined, wishes, name, locks)
-        found.append((each, _solved(facade, each, wishes, locks, start)))
+        stepped = stepwise(joined, wishes, name, locks)
+        candidates.append((stepped, _solved(facade, stepped, wishes, locks, start)))
     kind = kinds(facade)
-    different = {canonical(variation, kind): result for variation, result in reversed(found)}
+    different = {canonical(variation, kind): result for variation, result in reversed(candidates)}
     first, *others = (
-        replace(each, missing=(*each.missing, *missing)) for each in sorted(different.values(), key=_by_energy)
+        replace(edited, missing=(*edited.missing, *missing)) for edited in sorted(different.values(), key=_by_energy)
     )
-    return (first, *(replace(each, proven=False) for each in others))
+    return (first, *(replace(edited, proven=False) for edited in others))
 
 
 def _by_energy(edited: Edited) -> tuple[bool, float]:
     """Order of results for another size: by energy, of equal ones the proven one first; contradictions last."""
-    return bool(edited.conflict), edited.energy if edited.proven else (1.0 + _TIE) * edited.energy
+    return bool(edited.conflict), edited.energy if edited.proven else (1.0 + _TIE_TOLERANCE) * edited.energy
 
 
 def _retargeted(
     facade: Facade, wishes: Sequence[Size], locks: Sequence[Wish], grids: Sequence[str] | None
 ) -> Retargeted:
-    metres = {each.axis: each.metres for each in wishes}
+    metres = {wish.axis: wish.metres for wish in wishes}
     leaves = len(facade.leaves)
     for axis, size in metres.items():
         leaves *= max(1.0, size / float(facade.size[0, axis]))
-    if leaves > _LEAVES:
-        raise FacadeError(f"the result would have about {leaves:,.0f} leaves; expected at most {_LEAVES:,}.")
+    if leaves > _MAX_FACADE_LEAVES:
+        raise FacadeError(f"the result would have about {leaves:,.0f} leaves; expected at most {_MAX_FACADE_LEAVES:,}.")
     return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids, locks=locks)
 
 
@@ -191,36 +199,43 @@ def _varied(
 ) -> tuple[Edited, ...]:
     """Variations with additional columns and rows of a grid and of those that follow it."""
     kind = kinds(facade)
-    found, whole = (unedited(facade),), True
+    variations, is_complete = (unedited(facade),), True
     for axis in (X, Y):
         also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, axis))))
         for _ in range(abs(counts[axis])):
-            kept = min(max(affordable(found[0].facade, grid, axis, _WORK), 1), _KEPT)
-            whole = whole and len(found) <= kept
-            before = found if len(found) <= kept else ranked(found, kind, different=kept)[:kept]
+            limit = min(max(affordable(variations[0].facade, grid, axis, _MAX_LEAVES), 1), _MAX_CONTINUED)
+            is_complete = is_complete and len(variations) <= limit
+            before = variations if len(variations) <= limit else ranked(variations, kind, different=limit)[:limit]
             step = 1 if counts[axis] > 0 else -1
-            found = sequences(facade, grid, axis, step, also=also, start=before)
-            if not found:
+            variations = sequences(facade, grid, axis, step, also=also, start=before)
+            if not variations:
                 raise FacadeError(_why_not(before[0], grid, axis, step))
-    whole = whole and len(found) <= _SOLVED
-    found = found if len(found) <= _SOLVED else ranked(found, kind, different=_SOLVED // 2)[:_SOLVED]
+    is_complete = is_complete and len(variations) <= _MAX_SOLVED
+    variations = (
+        variations
+        if len(variations) <= _MAX_SOLVED
+        else ranked(variations, kind, different=_MAX_SOLVED // 2)[:_MAX_SOLVED]
+    )
     results: dict[int, Edited] = {}
-    for each in found:
-        results[id(each)] = _solved(facade, each, wishes, locks, time.perf_counter())
-    flawed = [bool(results[id(each)].conflict or each.missing) for each in found]
+    for variation in variations:
+        results[id(variation)] = _solved(facade, variation, wishes, locks, time.perf_counter())
+    flawed = [bool(results[id(variation)].conflict or variation.missing) for variation in variations]
     order: list[Edited] = []
     for group in (False, True):
-        members = [each for each, flaw in zip(found, flawed, strict=True) if flaw == group]
-        order += [results[id(each)] for each in ranked(members, kind, lambda each: results[id(each)].energy, most)]
-    best, *others = sorted(order[:most], key=lambda each: (bool(each.conflict or each.missing), each.energy))
-    return (replace(best, proven=whole), *others)
+        members = [variation for variation, flaw in zip(variations, flawed, strict=True) if flaw == group]
+        order += [
+            results[id(variation)]
+            for variation in ranked(members, kind, lambda variation: results[id(variation)].energy, most)
+        ]
+    best, *others = sorted(order[:most], key=lambda result: (bool(result.conflict or result.missing), result.energy))
+    return (replace(best, proven=is_complete), *others)
 
 
 def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:
     """Reason why no column or row of a grid can be added or removed."""
     name = "column" if axis == X else "row"
-    tried = vary(before, grid, axis, also=(), insertions=step > 0, removals=step < 0).discarded
-    reason = tried[0] if tried else f"it has one {name}"
+    discarded = vary(before, grid, axis, also=(), insertions=step > 0, removals=step < 0).discarded
+    reason = discarded[0] if discarded else f"it has one {name}"
     return f"Grid '{grid}': no {name} can be {'added' if step > 0 else 'removed'}: {reason}"
 
 
@@ -240,11 +255,13 @@ def _solved(
     facade: Facade, variation: Variation, wishes: Sequence[Wish], locks: Sequence[Wish], start: float
 ) -> Edited:
     """A variation with solved sizes; locks of which no copy is left are conflicts."""
-    held = inherited(locks, variation)
-    solved = resize(variation.facade, (*wishes, *held), origin_of(facade, variation))
-    gone = tuple(f"{in_words(lock, facade)}, but no copy of it is left" for lock in lost(facade, locks, variation))
-    solved = replace(solved, conflict=(*solved.conflict, *gone))
-    return _edited(variation, solved, held, time.perf_counter() - start, variation.steps)
+    inherited_locks = inherited(locks, variation)
+    solved = resize(variation.facade, (*wishes, *inherited_locks), origin_of(facade, variation))
+    lost_locks = tuple(
+        f"{in_words(lock, facade)}, but no copy of it is left" for lock in lost(facade, locks, variation)
+    )
+    solved = replace(solved, conflict=(*solved.conflict, *lost_locks))
+    return _edited(variation, solved, inherited_locks, time.perf_counter() - start, variation.steps)
 
 
 def _edited(

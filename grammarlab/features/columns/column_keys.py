@@ -30,11 +30,11 @@ class Meaning:
 
     def steps(self, key: Key) -> Steps:
         """Path of a "rule" or "edge" key."""
-        kind, above, own = key
+        kind, above, last = key
         if kind == "edge":
             *before, (label, _) = self.steps(self._key(above))
-            return (*before, (label, own))
-        return (*self.context(above), (own, -1))
+            return (*before, (label, last))
+        return (*self.context(above), (last, -1))
 
     def context(self, column: int) -> Steps:
         """Path of the "edge" key of a column; empty for -1."""
@@ -87,7 +87,7 @@ class Meaning:
         """Whether a column counts a symbol that is an alternative of a choice."""
         return key[0] == "symbol" and self._labels.symbols[key[1]] in self._labels.exchangeable
 
-    def place(self, key: Key) -> Key:
+    def sort_key(self, key: Key) -> Key:
         """Sort key of a key among those of its kind: paths are ordered by their labels, from the top."""
         return self.steps(key) if key[0] in {"rule", "edge"} else key[1:]
 

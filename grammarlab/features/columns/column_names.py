@@ -24,7 +24,7 @@ from grammarlab.features.columns.column_keys import Meaning, Steps
 from grammarlab.features.patterns.node_labels import Key, NodeLabels
 from grammarlab.features.patterns.pattern import Below, Draw, Feature, HalfSpace, Pattern, Present, Total
 
-_NEGLIGIBLE = 0.01
+_NEGLIGIBLE_SHARE = 0.01
 """Share of the range of a sum below which its bound is written as 0; bounds found by few scores are not more exact."""
 
 
@@ -44,12 +44,12 @@ def comparison(space: HalfSpace, spread: float = 0.0, *, holds: bool = True) -> 
     """
     sign = float(np.sign(space.weights[0]))
     terms = [(site, sign * weight) for site, weight in zip(space.sites, space.weights, strict=True)]
-    left = [(site, weight) for site, weight in terms if weight > 0.0]
-    right = [(site, -weight) for site, weight in terms if weight < 0.0]
-    bound = 0.0 if abs(space.bound) < _NEGLIGIBLE * spread else sign * space.bound
+    left_terms = [(site, weight) for site, weight in terms if weight > 0.0]
+    right_terms = [(site, -weight) for site, weight in terms if weight < 0.0]
+    bound = 0.0 if abs(space.bound) < _NEGLIGIBLE_SHARE * spread else sign * space.bound
     side = _product if space.logarithmic else _sum
     relation = (("at least", "<") if sign > 0.0 else ("at most", ">"))[holds]
-    return f"{side(left, 0.0)} {relation} {side(right, bound)}"
+    return f"{side(left_terms, 0.0)} {relation} {side(right_terms, bound)}"
 
 
 def spread_of(space: HalfSpace, features: Sequence[Feature], values: Floats) -> float:
@@ -106,7 +106,7 @@ def equality(total: Total) -> str:
     pattern = bare.pop()
     match pattern.below:
         case (Below(run=(_,)) as one, Below(run=(_,)) as other):
-            return f"same choice at {_place(pattern, one)} and {_place(pattern, other)}"
+            return f"same choice at {_location(pattern, one)} and {_location(pattern, other)}"
         case (Below(run=(one, other)),) if one == other:
             inner = f" at {one.below[0].run_text()}" if one.below else ""
             return f"adjacent {one.symbol or 'parts'} with the same choice{inner}"
@@ -116,11 +116,11 @@ def equality(total: Total) -> str:
 
 def _without_branch(pattern: Pattern) -> Pattern:
     """A pattern without the branch of its lowest nodes."""
-    below = tuple(replace(each, run=tuple(map(_without_branch, each.run))) for each in pattern.below)
+    below = tuple(replace(condition, run=tuple(map(_without_branch, condition.run))) for condition in pattern.below)
     return replace(pattern, below=below, branch=pattern.branch if below else None)
 
 
-def _place(top: Pattern, below: Below) -> str:
+def _location(top: Pattern, below: Below) -> str:
     return below.run_text() if below.deep else str(replace(top, below=(below,)))
 
 
@@ -172,7 +172,7 @@ class ColumnNames:
         *context, (label, child) = steps
         branch = self.branch(label)
         if child >= 0:
-            return self._before(steps) + self._place(label, child)
+            return self._before(steps) + self._successor(label, child)
         end = self._end(tuple(context), self._labels.symbol_of(label))
         return self._before(tuple(context)) + end + (f" → {branch}" if branch else "")
 
@@ -190,15 +190,15 @@ class ColumnNames:
         if not context:
             return symbol
         label, child = context[-1]
-        return self._place(label, child)
+        return self._successor(label, child)
 
-    def _place(self, label: int, child: int) -> str:
+    def _successor(self, label: int, child: int) -> str:
         """Name of a successor of a rule: its symbol, numbered if the rule makes several of it."""
-        made = self._labels.successors[label]
-        alike = [place for place, symbol in made.items() if symbol == made.get(child)]
-        if child not in made:
+        successors = self._labels.successors[label]
+        same = [index for index, symbol in successors.items() if symbol == successors.get(child)]
+        if child not in successors:
             return f"successor {child + 1}"
-        return made[child] + (f" {alike.index(child) + 1}" if len(alike) > 1 else "")
+        return successors[child] + (f" {same.index(child) + 1}" if len(same) > 1 else "")
 
     def _choice(self, label: int) -> str:
         return f"{self._labels.symbol_of(label)} → {self.branch(label)}"
@@ -209,15 +209,15 @@ class ColumnNames:
         others = [other for other in labels.alternatives(label) if other != label]
         if not others:
             return ""
-        own = Counter(labels.successors[label].values())
+        counter = Counter(labels.successors[label].values())
         elsewhere = [Counter(labels.successors[other].values()) for other in others]
-        telling = [symbol for symbol in own if not any(symbol in other for other in elsewhere)]
-        if telling:
-            return telling[0].removesuffix(".")
-        for symbol in dict.fromkeys(symbol for counts in (own, *elsewhere) for symbol in counts):
-            numbers = [counts[symbol] for counts in (own, *elsewhere)]
+        unique = [symbol for symbol in counter if not any(symbol in other for other in elsewhere)]
+        if unique:
+            return unique[0].removesuffix(".")
+        for symbol in dict.fromkeys(symbol for counts in (counter, *elsewhere) for symbol in counts):
+            numbers = [counts[symbol] for counts in (counter, *elsewhere)]
             if len(set(numbers)) == len(numbers):
-                return f"{own[symbol]} {symbol}" if own[symbol] else f"no {symbol}"
+                return f"{counter[symbol]} {symbol}" if counter[symbol] else f"no {symbol}"
         line = f"line {labels.rules[label].line}"
         chance = self._percentage(label)
         if not chance or any(math.isnan(labels.chances[other]) for other in others):

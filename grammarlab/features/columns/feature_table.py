@@ -19,7 +19,7 @@ class FeatureTable:
     counts: sparse.csr_array
     """[models, F] float64: counts, and values of draws."""
     features: tuple[Feature, ...]
-    """[F] the features."""
+    """[F] features of the columns."""
     names: tuple[str, ...]
     """[F] readable names, all different."""
     groups: Ints
@@ -46,17 +46,19 @@ def distinguishable(counts: sparse.csr_array, order: Ints) -> Ints:
     models = np.arange(num_models, dtype=np.int64)
     weights = np.stack([fold(root_keys(0, models), salt) for salt in (0, 1)])
     # Other columns are compared by their bits: only equal columns are equivalent.
-    whole = np.bincount(counts.indices, weights=counts.data % 1.0 != 0.0, minlength=width) == 0
-    bits = np.where(whole[counts.indices], counts.data.astype(np.int64), counts.data.view(np.int64)).astype(np.uint64)
+    is_integer = np.bincount(counts.indices, weights=counts.data % 1.0 != 0.0, minlength=width) == 0
+    bits = np.where(is_integer[counts.indices], counts.data.astype(np.int64), counts.data.view(np.int64)).astype(
+        np.uint64
+    )
     hashes = sparse.csr_array((bits, counts.indices, counts.indptr), shape=(num_models, width)).T @ weights.T
     first = counts[[0], :].toarray()[0] if num_models else np.zeros(width)
-    first = np.where(whole, first.astype(np.int64), first.view(np.int64)).astype(np.uint64)
+    first = np.where(is_integer, first.astype(np.int64), first.view(np.int64)).astype(np.uint64)
     hashes -= first[:, None] * weights.sum(axis=1, dtype=np.uint64)
     mirrored = np.uint64(0) - hashes
     hashes = np.where(hashes[:, :1] > mirrored[:, :1], mirrored, hashes)
-    kept = order[hashes.any(axis=1)[order]]
-    _, firsts = np.unique(hashes[kept], axis=0, return_index=True)
-    return kept[np.sort(firsts)]
+    varying = order[hashes.any(axis=1)[order]]
+    _, firsts = np.unique(hashes[varying], axis=0, return_index=True)
+    return varying[np.sort(firsts)]
 
 
 def size_of(counts: sparse.csr_array) -> tuple[int, int]:

@@ -48,9 +48,9 @@ class _LabelPairs(NamedTuple):
     number: Ints
     """[N] the pair of each node."""
     label: Ints
-    """[K]"""
+    """[K] label of each pair."""
     child: Ints
-    """[K]"""
+    """[K] ``child`` of each pair."""
 
 
 class _Level(NamedTuple):
@@ -71,7 +71,7 @@ class Tally(NamedTuple):
     """Columns of a table."""
 
     counts: sparse.csr_array
-    """[models, len(index)] integers."""
+    """[models, len(index)] integer counts."""
     repeated: NDArray[np.bool_]
     """[len(index)] whether geometry repeats the counted nodes (`Trees.repeated`) in some of these models."""
 
@@ -109,21 +109,21 @@ def tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints
     Args:
         trees: the models.
         rows: [R] nodes; repeats are allowed.
-        number: [R] a number 0 <= number < size for each.
-        columns: each [size], columns of each number, -1 for none.
+        number: [R] number of each node, 0 <= number < size.
+        columns: arrays [size] with a column of each number, -1 for none.
         width: number of columns.
     """
     cells = np.stack(columns, axis=1)
     repeated = _columns_met(cells, number[trees.repeated[rows]], width)
-    models, known = trees.model[rows], cells >= 0
-    belongs = known.sum(axis=1)
+    models, is_column = trees.model[rows], cells >= 0
+    belongs = is_column.sum(axis=1)
     if belongs.max(initial=0) <= 1:  # symbols, and the smallest trees: each number has one column
-        own = cells.max(axis=1)[number]
+        column = cells.max(axis=1)[number]
         if not belongs.all():
-            models, own = models[own >= 0], own[own >= 0]
-        return Tally(_count_by_model(models, own, trees.num_models, width), repeated)
+            models, column = models[column >= 0], column[column >= 0]
+        return Tally(_count_by_model(models, column, trees.num_models, width), repeated)
     ones = np.ones(int(belongs.sum()), dtype=np.int64)
-    spread = sparse.csr_array((ones, cells[known], offsets_from_counts(belongs)), shape=(len(cells), width))
+    spread = sparse.csr_array((ones, cells[is_column], offsets_from_counts(belongs)), shape=(len(cells), width))
     return Tally(_count_by_model(models, number, trees.num_models, len(cells)) @ spread, repeated)
 
 
@@ -139,23 +139,23 @@ def _columns_met(cells: Ints, number: Ints, width: int) -> NDArray[np.bool_]:
 def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, size: int) -> sparse.csr_array:
     """[num_models, size] counts of each number in each model."""
     narrow = np.int32 if num_models * size < 1 << 31 else np.int64  # sorts twice as fast
-    place = models * narrow(size)
-    place += number
-    found, counts = distinct_counts(place, num_models * size)
-    model = found // max(size, 1)
+    codes = models * narrow(size)
+    codes += number
+    unique, counts = distinct_counts(codes, num_models * size)
+    model = unique // max(size, 1)
     offsets = offsets_from_counts(np.bincount(model, minlength=num_models))
-    return sparse.csr_array((counts, found - model * size, offsets), shape=(num_models, size))
+    return sparse.csr_array((counts, unique - model * size, offsets), shape=(num_models, size))
 
 
 def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
     """For each value 0 <= value < limit its rank among the different values, and these, ascending."""
     if limit > 8 * len(values) + 1024:
-        found, rank = np.unique(values, return_inverse=True)
-        return rank, found
-    found = distinct(values, limit)
+        unique, rank = np.unique(values, return_inverse=True)
+        return rank, unique
+    unique = distinct(values, limit)
     rank = np.empty(limit, dtype=np.int64)
-    rank[found] = np.arange(len(found))
-    return rank[values], found
+    rank[unique] = np.arange(len(unique))
+    return rank[values], unique
 
 
 def _number_nodes(
@@ -180,8 +180,8 @@ def _find_kinds(trees: Trees, labels: NodeLabels) -> _LabelPairs:
     children = int(child.max(initial=0)) + 1
     number = trees.labels(labels) * children
     number += child
-    number, found = compact(number, (labels.unknown + 1) * children)
-    return _LabelPairs(number, *np.divmod(found, children))
+    number, codes = compact(number, (labels.unknown + 1) * children)
+    return _LabelPairs(number, *np.divmod(codes, children))
 
 
 def _labels_alone(kinds: _LabelPairs, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
@@ -209,15 +209,15 @@ def _next_level(
     return _Level(codes, rules, edges, np.searchsorted(before.codes, shorter * len(kinds.label) + kind))
 
 
-def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, own: Ints, valid: NDArray[np.bool_]) -> Ints:
+def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, last: Ints, valid: NDArray[np.bool_]) -> Ints:
     """Columns of the keys (kind, above, own) if they are valid, otherwise -1."""
-    columns = np.full(len(own), -1, dtype=np.int64)
-    above, own = above[valid], own[valid]
-    columns[valid] = index.columns(zip(repeat(kind, len(own)), above.tolist(), own.tolist(), strict=True), grow)
+    columns = np.full(len(last), -1, dtype=np.int64)
+    above, last = above[valid], last[valid]
+    columns[valid] = index.columns(zip(repeat(kind, len(last)), above.tolist(), last.tolist(), strict=True), grow)
     return columns
 
 
-_MOST_STEPS = 200
+_MAX_STEPS = 200
 """Largest number of levels between an edge and a choice."""
 
 
@@ -228,13 +228,13 @@ def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: boo
     rows, keys = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     for lower, middle in _ancestors_of_choices(trees, label, labels):
         above = trees.parent[middle]
-        kept = np.flatnonzero(above >= 0)
-        kept = kept[labels.telling[label[above[kept]]]]
-        edge = label[above[kept]] * children + trees.forest.nodes.child[middle[kept]]
-        rows.append(lower[kept])
-        keys.append(edge * (labels.unknown + 1) + label[lower[kept]])
-    number, found = compact(np.concatenate(keys), (labels.unknown + 1) ** 2 * children)
-    edge, below = np.divmod(found, labels.unknown + 1)
+        inner = np.flatnonzero(above >= 0)
+        inner = inner[labels.telling[label[above[inner]]]]
+        edge = label[above[inner]] * children + trees.forest.nodes.child[middle[inner]]
+        rows.append(lower[inner])
+        keys.append(edge * (labels.unknown + 1) + label[lower[inner]])
+    number, codes = compact(np.concatenate(keys), (labels.unknown + 1) ** 2 * children)
+    edge, below = np.divmod(codes, labels.unknown + 1)
     upper, child = np.divmod(edge, children)
     names = zip(upper.tolist(), child.tolist(), below.tolist(), strict=True)
     columns = index.columns((("far", *name) for name in names), grow)
@@ -254,7 +254,7 @@ def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iter
     """Nodes that are choices with their parents, then with their grandparents, and so on."""
     lower = np.flatnonzero(labels.chosen[label])
     middle = trees.parent[lower]
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         inner = middle >= 0
         lower, middle = lower[inner], middle[inner]
         if not len(lower):
@@ -270,13 +270,13 @@ def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow
     rows = np.flatnonzero(chosen & (trees.next_sibling >= 0))
     rows = rows[chosen[trees.next_sibling[rows]]]
     size = labels.unknown + 1
-    number, found = compact(label[rows] * size + label[trees.next_sibling[rows]], size**2)
-    one, other = np.divmod(found, size)
-    columns = index.columns((("next", *pair) for pair in zip(one.tolist(), other.tolist(), strict=True)), grow)
+    number, codes = compact(label[rows] * size + label[trees.next_sibling[rows]], size**2)
+    first, second = np.divmod(codes, size)
+    columns = index.columns((("next", *pair) for pair in zip(first.tolist(), second.tolist(), strict=True)), grow)
     return tally(trees, rows, number, [columns], len(index))
 
 
-MOST_BRANCHES = 30
+MAX_BRANCHES = 30
 """Largest number of branches of a choice with counts per branch; otherwise the branch number is a quantity."""
 
 
@@ -289,8 +289,8 @@ def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
     name_of_site = np.array([names.index(site.name) for site in sites], dtype=np.int64)
     outcome = draws.value[rows].astype(np.int64)
     size = int(outcome.max(initial=0)) + 1
-    number, found = compact(name_of_site[draws.site[rows]] * size + outcome, len(names) * size)
-    name, drawn = np.divmod(found, size)
+    number, codes = compact(name_of_site[draws.site[rows]] * size + outcome, len(names) * size)
+    name, drawn = np.divmod(codes, size)
     keys = (("branch", names[n], value) for n, value in zip(name.tolist(), drawn.tolist(), strict=True))
     columns = index.columns(keys, grow)
     return tally(trees, draws.node[rows].astype(np.int64), number, [columns], len(index))
@@ -305,13 +305,13 @@ def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
 
 def is_quantity(site: Site) -> bool:
     """Whether its draws are numbers to compare: random numbers, and branch numbers of choices of many branches."""
-    return site.kind == "uniform" or site.choices > MOST_BRANCHES
+    return site.kind == "uniform" or site.choices > MAX_BRANCHES
 
 
 def columns_of(values: Floats, columns: Ints, width: int) -> Tally:
     """Values [models, C] at their columns [C] of a table, -1 for those to leave out; none is a count of nodes."""
-    known = np.flatnonzero(columns >= 0)
-    model, place = np.nonzero(values[:, known])
-    cells = model, columns[known][place]
-    counts = sparse.csr_array((values[:, known][model, place], cells), shape=(len(values), width))
+    indices = np.flatnonzero(columns >= 0)
+    model, position = np.nonzero(values[:, indices])
+    cells = model, columns[indices][position]
+    counts = sparse.csr_array((values[:, indices][model, position], cells), shape=(len(values), width))
     return Tally(counts, np.zeros(width, dtype=bool))

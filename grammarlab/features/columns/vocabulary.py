@@ -47,7 +47,7 @@ from grammarlab.features.patterns.node_labels import Key, KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Draw, Feature, Pattern, Present
 from grammarlab.features.patterns.tree_index import Trees
 
-MOST_LENGTH = 20
+MAX_LENGTH = 20
 """Largest allowed length of paths."""
 
 _KINDS = ("extra", "choice", "alternative", "rule", "symbol", "edge", "branch", "far", "next", "draw")
@@ -60,7 +60,7 @@ class Options:
     """Features of a table."""
 
     length: int = 2
-    """Largest length of paths, 1 to `MOST_LENGTH`; k in the paper."""
+    """Largest length of paths, 1 to `MAX_LENGTH`; k in the paper."""
     symbols: bool = True
     """Whether to count symbols."""
     draws: bool = True
@@ -75,8 +75,8 @@ class Options:
     """Additional features; one column each, unless constant."""
 
     def __post_init__(self) -> None:
-        if not 1 <= self.length <= MOST_LENGTH:
-            raise UsageError(f"expected paths of length 1 to {MOST_LENGTH}, found {self.length}")
+        if not 1 <= self.length <= MAX_LENGTH:
+            raise UsageError(f"expected paths of length 1 to {MAX_LENGTH}, found {self.length}")
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Vocabulary:
     columns: Ints
     """[F] the kept columns."""
     present: NDArray[np.bool_]
-    """[F] whether they have only the values 0 and 1 for presence."""
+    """[F] whether a column has only the values 0 and 1 for presence."""
     features: tuple[Feature, ...]
     names: tuple[str, ...]
     groups: Ints
@@ -188,9 +188,9 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
 
 def _rank(key: Key, meaning: Meaning) -> tuple:
     """Sort key of a column, independent of the order in which columns were found."""
-    own = meaning.place(key)
+    sort_key = meaning.sort_key(key)
     kind = "choice" if meaning.is_choice(key) else "alternative" if meaning.is_alternative(key) else key[0]
-    return _KINDS.index(kind), len(own), own
+    return _KINDS.index(kind), len(sort_key), sort_key
 
 
 def _wrapped(feature: Feature, present: bool) -> Feature:
@@ -199,8 +199,8 @@ def _wrapped(feature: Feature, present: bool) -> Feature:
 
 def _unique(names: Sequence[str], features: Sequence[Feature]) -> tuple[str, ...]:
     """Names; the feature is added to names that are not unique."""
-    seen = Counter(names)
-    return tuple(f"{n} [{f}]" if seen[n] > 1 else n for n, f in zip(names, features, strict=True))
+    occurrences = Counter(names)
+    return tuple(f"{n} [{f}]" if occurrences[n] > 1 else n for n, f in zip(names, features, strict=True))
 
 
 def _scales(values: sparse.csr_array, drawn: Sequence[bool]) -> Floats:

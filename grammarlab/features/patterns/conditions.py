@@ -22,7 +22,7 @@ def at_least(feature: Feature, bound: float) -> str:
         case Sum():
             value = _sum(feature)
         case Total(terms):
-            value = " + ".join(f"{weight} * {_counted(each)}" for each, weight in terms)
+            value = " + ".join(f"{weight} * {_counted(counted)}" for counted, weight in terms)
         case _:
             value = _read(feature)
     return f"{value} >= {_number(bound)}"

@@ -38,7 +38,7 @@ from grammarlab.features.patterns.pattern import (
 )
 from grammarlab.features.patterns.tree_index import Trees
 
-MOST_WAYS = float(2**31)
+MAX_EMBEDDINGS = float(2**31)
 """Largest number of embeddings at one node; larger counts are clipped, so that sums stay exact and finite."""
 
 
@@ -67,7 +67,7 @@ def count(forest: Forest | Trees, features: Sequence[Feature]) -> Floats:
 class _Counter:
     def __init__(self, trees: Trees) -> None:
         self.trees = trees
-        self._known: dict[Pattern, tuple[Ints, Floats]] = {}
+        self._cache: dict[Pattern, tuple[Ints, Floats]] = {}
 
     def per_model(self, feature: Feature) -> Floats:
         """[models] values of one feature."""
@@ -81,8 +81,8 @@ class _Counter:
                 return self._total(self.trees.draw_model[rows[below]])
             case Draw(site=site, branch=int(branch)):
                 rows = self.trees.draw_rows(site)
-                taken = self.trees.forest.draws.value[rows] == branch
-                return self._total(self.trees.draw_model[rows[taken]])
+                is_branch = self.trees.forest.draws.value[rows] == branch
+                return self._total(self.trees.draw_model[rows[is_branch]])
             case Draw(site=site):
                 total, number = self._draws(site)
                 return total / np.maximum(number, 1.0)
@@ -135,17 +135,20 @@ class _Counter:
 
     def _matches(self, pattern: Pattern) -> tuple[Ints, Floats]:
         """The nodes that a pattern can be laid on, ascending, and in how many ways each, >= 1."""
-        if pattern not in self._known:
+        if pattern not in self._cache:
             rows = self._fitting(pattern)
             ways = np.ones(len(rows))
             for below in pattern.below:
                 starts, values = self._runs(below)
                 collect = self.trees.sum_below if below.deep else self.trees.sum_by_parent
-                found = collect(starts, values, rows)
-                kept = found > 0.0
-                rows, ways = rows[kept], np.minimum(ways[kept] * np.minimum(found[kept], MOST_WAYS), MOST_WAYS)
-            self._known[pattern] = rows, ways
-        return self._known[pattern]
+                embeddings = collect(starts, values, rows)
+                is_match = embeddings > 0.0
+                rows, ways = (
+                    rows[is_match],
+                    np.minimum(ways[is_match] * np.minimum(embeddings[is_match], MAX_EMBEDDINGS), MAX_EMBEDDINGS),
+                )
+            self._cache[pattern] = rows, ways
+        return self._cache[pattern]
 
     def _fitting(self, pattern: Pattern) -> Ints:
         """The nodes whose label fits that of a pattern, ascending."""
@@ -169,16 +172,16 @@ class _Counter:
     def _runs(self, below: Below) -> tuple[Ints, Floats]:
         """The nodes that a run of siblings can start at, and in how many ways each."""
         rows, ways = self._matches(below.run[0])
-        if below.place is not None:
-            placed = self.trees.forest.nodes.child[rows] == below.place
+        if below.child is not None:
+            placed = self.trees.forest.nodes.child[rows] == below.child
             rows, ways = rows[placed], ways[placed]
         here = rows
         for sibling in below.run[1:]:
             here = self.trees.next_sibling[here]
             other, values = self._matches(sibling)
-            place = np.searchsorted(other, here)
-            found = (place < len(other)) & (here >= 0)
-            found[found] = other[place[found]] == here[found]
-            rows, here = rows[found], here[found]
-            ways = np.minimum(ways[found] * values[place[found]], MOST_WAYS)
+            index = np.searchsorted(other, here)
+            is_match = (index < len(other)) & (here >= 0)
+            is_match[is_match] = other[index[is_match]] == here[is_match]
+            rows, here = rows[is_match], here[is_match]
+            ways = np.minimum(ways[is_match] * values[index[is_match]], MAX_EMBEDDINGS)
         return rows, ways

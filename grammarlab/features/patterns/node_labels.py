@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Ints, connected, distinct
 from grammarlab.derivation.forest import Forest, RuleName
 
-_SAME = 1e-9
+_MAX_VARIANCE = 1e-9
 """Largest variance of the logarithms of equal probabilities."""
 
 
@@ -50,15 +50,15 @@ class NodeLabels:
         moments = np.zeros((3, len(rules) + 1))
         for forest in forests:
             number = bare.numbers(forest)
-            for label, child, symbol in _seen_successors(forest, number):
+            for label, child, symbol in _successors_in(forest, number):
                 successors[label][child] = symbol
             rewritten = np.flatnonzero(number < len(rules))
             logarithms = _rule_draws(forest)[rewritten]
             for power in range(3):
                 moments[power] += np.bincount(number[rewritten], weights=logarithms**power, minlength=len(rules) + 1)
         _, mean, square = moments[:, :-1] / np.maximum(moments[0, :-1], 1.0)
-        chances = np.where(square - mean**2 <= _SAME, np.exp(mean), np.nan)
-        ordered = tuple(dict(sorted(found.items())) for found in successors)
+        chances = np.where(square - mean**2 <= _MAX_VARIANCE, np.exp(mean), np.nan)
+        ordered = tuple(dict(sorted(children.items())) for children in successors)
         return cls(bare.rules, symbols, drawn, ordered, tuple(chances.tolist()))
 
     @property
@@ -72,9 +72,9 @@ class NodeLabels:
         first = len(self.rules)
         symbols = [first + self._symbol_numbers.get(s, self.unknown - first) for s in forest.symbols]
         nodes = forest.nodes
-        own = nodes.symbol + np.int64(len(rules))
-        np.copyto(own, nodes.rule, where=nodes.rule >= 0)
-        return np.array([*rules, *symbols], dtype=np.int64)[own]
+        index = nodes.symbol + np.int64(len(rules))
+        np.copyto(index, nodes.rule, where=nodes.rule >= 0)
+        return np.array([*rules, *symbols], dtype=np.int64)[index]
 
     def symbol_of(self, label: int) -> str:
         """The symbol of the nodes of a known label."""
@@ -109,23 +109,25 @@ class NodeLabels:
         if not alternatives:
             return {}
         symbols = sorted(set().union(*alternatives))
-        number = {symbol: place for place, symbol in enumerate(symbols)}
-        edges = np.array([(number[own[0]], number[symbol]) for own in alternatives for symbol in own], dtype=np.int64)
+        number = {symbol: index for index, symbol in enumerate(symbols)}
+        edges = np.array(
+            [(number[joined[0]], number[symbol]) for joined in alternatives for symbol in joined], dtype=np.int64
+        )
         group = connected(len(symbols), *edges.T)
         first = np.unique(group, return_index=True)[1]
-        return {symbol: symbols[first[own]] for symbol, own in zip(symbols, group.tolist(), strict=True)}
+        return {symbol: symbols[first[component]] for symbol, component in zip(symbols, group.tolist(), strict=True)}
 
     @cached_property
     def telling(self) -> NDArray[np.bool_]:
         """[unknown + 1] whether an edge below a label has more information than the edges around it."""
-        forks = [len(found) > 1 for found in self.successors] + [False] * (len(self.symbols) + 1)
+        forks = [len(children) > 1 for children in self.successors] + [False] * (len(self.symbols) + 1)
         return self.chosen | np.array(forks)
 
     @cached_property
     def symbol_numbers(self) -> Ints:
         """[unknown + 1] index into `symbols` for each label; -1 for the unknown one."""
-        known = [self._symbol_numbers.get(self.symbol_of(label), -1) for label in range(self.unknown)]
-        return np.array([*known, -1], dtype=np.int64)
+        numbers = [self._symbol_numbers.get(self.symbol_of(label), -1) for label in range(self.unknown)]
+        return np.array([*numbers, -1], dtype=np.int64)
 
     @cached_property
     def _rule_numbers(self) -> dict[tuple, int]:
@@ -163,11 +165,11 @@ class KeyIndex:
 
     def columns(self, keys: Iterable[Key], grow: bool) -> Ints:
         """Column of each key; a new key is added with ``grow``, otherwise it is -1."""
-        known = self._columns
+        numbers = self._columns
         if not grow:
-            return np.array([known.get(key, -1) for key in keys], dtype=np.int64)
-        columns = np.array([known.setdefault(key, len(known)) for key in keys], dtype=np.int64)
-        self.keys.extend(islice(known, len(self.keys), None))
+            return np.array([numbers.get(key, -1) for key in keys], dtype=np.int64)
+        columns = np.array([numbers.setdefault(key, len(numbers)) for key in keys], dtype=np.int64)
+        self.keys.extend(islice(numbers, len(self.keys), None))
         return columns
 
 
@@ -175,14 +177,14 @@ def _key(rule: RuleName) -> tuple[str, int, tuple[int, ...]]:
     return rule.symbol, rule.parameters, rule.branch
 
 
-def _seen_successors(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
+def _successors_in(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
     """Different (label of a node, ``child`` and symbol of one below it)."""
     nodes = forest.nodes
     inner = np.flatnonzero(nodes.parent >= 0)
     width = int(nodes.child.max(initial=0)) + 1
     keys = (label[nodes.parent[inner]].astype(np.int64) * width + nodes.child[inner]) * len(forest.symbols)
-    found = distinct(keys + nodes.symbol[inner], (int(label.max(initial=0)) + 1) * width * len(forest.symbols))
-    edge, symbol = np.divmod(found, len(forest.symbols))
+    codes = distinct(keys + nodes.symbol[inner], (int(label.max(initial=0)) + 1) * width * len(forest.symbols))
+    edge, symbol = np.divmod(codes, len(forest.symbols))
     upper, child = np.divmod(edge, width)
     return [(u, c, forest.symbols[s]) for u, c, s in zip(upper.tolist(), child.tolist(), symbol.tolist(), strict=True)]
 
@@ -190,9 +192,9 @@ def _seen_successors(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
 def _rule_draws(forest: Forest) -> NDArray[np.float64]:
     """[N] log-density of the draws that chose the rule of each node; 0 without draws."""
     definitions = {symbol: number for number, symbol in enumerate(forest.symbols)}
-    own = [definitions.get(site.definition, -1) if site.kind == "choice" else -1 for site in forest.sites]
+    owners = [definitions.get(site.definition, -1) if site.kind == "choice" else -1 for site in forest.sites]
     draws = forest.draws
-    deciding = np.array([*own, -1])[draws.site] == forest.nodes.symbol[draws.node]
+    deciding = np.array([*owners, -1])[draws.site] == forest.nodes.symbol[draws.node]
     deciding &= forest.nodes.rule[draws.node] >= 0
     node = draws.node[deciding]
     return np.bincount(node, draws.log_density[deciding], len(forest.nodes.symbol)).astype(np.float64)

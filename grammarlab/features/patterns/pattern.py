@@ -6,7 +6,7 @@ pattern's nodes to nodes of the tree.
 
 ``str`` gives the text form, which `grammarlab.features.patterns.pattern_text` reads.
 
->>> str(Pattern("Tower", below=(Below((Pattern("Block", branch=(1,)),), place=2),)))
+>>> str(Pattern("Tower", below=(Below((Pattern("Block", branch=(1,)),), child=2),)))
 'Tower > Block@2:1'
 """
 
@@ -44,8 +44,8 @@ class Below:
 
     run: tuple[Pattern, ...]
     """At least one; each next one matches the next sibling."""
-    place: int | None = None
-    """``child`` of the first of the run; None for any."""
+    child: int | None = None
+    """``child`` of the first node of the run; None for any."""
     deep: bool = False
     """Whether the run may be anywhere below the node, not only directly."""
 
@@ -54,15 +54,15 @@ class Below:
 
     def run_text(self) -> str:
         """Text of the siblings only."""
-        return " + ".join(_text(node, None if i else self.place) for i, node in enumerate(self.run))
+        return " + ".join(_text(node, None if i else self.child) for i, node in enumerate(self.run))
 
 
-def _text(pattern: Pattern, place: int | None) -> str:
+def _text(pattern: Pattern, child: int | None) -> str:
     text = pattern.symbol or "*"
     if pattern.parameters is not None:
         text += f"/{pattern.parameters}"
-    if place is not None:
-        text += f"@{place}"
+    if child is not None:
+        text += f"@{child}"
     if pattern.branch is not None:
         text += ":" + (".".join(map(str, pattern.branch)) or "*")
     if len(pattern.below) == 1 and len(pattern.below[0].run) == 1:

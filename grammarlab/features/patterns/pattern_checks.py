@@ -28,8 +28,8 @@ def check(
     Args:
         features: the features.
         symbols: all symbols of the grammar, those without rules included.
-        rules: all rules.
-        sites: its random expressions.
+        rules: all rules of the grammar.
+        sites: random expressions of the grammar.
 
     Raises:
         UsageError: If the grammar lacks a symbol, branch or random expression; it names each of them and the nearest
@@ -79,51 +79,51 @@ def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleN
     """Message about one node of a pattern, without its conditions; empty if it is valid."""
     if node.symbol is not None and node.symbol not in symbols:
         return f"the grammar has no symbol {node.symbol!r}{_nearest(node.symbol, symbols)}"
-    own = [rule for rule in rules if node.symbol in {None, rule.symbol}]
+    matching = [rule for rule in rules if node.symbol in {None, rule.symbol}]
     who = f"the symbol {node.symbol!r}" if node.symbol is not None else "the grammar"
-    if node.branch is not None and not own:
+    if node.branch is not None and not matching:
         return f"{who} has no rule, so it is always a leaf; leave the branch out"
     if node.parameters is not None:
-        counts = sorted({rule.parameters for rule in own})
-        own = [rule for rule in own if rule.parameters == node.parameters]
-        if not own:
-            known = ", ".join(f"/{count}" for count in counts) or "no rule at all"
-            return f"{who} has no rule with {node.parameters} parameters; it has {known}"
+        counts = sorted({rule.parameters for rule in matching})
+        matching = [rule for rule in matching if rule.parameters == node.parameters]
+        if not matching:
+            available = ", ".join(f"/{count}" for count in counts) or "no rule at all"
+            return f"{who} has no rule with {node.parameters} parameters; it has {available}"
         who += f" with {node.parameters} parameters"
-    return _branch_remark(who, node.branch, own) if node.branch else ""
+    return _branch_remark(who, node.branch, matching) if node.branch else ""
 
 
 def _branch_remark(who: str, branch: tuple[int, ...], rules: Sequence[RuleName]) -> str:
     """Message about a branch of rules."""
     for level, number in enumerate(branch):
         here = [rule.branch for rule in rules if rule.branch[:level] == branch[:level]]
-        known = sorted({found[level] for found in here if len(found) > level})
-        if number in known:
+        numbers = sorted({path[level] for path in here if len(path) > level})
+        if number in numbers:
             continue
         before = ".".join(str(i) for i in branch[:level])
-        if not known:
+        if not numbers:
             ending = f"branch :{before} of {who} has no branches of its own" if before else f"{who} has no branches"
             return f"{ending}; leave {'.' + str(number) if before else ':' + str(number)} out"
         prefix = f":{before}." if before else ":"
-        last = f" to {prefix}{known[-1]}" if len(known) > 1 else ""
-        return f"{who} has no branch {prefix}{number}; it has {len(known)}, {prefix}{known[0]}{last}"
+        last = f" to {prefix}{numbers[-1]}" if len(numbers) > 1 else ""
+        return f"{who} has no branch {prefix}{number}; it has {len(numbers)}, {prefix}{numbers[0]}{last}"
     return ""
 
 
 def _site_remark(name: str, branch: int | None, sites: Sequence[Site]) -> str:
-    own = [site for site in sites if site.name == name]
-    if not own:
+    matching = [site for site in sites if site.name == name]
+    if not matching:
         return f"the grammar has no random expression {name!r}{_nearest(name, [site.name for site in sites])}"
-    if branch is not None and all(branch >= site.choices for site in own):
-        choices = max(site.choices for site in own)
+    if branch is not None and all(branch >= site.choices for site in matching):
+        choices = max(site.choices for site in matching)
         return f"${name} has no branch :{branch}; " + (
             f"it is a choice of {choices}, :0 to :{choices - 1}" if choices else "it is not a choice"
         )
     return ""
 
 
-def _nearest(name: str, known: Sequence[str]) -> str:
-    near = get_close_matches(name, dict.fromkeys(known), n=3, cutoff=0.6)
+def _nearest(name: str, names: Sequence[str]) -> str:
+    near = get_close_matches(name, dict.fromkeys(names), n=3, cutoff=0.6)
     return f"; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
 
 
@@ -154,8 +154,10 @@ def count(forest: Forest | Trees, features: Sequence[Feature | str]) -> Floats:
 
 def _parsed(features: object) -> list[Feature]:
     if isinstance(features, str | Feature) or not isinstance(features, Sequence):
-        found = repr(features)[:60] if isinstance(features, str) else type(features).__name__
-        raise UsageError(f'features: expected a list such as ["Porch", gl.pattern("Porch > Post")], found {found}.')
+        description = repr(features)[:60] if isinstance(features, str) else type(features).__name__
+        raise UsageError(
+            f'features: expected a list such as ["Porch", gl.pattern("Porch > Post")], found {description}.'
+        )
     for number, feature in enumerate(features):
         if not isinstance(feature, str | Feature):
             raise UsageError(

@@ -70,63 +70,63 @@ def parse(text: str) -> Pattern:
 class _Parser:
     def __init__(self, text: str) -> None:
         self._text = text
-        found = [_Token(match.lastgroup or "", match[0], match.start()) for match in _TOKEN.finditer(text)]
-        self._tokens = [token for token in found if token.kind != "space"]
+        tokens = [_Token(match.lastgroup or "", match[0], match.start()) for match in _TOKEN.finditer(text)]
+        self._tokens = [token for token in tokens if token.kind != "space"]
         self._tokens.append(_Token("end", "", len(text)))
         self._next = 0
 
     def pattern(self) -> Pattern:
         start = self._peek()
-        chain, place = self._chain(0)
-        if place is not None:
+        chain, child = self._chain(0)
+        if child is not None:
             self._fail("a place (@) selects a child: expected it below another node", start)
         if self._peek().kind != "end":
-            self._fail(f"expected '>', '>>', '[' or the end, found {_shown(self._peek())}")
+            self._fail(f"expected '>', '>>', '[' or the end, found {_token_text(self._peek())}")
         return chain
 
     def _chain(self, depth: int) -> tuple[Pattern, int | None]:
         """``A > B >> C``, and the place of its first node."""
         if depth >= MAX_DEPTH:
             self._fail(f"expected at most {MAX_DEPTH} nodes one below the other")
-        node, place = self._node()
+        node, child = self._node()
         if self._take("["):
             conditions = [self._condition(depth + 1)]
             while self._take(","):
                 conditions.append(self._condition(depth + 1))
             if not self._take("]"):
-                self._fail(f"expected ']', ',' or '+', found {_shown(self._peek())}")
+                self._fail(f"expected ']', ',' or '+', found {_token_text(self._peek())}")
             node = replace(node, below=tuple(conditions))
         if self._peek().text in {">", ">>"}:
             deep = self._advance().text == ">>"
-            end, below_place = self._chain(depth + 1)
-            node = replace(node, below=(*node.below, Below((end,), below_place, deep)))
-        return node, place
+            end, below_child = self._chain(depth + 1)
+            node = replace(node, below=(*node.below, Below((end,), below_child, deep)))
+        return node, child
 
     def _condition(self, depth: int) -> Below:
         deep = self._take(">>")
         if not deep:
             self._take(">")
-        first, place = self._chain(depth)
+        first, child = self._chain(depth)
         run = [first]
         while self._take("+"):
             start = self._peek()
-            sibling, other_place = self._chain(depth)
-            if other_place is not None:
+            sibling, other_child = self._chain(depth)
+            if other_child is not None:
                 self._fail("only the first of adjacent siblings can have a place (@)", start)
             run.append(sibling)
-        return Below(tuple(run), place, deep)
+        return Below(tuple(run), child, deep)
 
     def _node(self) -> tuple[Pattern, int | None]:
         token = self._peek()
         if token.kind != "symbol":
-            self._fail(f"expected a symbol or *, found {_shown(token)}")
+            self._fail(f"expected a symbol or *, found {_token_text(token)}")
         self._advance()
         parameters = self._mark("/")
-        place = self._mark("@")
+        child = self._mark("@")
         branch = self._mark(":")
         if self._peek().kind == "mark":
             self._fail(
-                f"found {_shown(self._peek())}: expected marks once each, in the order /parameters @place :branch"
+                f"found {_token_text(self._peek())}: expected marks once each, in the order /parameters @place :branch"
             )
         return (
             Pattern(
@@ -134,7 +134,7 @@ class _Parser:
                 None if parameters is None else int(parameters),
                 None if branch is None else () if branch == "*" else tuple(map(int, branch.split("."))),
             ),
-            None if place is None else int(place),
+            None if child is None else int(child),
         )
 
     def _mark(self, sign: str) -> str | None:
@@ -148,20 +148,20 @@ class _Parser:
         return self._tokens[self._next - 1]
 
     def _take(self, sign: str) -> bool:
-        found = self._peek().kind == "sign" and self._peek().text == sign
-        self._next += found
-        return found
+        is_match = self._peek().kind == "sign" and self._peek().text == sign
+        self._next += is_match
+        return is_match
 
     def _fail(self, message: str, token: _Token | None = None) -> NoReturn:
         """Raise an error with a caret; of a long text only a part is shown."""
-        place = (token or self._peek()).start
-        begin = max(0, place - 60)
-        shown = "".join(c if c.isprintable() else " " for c in self._text[begin : place + 40])
-        raise UsageError(f"{message}\n  {shown}\n  {' ' * (place - begin)}^")
+        position = (token or self._peek()).start
+        begin = max(0, position - 60)
+        excerpt = "".join(c if c.isprintable() else " " for c in self._text[begin : position + 40])
+        raise UsageError(f"{message}\n  {excerpt}\n  {' ' * (position - begin)}^")
 
 
-def _shown(token: _Token) -> str:
+def _token_text(token: _Token) -> str:
     if token.kind == "wrong" and token.text in ":@/":
-        wanted = {":": "a branch such as :0, :1.0 or :*", "@": "a place such as @2", "/": "a number such as /2"}
-        return f"{token.text!r} (expected {wanted[token.text]})"
+        hints = {":": "a branch such as :0, :1.0 or :*", "@": "a place such as @2", "/": "a number such as /2"}
+        return f"{token.text!r} (expected {hints[token.text]})"
     return repr(token.text) if token.text else "the end"

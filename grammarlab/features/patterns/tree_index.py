@@ -24,7 +24,7 @@ def without_geometry(forest: Forest) -> Forest:
     reports = forest.reports
     return replace(
         forest,
-        leaves=Leaves(**{each.name: _emptied(getattr(forest.leaves, each.name)) for each in fields(Leaves)}),
+        leaves=Leaves(**{column.name: _emptied(getattr(forest.leaves, column.name)) for column in fields(Leaves)}),
         reports=Reports(_emptied(reports.node), _emptied(reports.key), _emptied(reports.value), ()),
         frames=_emptied(forest.frames),
         meshes=forest.meshes.take(np.zeros(0, np.int64)),
@@ -38,14 +38,14 @@ def _emptied(column: NDArray) -> NDArray:
     return column[:0].copy()
 
 
-_MOST_STEPS = 100
+_MAX_STEPS = 100
 """Largest number of levels summed node by node; deeper trees are then summed as a whole, in linear time."""
 
-_SHORTEST_LOOK = 64
+_MIN_LOOK_ROWS = 64
 """Smallest number of rows searched for the end of a piece of `Trees._waves`; otherwise twice the previous piece."""
 
 
-MOST_CHILDREN = 1 << 23
+MAX_CHILDREN = 1 << 23
 """Upper bound on the number of successors of one rule branch, above that of the largest rule file."""
 
 
@@ -85,7 +85,7 @@ class Trees:
     def draw_rows(self, site: str) -> Ints:
         """Rows of the draws of random expressions with a name."""
         order, offsets = self._draws_by_site
-        named = [i for i, known in enumerate(self.forest.sites) if known.name == site]
+        named = [i for i, expression in enumerate(self.forest.sites) if expression.name == site]
         return np.concatenate([np.zeros(0, np.int64), *(order[offsets[i] : offsets[i + 1]] for i in named)])
 
     @cached_property
@@ -99,9 +99,9 @@ class Trees:
         nodes = self.forest.nodes
         order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
         following = np.full(len(nodes), -1, dtype=np.int64)
-        one, other = order[:-1], order[1:]
-        siblings = (nodes.parent[one] == nodes.parent[other]) & (nodes.parent[one] >= 0)
-        following[one[siblings]] = other[siblings]
+        first, second = order[:-1], order[1:]
+        siblings = (nodes.parent[first] == nodes.parent[second]) & (nodes.parent[first] >= 0)
+        following[first[siblings]] = second[siblings]
         return following
 
     @cached_property
@@ -113,25 +113,25 @@ class Trees:
                 flags[start:end] |= flags[self.parent[start:end]]
         return flags[:-1]
 
-    def sum_by_parent(self, rows: Ints, values: Floats, at: Ints) -> Floats:
-        """[len(at)] sum of the values of the children of each node."""
+    def sum_by_parent(self, rows: Ints, values: Floats, nodes: Ints) -> Floats:
+        """[len(nodes)] sum of the values of the children of each node."""
         parents = self.parent[rows]
         inner = parents >= 0
         parents, values = parents[inner], values[inner]
         np.add.at(self._scratch, parents, values)
-        sums = self._scratch[at]
+        sums = self._scratch[nodes]
         self._scratch[parents] = 0.0
         return sums
 
-    def sum_below(self, rows: Ints, values: Floats, at: Ints) -> Floats:
-        """[len(at)] sum of the values of all nodes below each node."""
+    def sum_below(self, rows: Ints, values: Floats, nodes: Ints) -> Floats:
+        """[len(nodes)] sum of the values of all nodes below each node."""
         totals = np.zeros(len(self.model))
-        for _ in range(_MOST_STEPS):
+        for _ in range(_MAX_STEPS):
             above = self.parent[rows]
             inner = above >= 0
             rows, values = above[inner].astype(np.int64), values[inner]
             if not len(rows):
-                return totals[at]
+                return totals[nodes]
             np.add.at(totals, rows, values)
         # The remaining values have reached these rows and must still be passed to their ancestors.
         rest = np.zeros(len(self.model))
@@ -141,18 +141,18 @@ class Trees:
             above = self.parent[end:start]
             inner = above >= 0
             np.add.at(rest, above[inner], rest[end:start][inner])
-        return (totals + rest)[at]
+        return (totals + rest)[nodes]
 
     @cached_property
     def _waves(self) -> list[int]:
         """Cuts of the rows, from 0 to N, such that no row has its parent in its own piece."""
-        cuts, longest = [0], _SHORTEST_LOOK
+        cuts, longest = [0], _MIN_LOOK_ROWS
         while cuts[-1] < len(self.parent):
             start = cuts[-1]
             inside = self.parent[start : start + longest] >= start
             length = int(inside.argmax()) or len(inside)
             cuts.append(start + length)
-            longest = max(2 * length, _SHORTEST_LOOK)
+            longest = max(2 * length, _MIN_LOOK_ROWS)
         return cuts
 
     @cached_property
@@ -183,7 +183,7 @@ def _check(forest: Forest) -> None:
         and _within(nodes.symbol, len(forest.symbols))
         and int(nodes.rule.min(initial=-1)) >= -1
         and int(nodes.rule.max(initial=-1)) < len(forest.rules)
-        and _within(nodes.child, MOST_CHILDREN)
+        and _within(nodes.child, MAX_CHILDREN)
         and bool((nodes.parent < np.arange(size, dtype=nodes.parent.dtype)).all())
         and int(nodes.parent.min(initial=-1)) >= -1
         and _within(draws.node, size)

@@ -14,7 +14,7 @@ def readers_of(grammar: Grammar) -> dict[str, tuple[Pattern, ...]]:
     """Branches that read each attribute, directly or through functions and other attributes.
 
     Args:
-        grammar: with its rules of the default style.
+        grammar: grammar with the rules of its default style.
 
     >>> grammar = Grammar.parse('''
     ... attr width = rand(1, 2)
@@ -26,14 +26,14 @@ def readers_of(grammar: Grammar) -> dict[str, tuple[Pattern, ...]]:
     """
     reached = _reached(grammar)
     several = [name for name, _ in grammar.rules]
-    found: dict[str, dict[Pattern, None]] = {name: {} for name in grammar.attributes}
+    readers: dict[str, dict[Pattern, None]] = {name: {} for name in grammar.attributes}
     for (symbol, parameters), rule in grammar.rules.items():
-        own = {*rule.parameters, *(variable.name for variable in rule.variables)}
+        local_names = {*rule.parameters, *(variable.name for variable in rule.variables)}
         for branch, name in _names(rule):
             pattern = Pattern(symbol, parameters if several.count(symbol) > 1 else None, branch)
-            for attribute in reached.get(name, ()) if name not in own else ():
-                found[attribute][pattern] = None
-    return {name: _widest(tuple(patterns)) for name, patterns in found.items()}
+            for attribute in reached.get(name, ()) if name not in local_names else ():
+                readers[attribute][pattern] = None
+    return {name: _widest(tuple(patterns)) for name, patterns in readers.items()}
 
 
 def _reached(grammar: Grammar) -> Mapping[str, frozenset[str]]:
@@ -74,9 +74,9 @@ def _inside(path: Branch, node: Node) -> Iterator[tuple[Branch, str]]:
 def _widest(patterns: tuple[Pattern, ...]) -> tuple[Pattern, ...]:
     """Patterns that no other pattern of the same symbol includes."""
 
-    def holds(one: Pattern, other: Pattern) -> bool:
+    def includes(one: Pattern, other: Pattern) -> bool:
         begin, whole = one.branch or (), other.branch or ()
         same = (one.symbol, one.parameters) == (other.symbol, other.parameters)
         return same and len(begin) < len(whole) and whole[: len(begin)] == begin
 
-    return tuple(pattern for pattern in patterns if not any(holds(other, pattern) for other in patterns))
+    return tuple(pattern for pattern in patterns if not any(includes(other, pattern) for other in patterns))

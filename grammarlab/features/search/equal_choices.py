@@ -21,41 +21,41 @@ from grammarlab.features.patterns.pattern import Below, Pattern, Total
 from grammarlab.features.patterns.tree_index import Trees
 from grammarlab.features.search.totals import gains_of
 
-MOST = 4
+MAX_EQUALITIES = 4
 """Largest number of equalities."""
-_MOST_CHOICES = 60
+_MAX_CHOICES = 60
 """Largest number of choices that are compared with each other."""
-_MOST_ALTERNATIVES = 11
+_MAX_ALTERNATIVES = 11
 """Largest number of alternatives of a choice."""
-_MOST_ANCESTORS = 3
-"""Largest number of ancestors that tell where a choice is made."""
-_MOST_TIMES = 64
+_MAX_ANCESTORS = 3
+"""Largest number of ancestors that distinguish places of a choice."""
+_MAX_TIMES = 64
 """Largest average number of times that a model makes the choice of a symbol; if there are more, none is compared."""
 
 _Branch: TypeAlias = tuple[int, ...]
 
 
-class _Made(NamedTuple):
+class _ChoiceTable(NamedTuple):
     """M choices made in n models, with the same alternatives."""
 
     model: Ints
-    """[M]"""
-    taken: Ints
+    """[M] model that makes each choice."""
+    branch: Ints
     """[M] number of the branch."""
     nodes: Ints
     """[1 + A, M] the node, numbered across forests, and its ancestors from the parent up; -1 above roots."""
     following: Ints
-    """[1 + A, M] the next sibling of each of these; -1 for the last one."""
+    """[1 + A, M] next sibling of each node; -1 for the last one."""
     children: Ints
-    """[1 + A, M] which successor each of these is."""
+    """[1 + A, M] index of each node among the successors of its parent."""
     symbols: Ints
-    """[1 + A, M] symbols of these."""
+    """[1 + A, M] symbols of the nodes."""
 
-    def take(self, rows: Ints | NDArray[np.bool_]) -> _Made:
+    def take(self, rows: Ints | NDArray[np.bool_]) -> _ChoiceTable:
         """Some of the choices."""
-        return _Made(*(column[..., rows] for column in self))
+        return _ChoiceTable(*(column[..., rows] for column in self))
 
-    def lines(self, length: int) -> Iterator[_Made]:
+    def lines(self, length: int) -> Iterator[_ChoiceTable]:
         """The choices at each path of so many successors below a symbol."""
         keys = np.concatenate([self.symbols[length : length + 1], self.children[:length]])
         line_of = np.unique(keys, axis=1, return_inverse=True)[1].reshape(-1)
@@ -71,14 +71,14 @@ class _Line(NamedTuple):
     symbols: tuple[str | None, ...]
     """Symbols of the nodes, the last one of the choice; None for any."""
     children: tuple[int, ...]
-    """Which successor each node below the first one is."""
+    """Index of each node below the first one among the successors of its parent."""
 
     def pattern(self, branch: _Branch) -> Pattern:
         """The line with an alternative of the choice."""
-        found = Pattern(self.symbols[-1], branch=branch)
+        node = Pattern(self.symbols[-1], branch=branch)
         for symbol, child in zip(self.symbols[-2::-1], self.children[::-1], strict=True):
-            found = Pattern(symbol, below=(Below((found,), child),))
-        return found
+            node = Pattern(symbol, below=(Below((node,), child),))
+        return node
 
     def below(self, top: str, branch: _Branch) -> Below:
         """The line as a condition on a node with this symbol, which is its first one or far above it."""
@@ -90,7 +90,7 @@ class _Choice(NamedTuple):
     """A choice that each of n models makes at most once."""
 
     line: _Line
-    taken: Ints
+    branch: Ints
     """[n] number of the branch; -1 if a model does not make the choice."""
     top: Ints
     """[n] the first node of the line; -1 if a model does not make the choice."""
@@ -102,9 +102,9 @@ class _Equality(NamedTuple):
     total: Callable[[], Total]
     """Makes the feature: of thousands, a few are needed."""
     values: Ints
-    """[n] how many are."""
+    """[n] number of choices that are made alike."""
     alone: float
-    """What the choices tell about scores without their equality, nats."""
+    """Gain of the log-likelihood of scores by the choices without their equality, in nats."""
 
 
 def find_equalities(forests: Sequence[Forest], scores: Floats) -> tuple[list[Total], float]:
@@ -114,7 +114,7 @@ def find_equalities(forests: Sequence[Forest], scores: Floats) -> tuple[list[Tot
 
     Args:
         forests: the scored models.
-        scores: [n] their scores, in their order.
+        scores: [n] scores of the models, in their order.
 
     Returns:
         The equalities, and the log of the number of all: what the choice of one costs, in nats.
@@ -123,55 +123,55 @@ def find_equalities(forests: Sequence[Forest], scores: Floats) -> tuple[list[Tot
         return [], 0.0
     scaled = (scores - scores.min()) / np.ptp(scores)
     labels, root = NodeLabels.of(forests), _root(forests)
-    found: dict[bytes, _Equality] = {}
-    for branches, made in _made(forests, labels):
+    by_values: dict[bytes, _Equality] = {}
+    for branches, table in _choice_tables(forests, labels):
         for equality in (
-            *_adjacent(made, branches, labels, len(scores)),
-            *_pairs(made, branches, labels, root, scaled),
+            *_adjacent(table, branches, labels, len(scores)),
+            *_pairs(table, branches, labels, root, scaled),
         ):
             if np.ptp(equality.values) > 0:
-                found.setdefault(equality.values.tobytes(), equality)
-    if not found:
+                by_values.setdefault(equality.values.tobytes(), equality)
+    if not by_values:
         return [], 0.0
-    equalities = list(found.values())
-    gained = gains_of(np.array([each.values for each in equalities]), scaled)
+    equalities = list(by_values.values())
+    gained = gains_of(np.array([candidate.values for candidate in equalities]), scaled)
     order = [
-        equalities[place] for place in np.argsort(-gained, kind="stable") if gained[place] > equalities[place].alone
+        equalities[index] for index in np.argsort(-gained, kind="stable") if gained[index] > equalities[index].alone
     ]
-    return [each.total() for each in order[:MOST]], float(np.log(len(equalities)))
+    return [candidate.total() for candidate in order[:MAX_EQUALITIES]], float(np.log(len(equalities)))
 
 
-def _made(forests: Sequence[Forest], labels: NodeLabels) -> Iterator[tuple[dict[int, _Branch], _Made]]:
+def _choice_tables(forests: Sequence[Forest], labels: NodeLabels) -> Iterator[tuple[dict[int, _Branch], _ChoiceTable]]:
     """All choices with the same alternatives, and the branch of each number."""
     numbers = {branch: number for number, branch in enumerate(dict.fromkeys(rule.branch for rule in labels.rules))}
     kinds: dict[tuple[_Branch, ...], list[int]] = {}
     for label in np.flatnonzero(labels.chosen).tolist():
-        branches = tuple(sorted(labels.rules[each].branch for each in labels.alternatives(label)))
-        if len(branches) <= _MOST_ALTERNATIVES and not labels.is_overloaded(labels.symbol_of(label)):
+        branches = tuple(sorted(labels.rules[other].branch for other in labels.alternatives(label)))
+        if len(branches) <= _MAX_ALTERNATIVES and not labels.is_overloaded(labels.symbol_of(label)):
             kinds.setdefault(branches, []).append(label)
     all_trees = [Trees(forest) for forest in forests]
     for branches, members in kinds.items():
-        parts, models, nodes = list[_Made](), 0, 0
+        parts, models, nodes = list[_ChoiceTable](), 0, 0
         for trees in all_trees:
-            parts.append(_made_in(trees, labels, members, numbers, models, nodes))
+            parts.append(_choices_in(trees, labels, members, numbers, models, nodes))
             models, nodes = models + trees.num_models, nodes + len(trees.forest.nodes)
-        made = _Made(*(np.concatenate(columns, axis=-1) for columns in zip(*parts, strict=True)))
-        made = made.take(np.bincount(made.symbols[0])[made.symbols[0]] <= _MOST_TIMES * models)
-        if len(made.model):
-            yield {numbers[branch]: branch for branch in branches}, made
+        table = _ChoiceTable(*(np.concatenate(columns, axis=-1) for columns in zip(*parts, strict=True)))
+        table = table.take(np.bincount(table.symbols[0])[table.symbols[0]] <= _MAX_TIMES * models)
+        if len(table.model):
+            yield {numbers[branch]: branch for branch in branches}, table
 
 
-def _made_in(
+def _choices_in(
     trees: Trees, labels: NodeLabels, members: Sequence[int], numbers: dict[_Branch, int], models: int, nodes: int
-) -> _Made:
+) -> _ChoiceTable:
     """The choices of some labels in one forest, after others with so many models and nodes."""
     label = np.append(trees.labels(labels), labels.unknown)
     lines = [np.flatnonzero(np.isin(label[:-1], members))]
-    for _ in range(_MOST_ANCESTORS):
+    for _ in range(_MAX_ANCESTORS):
         lines.append(np.where(lines[-1] >= 0, trees.parent[lines[-1]], -1))
     line, branch = np.stack(lines), np.array([numbers[rule.branch] for rule in labels.rules])
     following = np.where(line >= 0, trees.next_sibling[line], -1)
-    return _Made(
+    return _ChoiceTable(
         trees.model[lines[0]].astype(np.int64) + models,
         branch[label[lines[0]]],
         np.where(line >= 0, line + nodes, -1),
@@ -181,20 +181,22 @@ def _made_in(
     )
 
 
-def _adjacent(made: _Made, branches: dict[int, _Branch], labels: NodeLabels, num_models: int) -> Iterator[_Equality]:
+def _adjacent(
+    table: _ChoiceTable, branches: dict[int, _Branch], labels: NodeLabels, num_models: int
+) -> Iterator[_Equality]:
     """Numbers of adjacent parts that are alike in a choice below them, or in their own."""
-    for length in range(_MOST_ANCESTORS):
-        for line in made.lines(length):
-            own = line.take(np.argsort(line.nodes[length], kind="stable"))
-            part, following = own.nodes[length], own.following[length]
+    for length in range(_MAX_ANCESTORS):
+        for line in table.lines(length):
+            ordered = line.take(np.argsort(line.nodes[length], kind="stable"))
+            part, following = ordered.nodes[length], ordered.following[length]
             if (np.diff(part) == 0).any():
                 continue
-            place = np.minimum(np.searchsorted(part, following), len(part) - 1)
-            pairs = part[place] == following
-            equal = pairs & (own.taken[place] == own.taken)
+            index = np.minimum(np.searchsorted(part, following), len(part) - 1)
+            pairs = part[index] == following
+            equal = pairs & (ordered.branch[index] == ordered.branch)
             if equal.any():
-                shared = _line(own.take(pairs | np.isin(part, following)), length, labels)
-                values = np.bincount(own.model[equal], minlength=num_models)
+                shared = _line(ordered.take(pairs | np.isin(part, following)), length, labels)
+                values = np.bincount(ordered.model[equal], minlength=num_models)
                 yield _Equality(partial(_all_adjacent, shared, list(branches.values())), values, 0.0)
 
 
@@ -205,38 +207,38 @@ def _all_adjacent(line: _Line, branches: Sequence[_Branch]) -> Total:
 
 
 def _pairs(
-    made: _Made, branches: dict[int, _Branch], labels: NodeLabels, root: str, scores: Floats
+    table: _ChoiceTable, branches: dict[int, _Branch], labels: NodeLabels, root: str, scores: Floats
 ) -> Iterator[_Equality]:
     """Equalities of two choices that models make at most once."""
-    choices = list(islice(_choices(made, labels, len(scores)), _MOST_CHOICES))
-    alone = [float(gains_of((each.taken + 1)[None], scores)[0]) for each in choices]
+    choices = list(islice(_choices(table, labels, len(scores)), _MAX_CHOICES))
+    alone = [float(gains_of((choice.branch + 1)[None], scores)[0]) for choice in choices]
     for (one, first), (other, second) in combinations(zip(choices, alone, strict=True), 2):
         top = _top(one, other, root)
         if top:
-            same = (one.taken == other.taken) & (one.taken >= 0)
+            same = (one.branch == other.branch) & (one.branch >= 0)
             total = partial(_equal, one.line, other.line, list(branches.values()), top)
             yield _Equality(total, same.astype(np.int64), max(first, second, 0.0))
 
 
-def _choices(made: _Made, labels: NodeLabels, num_models: int) -> Iterator[_Choice]:
+def _choices(table: _ChoiceTable, labels: NodeLabels, num_models: int) -> Iterator[_Choice]:
     """Choices of symbols that models have once, and choices at places below other nodes that models have once."""
-    seen: set[bytes] = set()
-    for length in range(_MOST_ANCESTORS + 1):
-        for own in made.lines(length):
-            if (own.nodes[1] < 0).any() or np.bincount(own.model).max() > 1:  # a root is no part of anything
+    visited: set[bytes] = set()
+    for length in range(_MAX_ANCESTORS + 1):
+        for line in table.lines(length):
+            if (line.nodes[1] < 0).any() or np.bincount(line.model).max() > 1:  # a root is no part of anything
                 continue
-            taken, top = np.full((2, num_models), -1)
-            taken[own.model], top[own.model] = own.taken, own.nodes[length]
-            if len(np.unique(own.taken)) > 1 and taken.tobytes() not in seen:
-                seen.add(taken.tobytes())
-                yield _Choice(_line(own, length, labels), taken, top)
+            branch, top = np.full((2, num_models), -1)
+            branch[line.model], top[line.model] = line.branch, line.nodes[length]
+            if len(np.unique(line.branch)) > 1 and branch.tobytes() not in visited:
+                visited.add(branch.tobytes())
+                yield _Choice(_line(line, length, labels), branch, top)
 
 
-def _line(made: _Made, length: int, labels: NodeLabels) -> _Line:
+def _line(table: _ChoiceTable, length: int, labels: NodeLabels) -> _Line:
     """What choices at one path have in common."""
-    symbols = [np.unique(row).tolist() for row in made.symbols[length::-1]]
-    names = tuple(labels.symbols[each[0]] if len(each) == 1 else None for each in symbols)
-    return _Line(names, tuple(made.children[:length, 0][::-1].tolist()))
+    symbols = [np.unique(row).tolist() for row in table.symbols[length::-1]]
+    names = tuple(labels.symbols[numbers[0]] if len(numbers) == 1 else None for numbers in symbols)
+    return _Line(names, tuple(table.children[:length, 0][::-1].tolist()))
 
 
 def _top(one: _Choice, other: _Choice, root: str) -> str:
@@ -244,14 +246,14 @@ def _top(one: _Choice, other: _Choice, root: str) -> str:
     (first, *inner), (second, *others) = one.line.symbols, other.line.symbols
     if len(inner) != len(others):
         return ""
-    both = (one.taken >= 0) & (other.taken >= 0)
+    both = (one.branch >= 0) & (other.branch >= 0)
     shared = inner and first == second and (one.top == other.top)[both].all()
     return (first if shared else root) or ""
 
 
 def _equal(one: _Line, other: _Line, branches: Sequence[_Branch], top: str) -> Total:
     """The number of alternatives that both choices have taken, which is 1 or 0."""
-    pairs = [Pattern(top, below=(one.below(top, each), other.below(top, each))) for each in branches]
+    pairs = [Pattern(top, below=(one.below(top, branch), other.below(top, branch))) for branch in branches]
     return Total(tuple((pair, 1) for pair in pairs))
 
 

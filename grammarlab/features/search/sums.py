@@ -17,34 +17,36 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import HalfSpace, Pattern, Sum, Term
 
-MOST_TERMS = 6
+MAX_TERMS = 6
 """Largest number of draws in a sum."""
-FEWEST = 32
+MIN_SCORES = 32
 """Smallest number of scores; with fewer, some sum of many draws explains anything."""
-MOST_SCORES = 400
+MAX_SCORES = 400
 """Largest number of models; of more, an even selection by score is used."""
-MOST_DRAWS = 64
+MAX_DRAWS = 64
 """Largest number of columns; of more, those that explain most alone are used."""
-_NUMBERS, _MULTIPLES = 2, 16
+_MAX_NUMBERS, _MAX_MULTIPLES = 2, 16
 """Largest number of numbers that multiply draws, and of multiplied draws; those that explain most alone are used."""
-_MOST_BRANCHES = 12
-_BOUNDS = 24
+_MAX_BRANCHES = 12
+"""Largest number of branches of a choice whose branch number may multiply draws."""
+_NUM_BOUNDS = 24
 """Number of bounds of intervals that are tried, evenly spaced by rank."""
-_PAIRED = 24
+_NUM_PAIRED = 24
 """Number of columns of which pairs are tried, those that explain most alone."""
-_BEGINNINGS = 4
+_NUM_STARTS = 4
 """Number of pairs that sums grow from."""
-_STEPS = 0.25
+_MIN_STEP_SHARE = 0.25
 """Smallest share of the variance of scores on the sides of a half-space that further steps explain."""
-_ALIKE = 1e-6
+_SCORE_TOLERANCE = 1e-6
 """Largest difference of equal scores, in points."""
-_PER_MEAN = 12
-"""Held-out scores are predicted by the mean of one in so many other scores."""
-_FOLDS = 3
-_SUPPORT = 0.15
+_SCORES_PER_MEAN = 12
+"""Held-out scores are predicted by the mean of one in 12 other scores."""
+_NUM_FOLDS = 3
+"""Number of parts of the scores, each held out once."""
+_MIN_SUPPORT = 0.15
 """Smallest share of the errors at held-out scores that sums found without them must remove."""
-_LEAST_GAIN = 0.05
-"""The same as a share of the variance of all scores."""
+_MIN_GAIN = 0.05
+"""Smallest removed error, as a share of the variance of all scores."""
 
 
 Number: TypeAlias = tuple[tuple[Pattern, float], ...]
@@ -56,16 +58,16 @@ def find_steps(forests: Sequence[Forest], scores: Floats, space: HalfSpace) -> S
 
     Args:
         forests: the scored models.
-        scores: [n] their scores, in their order.
+        scores: [n] scores of the models, in their order.
         space: the half-space.
     """
-    found = Sum.of(space.sites, space.weights, space.logarithmic)
-    inside, sums = np.concatenate([count(forest, [space, found]) for forest in forests]).T
-    left = scores.astype(np.float64)
+    total = Sum.of(space.sites, space.weights, space.logarithmic)
+    inside, sums = np.concatenate([count(forest, [space, total]) for forest in forests]).T
+    residuals = scores.astype(np.float64)
     for side in (inside == 0.0, inside != 0.0):
-        left[side] -= left[side].mean() if side.any() else 0.0
-    is_left = float(np.abs(left).max(initial=0.0)) > _ALIKE
-    return found if is_left and explained(sums[:, None], left)[0] > _STEPS else None
+        residuals[side] -= residuals[side].mean() if side.any() else 0.0
+    is_unexplained = float(np.abs(residuals).max(initial=0.0)) > _SCORE_TOLERANCE
+    return total if is_unexplained and explained(sums[:, None], residuals)[0] > _MIN_STEP_SHARE else None
 
 
 class PricedSum(NamedTuple):
@@ -76,7 +78,7 @@ class PricedSum(NamedTuple):
     """What the choice of its terms costs, in nats."""
 
 
-class _Found(NamedTuple):
+class _Candidate(NamedTuple):
     """A sum of columns."""
 
     signs: Floats
@@ -85,8 +87,8 @@ class _Found(NamedTuple):
     """Log-likelihood gained by its best interval, minus the price of choosing its terms."""
 
 
-def _worth(found: _Found) -> float:
-    return found.worth
+def _worth(candidate: _Candidate) -> float:
+    return candidate.worth
 
 
 def find_sum(
@@ -98,35 +100,35 @@ def find_sum(
 
     Args:
         forests: the scored models.
-        scores: [n] their scores, in their order.
+        scores: [n] scores of the models, in their order.
         names: candidate draws, by `Site.name`.
         readers: branches that use some of them (`grammarlab.features.search.attribute_readers`).
     """
-    if len(scores) < FEWEST or len(names) < 2:
+    if len(scores) < MIN_SCORES or len(names) < 2:
         return None
     some = np.arange(len(scores))
-    if len(scores) > MOST_SCORES:
-        some = np.argsort(scores, kind="stable")[some[:MOST_SCORES] * len(scores) // MOST_SCORES]
+    if len(scores) > MAX_SCORES:
+        some = np.argsort(scores, kind="stable")[some[:MAX_SCORES] * len(scores) // MAX_SCORES]
         scores = scores[some]
     terms = _terms(forests, names, readers)
     values = _values(forests, terms)[some]
-    plain = _telling(values, scores, MOST_DRAWS)
-    terms, values = [terms[place] for place in plain], values[:, plain]
+    plain = _most_explaining(values, scores, MAX_DRAWS)
+    terms, values = [terms[index] for index in plain], values[:, plain]
     uses = np.where([bool(term.readers) for term in terms], values != 0.0, 1.0)
-    found = _supported(terms, values, uses, scores)
-    if found is not None:
-        return found
+    result = _supported(terms, values, uses, scores)
+    if result is not None:
+        return result
     numbers = _numbers(forests)
     counts = _counts(forests, numbers)[some]
-    telling = _telling(counts, scores, _NUMBERS)
-    multiples = [term._replace(times=numbers[place]) for place in telling for term in terms]
+    selected = _most_explaining(counts, scores, _MAX_NUMBERS)
+    multiples = [term._replace(times=numbers[index]) for index in selected for term in terms]
     multiplied = _values(forests, multiples)[some]
     # That a draw is used, together with the number, may be all that matters.
-    counts = (1.0 + np.repeat(counts[:, telling], len(terms), axis=1)) * np.tile(uses, len(telling))
-    telling = _telling(multiplied, scores, _MULTIPLES)
-    terms += [multiples[place] for place in telling]
-    values, uses = np.append(values, multiplied[:, telling], axis=1), np.append(uses, counts[:, telling], axis=1)
-    return _supported(terms, values, uses, scores) if telling else None
+    counts = (1.0 + np.repeat(counts[:, selected], len(terms), axis=1)) * np.tile(uses, len(selected))
+    selected = _most_explaining(multiplied, scores, _MAX_MULTIPLES)
+    terms += [multiples[index] for index in selected]
+    values, uses = np.append(values, multiplied[:, selected], axis=1), np.append(uses, counts[:, selected], axis=1)
+    return _supported(terms, values, uses, scores) if selected else None
 
 
 def _supported(terms: Sequence[Term], values: Floats, uses: Floats, scores: Floats) -> PricedSum | None:
@@ -134,17 +136,17 @@ def _supported(terms: Sequence[Term], values: Floats, uses: Floats, scores: Floa
 
     Args:
         terms: [C] candidate terms.
-        values: [n, C] their values.
+        values: [n, C] values of the terms.
         uses: [n, C] how often a model uses each draw.
-        scores: [n].
+        scores: [n] scores of the models.
     """
     alone = np.flatnonzero([bool(term.times) for term in terms])
     signs = _best(values, scores, alone)
     if signs is None or not _has_support(values, uses, scores, alone):
         return None
     used = np.flatnonzero(signs).tolist()
-    found = Sum(tuple(terms[place]._replace(weight=float(signs[place] * signs[used[0]])) for place in used))
-    return PricedSum(found, float(_prices(signs[None])[0]))
+    total = Sum(tuple(terms[index]._replace(weight=float(signs[index] * signs[used[0]])) for index in used))
+    return PricedSum(total, float(_prices(signs[None])[0]))
 
 
 def _terms(forests: Sequence[Forest], names: Sequence[str], readers: Mapping[str, tuple[Pattern, ...]]) -> list[Term]:
@@ -167,9 +169,9 @@ def _numbers(forests: Sequence[Forest]) -> list[Number]:
     for rule in (rule for forest in forests for rule in forest.rules if rule.branch):
         branches.setdefault((rule.symbol, rule.parameters), set()).add(rule.branch[0])
     chosen = [
-        tuple((Pattern(*key, (branch,)), float(branch)) for branch in sorted(found))
-        for key, found in sorted(branches.items())
-        if 2 < len(found) <= _MOST_BRANCHES
+        tuple((Pattern(*key, (branch,)), float(branch)) for branch in sorted(choices))
+        for key, choices in sorted(branches.items())
+        if 2 < len(choices) <= _MAX_BRANCHES
     ]
     times = _counts(forests, [tuple((pattern, 1.0) for pattern, _ in number) for number in chosen])
     once = times.max(axis=0, initial=0.0) == 1.0
@@ -186,7 +188,7 @@ def _counts(forests: Sequence[Forest], numbers: Sequence[Number]) -> Floats:
     return np.diff(np.cumsum(np.pad(weighted, ((0, 0), (1, 0))), axis=1)[:, ends], axis=1)
 
 
-def _telling(values: Floats, scores: Floats, most: int) -> list[int]:
+def _most_explaining(values: Floats, scores: Floats, most: int) -> list[int]:
     """Ascending indices of the columns [n, C] that explain most of scores [n] alone."""
     return sorted(np.argsort(-explained(values, scores), kind="stable")[:most].tolist())
 
@@ -200,42 +202,42 @@ def _best(values: Floats, scores: Floats, alone: Ints) -> Floats | None:
     if width < 2:
         return None
     single = _worths(values, np.eye(width), scores)
-    paired = np.sort(np.argsort(-single, kind="stable")[:_PAIRED])
-    first, second = (paired[places] for places in np.triu_indices(len(paired), 1))
-    begin = [_Found(np.eye(width)[place], float(single[place])) for place in alone.tolist()]
-    found = [_climbed(values, scores, each, (1.0,)) for each in sorted(begin, key=_worth)[-_BEGINNINGS:]]
+    paired = np.sort(np.argsort(-single, kind="stable")[:_NUM_PAIRED])
+    first, second = (paired[indices] for indices in np.triu_indices(len(paired), 1))
+    begin = [_Candidate(np.eye(width)[index], float(single[index])) for index in alone.tolist()]
+    candidates = [_climbed(values, scores, start, (1.0,)) for start in sorted(begin, key=_worth)[-_NUM_STARTS:]]
     for allowed in ((1.0,), (1.0, -1.0)):
         pairs = np.tile(np.eye(width)[first], (len(allowed), 1))
         pairs[np.arange(len(pairs)), np.tile(second, len(allowed))] = np.repeat(allowed, len(first))
         worths = _worths(values, pairs, scores)
-        for place in np.argsort(-worths, kind="stable")[:_BEGINNINGS].tolist():
-            found.append(_climbed(values, scores, _Found(pairs[place], float(worths[place])), allowed))
-    best = max(found, key=_worth)
+        for index in np.argsort(-worths, kind="stable")[:_NUM_STARTS].tolist():
+            candidates.append(_climbed(values, scores, _Candidate(pairs[index], float(worths[index])), allowed))
+    best = max(candidates, key=_worth)
     least = max(0.0, np.delete(single, alone).max(initial=0.0))
     several = np.count_nonzero(best.signs) > 1 or bool(best.signs[alone].any())
     return best.signs if best.worth > least and several else None
 
 
-def _climbed(values: Floats, scores: Floats, found: _Found, allowed: tuple[float, ...]) -> _Found:
+def _climbed(values: Floats, scores: Floats, candidate: _Candidate, allowed: tuple[float, ...]) -> _Candidate:
     """Local search: the best change of one sign, or else the best exchange of two terms, while the value grows."""
     while True:
-        for trials in (changed(found.signs, allowed), _exchanged(found.signs, allowed)):
+        for trials in (changed(candidate.signs, allowed), _exchanged(candidate.signs, allowed)):
             worths = _worths(values, trials, scores)
-            worths[np.count_nonzero(trials, axis=1) > MOST_TERMS] = -np.inf
-            place = int(np.argmax(worths)) if len(worths) else 0
-            if (worths > found.worth).any():
-                found = _Found(trials[place], float(worths[place]))
+            worths[np.count_nonzero(trials, axis=1) > MAX_TERMS] = -np.inf
+            index = int(np.argmax(worths)) if len(worths) else 0
+            if (worths > candidate.worth).any():
+                candidate = _Candidate(trials[index], float(worths[index]))
                 break
         else:
-            return found
+            return candidate
 
 
 def changed(signs: Floats, allowed: tuple[float, ...]) -> Floats:
     """[K, C] signs [C] with one of them changed."""
     column, sign = np.tile(np.arange(len(signs)), len(allowed)), np.repeat(allowed, len(signs))
-    found = np.repeat(signs[None], len(column), axis=0)
-    found[np.arange(len(column)), column] = np.where(signs[column] == sign, 0.0, sign)
-    return found
+    result = np.repeat(signs[None], len(column), axis=0)
+    result[np.arange(len(column)), column] = np.where(signs[column] == sign, 0.0, sign)
+    return result
 
 
 def _exchanged(signs: Floats, allowed: tuple[float, ...]) -> Floats:
@@ -274,10 +276,10 @@ def explained(columns: Floats, scores: Floats) -> Floats:
     values = np.take_along_axis(columns, order, axis=0)
     sums = np.concatenate([np.zeros((1, columns.shape[1])), np.cumsum(centred[order], axis=0)])
     # Intervals do not end between equal values, but at the next place where the values differ.
-    place = np.arange(num + 1)[:, None]
+    index = np.arange(num + 1)[:, None]
     apart = np.pad(values[1:] > values[:-1], ((1, 1), (0, 0)), constant_values=True)
-    ends = np.minimum.accumulate(np.where(apart, place, num)[::-1], axis=0)[::-1]
-    ends = ends[np.unique(np.linspace(0, num, min(_BOUNDS, num) + 1).astype(np.int64))]
+    ends = np.minimum.accumulate(np.where(apart, index, num)[::-1], axis=0)[::-1]
+    ends = ends[np.unique(np.linspace(0, num, min(_NUM_BOUNDS, num) + 1).astype(np.int64))]
     sums = np.take_along_axis(sums, ends, axis=0)
     first, last = np.triu_indices(len(ends), 1)
     inside = sums[last] - sums[first]
@@ -293,34 +295,42 @@ def _has_support(values: Floats, uses: Floats, scores: Floats, alone: Ints) -> b
     Args:
         values: [n, C] draws.
         uses: [n, C] how often a model uses each of them.
-        scores: [n].
+        scores: [n] scores of the models.
         alone: [K] columns that may be a sum of one term.
     """
     fold = np.empty(len(scores), dtype=np.int64)
-    fold[np.argsort(scores, kind="stable")] = np.arange(len(scores)) % _FOLDS
-    left = plain = flat = 0.0
+    fold[np.argsort(scores, kind="stable")] = np.arange(len(scores)) % _NUM_FOLDS
+    sum_error = use_error = mean_error = 0.0
     # Each draw replaced by its mean, so that only its use is left.
     means_of = uses * (values.sum(axis=0) / np.maximum(uses.sum(axis=0), 1.0))
-    for number in range(_FOLDS):
-        held = fold == number
-        found = _best(values[~held], scores[~held], alone)
-        signs = np.zeros(values.shape[1]) if found is None else found
+    for number in range(_NUM_FOLDS):
+        is_held_out = fold == number
+        best = _best(values[~is_held_out], scores[~is_held_out], alone)
+        signs = np.zeros(values.shape[1]) if best is None else best
         used = uses[:, signs != 0.0]
         for columns in (values, means_of):
             sums = columns @ signs
-            predicted = scores.mean() if found is None else _predicted(sums[~held], scores[~held], sums[held])
-            error = float(((scores[held] - predicted) ** 2).sum())
-            left, flat = (left + error, flat) if columns is values else (left, flat + error)
+            predicted = (
+                scores.mean()
+                if best is None
+                else _predicted(sums[~is_held_out], scores[~is_held_out], sums[is_held_out])
+            )
+            error = float(((scores[is_held_out] - predicted) ** 2).sum())
+            sum_error, mean_error = (
+                (sum_error + error, mean_error) if columns is values else (sum_error, mean_error + error)
+            )
         of_use = np.unique(used, axis=0, return_inverse=True)[1].reshape(-1)
-        number_of = np.bincount(of_use[~held], minlength=of_use.max() + 1)
-        means = np.bincount(of_use[~held], scores[~held], of_use.max() + 1) + scores.mean()
-        plain += float(((scores - means[of_use] / (number_of[of_use] + 1.0))[held] ** 2).sum())
+        number_of = np.bincount(of_use[~is_held_out], minlength=of_use.max() + 1)
+        means = np.bincount(of_use[~is_held_out], scores[~is_held_out], of_use.max() + 1) + scores.mean()
+        use_error += float(((scores - means[of_use] / (number_of[of_use] + 1.0))[is_held_out] ** 2).sum())
     whole = float(((scores - scores.mean()) ** 2).sum())
-    plain = min(plain, flat, whole)
-    return left < (1.0 - _SUPPORT) * plain and plain - left > _LEAST_GAIN * whole
+    use_error = min(use_error, mean_error, whole)
+    return sum_error < (1.0 - _MIN_SUPPORT) * use_error and use_error - sum_error > _MIN_GAIN * whole
 
 
 def _predicted(sums: Floats, scores: Floats, others: Floats) -> Floats:
     """The mean score of the models whose sums are nearest."""
-    nearest = np.argsort(np.abs(others[:, None] - sums), axis=1, kind="stable")[:, : max(1, len(sums) // _PER_MEAN)]
+    nearest = np.argsort(np.abs(others[:, None] - sums), axis=1, kind="stable")[
+        :, : max(1, len(sums) // _SCORES_PER_MEAN)
+    ]
     return scores[nearest].mean(axis=1)

@@ -22,11 +22,12 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Threshold
 from grammarlab.features.search.sums import explained
 
-MOST = 8
+MAX_RELATIONS = 8
 """Largest number of relations."""
-_MOST_DRAWS = 48
+_MAX_DRAWS = 48
 """Largest number of draws; of more, the first ones are used."""
-_TINY = 1e-300
+_MIN_POSITIVE = 1e-300
+"""Smallest argument of a logarithm."""
 
 
 def find_relations(forests: Sequence[Forest], scores: Floats, names: Sequence[str]) -> tuple[list[Sum], float]:
@@ -36,36 +37,37 @@ def find_relations(forests: Sequence[Forest], scores: Floats, names: Sequence[st
 
     Args:
         forests: the scored models.
-        scores: [n] their scores, in their order.
+        scores: [n] scores of the models, in their order.
         names: candidate draws, by `Site.name`.
 
     Returns:
         The relations, and the log of the number of all: what the choice of one costs, in nats.
     """
-    names = names[:_MOST_DRAWS]
+    names = names[:_MAX_DRAWS]
     pairs = np.stack(np.triu_indices(len(names), 1), axis=1)
     if len(scores) < 2 or not len(pairs):
         return [], 0.0
     values = np.concatenate([count(forest, [Draw(name) for name in names]) for forest in forests])
     alone = explained(values, scores)
     positive = pairs[np.isin(pairs, np.flatnonzero((values > 0.0).all(axis=0))).all(axis=1)]
-    found: list[tuple[float, Sum]] = []
+    relations: list[tuple[float, Sum]] = []
     for logarithmic, possible in ((True, positive), (False, pairs)):
-        columns = np.log(np.maximum(values, _TINY)) if logarithmic else values
+        columns = np.log(np.maximum(values, _MIN_POSITIVE)) if logarithmic else values
         shares = explained(columns[:, possible[:, 0]] - columns[:, possible[:, 1]], scores)
-        for place in np.flatnonzero(shares > alone[possible].max(axis=1)).tolist():
-            one, other = (int(site) for site in possible[place])
-            found.append((float(shares[place]), Sum.of((names[one], names[other]), (1.0, -1.0), logarithmic)))
-    best = sorted(found, key=lambda each: -each[0])[:MOST]
+        for index in np.flatnonzero(shares > alone[possible].max(axis=1)).tolist():
+            first, second = (int(site) for site in possible[index])
+            relations.append((float(shares[index]), Sum.of((names[first], names[second]), (1.0, -1.0), logarithmic)))
+    best = sorted(relations, key=lambda item: -item[0])[:MAX_RELATIONS]
     return [relation for _, relation in best], float(np.log(2 * len(pairs)))
 
 
-MOST_TERMS = 4
+MAX_TERMS = 4
 """Largest number of draws in a half-space, since people consider few things."""
 _NUM_SHUFFLES = 199
 """Number of random orders of the scores: a bound by chance is kept once in 200 searches."""
-_FOLDS = 3
-_MOST_WRONG = 0.3
+_NUM_FOLDS = 3
+"""Number of parts of the models, each held out once."""
+_MAX_WRONG = 0.3
 """Largest share of held-out models on the wrong side, relative to the models of the smaller side."""
 _PRICE_OF_ERRORS = 1e4
 """Cost of a model on the wrong side, relative to the sizes of the weights."""
@@ -100,7 +102,7 @@ def find_half_space(forests: Sequence[Forest], inside: NDArray[np.bool_], names:
     """Half-space of draws, or of their logarithms, that contains the chosen models; None if there is none.
 
     Of those with the fewest errors, the one with the fewest draws is used; weights of 1 and -1 are preferred.
-    It has at most `MOST_TERMS` draws, is wrong for fewer than a tenth of the models on either side,
+    It has at most `MAX_TERMS` draws, is wrong for fewer than a tenth of the models on either side,
     and half-spaces found without a third of the models are right about that third.
 
     Args:
@@ -118,7 +120,7 @@ def find_half_space(forests: Sequence[Forest], inside: NDArray[np.bool_], names:
 
 
 def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _ThresholdFit | None:
-    """The best bound on a sum of at most `MOST_TERMS` columns [n, C], or of their logarithms."""
+    """The best bound on a sum of at most `MAX_TERMS` columns [n, C], or of their logarithms."""
     candidates: list[_ThresholdFit] = []
     for logarithmic in (False, True):
         if logarithmic and not (values > 0.0).all():
@@ -140,14 +142,14 @@ def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _ThresholdFit
 def _of_few_terms(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
     """Weights of a sum that is lower inside, of the columns with the largest weights in a sum of all."""
     weights = _separating(columns, inside)
-    if weights is None or np.count_nonzero(weights) <= MOST_TERMS:
+    if weights is None or np.count_nonzero(weights) <= MAX_TERMS:
         return weights
-    most = np.argsort(-np.abs(weights) * columns.std(axis=0), kind="stable")[:MOST_TERMS]
-    found = _separating(columns[:, most], inside)
-    if found is None:
+    most = np.argsort(-np.abs(weights) * columns.std(axis=0), kind="stable")[:MAX_TERMS]
+    few_weights = _separating(columns[:, most], inside)
+    if few_weights is None:
         return None
     weights = np.zeros(columns.shape[1])
-    weights[most] = found
+    weights[most] = few_weights
     return weights
 
 
@@ -158,16 +160,16 @@ def _has_support(values: Floats, inside: NDArray[np.bool_]) -> bool:
     """
     fold = np.empty(len(inside), dtype=np.int64)
     for side in (inside, ~inside):
-        fold[side] = np.arange(side.sum()) % _FOLDS
+        fold[side] = np.arange(side.sum()) % _NUM_FOLDS
     wrong = 0
-    for number in range(_FOLDS):
-        held = fold == number
-        found = _best_half_space(values[~held], inside[~held])
-        if found is None:
+    for number in range(_NUM_FOLDS):
+        is_held_out = fold == number
+        fit = _best_half_space(values[~is_held_out], inside[~is_held_out])
+        if fit is None:
             return False
-        columns = np.log(values[held]) if found.logarithmic else values[held]
-        wrong += int(((columns @ found.weights < found.bound) != inside[held]).sum())
-    return wrong < _MOST_WRONG * min(inside.sum(), (~inside).sum())
+        columns = np.log(values[is_held_out]) if fit.logarithmic else values[is_held_out]
+        wrong += int(((columns @ fit.weights < fit.bound) != inside[is_held_out]).sum())
+    return wrong < _MAX_WRONG * min(inside.sum(), (~inside).sum())
 
 
 def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats:
@@ -188,7 +190,7 @@ class _Splits(NamedTuple):
     order: NDArray[np.int64]
     """[n, C] ascending order of each column."""
     values: Floats
-    """[n, C] in this order."""
+    """[n, C] values in ascending order."""
 
     @classmethod
     def of(cls, columns: Floats) -> _Splits:
@@ -202,8 +204,8 @@ class _Splits(NamedTuple):
         sums = np.cumsum(residuals[self.order], axis=0)[:-1]
         explained = sums**2 * len(scores) / (below * (len(scores) - below))
         explained = np.where(self.values[1:] > self.values[:-1], explained, 0.0)
-        place = explained.argmax(axis=0)[None]
-        low, high = (np.take_along_axis(self.values, place + side, axis=0)[0] for side in (0, 1))
+        index = explained.argmax(axis=0)[None]
+        low, high = (np.take_along_axis(self.values, index + side, axis=0)[0] for side in (0, 1))
         return explained.max(axis=0) / float(residuals @ residuals), (low + high) / 2.0
 
 

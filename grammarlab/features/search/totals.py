@@ -23,23 +23,23 @@ Words = NDArray[np.uint64]
 Countable: TypeAlias = Pattern | Present | Draw
 """Features that totals add up."""
 
-MOST_TERMS = 6
+MAX_TERMS = 6
 """Largest number of counts in a total."""
-FEWEST = 32
+MIN_SCORES = 32
 """Smallest number of scores; with fewer, some total of few counts explains anything."""
-_MOST_TRIED = 1_000_000
+_MAX_TRIALS = 1_000_000
 """Largest number of totals of a size that are tried as bits, those of the most even columns."""
-_LEAST_SIDE = 0.05
+_MIN_SIDE = 0.05
 """Smallest share of liked and of disliked models for parities."""
-_KEPT = 8
+_NUM_KEPT = 8
 """Number of parities of a size that are compared by scores."""
-_MOST_COLUMNS = 32
+_MAX_COLUMNS = 32
 """Largest number of columns of which totals grow term by term, those that explain most alone."""
-_MOST_VALUES = 12
+_MAX_VALUES = 12
 """Largest number of values of a total, smallest to largest."""
-_BEGINNINGS = 4
+_NUM_STARTS = 4
 """Number of pairs that totals grow from."""
-_GAIN = 8.0
+_MIN_GAIN = 8.0
 """Smallest gain in nats over the best single count."""
 
 
@@ -56,39 +56,39 @@ def find_totals(counts: Ints, scores: Floats) -> list[FoundTotal]:
     """Totals of counts that explain scores better than one count; at most two.
 
     Args:
-        counts: [n, F].
-        scores: [n].
+        counts: [n, F] counts of the features of n models.
+        scores: [n] scores of the models.
     """
-    if len(scores) < FEWEST or counts.shape[1] < 2 or not np.ptp(scores) > 0.0:
+    if len(scores) < MIN_SCORES or counts.shape[1] < 2 or not np.ptp(scores) > 0.0:
         return []
     scores = (scores - scores.min()) / np.ptp(scores)  # squares of the smallest floats would be 0
     single = gains_of(counts.T, scores)
-    least = max(0.0, float(single.max()) - float(np.log(counts.shape[1]))) + _GAIN
-    columns = np.sort(np.argsort(-single, kind="stable")[:_MOST_COLUMNS])
+    least = max(0.0, float(single.max()) - float(np.log(counts.shape[1]))) + _MIN_GAIN
+    columns = np.sort(np.argsort(-single, kind="stable")[:_MAX_COLUMNS])
     both = _odd(counts, scores, least), _several(counts, scores, columns, least)
-    found = [total for total in both if total is not None]
-    same = len(found) > 1 and np.array_equal(found[0].weights, found[1].weights)
-    return found[:1] if same else found
+    totals = [total for total in both if total is not None]
+    same = len(totals) > 1 and np.array_equal(totals[0].weights, totals[1].weights)
+    return totals[:1] if same else totals
 
 
 def counted(table: FeatureTable) -> tuple[list[Countable], Ints]:
     """The features of a table that are counts, and their counts [n, F]."""
-    found = [place for place, feature in enumerate(table.features) if isinstance(feature, Pattern | Present | Draw)]
-    counts = table.counts.toarray()[:, found]
+    indices = [index for index, feature in enumerate(table.features) if isinstance(feature, Pattern | Present | Draw)]
+    counts = table.counts.toarray()[:, indices]
     whole = np.flatnonzero((counts % 1.0 == 0.0).all(axis=0))
-    features = (table.features[found[place]] for place in whole.tolist())
-    return [each for each in features if isinstance(each, Pattern | Present | Draw)], counts[:, whole].astype(np.int64)
+    features = (table.features[indices[index]] for index in whole.tolist())
+    return [item for item in features if isinstance(item, Pattern | Present | Draw)], counts[:, whole].astype(np.int64)
 
 
 def total_of(features: Sequence[Countable], weights: Ints) -> Total:
     """The weighted sum of counted features."""
-    return Total(tuple((features[place], int(weights[place])) for place in np.flatnonzero(weights).tolist()))
+    return Total(tuple((features[index], int(weights[index])) for index in np.flatnonzero(weights).tolist()))
 
 
 def _odd(counts: Ints, scores: Floats, least: float) -> FoundTotal | None:
     """Total of the counts [n, F] whose parity explains most of scores [n]."""
     liked = scores > (scores.min() + scores.max()) / 2.0
-    if min(liked.mean(), 1.0 - liked.mean()) < _LEAST_SIDE:
+    if min(liked.mean(), 1.0 - liked.mean()) < _MIN_SIDE:
         return None
     bits = (counts % 2 != counts[:1] % 2).T
     columns = np.flatnonzero(bits.any(axis=1))
@@ -117,51 +117,51 @@ def _parities(columns: Words, liked: Words, num: int) -> Iterator[Ints]:
     """
     # Parities of all sets of the size before, in the order of their last column: of those before a column, the first.
     before = np.zeros((1, columns.shape[1]), dtype=np.uint64)
-    for size in range(1, MOST_TERMS + 1):
-        blocks, found = list[Words](), list[tuple[int, int]]()
+    for size in range(1, MAX_TERMS + 1):
+        blocks, best = list[Words](), list[tuple[int, int]]()
         for column in range(size - 1, _width(len(columns), size)):
             parities = before[: comb(column, size - 1)] ^ columns[column]
             evenly = np.abs(2 * _number_of_ones(parities ^ liked) - num)
-            better = np.flatnonzero(evenly > (found[-1][0] if len(found) == _KEPT else 0))
-            better = better[np.argsort(-evenly[better], kind="stable")[:_KEPT]]
-            found += [(int(evenly[place]), comb(column, size) + place) for place in better.tolist()]
-            found = sorted(found, reverse=True)[:_KEPT]
+            better = np.flatnonzero(evenly > (best[-1][0] if len(best) == _NUM_KEPT else 0))
+            better = better[np.argsort(-evenly[better], kind="stable")[:_NUM_KEPT]]
+            best += [(int(evenly[index]), comb(column, size) + index) for index in better.tolist()]
+            best = sorted(best, reverse=True)[:_NUM_KEPT]
             blocks.append(parities)
-        yield from (_set_of(place, size) for _, place in found)
+        yield from (_set_of(index, size) for _, index in best)
         if not blocks:
             return
-        before = np.concatenate(blocks) if size < MOST_TERMS else before
+        before = np.concatenate(blocks) if size < MAX_TERMS else before
 
 
-def _set_of(place: int, size: int) -> Ints:
+def _set_of(rank: int, size: int) -> Ints:
     """The set of a size at a place in the order of last columns, then of the columns before them.
 
     >>> [_set_of(place, 2).tolist() for place in range(4)]
     [[0, 1], [0, 2], [1, 2], [0, 3]]
     """
-    found: list[int] = []
-    for left in range(size, 0, -1):
-        column = left - 1
-        while comb(column + 1, left) <= place:
+    columns: list[int] = []
+    for remaining in range(size, 0, -1):
+        column = remaining - 1
+        while comb(column + 1, remaining) <= rank:
             column += 1
-        found.append(column)
-        place -= comb(column, left)
-    return np.array(found[::-1], dtype=np.int64)
+        columns.append(column)
+        rank -= comb(column, remaining)
+    return np.array(columns[::-1], dtype=np.int64)
 
 
 def _width(number: int, size: int) -> int:
     """Number of columns of which all sets of a size are tried."""
-    while comb(number, size) > _MOST_TRIED:
+    while comb(number, size) > _MAX_TRIALS:
         number -= 1
     return number
 
 
 def _number_of_ones(bits: Words) -> Ints:
     """[K] number of ones in words [K, W]."""
-    found = np.zeros(len(bits), dtype=np.int64)
+    counts = np.zeros(len(bits), dtype=np.int64)
     for word in bits.T:
-        found += np.bitwise_count(word)
-    return found
+        counts += np.bitwise_count(word)
+    return counts
 
 
 def _several(counts: Ints, scores: Floats, columns: Ints, least: float) -> FoundTotal | None:
@@ -172,15 +172,15 @@ def _several(counts: Ints, scores: Floats, columns: Ints, least: float) -> Found
     pairs[np.arange(len(pairs)), np.repeat(second, 2)] = np.tile([1, -1], len(first))
     worths = _priced(values, pairs, scores, price)
     best, highest = None, least
-    for place in np.argsort(-worths, kind="stable")[:_BEGINNINGS].tolist():
-        weights, worth = _climbed(values, scores, pairs[place], float(worths[place]), price)
+    for index in np.argsort(-worths, kind="stable")[:_NUM_STARTS].tolist():
+        weights, worth = _climbed(values, scores, pairs[index], float(worths[index]), price)
         if worth > highest:
             best, highest = weights, worth
     if best is None:
         return None
-    found = np.zeros(counts.shape[1], dtype=np.int64)
-    found[columns] = best
-    return FoundTotal(found, price * np.count_nonzero(best))
+    result = np.zeros(counts.shape[1], dtype=np.int64)
+    result[columns] = best
+    return FoundTotal(result, price * np.count_nonzero(best))
 
 
 def _climbed(values: Ints, scores: Floats, weights: Ints, worth: float, price: float) -> tuple[Ints, float]:
@@ -188,12 +188,12 @@ def _climbed(values: Ints, scores: Floats, weights: Ints, worth: float, price: f
     while True:
         trials = changed(weights.astype(np.float64), (1.0, -1.0)).astype(np.int64)
         terms = np.count_nonzero(trials, axis=1)
-        trials = trials[(terms > 1) & (terms <= MOST_TERMS)]
+        trials = trials[(terms > 1) & (terms <= MAX_TERMS)]
         worths = _priced(values, trials, scores, price)
-        place = int(np.argmax(worths))
-        if worths[place] <= worth:
+        index = int(np.argmax(worths))
+        if worths[index] <= worth:
             return weights, worth
-        weights, worth = trials[place], float(worths[place])
+        weights, worth = trials[index], float(worths[index])
 
 
 def _priced(values: Ints, weights: Ints, scores: Floats, price: float) -> Floats:
@@ -205,17 +205,17 @@ def gains_of(totals: Ints, scores: Floats) -> Floats:
     """[K] log-likelihood gained by a value for each number of totals [K, n]; minus infinity for too many numbers."""
     totals = totals - totals.min(axis=1, keepdims=True)
     sizes = totals.max(axis=1) + 1
-    few = np.flatnonzero(sizes <= _MOST_VALUES)
-    found = np.full(len(totals), -np.inf)
-    place = np.arange(len(few))[:, None] * _MOST_VALUES + totals[few]
-    shape = (len(few), _MOST_VALUES)
-    number = np.bincount(place.reshape(-1), minlength=shape[0] * shape[1]).reshape(shape)
+    few = np.flatnonzero(sizes <= _MAX_VALUES)
+    gains = np.full(len(totals), -np.inf)
+    codes = np.arange(len(few))[:, None] * _MAX_VALUES + totals[few]
+    shape = (len(few), _MAX_VALUES)
+    number = np.bincount(codes.reshape(-1), minlength=shape[0] * shape[1]).reshape(shape)
     centred = scores - scores.mean()
-    sums = np.bincount(place.reshape(-1), np.tile(centred, len(few)), shape[0] * shape[1]).reshape(shape)
+    sums = np.bincount(codes.reshape(-1), np.tile(centred, len(few)), shape[0] * shape[1]).reshape(shape)
     shares = (sums**2 / np.maximum(number, 1)).sum(axis=1) / float(centred @ centred)
     values = (number > 0).sum(axis=1)
-    found[few] = _gained(shares, scores) - 0.5 * (values - 1) * np.log(len(scores))
-    return found
+    gains[few] = _gained(shares, scores) - 0.5 * (values - 1) * np.log(len(scores))
+    return gains
 
 
 def _gained(shares: Floats, scores: Floats) -> Floats:

@@ -20,7 +20,7 @@ from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Below, Feature, Pattern
 from grammarlab.features.patterns.tree_index import Trees
 
-_BEAM = 24
+_BEAM_WIDTH = 24
 """Number of patterns that are grown further."""
 
 
@@ -61,25 +61,25 @@ class _PatternSearch:
         for trees in self._trees:
             for upper, label in choices_below(trees, labels):
                 below.setdefault(labels.symbol_of(upper), []).append(label)
-        self._below = {symbol: [nodes[label] for label in sorted(set(found))] for symbol, found in below.items()}
-        self._known: dict[bytes, tuple[Pattern, Floats]] = {}
-        self._tried = 0
+        self._below = {symbol: [nodes[label] for label in sorted(set(children))] for symbol, children in below.items()}
+        self._by_values: dict[bytes, tuple[Pattern, Floats]] = {}
+        self._num_patterns = 0
 
     def try_all(self, patterns: Sequence[Feature]) -> list[Pattern]:
         """The patterns that explain most, one of each set with equal counts in all models."""
-        wanted = [pattern for pattern in dict.fromkeys(patterns) if isinstance(pattern, Pattern)]
-        if not wanted:
+        candidates = [pattern for pattern in dict.fromkeys(patterns) if isinstance(pattern, Pattern)]
+        if not candidates:
             return []
-        values = np.concatenate([count(trees, wanted) for trees in self._trees])
-        self._tried += len(wanted)
+        values = np.concatenate([count(trees, candidates) for trees in self._trees])
+        self._num_patterns += len(candidates)
         fresh: dict[bytes, tuple[Pattern, Floats]] = {}
-        for pattern, column in zip(wanted, values.T, strict=True):
+        for pattern, column in zip(candidates, values.T, strict=True):
             key = column.tobytes()
-            if np.ptp(column) > 0.0 and key not in self._known:
+            if np.ptp(column) > 0.0 and key not in self._by_values:
                 fresh.setdefault(key, (pattern, column))
-        self._known |= fresh
+        self._by_values |= fresh
         ranked = sorted(fresh.values(), key=lambda item: -_explained(item[1], self._residuals))
-        return [pattern for pattern, _ in ranked[:_BEAM]]
+        return [pattern for pattern, _ in ranked[:_BEAM_WIDTH]]
 
     def extensions(self, pattern: Pattern) -> list[Pattern]:
         """The pattern with one more choice below one of its nodes."""
@@ -87,26 +87,26 @@ class _PatternSearch:
             return self._with_condition(pattern)
         (below,) = pattern.below
         longer: list[Pattern] = []
-        for place, node in enumerate(below.run):
-            runs = [(*below.run[:place], grown, *below.run[place + 1 :]) for grown in self._with_condition(node)]
+        for index, node in enumerate(below.run):
+            runs = [(*below.run[:index], grown, *below.run[index + 1 :]) for grown in self._with_condition(node)]
             longer += [replace(pattern, below=(replace(below, run=run),)) for run in runs]
         return longer
 
     def best(self, most: int) -> tuple[Pattern, ...]:
         """The patterns that explain most in addition to the previous ones, as long as they explain more than chance."""
-        left, found = self._residuals, list[Pattern]()
+        residuals, chosen = self._residuals, list[Pattern]()
         # The largest squared correlation of m columns of noise with n numbers is about 2 log(m) / n.
-        least = 2.0 * np.log(max(2, self._tried)) / max(1, len(left))
-        while len(found) < most and left @ left > 1e-9 * (self._residuals @ self._residuals):
+        least = 2.0 * np.log(max(2, self._num_patterns)) / max(1, len(residuals))
+        while len(chosen) < most and residuals @ residuals > 1e-9 * (self._residuals @ self._residuals):
             pattern, column = max(
-                self._known.values(), key=lambda item: _explained(item[1], left), default=(None, left)
+                self._by_values.values(), key=lambda item: _explained(item[1], residuals), default=(None, residuals)
             )
-            if pattern is None or _explained(column, left) < least:
+            if pattern is None or _explained(column, residuals) < least:
                 break
-            found.append(pattern)
+            chosen.append(pattern)
             centred = column - column.mean()
-            left = left - centred * (centred @ left) / (centred @ centred)
-        return tuple(found)
+            residuals = residuals - centred * (centred @ residuals) / (centred @ centred)
+        return tuple(chosen)
 
     def _with_condition(self, node: Pattern) -> list[Pattern]:
         choices = self._below.get(node.symbol or "", [])

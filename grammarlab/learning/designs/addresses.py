@@ -27,7 +27,7 @@ class Address(NamedTuple):
     model: int
     """Index under the seed, 0 <= model < 2**63."""
     start_rule: str = ""
-    """The last three fields as in `Label`: empty, {} and empty for the designs of a pool."""
+    """Start rule, attributes and footprint are those of a `Label`; empty, {} and empty for the designs of a pool."""
     attributes: str = "{}"
     footprint: str = ""
 
@@ -57,17 +57,17 @@ class Address(NamedTuple):
             label: one score.
             hashes: hashes of the space and of its proposal; the label has one of them.
         """
-        return cls._at(label.address, hashes)
+        return cls._of_parts(label.address, hashes)
 
     @classmethod
     def of_other(cls, label: Label, hashes: tuple[str, str]) -> Address | None:
         """Address of the other design of a comparison; None for labels of other kinds."""
-        place = label.other_address
-        return None if place is None else cls._at(place, hashes)
+        parts = label.other_address
+        return None if parts is None else cls._of_parts(parts, hashes)
 
     @classmethod
-    def _at(cls, place: Place, hashes: tuple[str, str]) -> Address:
-        grammar, start_rule, attributes, footprint, seed, model = place
+    def _of_parts(cls, parts: Place, hashes: tuple[str, str]) -> Address:
+        grammar, start_rule, attributes, footprint, seed, model = parts
         return cls(grammar == hashes[1], seed, model, start_rule, attributes, footprint)
 
     def label(self, factor: str, score: float, hashes: tuple[str, str]) -> Label:
@@ -99,7 +99,7 @@ def renamed(labels: Labels, text: str) -> Labels:
     Earlier versions hashed a file with Windows line ends as it was, so that its labels have another hash.
 
     Args:
-        labels: any.
+        labels: labels of any grammars.
         text: text of the file that describes the designs.
     """
     windows = sha256(normal(text).replace("\n", "\r\n").encode("utf-8", "surrogatepass")).hexdigest()
@@ -112,7 +112,7 @@ def renamed(labels: Labels, text: str) -> Labels:
 def _renamed(label: Label, names: Mapping[str, str]) -> Label:
     other = label.other
     if other:
-        place = json.loads(other)
-        if place.get("grammar") in names:
-            other = json.dumps(place | {"grammar": names[place["grammar"]]}, separators=(",", ":"))
+        record = json.loads(other)
+        if record.get("grammar") in names:
+            other = json.dumps(record | {"grammar": names[record["grammar"]]}, separators=(",", ":"))
     return replace(label, grammar=names.get(label.grammar, label.grammar), other=other)

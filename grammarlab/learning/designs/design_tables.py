@@ -17,11 +17,11 @@ from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature, HalfSpace, Total
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs
-from grammarlab.learning.designs.pool import MadePool
+from grammarlab.learning.designs.pool import PoolDesigns
 from grammarlab.learning.settings import FeatureOptions
 
-_WHOLE = 1e-6
-"""Tolerance of whole numbers after division and multiplication by their scale."""
+_INTEGER_TOLERANCE = 1e-6
+"""Tolerance of integers after division and multiplication by their scale."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Columns:
     extra: tuple[Feature, ...] = ()
     """Features found by a search; each has its own column and group."""
     elsewhere: tuple[Address, ...] = ()
-    """Scored designs outside the pool, ascending; columns must distinguish them, too."""
+    """Scored designs outside the pool, ascending; columns must distinguish them as well."""
 
 
 @dataclass(frozen=True)
@@ -46,20 +46,20 @@ class DesignTable:
     others: Floats
     """[n, F] scaled values of designs outside the questions."""
     features: tuple[Feature, ...]
-    """[F]"""
+    """[F] the features of the columns."""
     names: tuple[str, ...]
     """[F] readable names, all different."""
     groups: Ints
     """[F] index into `group_names`: alternatives of one choice share a group."""
     group_names: tuple[str, ...]
     scales: Floats
-    """[F] > 0."""
+    """[F] scale of each column, > 0."""
 
     @cached_property
     def continuous(self) -> NDArray[np.bool_]:
         """[F] whether columns are continuous instead of counts."""
         values = self.rows * self.scales
-        return np.any(np.abs(values - np.round(values)) > _WHOLE, axis=0)
+        return np.any(np.abs(values - np.round(values)) > _INTEGER_TOLERANCE, axis=0)
 
 
 class DesignTables(Generic[Designs]):
@@ -68,7 +68,7 @@ class DesignTables(Generic[Designs]):
     def __init__(
         self,
         space: AbstractDesignSpace[Designs],
-        made: MadePool[Designs],
+        pool_designs: PoolDesigns[Designs],
         features: FeatureOptions,
         others: tuple[Designs, ...] = (),
     ) -> None:
@@ -76,11 +76,11 @@ class DesignTables(Generic[Designs]):
 
         Args:
             space: the design space.
-            made: the pool.
+            pool_designs: the designs of the pool.
             features: the features.
             others: further designs with rows in tables; they do not affect the columns.
         """
-        self.space, self.made, self._features, self._others = space, made, features, others
+        self.space, self.pool_designs, self._features, self._others = space, pool_designs, features, others
         self.table = lru_cache(maxsize=2)(self._table)
         """Table of `Columns`."""
         self._base = lru_cache(maxsize=4)(self._count)
@@ -89,13 +89,13 @@ class DesignTables(Generic[Designs]):
 
     @cached_property
     def addresses(self) -> tuple[Address, ...]:
-        """Batches of the designs of the pool, in order."""
-        return tuple(self.made.pool)
+        """[m] addresses of the designs of the pool, in the order of the rows of a table."""
+        return tuple(self.pool_designs.pool)
 
     @cached_property
     def index(self) -> dict[Address, int]:
         """Addresses of the designs of the pool, with their indices."""
-        return {address: place for place, address in enumerate(self.addresses)}
+        return {address: row for row, address in enumerate(self.addresses)}
 
     def designs(self, rows: Ints, elsewhere: tuple[Address, ...]) -> tuple[Designs, ...]:
         """The designs of rows of a table.
@@ -104,11 +104,11 @@ class DesignTables(Generic[Designs]):
             rows: [k] ascending; those beyond the pool are of ``elsewhere``.
             elsewhere: `Columns.elsewhere` of the table.
         """
-        num_pool = len(self.made.pool)
-        inside = self.made.select(self.space, rows[rows < num_pool])
+        num_pool = len(self.pool_designs.pool)
+        inside = self.pool_designs.select(self.space, rows[rows < num_pool])
         outside = rows[rows >= num_pool] - num_pool
-        made = self._elsewhere(elsewhere) if len(outside) else ()
-        return (*inside, *(self.space.take(designs, outside) for designs in made))
+        outside_designs = self._elsewhere(elsewhere) if len(outside) else ()
+        return (*inside, *(self.space.take(designs, outside) for designs in outside_designs))
 
     def rows_of(self, columns: Columns, addresses: tuple[Address, ...]) -> Floats:
         """[k, F] rows of designs by ascending address, in the columns of a table."""
@@ -118,13 +118,13 @@ class DesignTables(Generic[Designs]):
 
     def margins(self, feature: Feature) -> Floats | None:
         """[m] signed distance of the designs of the pool to a bound; None for a feature that is not a bound."""
-        return self.space.margins(self.made.batches, feature)
+        return self.space.margins(self.pool_designs.batches, feature)
 
     def _table(self, columns: Columns) -> DesignTable:
         _, base, others = self._base(columns.path_length, columns.elsewhere)
         pool = [self._searched(feature)[0] for feature in columns.extra]
         elsewhere = self._elsewhere(columns.elsewhere)
-        rows, num_pool = base.rows(), len(self.made.pool)
+        rows, num_pool = base.rows(), len(self.pool_designs.pool)
         first, names = len(base.group_names), _names(columns.extra, base, rows * base.scales)
         outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
         return DesignTable(
@@ -142,13 +142,13 @@ class DesignTables(Generic[Designs]):
         self, path_length: int, elsewhere: tuple[Address, ...]
     ) -> tuple[DesignColumns[Designs], FeatureTable, Floats]:
         """The columns of the vocabulary: of the pool and elsewhere, and the rows of the others."""
-        designs = (*self.made.batches, *self._elsewhere(elsewhere))
+        designs = (*self.pool_designs.batches, *self._elsewhere(elsewhere))
         vocabulary = self.space.vocabulary(designs, replace(self._features, path_length=path_length))
         return vocabulary, vocabulary.apply(designs), vocabulary.apply(self._others).rows()
 
     def _measure(self, feature: Feature) -> tuple[Floats, float]:
         """[m] scaled values of a feature found by a search, and the scale: its standard deviation, at least 1."""
-        values = self.space.values(self.made.batches, (feature,))[:, 0]
+        values = self.space.values(self.pool_designs.batches, (feature,))[:, 0]
         scale = max(1.0, float(values.std()))
         return values / scale, scale
 
@@ -158,16 +158,16 @@ class DesignTables(Generic[Designs]):
         return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows
 
 
-def _names(found: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
+def _names(features: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
     """Readable names of features found by a search; their text if another column has the same name."""
-    known = dict(zip(base.features, base.names, strict=True))
+    base_names = dict(zip(base.features, base.names, strict=True))
     texts = [
         comparison(feature, spread_of(feature, base.features, values))
         if isinstance(feature, HalfSpace)
-        else equality(feature) or feature.text([known.get(term, str(term)) for term, _ in feature.terms])
+        else equality(feature) or feature.text([base_names.get(term, str(term)) for term, _ in feature.terms])
         if isinstance(feature, Total)
         else str(feature)
-        for feature in found
+        for feature in features
     ]
-    seen = Counter((*base.names, *texts))
-    return tuple(str(feature) if seen[text] > 1 else text for feature, text in zip(found, texts, strict=True))
+    occurrences = Counter((*base.names, *texts))
+    return tuple(str(feature) if occurrences[text] > 1 else text for feature, text in zip(features, texts, strict=True))

@@ -57,35 +57,35 @@ class GrammarParts(AbstractParts):
     forest: Forest
     """The model alone."""
     numbering: Numbering
-    """Of its grammar."""
+    """Numbers of the rules of the grammar that derived the model."""
 
     @property
     def of_triangles(self) -> Ints:
-        return self._found[1]
+        return self._leaves_and_parts[1]
 
     def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
-        node = int(self.forest.leaves.node[self._found[0][part]])
+        node = int(self.forest.leaves.node[self._leaves_and_parts[0][part]])
         return tuple(self._step(above) for above in way_to(self.forest, node))
 
     @cached_property
-    def _found(self) -> tuple[Ints, Ints]:
+    def _leaves_and_parts(self) -> tuple[Ints, Ints]:
         """Rows of the leaves [P], and the part of each triangle [T]."""
         leaf = leaf_of_triangle(self.forest)
-        rows, place = np.unique(leaf, return_inverse=True)
+        rows, index = np.unique(leaf, return_inverse=True)
         order = np.argsort(self.forest.leaves.node[rows], kind="stable")
         rank = np.empty_like(order)
         rank[order] = np.arange(len(order))
-        return rows[order], rank[place.ravel()]
+        return rows[order], rank[index.ravel()]
 
     def _step(self, node: int) -> tuple[str, str]:
         origin = origin_of(self.forest, self.numbering, node)
         return origin.symbol, str(origin.rule_at or origin.made_at or "")
 
 
-FEWEST_LIKED = 3
+MIN_LIKED = 3
 """Smallest number of models with a score above 0 for a search for subtrees."""
 
-_ACCEPTED_AT_ONCE = 1_000
+_BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
 _RATE_MODELS = 2_000
 """Number of models of the grammar and of its proposal for estimating acceptance rates."""
@@ -135,8 +135,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
                 yield without_geometry(forest)
             return
-        for start in range(first, first + num, _ACCEPTED_AT_ONCE):
-            lots = Lots.of(min(_ACCEPTED_AT_ONCE, first + num - start), seed, first_model=start)
+        for start in range(first, first + num, _BATCH_MODELS):
+            lots = Lots.of(min(_BATCH_MODELS, first + num - start), seed, first_model=start)
             yield without_geometry(self._accepted.derive(lots, program).forest)
 
     def log_ratio(self, designs: Forest) -> Floats:
@@ -147,11 +147,11 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         """Log of the ratio of the acceptance rates of the proposal and of the grammar."""
         if self.acceptance is None:
             return 0.0
-        flat, own = (
+        proposal_rate, grammar_rate = (
             np.mean(self.acceptance.probabilities(derive(program, _RATE_MODELS, 0, assets=self.folder)))
             for program in (self.proposal.program, self.program)
         )
-        return float(np.log(flat) - np.log(own)) if min(flat, own) > 0.0 else 0.0
+        return float(np.log(proposal_rate) - np.log(grammar_rate)) if min(proposal_rate, grammar_rate) > 0.0 else 0.0
 
     def take(self, designs: Forest, indices: Ints) -> Forest:
         return select_models(designs, indices)
@@ -170,13 +170,13 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return Vocabulary.find(designs, options)
 
     def search(self, designs: Sequence[Forest], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
-        found: tuple[Feature, ...] = ()
+        additions: tuple[Feature, ...] = ()
         if "thresholds" in features.families:
-            found += self._bounds(designs, scores)
+            additions += self._bounds(designs, scores)
         # Some pattern fits any single liked model by chance.
-        if "subtrees" in features.families and (scores > 0.0).sum() >= FEWEST_LIKED:
-            found += search_patterns(designs, scores)
-        return found
+        if "subtrees" in features.families and (scores > 0.0).sum() >= MIN_LIKED:
+            additions += search_patterns(designs, scores)
+        return additions
 
     def joined(self, designs: Sequence[Forest], table: FeatureTable, scores: Floats) -> dict[Feature, float]:
         features, counts = counted(table)
@@ -184,14 +184,14 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         relations, price = find_relations(designs, scores, self._drawn)
         equalities, price_of_one = find_equalities(designs, scores)
         summed = find_sum(designs, scores, self._drawn, self._readers)
-        joined: dict[Feature, float] = {total_of(features, found.weights): found.price for found in totals}
+        joined: dict[Feature, float] = {total_of(features, total.weights): total.price for total in totals}
         joined |= {} if summed is None else {summed.sum: summed.price}
         return joined | dict.fromkeys(relations, price) | dict.fromkeys(equalities, price_of_one)
 
     def points(self, table: FeatureTable, scores: Floats) -> list[PointsFeature]:
         features, counts = counted(table)
-        found = find_points(counts, scores)
-        return [PointsFeature(total_of(features, each.weights), each.predicted, each.price) for each in found]
+        fits = find_points(counts, scores)
+        return [PointsFeature(total_of(features, fit.weights), fit.predicted, fit.price) for fit in fits]
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
@@ -248,8 +248,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def derive(self, addresses: Sequence[Address]) -> Forest:
         """Models by ascending address, with their geometry."""
-        own, flat = ([address for address in addresses if address.flat == kind] for kind in (False, True))
-        parts = [(self.program, own)]
+        plain, flat = ([address for address in addresses if address.flat == kind] for kind in (False, True))
+        parts = [(self.program, plain)]
         if flat:
             parts.append((self.proposal.program, flat))
         return join_forests([self._accepted.derive(self._lots(part), program).forest for program, part in parts])

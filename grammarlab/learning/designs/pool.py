@@ -22,14 +22,14 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Design
 from grammarlab.learning.settings import POOL_SIZE
 from grammarlab.randomness import derived_seed
 
-PROPOSAL_PART = 5
+PROPOSAL_STRIDE = 5
 """One design in 5 is a sample of the proposal."""
-WIDER = 10
+WIDE_FACTOR = 10
 """Factor of the number of samples of the proposal in a wide pool."""
-MOST_WIDER = 50_000
+MAX_WIDE = 50_000
 """Largest number of these, unless the pool had more before; it bounds memory and time."""
 _LANES = 1, 2
-"""Places below a seed for the seeds of both parts."""
+"""Lanes below a seed (`derived_seed`) for the seeds of both parts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,14 +46,14 @@ class Pool:
     @property
     def sizes(self) -> tuple[int, int]:
         """Number of samples of the space, and of the proposal."""
-        flat = self.size // PROPOSAL_PART
-        return self.size - flat, max(flat, min(WIDER * flat, MOST_WIDER)) if self.wide else flat
+        flat = self.size // PROPOSAL_STRIDE
+        return self.size - flat, max(flat, min(WIDE_FACTOR * flat, MAX_WIDE)) if self.wide else flat
 
     @property
     def seeds(self) -> tuple[int, int]:
         """The seeds of both parts."""
-        own, flat = (derived_seed(self.seed, lane) for lane in _LANES)
-        return own, flat
+        space_seed, proposal_seed = (derived_seed(self.seed, lane) for lane in _LANES)
+        return space_seed, proposal_seed
 
     def __len__(self) -> int:
         return sum(self.sizes)
@@ -79,23 +79,23 @@ OnProgress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
-class MadePool(Generic[Designs]):
+class PoolDesigns(Generic[Designs]):
     """A pool with its designs."""
 
     pool: Pool
     batches: tuple[Designs, ...]
     """Batches in the order of the pool."""
     log_ratios: tuple[Floats, ...]
-    """[n] for each batch: log of the space's density divided by that of the proposal."""
+    """Log-ratios [n] of each batch: log of the space's density divided by that of the proposal."""
 
     @classmethod
     def of(
         cls,
         space: AbstractDesignSpace[Designs],
         pool: Pool,
-        narrow: MadePool[Designs] | None = None,
+        narrow: PoolDesigns[Designs] | None = None,
         on_progress: OnProgress = lambda _done, _total: None,
-    ) -> MadePool[Designs]:
+    ) -> PoolDesigns[Designs]:
         """Make the designs.
 
         Args:
@@ -105,9 +105,9 @@ class MadePool(Generic[Designs]):
             on_progress: called with the number of finished designs.
         """
         batches, ratios = ([], []) if narrow is None else ([*narrow.batches], [*narrow.log_ratios])
-        known = (0, 0) if narrow is None else narrow.pool.sizes
-        done = sum(known)
-        for flat, (size, first, seed) in enumerate(zip(pool.sizes, known, pool.seeds, strict=True)):
+        old_sizes = (0, 0) if narrow is None else narrow.pool.sizes
+        done = sum(old_sizes)
+        for flat, (size, first, seed) in enumerate(zip(pool.sizes, old_sizes, pool.seeds, strict=True)):
             for designs in space.sample(bool(flat), size - first, seed, first):
                 batches.append(designs)
                 ratios.append(space.log_ratio(designs))
@@ -122,10 +122,10 @@ class MadePool(Generic[Designs]):
 
     def select(self, space: AbstractDesignSpace[Designs], indices: Ints) -> tuple[Designs, ...]:
         """Selected designs, by ascending index."""
-        found, first = [], 0
+        selected, first = [], 0
         for designs, ratios in zip(self.batches, self.log_ratios, strict=True):
             inside = indices[(indices >= first) & (indices < first + len(ratios))] - first
             if len(inside):
-                found.append(space.take(designs, inside))
+                selected.append(space.take(designs, inside))
             first += len(ratios)
-        return tuple(found)
+        return tuple(selected)

@@ -34,9 +34,9 @@ def jensen_shannon(p: ArrayLike, q: ArrayLike) -> float:
     >>> jensen_shannon([1, 1, 0, 0], [2, 2, 0, 0]), round(jensen_shannon([1, 0], [0, 1]), 4)
     (0.0, 0.6931)
     """
-    left, right = _densities(p, q)
-    middle = 0.5 * (left + right)
-    nats = 0.5 * float(rel_entr(left, middle).sum() + rel_entr(right, middle).sum())
+    first, second = _densities(p, q)
+    mixture = 0.5 * (first + second)
+    nats = 0.5 * float(rel_entr(first, mixture).sum() + rel_entr(second, mixture).sum())
     # Rounding may exceed the bounds by a few ulps.
     return min(max(nats, 0.0), float(np.log(2.0)))
 
@@ -51,18 +51,18 @@ def correlation(p: ArrayLike, q: ArrayLike) -> float:
     Raises:
         UsageError: If weights are not a density.
     """
-    left, right = _densities(p, q)
-    left, right = left - left.mean(), right - right.mean()
-    spread = float(np.sqrt((left @ left) * (right @ right)))
+    first, second = _densities(p, q)
+    first, second = first - first.mean(), second - second.mean()
+    spread = float(np.sqrt((first @ first) * (second @ second)))
     # Densities sum to 1, so rounding errors of a constant are far below this.
-    return float(np.clip(left @ right / spread, -1.0, 1.0)) if spread > 1e-24 else 0.0
+    return float(np.clip(first @ second / spread, -1.0, 1.0)) if spread > 1e-24 else 0.0
 
 
 def _densities(p: ArrayLike, q: ArrayLike) -> tuple[Floats, Floats]:
-    left, right = _density(p), _density(q)
-    if len(left) != len(right):
-        raise UsageError(f"expected two densities over the same models, found {len(left)} and {len(right)} weights")
-    return left, right
+    first, second = _density(p), _density(q)
+    if len(first) != len(second):
+        raise UsageError(f"expected two densities over the same models, found {len(first)} and {len(second)} weights")
+    return first, second
 
 
 def _density(weights: ArrayLike) -> Floats:
@@ -94,21 +94,21 @@ class Agreement(NamedTuple):
     """Pearson correlation of the weights; 0 if one of the two is constant."""
 
 
-def agreement(wanted: Floats, learned: Floats, weights: Floats) -> Agreement:
+def agreement(scores: Floats, predicted: Floats, weights: Floats) -> Agreement:
     """Compare two preferences on a labelled set.
 
-    The densities are ``weights * wanted`` and ``weights * learned``, each divided by its sum over the set. If the
+    The densities are ``weights * scores`` and ``weights * predicted``, each divided by its sum over the set. If the
     learned preference is nowhere positive, the learned density is that of the weights only.
 
     Args:
-        wanted: [n] true scores, >= 0, one at least positive together with its weight.
-        learned: [n] predicted scores; negative ones count as 0.
+        scores: [n] true scores, >= 0, one at least positive together with its weight.
+        predicted: [n] predicted scores; negative ones count as 0.
         weights: [n] >= 0, importance weight of each model of the set: 1 for independent samples of the density that the
             preference multiplies (``base="grammar"``), 1 / p for ``base="uniform"``, p / (density it was drawn from)
             otherwise.
     """
-    target = weights * wanted
-    current = weights * np.clip(learned, 0.0, None)
+    target = weights * scores
+    current = weights * np.clip(predicted, 0.0, None)
     current = current if current.any() else weights
     return Agreement(jensen_shannon(target, current), correlation(target, current))
 
@@ -118,29 +118,30 @@ class Measured:
     """A learned density compared with the target density."""
 
     after: Agreement
+    """Comparison of the learned density with the target density."""
     before: Agreement
-    """The same of the original grammar."""
+    """Comparison of the original grammar's density with the target density."""
     num_models: int
     """Number of models in the comparison."""
     effective_models: float
     """Effective number of models under the target density: (sum w)^2 / sum w^2."""
     acceptance: float
-    """Share of the original grammar's models that rejection would accept, with the largest found weight as bound."""
+    """Share of the original grammar's models that rejection would accept, with the largest weight here as bound."""
 
 
-def measured(wanted: Floats, learned: Floats, weights: Floats) -> Measured:
+def measured(target: Floats, learned: Floats, weights: Floats) -> Measured:
     """Compare densities on a set of models.
 
     Args:
-        wanted: [n] target density divided by that of the original grammar, up to a factor, >= 0, not all 0.
-        learned: [n] the same for the learned density.
+        target: [n] target density divided by that of the original grammar, up to a factor, >= 0, not all 0.
+        learned: [n] learned density divided by that of the original grammar, up to a factor, >= 0.
         weights: [n] importance weights under the original grammar, >= 0.
     """
-    liked = weights * wanted
+    liked = weights * target
     return Measured(
-        agreement(wanted, learned, weights),
-        agreement(wanted, np.ones(len(wanted)), weights),
-        len(wanted),
+        agreement(target, learned, weights),
+        agreement(target, np.ones(len(target)), weights),
+        len(target),
         float(liked.sum() ** 2 / (liked**2).sum()),
-        float(liked.sum() / weights.sum() / wanted[weights > 0.0].max()),
+        float(liked.sum() / weights.sum() / target[weights > 0.0].max()),
     )

@@ -21,24 +21,25 @@ from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 
-MOST = 3
+MAX_KINDS = 3
 """Largest number of kinds on each side."""
-MOST_PARTS = 6
+MAX_PARTS = 6
 """Largest number of parts on each side."""
-_MOST_LEAVES = 8
-_ENOUGH = 0.1
+_MAX_LEAVES = 8
+"""Largest number of leaves of the tree that is described."""
+_MAX_UNEXPLAINED = 0.1
 """Share of the divergence between the grammar and the learned density that a tree may leave unexplained."""
-_LIKED, _DISLIKED = 0.25, 0.1
+_LIKED_SHARE, _DISLIKED_SHARE = 0.25, 0.1
 """Shares of the highest score of a kind: kinds from the first on are liked, kinds below the second are not."""
-_ADDS_UP = 0.95
+_MIN_SUM_SHARE = 0.95
 """Smallest share of the variance of scores that a sum of parts explains, for a description as a sum."""
-_LEAST_POINTS = 3.0
+_MIN_POINTS = 3.0
 """Smallest number of points of a described part."""
-_FEW = 3
+_MAX_CONDITIONS = 3
 """Largest number of conditions of a described kind that is not liked."""
-_RARE = 400
+_MAX_RARITY = 400
 """Smallest share of designs of a kind: one in 400."""
-_LEAST_LIKED = 1.0
+_MIN_LIKED_POINTS = 1.0
 """Smallest highest score of a kind in points; below it nothing is liked."""
 
 
@@ -47,8 +48,8 @@ class Words:
     """Liked and disliked kinds of designs."""
 
     likes: tuple[str, ...]
-    """Such as ``Crown = Mast, Ground = Podium (82)``: a kind of designs with its mean score, or ``Crown = Mast (+20)``:
-    a part with the points it adds. Best first."""
+    """Liked kinds, best first: ``Crown = Mast, Ground = Podium (82)`` is a kind of designs with its mean score,
+    ``Crown = Mast (+20)`` a part with the points that it adds."""
     dislikes: tuple[str, ...]
     """Disliked kinds, most frequent first."""
 
@@ -74,7 +75,7 @@ def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
     """Description of predictions.
 
     Args:
-        table: of the designs.
+        table: table of the designs.
         scores: [m] predicted for the first m designs of the table, 0 to 100.
         weights: [m] >= 0, importance weight of each design.
     """
@@ -88,38 +89,38 @@ def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
 
 def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> tuple[Split, ...]:
     """Smallest tree that explains most of the predictions, by choices and draws only if these are enough."""
-    bound = _ENOUGH * agreement(scores, np.ones(len(scores)), weights).js
+    bound = _MAX_UNEXPLAINED * agreement(scores, np.ones(len(scores)), weights).js
     nearest: tuple[float, tuple[Split, ...]] = (np.inf, ())
     for columns in (names.order[names.simple[names.order]], names.order):
-        tree = grow(rows, scores, weights, columns, _MOST_LEAVES, len(rows) // _RARE)
+        tree = grow(rows, scores, weights, columns, _MAX_LEAVES, len(rows) // _MAX_RARITY)
         for size in range(1, len(tree) + 1):
             leaf = leaves_of(tree[:size], rows)
-            left = agreement(scores, means_of(leaf, size + 1, scores, weights)[leaf], weights).js
-            nearest = min(nearest, (left, tree[:size]))
-            if left <= bound:
+            unexplained = agreement(scores, means_of(leaf, size + 1, scores, weights)[leaf], weights).js
+            nearest = min(nearest, (unexplained, tree[:size]))
+            if unexplained <= bound:
                 return tree[:size]
     return nearest[1]
 
 
 def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words | None:
     """The parts that a tree tests, with the points each adds; None if a sum does not explain the scores."""
-    asked = list(dict.fromkeys((split.column, split.bound) for split in tree))
-    if len(asked) < 2 or len({column for column, _ in asked}) < len(asked):
+    tests = list(dict.fromkeys((split.column, split.bound) for split in tree))
+    if len(tests) < 2 or len({column for column, _ in tests}) < len(tests):
         return None
-    has = np.column_stack([np.ones(len(rows)), *(rows[:, column] >= bound for column, bound in asked)])
+    has = np.column_stack([np.ones(len(rows)), *(rows[:, column] >= bound for column, bound in tests)])
     roots = np.sqrt(weights)[:, None]
     added = np.linalg.lstsq(has * roots, scores * roots[:, 0], rcond=None)[0]
     mean = weights @ scores / weights.sum()
-    left = weights @ (scores - has @ added) ** 2 / max(float(weights @ (scores - mean) ** 2), 1e-12)
+    residual_share = weights @ (scores - has @ added) ** 2 / max(float(weights @ (scores - mean) ** 2), 1e-12)
     # A conjunction is not a sum: its parts add up to a negative score if all of them are missing.
-    if left > 1.0 - _ADDS_UP or np.abs(added).max() > MAX_SCORE:
+    if residual_share > 1.0 - _MIN_SUM_SHARE or np.abs(added).max() > MAX_SCORE:
         return None
-    told = sorted(zip(asked, added[1:].tolist(), strict=True), key=lambda item: -abs(item[1]))
+    ranked = sorted(zip(tests, added[1:].tolist(), strict=True), key=lambda item: -abs(item[1]))
     sides: tuple[list[str], list[str]] = ([], [])
-    for (column, bound), points in told:
-        if abs(points) >= _LEAST_POINTS:
+    for (column, bound), points in ranked:
+        if abs(points) >= _MIN_POINTS:
             sides[points < 0.0].append(f"{names.condition(_Range(column, bound, np.inf))} ({points:+.0f})")
-    return Words(tuple(sides[0][:MOST_PARTS]), tuple(sides[1][:MOST_PARTS]))
+    return Words(tuple(sides[0][:MAX_PARTS]), tuple(sides[1][:MAX_PARTS]))
 
 
 def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words:
@@ -127,30 +128,30 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     leaf = leaves_of(tree, rows)
     means = means_of(leaf, len(tree) + 1, scores, weights)
     mass = np.bincount(leaf, weights, len(tree) + 1).astype(np.float64)
-    if means.max() < _LEAST_LIKED:
+    if means.max() < _MIN_LIKED_POINTS:
         return Words((), ())
     ranges = _ranges(tree)
 
-    def told(some: NDArray[np.bool_], by: Floats, most: int) -> list[int]:
-        found = [place for place in np.argsort(-by, kind="stable").tolist() if some[place] and mass[place] > 0.0]
-        return [place for place in found if 0 < len(ranges[place]) <= most][:MOST]
+    def select(some: NDArray[np.bool_], by: Floats, most: int) -> list[int]:
+        candidates = [index for index in np.argsort(-by, kind="stable").tolist() if some[index] and mass[index] > 0.0]
+        return [index for index in candidates if 0 < len(ranges[index]) <= most][:MAX_KINDS]
 
-    def text(places: Sequence[int]) -> tuple[str, ...]:
-        return tuple(f"{names.kind(ranges[place])} ({means[place]:.0f})" for place in places)
+    def text(indices: Sequence[int]) -> tuple[str, ...]:
+        return tuple(f"{names.kind(ranges[index])} ({means[index]:.0f})" for index in indices)
 
-    likes = told(means >= _LIKED * means.max(), mass * means, _MOST_LEAVES)
-    dislikes = told(means < _DISLIKED * means.max(), mass, _FEW)
-    return Words(text(sorted(likes, key=lambda place: -means[place])), text(dislikes))
+    likes = select(means >= _LIKED_SHARE * means.max(), mass * means, _MAX_LEAVES)
+    dislikes = select(means < _DISLIKED_SHARE * means.max(), mass, _MAX_CONDITIONS)
+    return Words(text(sorted(likes, key=lambda index: -means[index])), text(dislikes))
 
 
 def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:
     """Ranges of the designs of each leaf, by column."""
     leaves: list[dict[int, _Range]] = [{}]
     for split in tree:
-        own = leaves[split.leaf]
-        known = own.get(split.column, _Range(split.column, -np.inf, np.inf))
-        leaves.append({**own, split.column: _Range(split.column, max(known.low, split.bound), known.high)})
-        leaves[split.leaf] = {**own, split.column: _Range(split.column, known.low, min(known.high, split.bound))}
+        ranges = leaves[split.leaf]
+        before = ranges.get(split.column, _Range(split.column, -np.inf, np.inf))
+        leaves.append({**ranges, split.column: _Range(split.column, max(before.low, split.bound), before.high)})
+        leaves[split.leaf] = {**ranges, split.column: _Range(split.column, before.low, min(before.high, split.bound))}
     return leaves
 
 
@@ -178,37 +179,39 @@ class _ColumnWords:
         """All conditions on a kind of designs, without implied ones."""
         groups = self.table.groups
         chosen = {
-            int(groups[column]) for column, found in ranges.items() if self._is_choice(column) and found.low > 0.0
+            int(groups[column]) for column, interval in ranges.items() if self._is_choice(column) and interval.low > 0.0
         }
-        kept = [
-            found
-            for column, found in ranges.items()
-            if not (self._is_choice(column) and found.low <= 0.0 and int(groups[column]) in chosen)
+        conditions = [
+            interval
+            for column, interval in ranges.items()
+            if not (self._is_choice(column) and interval.low <= 0.0 and int(groups[column]) in chosen)
         ]
         # Present properties are more informative than missing ones.
-        return ", ".join(self.condition(found) for found in sorted(kept, key=lambda found: found.low <= 0.0))
+        return ", ".join(
+            self.condition(interval) for interval in sorted(conditions, key=lambda interval: interval.low <= 0.0)
+        )
 
-    def condition(self, found: _Range) -> str:
+    def condition(self, interval: _Range) -> str:
         """One condition."""
-        column, name, feature = found.column, self.table.names[found.column], self.table.features[found.column]
+        column, name, feature = interval.column, self.table.names[interval.column], self.table.features[interval.column]
         if isinstance(feature, HalfSpace):
-            return comparison(feature, spread_of(feature, self.table.features, self.rows), holds=found.low > 0.0)
-        return " ".join(self._choice(name, found) if self._is_choice(column) else self._amount(name, found))
+            return comparison(feature, spread_of(feature, self.table.features, self.rows), holds=interval.low > 0.0)
+        return " ".join(self._choice(name, interval) if self._is_choice(column) else self._amount(name, interval))
 
     def _is_choice(self, column: int) -> bool:
-        """Text of a condition that designs have a property or not."""
+        """Whether a column is a property that designs have or not: its values are 0 and 1."""
         return bool(self.whole[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
 
     @staticmethod
-    def _choice(name: str, found: _Range) -> Iterator[str]:
+    def _choice(name: str, interval: _Range) -> Iterator[str]:
         before, arrow, after = name.rpartition(" → ")
-        has, thing = found.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
+        has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
         yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"no {thing}"
 
-    def _amount(self, name: str, found: _Range) -> Iterator[str]:
+    def _amount(self, name: str, interval: _Range) -> Iterator[str]:
         yield f"{name}:" if " " in name else name
-        low, high = found.low, found.high
-        if not self.whole[found.column]:
+        low, high = interval.low, interval.high
+        if not self.whole[interval.column]:
             yield (
                 f"{low:.3g} to {high:.3g}"
                 if np.isfinite(low + high)

@@ -26,13 +26,13 @@ class GrammarColumns:
     rows: Floats
     """[m, F] values of the pool, in the units of the features."""
     features: tuple[Feature, ...]
-    """[F]"""
+    """[F] the features of the columns."""
     names: tuple[str, ...]
-    """[F] the same in words."""
+    """[F] names of the features in words."""
     shares: Floats
-    """[F] relevance of each to the preference; for attributes outside the table the largest share."""
+    """[F] relevance of each feature to the preference; for attributes outside the table the largest share."""
     exact: NDArray[np.bool_]
-    """[F] whether exact grammars can express them."""
+    """[F] whether exact grammars can express the feature."""
 
     @classmethod
     def of(
@@ -47,22 +47,22 @@ class GrammarColumns:
             predicted: predictions of the pool.
             exactness: features that exact grammars can express.
         """
-        table, batches = study.table(state), study.tables(state.wide).made.batches
+        table, batches = study.table(state), study.tables(state.wide).pool_designs.batches
         pool = table.rows[: sum(forest.num_models for forest in batches)] * table.scales
-        own = tuple(Draw(name) for name in space.grammar.attributes if range_ends(space.grammar, name))
-        values = space.values(batches, own)
-        sums = combinations(values, tuple(draw.site for draw in own), predicted.scores)
-        new = [number for number, draw in enumerate(own) if draw not in table.features]
-        found = (*table.features, *(own[number] for number in new), *(found for found, _ in sums))
-        columns = [_whole(pool), values[:, new], *(column[:, None] for _, column in sums)]
-        added = [*(str(own[number]) for number in new), *(str(found) for found, _ in sums)]
+        draws = tuple(Draw(name) for name in space.grammar.attributes if range_ends(space.grammar, name))
+        values = space.values(batches, draws)
+        sums = combinations(values, tuple(draw.site for draw in draws), predicted.scores)
+        new = [number for number, draw in enumerate(draws) if draw not in table.features]
+        features = (*table.features, *(draws[number] for number in new), *(total for total, _ in sums))
+        columns = [_with_integers(pool), values[:, new], *(column[:, None] for _, column in sums)]
+        added = [*(str(draws[number]) for number in new), *(str(total) for total, _ in sums)]
         highest = predicted.shares.max(initial=0.0)
         return cls(
             np.concatenate(columns, axis=1),
-            found,
+            features,
             (*table.names, *added),
-            np.append(predicted.shares, np.full(len(found) - len(table.features), highest)),
-            np.array([not exactness.reason_against(_asked(feature)) for feature in found], dtype=bool),
+            np.append(predicted.shares, np.full(len(features) - len(table.features), highest)),
+            np.array([not exactness.reason_against(_bound_feature(feature)) for feature in features], dtype=bool),
         )
 
     @property
@@ -73,9 +73,9 @@ class GrammarColumns:
         """
         length = np.array([len(str(feature)) for feature in self.features], dtype=np.int64)
         drawn = {feature.site for feature in self.features if isinstance(feature, Draw) and feature.branch is None}
-        kept = [not (isinstance(feature, Threshold) and feature.site in drawn) for feature in self.features]
+        is_candidate = [not (isinstance(feature, Threshold) and feature.site in drawn) for feature in self.features]
         order = np.lexsort((length, -self.shares, ~self.exact)).astype(np.int64)
-        return order[np.array(kept, dtype=bool)[order]]
+        return order[np.array(is_candidate, dtype=bool)[order]]
 
     def text(self, preference: SimplifiedPreference) -> str:
         """A function of the columns as an expression over the features."""
@@ -90,7 +90,7 @@ def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list
         sites: [S] their names.
         scores: [m] >= 0.
     """
-    found: list[tuple[Sum, Floats]] = []
+    sums: list[tuple[Sum, Floats]] = []
     kinds = [(False, values), (True, np.log(values))] if (values > 0.0).all() else [(False, values)]
     for logarithmic, columns in kinds if len(sites) > 1 else []:
         centred = columns - columns.mean(axis=0)
@@ -102,16 +102,16 @@ def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list
             used = [i for i, weight in enumerate(trial) if weight]
             if len(used) > 1:
                 together = Sum.of([sites[i] for i in used], [trial[i] for i in used], logarithmic)
-                found.append((together, columns @ np.array(trial)))
-    return found
+                sums.append((together, columns @ np.array(trial)))
+    return sums
 
 
-def _asked(feature: Feature) -> Feature:
+def _bound_feature(feature: Feature) -> Feature:
     """Feature for a bound; a bound on an attribute cuts it into ranges."""
     return Threshold(feature.site, 0.0) if isinstance(feature, Draw) and feature.branch is None else feature
 
 
-def _whole(values: Floats) -> Floats:
+def _with_integers(values: Floats) -> Floats:
     """Values with counts restored to integers after division and multiplication by a scale."""
     rounded = np.rint(values)
     return np.where(np.abs(values - rounded) <= 1e-9 * np.maximum(1.0, np.abs(rounded)), rounded, values)

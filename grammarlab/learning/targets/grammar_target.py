@@ -11,7 +11,7 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.grammar_skeleton import ENOUGH_MODELS
+from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
 from grammarlab.density.samples import sampled
 from grammarlab.density.samples.sampled import compile_nearest
 from grammarlab.density.targets.rejection import Progress, RejectionSampler, reject, silent
@@ -24,7 +24,7 @@ from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.accepting_target import ReadableSampler, smallest
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
 from grammarlab.learning.targets.simplification import predict
-from grammarlab.learning.targets.target_density import Wanted
+from grammarlab.learning.targets.target_density import PoolDensity
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 
 LearnedSampler = LearnedGrammar | RejectionSampler
@@ -52,23 +52,23 @@ class GrammarWriter(AbstractTargetWriter[Forest]):
         on_progress: Progress = silent,
     ) -> LearnedDensity[Forest]:
         space, seed, method = self.space, study.pool.seed, self.method(making.method)
-        forest = derive(space.program, ENOUGH_MODELS, seed, assets=space.folder)
+        forest = derive(space.program, MAX_EXAMINED_MODELS, seed, assets=space.folder)
         predicted = predict(study, state)
         target = Target(space.grammar, (), _alike, making.base, assets=space.assets)
         columns = GrammarColumns.of(space, study, state, predicted, Exactness(space.grammar, forest))
-        wanted = Wanted.of(target, columns, study.tables(state.wide).made, predicted.scores)
+        density = PoolDensity.of(target, columns, study.tables(state.wide).pool_designs, predicted.scores)
         if method != "compile" and space.acceptance is not None:
             raise UsageError(f"method {method!r} would lose the acceptance rule of this file: use compile.")
         if method == "compile":
-            found = smallest(wanted, forest, making, lines)
+            sampler = smallest(density, forest, making, lines)
         else:
-            simple = wanted.simplest(exact_only=method != "rejection")
-            made = learn_target(simple.target, method, forest, lines, seed, making.num_samples, on_progress)
-            found = ReadableSampler(made, simple.preference, simple.target.even)
-        looked_at = {columns.features[c]: columns.names[c] for c in found.preference.columns.tolist()}
-        base_ratio = None if found.even is None else found.even.ratio
-        scores = found.preference(columns.rows)
-        return judged(study, state, found.learned, predicted, scores, looked_at, base_ratio)
+            simple = density.simplest(exact_only=method != "rejection")
+            learned = learn_target(simple.target, method, forest, lines, seed, making.num_samples, on_progress)
+            sampler = ReadableSampler(learned, simple.preference, simple.target.even)
+        features = {columns.features[c]: columns.names[c] for c in sampler.preference.columns.tolist()}
+        base_ratio = None if sampler.even is None else sampler.even.ratio
+        scores = sampler.preference(columns.rows)
+        return judged(study, state, sampler.learned, predicted, scores, features, base_ratio)
 
 
 def learn_target(

@@ -24,27 +24,27 @@ from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_leve
 
 TOLERANCE = 0.005
 """Largest divergence in nats from the predictions, on the pool, for fewer rules and rounder numbers."""
-_OF_THE_TREE = 0.004
-"""Part of it for the tree; the rest is for rounding."""
-_CLOSE = 1e-6
+_TREE_TOLERANCE = 0.004
+"""Part of `TOLERANCE` for the tree, in nats; the rest is for rounding."""
+_MIN_JS = 1e-6
 """Divergence in nats below which a tree stops growing."""
-_SIZES = (1.0, 1.25, 1.6, 2.0, 3.0)
+_SIZE_RATIOS = (1.0, 1.25, 1.6, 2.0, 3.0)
 """Ratios of the leaves of further candidates to the leaves of the smallest tree that is near enough."""
-_HARDLY = 1e-5
+_NEGLIGIBLE_JS = 1e-5
 """Negligible divergence in nats, for values that differ only by rounding."""
-_AS_NEAR = 1.05
+_JS_FACTOR = 1.05
 """Factor of the least divergence within which smaller trees are accepted, since larger trees overfit."""
-_MOVED = 2e-4
+_MAX_BOUND_JS = 2e-4
 """Largest loss in nats by rounder bounds."""
-_PARTS = (0.02, 0.005, 0.001)
+_BOUND_MOVES = (0.02, 0.005, 0.001)
 """Largest moves of a bound to be rounder, as shares of the range of a quantity, largest first."""
-_HELD_OUT = 3
+_HELD_OUT_STRIDE = 3
 """One design in 3 is held out to measure a tree that grew on the others."""
-_LEVELS = 12
+_NUM_LEVELS = 12
 """Numbers of levels of scores for selecting columns."""
-_LEFT = 5e-4
+_MAX_DENSITY_CHANGE = 5e-4
 """Largest change of the density, as a share, by removed columns."""
-_MOST_VALUES = 128
+_MAX_VALUES = 128
 """Largest number of different values of a column for levels; with more it distinguishes all designs of a pool."""
 
 
@@ -91,8 +91,8 @@ def predict(study: Study[Designs], state: State) -> Predicted:
         study: the pool and its tables.
         state: a state in which something is liked.
     """
-    table, made = study.table(state), study.tables(state.wide).made
-    pool, possible = table.rows[: len(made.pool)], made.weights > 0.0
+    table, pool_designs = study.table(state), study.tables(state.wide).pool_designs
+    pool, possible = table.rows[: len(pool_designs.pool)], pool_designs.weights > 0.0
     factors = tuple(
         _factor(state.answers[name].factor, len(state.answers[name].scores), state.preferences[name], table, pool)
         for name in state.liked
@@ -100,7 +100,7 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     shares = np.max([[entry.share for entry in factor.relevances] for factor in factors], axis=0)[table.groups]
     scores = product([factor.predicted for factor in factors])
     if scores[possible].any():
-        return Predicted(factors, scores, shares, words_of(table, scores, made.weights))
+        return Predicted(factors, scores, shares, words_of(table, scores, pool_designs.weights))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
         "none of the models of the pool is predicted to be liked, so only the order of the predictions is used: score "
@@ -122,7 +122,7 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
     since a large tree overfits.
 
     Args:
-        rows: [n, F] of the designs of a pool, in the units of the features.
+        rows: [n, F] rows of the designs of a pool, in the units of the features.
         scores: [n] >= 0, at least one positive together with its weight.
         weights: [n] >= 0, importance weight of each design.
         columns: [C] candidate columns, most preferred first.
@@ -134,13 +134,13 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
     near = [path for path in paths if path.smallest]
     if not near:
         nearest = min(paths, key=lambda path: min(path.js))
-        size = int(np.flatnonzero(np.array(nearest.js) <= _AS_NEAR * min(nearest.js))[-1]) + 1
+        size = int(np.flatnonzero(np.array(nearest.js) <= _JS_FACTOR * min(nearest.js))[-1]) + 1
         yield nearest.simplified(nearest.preference(size))
         return
     for path in near:
         last = 0
-        for size in dict.fromkeys(min(int(path.smallest * factor), len(path.js)) for factor in _SIZES):
-            if last and path.js[last - 1] < _CLOSE:
+        for size in dict.fromkeys(min(int(path.smallest * factor), len(path.js)) for factor in _SIZE_RATIOS):
+            if last and path.js[last - 1] < _MIN_JS:
                 break
             yield from path.drawn(size)
             last = size
@@ -148,10 +148,10 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
 
 def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -> list[Ints]:
     """Sets of columns for growing trees: the few that together distinguish levels of the scores, and all."""
-    levels = drawn_to_levels(scores, weights, _LEVELS)
-    counts = columns[[len(np.unique(rows[:, column])) <= _MOST_VALUES for column in columns.tolist()]]
-    needed = needed_columns(rows, levels, weights, counts, _LEFT)
-    return [needed, columns] if 0 < len(needed) < len(columns) else [columns]
+    levels = drawn_to_levels(scores, weights, _NUM_LEVELS)
+    counts = columns[[len(np.unique(rows[:, column])) <= _MAX_VALUES for column in columns.tolist()]]
+    distinguishing = needed_columns(rows, levels, weights, counts, _MAX_DENSITY_CHANGE)
+    return [distinguishing, columns] if 0 < len(distinguishing) < len(columns) else [columns]
 
 
 @dataclass(frozen=True)
@@ -167,24 +167,24 @@ class _Path:
 
     @classmethod
     def grown(cls, rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> _Path:
-        held_out = np.arange(len(rows)) % _HELD_OUT == 0
+        held_out = np.arange(len(rows)) % _HELD_OUT_STRIDE == 0
         if not (weights * scores)[held_out].any() or not (weights * scores)[~held_out].any():
             held_out[:] = True
-        own = ~held_out if not held_out.all() else held_out
-        tree = grow(rows[own], scores[own], weights[own], columns, max_leaves)
+        is_training = ~held_out if not held_out.all() else held_out
+        tree = grow(rows[is_training], scores[is_training], weights[is_training], columns, max_leaves)
         js: list[float] = []
         for size in range(1, len(tree) + 2):
             leaf = leaves_of(tree[: size - 1], rows)
-            means = means_of(leaf[own], size, scores[own], weights[own])[leaf]
+            means = means_of(leaf[is_training], size, scores[is_training], weights[is_training])[leaf]
             js.append(agreement(scores[held_out], means[held_out], weights[held_out]).js)
-            if js[-1] < _CLOSE:
+            if js[-1] < _MIN_JS:
                 break
         return cls(rows, scores, weights, tree, tuple(js))
 
     @property
     def smallest(self) -> int:
         """Number of leaves of the smallest tree that is near enough; 0 if none is."""
-        return next((size for size, js in enumerate(self.js, 1) if js <= _OF_THE_TREE), 0)
+        return next((size for size, js in enumerate(self.js, 1) if js <= _TREE_TOLERANCE), 0)
 
     def preference(self, size: int) -> SimplifiedPreference:
         """The tree with a number of leaves."""
@@ -201,18 +201,18 @@ class _Path:
     def drawn(self, size: int) -> Iterator[Simplified]:
         """The tree with a number of leaves: with as few levels as possible, and nearly unchanged."""
         exact = self.preference(size)
-        own = self.distance(exact)
-        for bound in (_OF_THE_TREE, own + _HARDLY):
-            yield self.simplified(self._round(self._drawn(exact, max(bound, own)), max(_OF_THE_TREE, own)))
+        exact_js = self.distance(exact)
+        for bound in (_TREE_TOLERANCE, exact_js + _NEGLIGIBLE_JS):
+            yield self.simplified(self._round(self._drawn(exact, max(bound, exact_js)), max(_TREE_TOLERANCE, exact_js)))
 
     def _round(self, preference: SimplifiedPreference, bound: float) -> SimplifiedPreference:
         """The same with rounder bounds that hardly change the density."""
-        most = min(bound, self.distance(preference) + _MOVED)
+        most = min(bound, self.distance(preference) + _MAX_BOUND_JS)
         for number, split in enumerate(preference.tree):
             values = self.rows[:, split.column]
-            if len(np.unique(values)) <= _MOST_VALUES:
+            if len(np.unique(values)) <= _MAX_VALUES:
                 continue
-            for part in _PARTS:
+            for part in _BOUND_MOVES:
                 about = part * float(np.ptp(values))
                 near = split._replace(bound=round_between(split.bound - about, split.bound + about))
                 moved = replace(preference, tree=(*preference.tree[:number], near, *preference.tree[number + 1 :]))
@@ -240,7 +240,7 @@ def _factor(
 ) -> SimplifiedFactor:
     predicted = np.clip(preference.predict(pool).mean, 0.0, MAX_SCORE)
     numbers = [str(number) for number in range(len(table.group_names))]
-    shares = {int(found.name): found for found in preference.explain(numbers)}
+    shares = {int(relevance.name): relevance for relevance in preference.explain(numbers)}
     relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(table.group_names))
     return SimplifiedFactor(name, num_labels, relevances, predicted)
 

@@ -16,23 +16,23 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import InexactError, LanguageError
 from grammarlab.features.expression import MAX_CHARACTERS
 from grammarlab.features.model_score import Score
-from grammarlab.learning.designs.pool import MadePool
+from grammarlab.learning.designs.pool import PoolDesigns
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
 from grammarlab.learning.targets.simplification import TOLERANCE, simpler
 from grammarlab.preference.simplified import SimplifiedPreference
 
-MOST_LEAVES = 128
+MAX_LEAVES = 128
 """Largest number of leaves of a tree that becomes a grammar."""
-LONGEST = MAX_CHARACTERS // 2
+MAX_TEXT = MAX_CHARACTERS // 2
 """Largest number of characters of the text of a function, so that a quotient of two functions can be parsed."""
-_WAYS = 4
+_ALTERNATIVES_RATIO = 4
 """Ratio of alternatives before symbols are merged to allowed rules."""
-_MANY_WAYS = 2_000
-"""Smallest allowed number of alternatives."""
-_STEPS = (0.05, 0.01, 0.001, 0.0001)
+_MIN_ALTERNATIVES = 2_000
+"""Least limit of the number of alternatives before symbols are merged."""
+_PERCENTAGE_STEPS = (0.05, 0.01, 0.001, 0.0001)
 """Candidate steps of percentages, roundest first."""
-_MOVED = 1e-4
+_MAX_ROUNDING_JS = 1e-4
 """Largest loss in nats by round percentages."""
 
 
@@ -46,41 +46,43 @@ class Simple(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Wanted:
+class PoolDensity:
     """A predicted density on a pool."""
 
     target: Target
     """The grammar and the base; its preference is not used."""
     columns: GrammarColumns
-    made: MadePool[Forest]
+    pool_designs: PoolDesigns[Forest]
     scores: Floats
     """[m] predicted scores, at least one above 0."""
     weights: Floats
     """[m] importance weight of each model of the pool under the base."""
 
     @classmethod
-    def of(cls, target: Target, columns: GrammarColumns, made: MadePool[Forest], scores: Floats) -> Wanted:
-        ratio = 1.0 if target.even is None else np.concatenate([target.even.ratio(f) for f in made.batches])
-        return cls(target, columns, made, scores, made.weights * ratio)
+    def of(
+        cls, target: Target, columns: GrammarColumns, pool_designs: PoolDesigns[Forest], scores: Floats
+    ) -> PoolDensity:
+        ratio = 1.0 if target.even is None else np.concatenate([target.even.ratio(f) for f in pool_designs.batches])
+        return cls(target, columns, pool_designs, scores, pool_designs.weights * ratio)
 
-    def simple(self, exact_only: bool, max_leaves: int = MOST_LEAVES) -> Iterator[Simple]:
+    def simple(self, exact_only: bool, max_leaves: int = MAX_LEAVES) -> Iterator[Simple]:
         """Simple functions of the columns from `simpler`, without those whose text is too long."""
         columns, order = self.columns, self.columns.order
         order = order[columns.exact[order]] if exact_only else order
-        for found in simpler(columns.rows, self.scores, self.weights, order, max_leaves):
-            if len(columns.text(found.preference)) <= LONGEST:
-                yield Simple(found.preference, found.js, self.as_target(found.preference))
+        for simplified in simpler(columns.rows, self.scores, self.weights, order, max_leaves):
+            if len(columns.text(simplified.preference)) <= MAX_TEXT:
+                yield Simple(simplified.preference, simplified.js, self.as_target(simplified.preference))
 
     def simplest(self, exact_only: bool) -> Simple:
         """The first of them; with fewer leaves if all texts are too long."""
-        sizes = (MOST_LEAVES >> halved for halved in range(MOST_LEAVES.bit_length()))
-        return next(found for size in sizes for found in self.simple(exact_only, size))
+        sizes = (MAX_LEAVES >> halved for halved in range(MAX_LEAVES.bit_length()))
+        return next(simple for size in sizes for simple in self.simple(exact_only, size))
 
     def as_target(self, preference: SimplifiedPreference) -> Target:
         """A function of the columns as a density."""
         score = Score.of_text(self.columns.text(preference))
-        own = Target.of_score(self.target.grammar, score, self.target.base, self.target.assets)
-        return replace(own, bound=max(preference.levels))
+        density = Target.of_score(self.target.grammar, score, self.target.base, self.target.assets)
+        return replace(density, bound=max(preference.levels))
 
 
 def compiled(
@@ -96,7 +98,7 @@ def compiled(
         step: probabilities are rounded to multiples of this.
     """
     try:
-        return target.compiled(forest, header, max(_WAYS * most, _MANY_WAYS), step)
+        return target.compiled(forest, header, max(_ALTERNATIVES_RATIO * most, _MIN_ALTERNATIVES), step)
     except InexactError:
         return None
 
@@ -115,25 +117,25 @@ def rules_if_few(learned: LearnedGrammar, most: int) -> int:
 
 
 def rounded_off(
-    wanted: Wanted, target: Target, forest: Forest, header: Sequence[str], exact: LearnedGrammar, others: Floats
+    density: PoolDensity, target: Target, forest: Forest, header: Sequence[str], exact: LearnedGrammar, others: Floats
 ) -> LearnedGrammar:
     """Grammar with the roundest percentages that hardly change its density; unchanged for the base uniform.
 
     Args:
-        wanted: the predicted density.
+        density: the predicted density.
         target: the density of the grammar.
-        forest: see `compiled`.
-        header: see `compiled`.
+        forest: derivations for `compiled`.
+        header: comment lines for `compiled`.
         exact: the grammar with exact percentages.
         others: [m] factors of an acceptance rule on the density of the grammar.
     """
     if target.base == "uniform":
         return exact
-    own = others * np.concatenate([exact.ratio(models) for models in wanted.made.batches])
-    for step in _STEPS:
-        found = target.compiled(forest, header, step=step)
-        ratio = others * np.concatenate([found.ratio(models) for models in wanted.made.batches])
-        moved = agreement(own, ratio, wanted.made.weights).js
-        if moved <= _MOVED and agreement(wanted.scores, ratio, wanted.made.weights).js <= TOLERANCE:
-            return found
+    exact_ratio = others * np.concatenate([exact.ratio(models) for models in density.pool_designs.batches])
+    for step in _PERCENTAGE_STEPS:
+        rounded = target.compiled(forest, header, step=step)
+        ratio = others * np.concatenate([rounded.ratio(models) for models in density.pool_designs.batches])
+        moved = agreement(exact_ratio, ratio, density.pool_designs.weights).js
+        if moved <= _MAX_ROUNDING_JS and agreement(density.scores, ratio, density.pool_designs.weights).js <= TOLERANCE:
+            return rounded
     return exact

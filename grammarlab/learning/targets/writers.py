@@ -111,7 +111,7 @@ class LearnedDensity(Generic[Designs]):
     features: tuple[Feature, ...]
     """[K] features of the file."""
     names: tuple[str, ...]
-    """[K] the same in words."""
+    """[K] names of the features in words."""
     steps: tuple[Step, ...]
     measured: Measured
     """Comparison with the predicted density, on the pool."""
@@ -119,7 +119,7 @@ class LearnedDensity(Generic[Designs]):
     def __repr__(self) -> str:
         """Number of branches of the rules, likes, dislikes, and remarks about how it was made."""
         learned, words = self.learned, self.predicted.words
-        remarks = " ".join([*words.lines, *(f"{each[:1].upper()}{each[1:]}." for each in learned.findings)])
+        remarks = " ".join([*words.lines, *(f"{finding[:1].upper()}{finding[1:]}." for finding in learned.findings)])
         branches = "branch" if learned.rules_after == 1 else "branches"
         size = f"{learned.rules_after} {branches} of rules, {learned.rules_before} before."
         return f"<LearnedDensity: {size} {remarks}>"
@@ -166,14 +166,14 @@ class AbstractTargetWriter(ABC, Generic[Designs]):
         return name or self.methods[0]
 
 
-def check_method(method: str, known: Sequence[str]) -> None:
+def check_method(method: str, methods: Sequence[str]) -> None:
     """Check that a method exists.
 
     Raises:
         UsageError: If it does not exist.
     """
-    if method not in known:
-        raise UsageError(f"unknown method {method!r}; expected one of {', '.join(known)}")
+    if method not in methods:
+        raise UsageError(f"unknown method {method!r}; expected one of {', '.join(methods)}")
 
 
 def judged(
@@ -182,7 +182,7 @@ def judged(
     learned: Learned[Designs],
     predicted: Predicted,
     simple: Floats,
-    looked_at: Mapping[Feature, str],
+    features: Mapping[Feature, str],
     base_ratio: Callable[[Designs], Floats] | None = None,
 ) -> LearnedDensity[Designs]:
     """Changes of the density by each step, and the comparison of the result with the predicted one, on the pool.
@@ -193,17 +193,19 @@ def judged(
         learned: the result.
         predicted: the predictions it was made from.
         simple: [m] the scores of the pool by the simplified function.
-        looked_at: the features of this function, in words.
+        features: the features of this function, in words.
         base_ratio: [n] base density divided by that of the space; None if it is that of the space.
     """
-    made = study.tables(state.wide).made
-    ratio = np.concatenate([learned.ratio(designs) for designs in made.batches])
-    of_base = np.ones(len(ratio)) if base_ratio is None else np.concatenate([base_ratio(d) for d in made.batches])
-    weights = made.weights * of_base
-    relative = np.divide(ratio, of_base, out=np.zeros(len(ratio)), where=of_base > 0.0)
+    pool_designs = study.tables(state.wide).pool_designs
+    ratio = np.concatenate([learned.ratio(designs) for designs in pool_designs.batches])
+    base_weights = (
+        np.ones(len(ratio)) if base_ratio is None else np.concatenate([base_ratio(d) for d in pool_designs.batches])
+    )
+    weights = pool_designs.weights * base_weights
+    relative = np.divide(ratio, base_weights, out=np.zeros(len(ratio)), where=base_weights > 0.0)
     steps = (
         Step("predictions made simple", agreement(predicted.scores, simple, weights).js),
         Step("made into a sampler", agreement(simple, relative, weights).js),
     )
-    against = measured(predicted.scores * of_base, ratio, made.weights)
-    return LearnedDensity(learned, predicted, tuple(looked_at), tuple(looked_at.values()), steps, against)
+    against = measured(predicted.scores * base_weights, ratio, pool_designs.weights)
+    return LearnedDensity(learned, predicted, tuple(features), tuple(features.values()), steps, against)

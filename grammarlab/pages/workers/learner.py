@@ -18,7 +18,7 @@ from grammarlab.learning.fitting import fit
 from grammarlab.learning.interview import next_factor
 from grammarlab.learning.questions import ask, ask_pairs
 from grammarlab.learning.round import State, Study, answered, init, step
-from grammarlab.learning.stopping import MORE, expected_gain
+from grammarlab.learning.stopping import NUM_MORE, expected_gain
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.explanation import words_of
 from grammarlab.pages.record.label_exchange import labels_of
@@ -126,13 +126,13 @@ class _LastUpdate:
         )
 
     def _turn(self, names: tuple[str, ...]) -> str:
-        return names[next_factor(self._study, self._state, names, MORE)] if len(names) > 1 else ""
+        return names[next_factor(self._study, self._state, names, NUM_MORE)] if len(names) > 1 else ""
 
     def _words(self, product: Predictions | None) -> tuple[str, ...]:
         """Liked and disliked kinds in words."""
         if product is None:
             return ()
-        weights = self._study.tables(self._state.wide).made.weights
+        weights = self._study.tables(self._state.wide).pool_designs.weights
         scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
         return words_of(self._study.table(self._state), scores, weights).lines
 
@@ -163,7 +163,7 @@ class _LastUpdate:
 
         It is computed on the pool of that time.
         """
-        weights = self._study.tables(self._state.wide).made.weights
+        weights = self._study.tables(self._state.wide).pool_designs.weights
         liking = np.ones(len(weights)) if product is None else np.maximum(product.mean[: len(weights)], 0.0)
         previous_weights, previous_liking = self._previous or (weights, np.ones(len(weights)))
         self._previous = weights, liking

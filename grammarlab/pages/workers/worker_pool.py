@@ -18,7 +18,7 @@ from threading import Thread
 from typing import Any
 
 from grammarlab.errors import GrammarlabError
-from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, how_it_ended, is_unguarded, start_worker
+from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, exit_reason, is_unguarded, start_worker
 
 _END_SECONDS = 5.0
 """Seconds to wait for the end of a process."""
@@ -194,7 +194,7 @@ class WorkerPool:
         elif task.losses + 1 < MAX_ATTEMPTS:
             self._waiting.appendleft(replace(task, losses=task.losses + 1))
         else:
-            task.then(TaskOutcome(error=_lost(how_it_ended(worker.process))))
+            task.then(TaskOutcome(error=_lost(exit_reason(worker.process))))
         if self._waiting:
             self.start()
             self._dispatch()

@@ -37,7 +37,7 @@ from grammarlab.preference.cells.cells import ScoreCells, levels_of
 from grammarlab.preference.cells.further_columns import splits_of, sums_of, widened
 from grammarlab.preference.cells.person_error import (
     BLUNDERS,
-    COOL,
+    LOW_TEMPERATURE,
     NOISES,
     Start,
     enough,
@@ -51,9 +51,10 @@ from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 
-_SWEEPS = 3
-"""Each takes the total of the other cells from the sweep before."""
-_NONE = 1e-12
+_NUM_SWEEPS = 3
+"""Number of sweeps; each takes the total of the other cells from the sweep before."""
+_MIN_TOTAL = 1e-12
+"""Totals of at most this count as 0."""
 
 
 def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
@@ -66,13 +67,13 @@ def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floa
     """
     expected = posteriors @ grid
     values = expected
-    for _ in range(_SWEEPS):
+    for _ in range(_NUM_SWEEPS):
         others = np.maximum(masses @ values - masses * values, 0.0)
-        own = grid * masses[:, None]
-        share = (posteriors * (own / np.maximum(own + others[:, None], _NONE))).sum(axis=1)
+        value_mass = grid * masses[:, None]
+        share = (posteriors * (value_mass / np.maximum(value_mass + others[:, None], _MIN_TOTAL))).sum(axis=1)
         # A cell without designs, or without other cells of some value, has no share that its value could change.
-        open_ = (masses > 0.0) & (others > _NONE)
-        odds = share / np.maximum(1.0 - share, _NONE)
+        open_ = (masses > 0.0) & (others > _MIN_TOTAL)
+        odds = share / np.maximum(1.0 - share, _MIN_TOTAL)
         values = np.where(open_, odds * others / np.where(open_, masses, 1.0), expected)
     return values * (expected.max() / values.max()) if values.max(initial=0.0) > 0.0 else expected
 
@@ -80,18 +81,20 @@ def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floa
 MAX_ROWS_TO_FIT = 512
 """Largest number of labels that trees are grown from; of more, an even selection by score is used."""
 NUM_TREES = 12
+"""Number of trees of the average."""
 NUM_AROUND = 6
 """Number of further trees, found by changing the most likely one."""
 NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
-DOUBT = 4.0
+DOUBT_TEMPERATURE = 4.0
 """Approximate loss in nats of these trees."""
 _NUM_REPLANTED = 4
 """Number of trees of all labels that are candidates for some of the labels."""
-_WARM = 1.0
+_WARM_TEMPERATURE = 1.0
 """Temperature of draws of splits, for some of the trees."""
-_LEAST_SHARE = 1e-3
-_LIKELY_NOISE = 0.25
+_MIN_SHARE = 1e-3
+"""Smallest share of a tree in predictions; trees below it are left out."""
+_MIN_NOISE_PROBABILITY = 0.25
 """Least probability of a noise that values are averaged over, relative to the most likely one: an unlikely small one
 would make every disliked cell a little liked, and most designs are disliked."""
 
@@ -100,9 +103,9 @@ class Designs(NamedTuple):
     """Designs with a density."""
 
     rows: Floats
-    """[m, F + shares of sums] their rows."""
+    """[m, F + shares of sums] rows of the designs."""
     masses: Floats
-    """[m] >= 0, their density; the sum is 1."""
+    """[m] >= 0, density of the designs; the sum is 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +122,7 @@ class PartitionPreference(AbstractPreference):
     trees: tuple[Tree, ...]
     """Trees, most likely first."""
     doubtful: tuple[Tree, ...]
-    """Alternative trees."""
+    """Alternative trees, used only to choose questions."""
     designs: Designs | None = None
     """The designs over which predictions are a density; None for predictions of scores only."""
 
@@ -141,13 +144,15 @@ class PartitionPreference(AbstractPreference):
     def predict(self, rows: Rows) -> Prediction:
         table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
         value, mean, square = np.zeros((3, len(table)))
-        for (share, tree), known in zip(self._counting(), self._known, strict=True):
+        for (share, tree), cache in zip(self._counting(), self._density_values, strict=True):
             number, cells = tree.cell_of(table)
             means, variances = self._values(cells)
             mean += share * means[number]
             square += share * (variances + means**2)[number]
-            told = [known.get(cell.tobytes(), own) for cell, own in zip(cells, means.tolist(), strict=True)]
-            value += share * np.array(told)[number]
+            cell_values = [
+                cache.get(cell.tobytes(), expected) for cell, expected in zip(cells, means.tolist(), strict=True)
+            ]
+            value += share * np.array(cell_values)[number]
         variance = np.maximum(square - mean**2, 0.0) + self.noise**2
         # A blunder is any score from 0 to 100.
         chance = self.blunders
@@ -164,35 +169,35 @@ class PartitionPreference(AbstractPreference):
         return replace(self, designs=Designs(widened(rows, self.shares_of), weights / weights.sum()))
 
     @cached_property
-    def _known(self) -> tuple[dict[bytes, float], ...]:
+    def _density_values(self) -> tuple[dict[bytes, float], ...]:
         """For each tree that counts, values for the density, by the labels of the cells with designs."""
-        known = list[dict[bytes, float]]()
+        caches = list[dict[bytes, float]]()
         for _, tree in self._counting():
             values = dict[bytes, float]()
             if self.designs is not None:
                 number, cells = tree.cell_of(self.designs.rows)
                 masses = np.bincount(number, self.designs.masses, minlength=len(cells)).astype(np.float64)
-                found = values_for_density(self._posteriors(cells), self.cells.grid, masses)
-                values = dict(zip((cell.tobytes() for cell in cells), found.tolist(), strict=True))
-            known.append(values)
-        return tuple(known)
+                adjusted = values_for_density(self._posteriors(cells), self.cells.grid, masses)
+                values = dict(zip((cell.tobytes() for cell in cells), adjusted.tolist(), strict=True))
+            caches.append(values)
+        return tuple(caches)
 
     def values(self, rows: Rows) -> Floats:
         """[m, G] probability of each value of the grid."""
         table = widened(rows_to_predict(rows, self.num_columns), self.shares_of)
-        found = np.zeros((len(table), len(self.cells.grid)))
+        probabilities = np.zeros((len(table), len(self.cells.grid)))
         for share, tree in self._counting():
             number, cells = tree.cell_of(table)
-            found += share * self._posteriors(cells)[number]
-        return found
+            probabilities += share * self._posteriors(cells)[number]
+        return probabilities
 
     @cached_property
     def noises(self) -> Floats:
         """[N] probability of each of `NOISES`, by the evidence of the cells of the most likely tree."""
         parts, every = list(self.trees[0].cells()), np.arange(len(self.cells.scores))
         inside = np.array([np.isin(every, part) for part in parts], dtype=np.float32)
-        found = np.array([replace(self.cells, noise=n).log_evidence(inside, every).sum() for n in NOISES])
-        odds = np.exp(found - found.max())
+        log_evidence = np.array([replace(self.cells, noise=n).log_evidence(inside, every).sum() for n in NOISES])
+        odds = np.exp(log_evidence - log_evidence.max())
         return odds / odds.sum()
 
     def divisions(self, rows: Floats, num: int, randomness: np.random.Generator) -> Iterator[tuple[Ints, Floats]]:
@@ -204,35 +209,40 @@ class PartitionPreference(AbstractPreference):
             yield from [(cell, self._posteriors(cells))] * number
 
     def without(
-        self, rows: Floats, scores: Floats, continuous: Flags, said: Intervals | None = None
+        self, rows: Floats, scores: Floats, continuous: Flags, intervals: Intervals | None = None
     ) -> PartitionPreference:
         """Preference from some of the labels, with the known error model: a fast approximation.
 
         Args:
-            rows: [n, F] of these labels.
-            scores: [n]
+            rows: [n, F] rows of these labels.
+            scores: [n] scores of these labels, 0-100.
             continuous: [F] whether columns are continuous instead of counts.
-            said: [n] intervals of these labels, if they are not scores.
+            intervals: [n] intervals of these labels, if they are not scores.
         """
         randomness, every = np.random.default_rng(0), np.arange(len(scores))
         splits = splits_of(rows, self.groups, continuous, self.shares_of, scores)
         cells = ScoreCells(
-            splits=splits, scores=scores, grid=self.cells.grid, noise=self.noise, blunders=self.blunders, said=said
+            splits=splits,
+            scores=scores,
+            grid=self.cells.grid,
+            noise=self.noise,
+            blunders=self.blunders,
+            intervals=intervals,
         )
         guides = guides_of(cells)
         sketches = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
         shares = posterior_shares(sketches)
-        found = [(share, tuple(tree.cells())) for share, tree in zip(shares.tolist(), sketches, strict=True)]
-        start = Start(replace(cells, levels=levels_of(cells, found)), guides, sketches[int(np.argmax(shares))])
+        divisions = [(share, tuple(tree.cells())) for share, tree in zip(shares.tolist(), sketches, strict=True)]
+        start = Start(replace(cells, levels=levels_of(cells, divisions)), guides, sketches[int(np.argmax(shares))])
         # Without errors, held-out scores have influenced the splits of all labels, which would be a leak.
-        known = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] or self.blunders > BLUNDERS[0] else ()
-        near = start.tree.bounds().union(*(tree.bounds() for tree in known))
+        near_trees = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] or self.blunders > BLUNDERS[0] else ()
+        near = start.tree.bounds().union(*(tree.bounds() for tree in near_trees))
         table = widened(rows, self.shares_of)
         cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, scores, near), table)
         trees = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
-        if known:
+        if near_trees:
             # The tree of all labels is a candidate, pruned by these labels only.
-            trees += [replanted(cells, tree, table, every) for tree in known]
+            trees += [replanted(cells, tree, table, every) for tree in near_trees]
         else:
             best = max(trees, key=lambda tree: tree.log_posterior)
             trees += [regrown(cells, best, growth, randomness) for growth in sketching(guides)[1:]]
@@ -247,11 +257,11 @@ class PartitionPreference(AbstractPreference):
         means, covariance = np.zeros((len(trees), len(rows))), np.zeros((len(rows), len(rows)))
         shares = np.array([share for share, _ in trees])
         shares /= shares.sum()
-        for place, (_, tree) in enumerate(trees):
+        for index, (_, tree) in enumerate(trees):
             number, cells = tree.cell_of(table)
             values, variances = self._values(cells)
-            means[place] = values[number]
-            covariance += shares[place] * (number[:, None] == number) * variances[number]
+            means[index] = values[number]
+            covariance += shares[index] * (number[:, None] == number) * variances[number]
         mean = shares @ means
         away = np.sqrt(shares)[:, None] * (means - mean)
         return mean, covariance + away.T @ away
@@ -260,46 +270,49 @@ class PartitionPreference(AbstractPreference):
         """Share of the variance of the labels' values that splits by each group explain."""
         if len(self.groups) and len(group_names) <= self.groups.max():
             raise UsageError(f"group_names: expected {self.groups.max() + 1} names, found {len(group_names)}.")
-        found = np.zeros(len(group_names))
+        totals = np.zeros(len(group_names))
         for share, tree in self._counting():
-            found += share * self._explained(tree, len(group_names))
+            totals += share * self._explained(tree, len(group_names))
         entries = [
-            Relevance(name, value, level_of(value)) for name, value in zip(group_names, found.tolist(), strict=True)
+            Relevance(name, value, level_of(value)) for name, value in zip(group_names, totals.tolist(), strict=True)
         ]
         return sorted(entries, key=lambda relevance: -relevance.share)
 
     def _explained(self, tree: Tree, num_groups: int) -> Floats:
         """[groups] share of the variance that the splits of a tree explain."""
-        found, owners = np.zeros(num_groups), np.concatenate([self.groups, *(self.groups[s] for s in self.shares_of)])
+        explained, owners = (
+            np.zeros(num_groups),
+            np.concatenate([self.groups, *(self.groups[s] for s in self.shares_of)]),
+        )
         for node in tree.nodes():
             if node.split is not None:
                 parts = [part.labels for _, part in node.parts]
                 means, sizes = self._values(parts)[0], np.array([len(part) for part in parts])
                 between = float(sizes @ (means - sizes @ means / sizes.sum()) ** 2)
                 groups = np.unique(owners[list(node.split.columns)])
-                found[groups] += between / len(groups)
-        return found / max(float(found.sum()), 1e-12) if found.any() else found
+                explained[groups] += between / len(groups)
+        return explained / max(float(explained.sum()), 1e-12) if explained.any() else explained
 
     def _counting(self) -> Iterator[tuple[float, Tree]]:
-        counting = self.shares >= _LEAST_SHARE
+        counting = self.shares >= _MIN_SHARE
         total = self.shares[counting].sum()
-        for place in np.flatnonzero(counting).tolist():
-            yield float(self.shares[place] / total), self.trees[place]
+        for index in np.flatnonzero(counting).tolist():
+            yield float(self.shares[index] / total), self.trees[index]
 
     def _posteriors(self, cells: Sequence[Ints]) -> Floats:
         """[k, G] probability of each value of cells, an average over the noises that the labels allow.
 
         Much noise and a value of 0, or less noise and a small value, can explain a disliked cell equally well.
         """
-        found = np.zeros((len(cells), len(self.cells.grid)))
-        for share, told in self._allowed:
-            found += share * np.array([told.posterior(cell) for cell in cells]).reshape(found.shape)
-        return found
+        probabilities = np.zeros((len(cells), len(self.cells.grid)))
+        for share, labelled in self._allowed:
+            probabilities += share * np.array([labelled.posterior(cell) for cell in cells]).reshape(probabilities.shape)
+        return probabilities
 
     @cached_property
     def _allowed(self) -> tuple[tuple[float, ScoreCells], ...]:
         """The labels with each likely noise, and its share; all shares sum to 1."""
-        likely = self.noises >= _LIKELY_NOISE * self.noises.max()
+        likely = self.noises >= _MIN_NOISE_PROBABILITY * self.noises.max()
         shares = self.noises[likely] / self.noises[likely].sum()
         noises = np.array(NOISES)[likely]
         return tuple(
@@ -322,7 +335,7 @@ def fit(
     continuous: ArrayLike | None = None,
     seed: int = 0,
     warm: AbstractPreference | None = None,
-    said: Intervals | None = None,
+    intervals: Intervals | None = None,
 ) -> PartitionPreference:
     """A preference that divides designs into cells.
 
@@ -333,7 +346,7 @@ def fit(
         continuous: [F] whether columns are continuous instead of counts; by default none is.
         seed: seed of the draws of splits, and of the selection of labels if there are more than `MAX_ROWS_TO_FIT`.
         warm: not used.
-        said: [n] intervals of the labels, if they are not scores; the scores are then approximate values.
+        intervals: [n] intervals of the labels, if they are not scores; the scores are then approximate values.
 
     Raises:
         UsageError: If labels or groups are out of range.
@@ -346,19 +359,30 @@ def fit(
         by_score = np.argsort(values + 1e-6 * randomness.random(len(values)), kind="stable")
         some = np.sort(by_score[np.arange(MAX_ROWS_TO_FIT) * len(values) // MAX_ROWS_TO_FIT])
         table, values = table[some], values[some]
-        said = None if said is None else said.take(some)
+        intervals = None if intervals is None else intervals.take(some)
     sums = sums_of(table, numbers, drawn)
     wide, every = widened(table, sums), np.arange(len(values))
     num_trees, num_around, num_doubtful = (enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
     with threadpool_limits(1, "blas"):
-        start = find_error(splits_of(table, numbers, drawn, sums, values), values, said, randomness)
-        cells, guides, found = start.refined(splits_of(table, numbers, drawn, sums, values, start.tree.bounds()), wide)
-        growths = [Growth(1e-2)] + [Growth(COOL if n % 2 else _WARM, 0.0, guides) for n in range(num_trees - 1)]
-        trees = [found] + [grow(cells, every, growth, randomness) for growth in growths]
-        trees += _around(
-            cells, max(trees, key=lambda tree: tree.log_posterior), Growth(_WARM, 0.0, guides), num_around, randomness
+        start = find_error(splits_of(table, numbers, drawn, sums, values), values, intervals, randomness)
+        cells, guides, refined = start.refined(
+            splits_of(table, numbers, drawn, sums, values, start.tree.bounds()), wide
         )
-        doubtful = [grow(cells, every, Growth(_WARM, DOUBT, guides), randomness) for _ in range(num_doubtful)]
+        growths = [Growth(1e-2)] + [
+            Growth(LOW_TEMPERATURE if n % 2 else _WARM_TEMPERATURE, 0.0, guides) for n in range(num_trees - 1)
+        ]
+        trees = [refined] + [grow(cells, every, growth, randomness) for growth in growths]
+        trees += _around(
+            cells,
+            max(trees, key=lambda tree: tree.log_posterior),
+            Growth(_WARM_TEMPERATURE, 0.0, guides),
+            num_around,
+            randomness,
+        )
+        doubtful = [
+            grow(cells, every, Growth(_WARM_TEMPERATURE, DOUBT_TEMPERATURE, guides), randomness)
+            for _ in range(num_doubtful)
+        ]
         doubtful = [loosened(tree, wide, randomness) for tree in doubtful]
     trees.sort(key=lambda tree: -tree.log_posterior)
     return PartitionPreference(

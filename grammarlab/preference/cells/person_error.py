@@ -13,7 +13,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
-from grammarlab.preference.cells.split_ranking import MANY
+from grammarlab.preference.cells.split_ranking import MANY_LABELS
 from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, replanted
 from grammarlab.preference.likelihood import Intervals
@@ -24,17 +24,19 @@ BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
 """Candidate probabilities of blunders."""
 PRICE_OF_BLUNDERS = 40.0
 """Log-prior of a probability pi of blunders: minus this times pi."""
-_BEGINNINGS = (15.0, 5.0, 0.5)
-_NOISY = 7.5
+_START_NOISES = (15.0, 5.0, 0.5)
+"""Noises of the searches, in points, largest first; each search starts with one of them."""
+_LARGE_NOISE = 7.5
 """Noise of many labels in points, found from other beginnings, from which the smallest beginning is left out: its
 trees explain all noise, are large, and are then unlikely. With few labels, only it finds some tastes, such as parity.
 """
-_ROUNDS = 3
+_MAX_ROUNDS = 3
+"""Largest number of rounds per start, in which trees and error model are improved in turns."""
 _NUM_SKETCHES = 4
 """Number of trees per round."""
-_GUIDE = (15.0, 0.05)
+_GUIDE_ERROR = (15.0, 0.05)
 """Noise and blunders of the first guide."""
-COOL = 0.5
+LOW_TEMPERATURE = 0.5
 """Low temperature of draws of splits."""
 _TEMPERATURE = 3.0
 """Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
@@ -46,7 +48,7 @@ class Start(NamedTuple):
     cells: ScoreCells
     """The labels and the error model."""
     guides: tuple[ScoreCells, ...]
-    """The same labels, with more noise."""
+    """Labels and error models with more noise, which guide the draws of splits."""
     tree: Tree
     """The most likely tree."""
 
@@ -56,50 +58,52 @@ class Start(NamedTuple):
         return Start(cells, tuple(guides), replanted(cells, self.tree, rows, self.tree.labels))
 
 
-def find_error(splits: Splits, scores: Floats, said: Intervals | None, randomness: np.random.Generator) -> Start:
+def find_error(splits: Splits, scores: Floats, intervals: Intervals | None, randomness: np.random.Generator) -> Start:
     """The most likely error model with its most likely tree.
 
     Args:
         splits: splits of the labelled rows.
         scores: [n] 0-100.
-        said: [n] intervals of the labels, if they are not scores.
+        intervals: [n] intervals of the labels, if they are not scores.
         randomness: draws splits.
     """
     grid, every = grid_of(scores), np.arange(len(scores))
-    first = ScoreCells(splits=splits, scores=scores, grid=grid, noise=_BEGINNINGS[0], blunders=BLUNDERS[1], said=said)
+    first = ScoreCells(
+        splits=splits, scores=scores, grid=grid, noise=_START_NOISES[0], blunders=BLUNDERS[1], intervals=intervals
+    )
     guides = guides_of(first)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
-    seen, many = set[tuple[float, float]](), len(scores) > MANY
-    for noise in _BEGINNINGS:
-        if many and noise == _BEGINNINGS[-1] and best.noise >= _NOISY:
+    visited, many = set[tuple[float, float]](), len(scores) > MANY_LABELS
+    for noise in _START_NOISES:
+        if many and noise == _START_NOISES[-1] and best.noise >= _LARGE_NOISE:
             break
-        cells, seen = replace(first, noise=noise), seen if many else set[tuple[float, float]]()
-        for _ in range(enough(_ROUNDS, scores)):
+        cells, visited = replace(first, noise=noise), visited if many else set[tuple[float, float]]()
+        for _ in range(enough(_MAX_ROUNDS, scores)):
             trees = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
             tree = max(trees, key=lambda tree: tree.log_posterior)
             posterior = tree.log_posterior - PRICE_OF_BLUNDERS * cells.blunders
             if posterior > highest:
                 best, highest, most_likely = cells, posterior, tree
-            found = [
+            divisions = [
                 (float(share), tuple(tree.cells())) for share, tree in zip(posterior_shares(trees), trees, strict=True)
             ]
-            erring = _most_likely(cells, found)
-            if erring in seen:
+            erring = _most_likely(cells, divisions)
+            if erring in visited:
                 break
-            seen.add(erring)
-            cells = replace(cells, noise=erring[0], blunders=erring[1], levels=levels_of(cells, found))
+            visited.add(erring)
+            cells = replace(cells, noise=erring[0], blunders=erring[1], levels=levels_of(cells, divisions))
     return Start(best, guides, most_likely)
 
 
-def _most_likely(cells: ScoreCells, found: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
+def _most_likely(cells: ScoreCells, divisions: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
     """Noise and blunders with the highest posterior for the two most likely divisions."""
-    top = sorted(found, key=lambda item: -item[0])[:2]
+    top = sorted(divisions, key=lambda item: -item[0])[:2]
     every = np.arange(len(cells.scores))
     members = []
     for share, parts in top:
         inside = np.zeros((len(parts), len(every)), dtype=np.float32)
-        for place, cell in enumerate(parts):
-            inside[place, cell] = 1.0
+        for row, cell in enumerate(parts):
+            inside[row, cell] = 1.0
         members.append((share, inside))
 
     def posterior(erring: tuple[float, float]) -> float:
@@ -117,18 +121,18 @@ def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
     several splits, after which liked and disliked designs are still mixed, has little evidence with less noise.
     """
     spread = float(cells.scores.std())
-    noises = (_GUIDE[0], spread) if spread > _GUIDE[0] else _GUIDE[:1]
-    return tuple(replace(cells, noise=noise, blunders=_GUIDE[1]) for noise in noises)
+    noises = (_GUIDE_ERROR[0], spread) if spread > _GUIDE_ERROR[0] else _GUIDE_ERROR[:1]
+    return tuple(replace(cells, noise=noise, blunders=_GUIDE_ERROR[1]) for noise in noises)
 
 
 def enough(num: int, scores: Floats) -> int:
     """Number of trees or rounds for a number of scores."""
-    return num if len(scores) <= MANY else num - num // 3
+    return num if len(scores) <= MANY_LABELS else num - num // 3
 
 
 def sketching(guides: Sequence[ScoreCells]) -> list[Growth]:
     """Options of a few trees, one of them of the best splits."""
-    return [Growth(1e-2)] + [Growth(COOL, 0.0, guides)] * (_NUM_SKETCHES - 1)
+    return [Growth(1e-2)] + [Growth(LOW_TEMPERATURE, 0.0, guides)] * (_NUM_SKETCHES - 1)
 
 
 def posterior_shares(trees: Sequence[Tree]) -> Floats:

@@ -17,13 +17,13 @@ from grammarlab.preference.cells.splits import Splits, different
 from grammarlab.preference.likelihood import Singles
 
 Evidence: TypeAlias = Callable[[Singles], Floats]
-"""[k] log-evidence of parts from the sums [k, W] of what their labels tell; an empty part has 0."""
+"""[k] log-evidence of parts from the sums [k, W] of the terms of their labels; an empty part has 0."""
 
-_LIKELY, _GAINING = 120, 60
+_NUM_LIKELY, _NUM_GAINING = 120, 60
 """Numbers of splits into two that are combined: those with the largest prior mass, after those that gain most alone."""
-MANY = 160
+MANY_LABELS = 160
 """Number of labels above which a less careful search is enough: a third of its splits, trees and rounds is left out."""
-_MANY_WAYS = 8
+_NUM_MULTIWAY = 8
 """Number of splits into more parts of either kind whose parts are divided once more."""
 
 
@@ -36,17 +36,17 @@ class Ranked(NamedTuple):
     """[K] log of the prior mass."""
     member: Ints
     """[J] index into the splits of all labels: first `Splits.halves`, then `Splits.many`."""
-    of: Ints
-    """[J] index of each among the K."""
+    group: Ints
+    """[J] index of the split among the K different ones."""
 
 
-def rank(splits: Splits, cell: Ints, told: Singles, evidence: Evidence, *, ahead: bool) -> Ranked | None:
+def rank(splits: Splits, cell: Ints, terms: Singles, evidence: Evidence, *, ahead: bool) -> Ranked | None:
     """Splits of a cell; None if there are none.
 
     Args:
         splits: splits of all labels.
         cell: [c] indices of labels.
-        told: [c, W] what the labels tell.
+        terms: [c, W] terms of the labels, whose sums give the evidence of a part.
         evidence: evidence of parts of the cell.
         ahead: whether to look one step ahead.
     """
@@ -55,16 +55,16 @@ def rank(splits: Splits, cell: Ints, told: Singles, evidence: Evidence, *, ahead
     halves ^= halves[:, :1].copy()
     in_two = np.flatnonzero(halves.any(axis=1))
     halves = halves[in_two]
-    first, of = different(halves)
+    first, group = different(halves)
     inside = halves[first].astype(np.float32)
-    log_mass = [np.log(np.bincount(of, np.exp(splits.log_mass[in_two])))]
-    found, member, index = [_divided(inside, told, evidence)], [in_two], [of]
+    log_mass = [np.log(np.bincount(group, np.exp(splits.log_mass[in_two])))]
+    log_evidence, member, index = [_divided(inside, terms, evidence)], [in_two], [group]
     parts: list[Singles] = []
     if len(splits.many):
         members = splits.members[:, cell]
         occupied = np.add.reduceat(members.any(axis=1).astype(np.int64), splits.starts)
         several = np.flatnonzero(occupied > 1)
-        found.append(np.add.reduceat(evidence(members @ told), splits.starts)[several])
+        log_evidence.append(np.add.reduceat(evidence(members @ terms), splits.starts)[several])
         log_mass.append(splits.log_prior[splits.many[several]])
         member.append(len(splits.halves) + several)
         index.append(len(first) + np.arange(len(several)))
@@ -73,44 +73,46 @@ def rank(splits: Splits, cell: Ints, told: Singles, evidence: Evidence, *, ahead
     mass = np.concatenate(log_mass)
     if not len(mass):
         return None
-    posterior = np.concatenate(found) + mass
+    posterior = np.concatenate(log_evidence) + mass
     if ahead and len(inside):
-        posterior = np.maximum(posterior, mass + _after_two(inside, parts, mass, posterior, told, evidence))
+        posterior = np.maximum(posterior, mass + _after_two(inside, parts, mass, posterior, terms, evidence))
     return Ranked(posterior, mass, np.concatenate(member), np.concatenate(index))
 
 
-def _divided(inside: Singles, told: Singles, evidence: Evidence) -> Floats:
+def _divided(inside: Singles, terms: Singles, evidence: Evidence) -> Floats:
     """[k] total evidence of both halves of labels [k, c]."""
-    sums = inside @ told
-    return evidence(np.concatenate([sums, told.sum(axis=0) - sums])).reshape(2, -1).sum(axis=0)
+    sums = inside @ terms
+    return evidence(np.concatenate([sums, terms.sum(axis=0) - sums])).reshape(2, -1).sum(axis=0)
 
 
 def _after_two(
-    inside: Singles, parts: list[Singles], mass: Floats, posterior: Floats, told: Singles, evidence: Evidence
+    inside: Singles, parts: list[Singles], mass: Floats, posterior: Floats, terms: Singles, evidence: Evidence
 ) -> Floats:
-    """[K] evidence of the parts of splits, each divided once more where this gains; minus infinity if not tried.
+    """[K] evidence of the parts of splits, each divided once more where this gains; minus infinity if not examined.
 
     Args:
         inside: [k, c] halves of the cell.
         parts: the parts of each of K - k further splits, as members [parts, c].
         mass: [K] log of the prior mass of all splits.
         posterior: [K] their log-posterior alone.
-        told: [c, W] what the labels tell.
+        terms: [c, W] terms of the labels, whose sums give the evidence of a part.
         evidence: evidence of parts of the cell.
     """
     best, number = np.full(len(mass), -np.inf), len(inside)
-    likely, gaining = (num if len(told) <= MANY else num - num // 3 for num in (_LIKELY, _GAINING))
+    likely, gaining = (num if len(terms) <= MANY_LABELS else num - num // 3 for num in (_NUM_LIKELY, _NUM_GAINING))
     # Of equal masses, those that gain more alone come first.
     by_mass = np.lexsort((-posterior[:number], -mass[:number]))
     first = _highest(posterior[:number], gaining)
-    tried = np.union1d(first, by_mass[~np.isin(by_mass, first)][:likely])
-    seconds, price = inside[tried], mass[tried]
-    best[tried] = _halves_divided(seconds, price, told, evidence)
-    for split in np.union1d(_highest(mass[number:], _MANY_WAYS), _highest(posterior[number:], _MANY_WAYS)).tolist():
-        own = [told * part[:, None] for part in parts[split] if part.any()]
-        left = evidence(np.array([each.sum(axis=0) for each in own]))
-        divided = [float((_divided(seconds, each, evidence) + price).max()) for each in own]
-        best[number + split] = np.maximum(left, divided).sum()
+    selected = np.union1d(first, by_mass[~np.isin(by_mass, first)][:likely])
+    seconds, price = inside[selected], mass[selected]
+    best[selected] = _halves_divided(seconds, price, terms, evidence)
+    for split in np.union1d(
+        _highest(mass[number:], _NUM_MULTIWAY), _highest(posterior[number:], _NUM_MULTIWAY)
+    ).tolist():
+        part_terms = [terms * part[:, None] for part in parts[split] if part.any()]
+        undivided = evidence(np.array([member_terms.sum(axis=0) for member_terms in part_terms]))
+        divided = [float((_divided(seconds, member_terms, evidence) + price).max()) for member_terms in part_terms]
+        best[number + split] = np.maximum(undivided, divided).sum()
     return best
 
 
@@ -118,17 +120,17 @@ def _highest(values: Floats, num: int) -> Ints:
     return np.argsort(-values, kind="stable")[:num]
 
 
-def _halves_divided(inside: Singles, price: Floats, told: Singles, evidence: Evidence) -> Floats:
+def _halves_divided(inside: Singles, price: Floats, terms: Singles, evidence: Evidence) -> Floats:
     """[t] evidence of both halves of splits [t, c], each left or divided by the best of the splits at its price [t]."""
-    sums, total = inside @ told, told.sum(axis=0)
+    sums, total = inside @ terms, terms.sum(axis=0)
     one, other = evidence(sums), evidence(total - sums)
-    for place, half in enumerate(inside):
+    for index, half in enumerate(inside):
         # Two splits make the same quarters in either order.
-        both, second = inside[place:] @ (told * half[:, None]), sums[place:]
-        quarters = (both, sums[place] - both, second - both, total - second - sums[place] + both)
+        both, second = inside[index:] @ (terms * half[:, None]), sums[index:]
+        quarters = (both, sums[index] - both, second - both, total - second - sums[index] + both)
         a, b, c, d = evidence(np.concatenate(quarters)).reshape(4, -1)
-        one[place] = max(one[place], float((a + b + price[place:]).max()))
-        other[place] = max(other[place], float((c + d + price[place:]).max()))
-        one[place:] = np.maximum(one[place:], a + c + price[place])
-        other[place:] = np.maximum(other[place:], b + d + price[place])
+        one[index] = max(one[index], float((a + b + price[index:]).max()))
+        other[index] = max(other[index], float((c + d + price[index:]).max()))
+        one[index:] = np.maximum(one[index:], a + c + price[index])
+        other[index:] = np.maximum(other[index:], b + d + price[index])
     return one + other

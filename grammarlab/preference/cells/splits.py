@@ -39,7 +39,7 @@ def best_intervals(values: Floats, scores: Floats) -> Floats:
     # No interval ends between equal values.
     apart = np.ones((num + 1, width), dtype=bool)
     apart[1:num] = ascending[1:] > ascending[:-1]
-    found = np.empty((width, 2))
+    ends = np.empty((width, 2))
     first, last = np.triu_indices(num + 1, 1)
     some = last - first < num
     first, last = first[some], last[some]
@@ -51,19 +51,21 @@ def best_intervals(values: Floats, scores: Floats) -> Floats:
         inside = sums[last, column] - sums[first, column]
         between = np.where(apart[first, column] & apart[last, column], inside**2 * scale, -1.0)
         best = int(np.argmax(between)) if len(between) else 0
-        found[column] = (bounds[first[best], column], bounds[last[best], column]) if len(between) else (-np.inf, np.inf)
-    return found
+        ends[column] = (bounds[first[best], column], bounds[last[best], column]) if len(between) else (-np.inf, np.inf)
+    return ends
 
 
 CONTINUOUS_SHARE = 0.15
 """Prior mass of a continuous group; all others have 1."""
-_MOST_BOUNDS = 24
+_MAX_BOUNDS = 24
 """Number of bounds on a continuous column, evenly spaced by rank."""
-_MOST_NUMBERS = 10
+_MAX_NUMBERS = 10
 """Largest number of different counts that are divided number by number; others are divided at bounds only."""
-_MOST_PARTS = 12
-_ALIKE = 1e-6
-_PIECE = 31
+_MAX_PARTS = 12
+"""Largest number of patterns of a group that are parts of one split."""
+_TOLERANCE = 1e-6
+"""Largest difference, or squared distance, of equal values of columns; it allows for rounding errors."""
+_PIECE_BITS = 31
 """Number of bits of a random number per sum: sums of 2^22 such numbers are exact in float64."""
 
 
@@ -96,7 +98,7 @@ class Equal(NamedTuple):
 
     def parts(self, rows: Floats) -> Ints:
         """[m] number of the part of each row."""
-        return (np.abs(rows[:, self.column] - self.value) < _ALIKE).astype(np.int64)
+        return (np.abs(rows[:, self.column] - self.value) < _TOLERANCE).astype(np.int64)
 
 
 class Odd(NamedTuple):
@@ -117,17 +119,17 @@ class Odd(NamedTuple):
 
 
 class Patterns(NamedTuple):
-    """Index of the known pattern of the columns; -1 for none of them."""
+    """Index of the pattern of the columns; -1 for none of them."""
 
     columns: tuple[int, ...]
-    known: Floats
-    """[parts, columns] known patterns."""
+    patterns: Floats
+    """[parts, columns] values of the columns in each part."""
 
     def parts(self, rows: Floats) -> Ints:
         """[m] number of the part of each row."""
-        distance = ((rows[:, None, list(self.columns)] - self.known) ** 2).sum(axis=2)
+        distance = ((rows[:, None, list(self.columns)] - self.patterns) ** 2).sum(axis=2)
         nearest = distance.argmin(axis=1)
-        return np.where(distance[np.arange(len(rows)), nearest] < _ALIKE, nearest, -1)
+        return np.where(distance[np.arange(len(rows)), nearest] < _TOLERANCE, nearest, -1)
 
 
 Split = Above | Equal | Odd | Patterns
@@ -138,7 +140,7 @@ class Splits:
     """All splits of n labelled rows."""
 
     splits: tuple[Split, ...]
-    """[S] the splits."""
+    """[S] splits, in the order of their groups."""
     parts: NDArray[np.int16]
     """[S, n] number of the part of each row."""
     log_prior: Floats
@@ -146,15 +148,15 @@ class Splits:
     halves: Flags
     """[H, n] the different splits of all labels into two; the first label is on the side of zeros."""
     half_of: Ints
-    """[S] index of each split among these; -1 for splits into more parts."""
+    """[S] index of each split in `halves`; -1 for splits into more parts."""
     log_mass: Floats
-    """[H] log of the prior mass of each."""
+    """[H] log of the prior mass of each of `halves`."""
     many: Ints
     """[M] splits into more than two parts, without duplicates."""
     members: NDArray[np.float32]
-    """[parts of all of these, n] 1 if a row is in a part."""
+    """[parts of all splits of `many`, n] 1 if a row is in a part."""
     starts: Ints
-    """[M] index of the first part of each."""
+    """[M] index of the first part of each of `many`."""
 
     def drawn(self, ways: Ints, randomness: np.random.Generator) -> int:
         """One of the splits equal to given divisions, drawn in proportion to prior mass.
@@ -198,9 +200,9 @@ class Splits:
             alike = ((halves ^ halves[:, :1]) == (part_of != part_of[0])).all(axis=1)
             return float(np.exp(self.log_mass[alike]).sum())
         parts = self.parts[self.many][:, labels]
-        _, first, of = np.unique(part_of, return_index=True, return_inverse=True)
-        several = np.array([len(np.unique(each)) for each in parts], dtype=np.int64) == len(first)
-        alike = several & (parts == parts[:, first[of.reshape(-1)]]).all(axis=1)
+        _, first, part_index = np.unique(part_of, return_index=True, return_inverse=True)
+        several = np.array([len(np.unique(numbers)) for numbers in parts], dtype=np.int64) == len(first)
+        alike = several & (parts == parts[:, first[part_index.reshape(-1)]]).all(axis=1)
         return float(np.exp(self.log_prior[self.many[alike]]).max(initial=0.0))
 
     @classmethod
@@ -211,10 +213,10 @@ class Splits:
         explains the scores best.
 
         Args:
-            rows: [n, F].
+            rows: [n, F] rows to divide.
             groups: [F] group numbers.
             continuous: [F] whether columns are continuous instead of counts.
-            scores: [n]
+            scores: [n] scores of the rows, 0-100.
             near: splits near which columns of many values are divided at every bound.
         """
         varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
@@ -227,16 +229,16 @@ class Splits:
         splits: list[Split] = []
         log_prior: list[float] = []
         for group, share in shares.items():
-            for mass, found in _of_group(rows, varying[groups[varying] == group], continuous, bounds):
-                splits += found
-                log_prior += [float(np.log(mass * share / total / len(found)))] * len(found)
+            for mass, subset in _of_group(rows, varying[groups[varying] == group], continuous, bounds):
+                splits += subset
+                log_prior += [float(np.log(mass * share / total / len(subset)))] * len(subset)
         parts = np.array([split.parts(rows) for split in splits], dtype=np.int16).reshape(len(splits), len(rows))
         sizes = parts.max(axis=1, initial=0) + 1
         two, many = np.flatnonzero(sizes == 2), np.flatnonzero(sizes > 2)
         sides = (parts[two] == 1) ^ (parts[two][:, :1] == 1)
-        first, of = different(sides)
+        first, half_index = different(sides)
         half_of = np.full(len(splits), -1)
-        half_of[two] = of
+        half_of[two] = half_index
         many = many[np.sort(np.unique(parts[many], axis=0, return_index=True)[1])] if len(many) else many
         members = [parts[split] == np.arange(sizes[split])[:, None] for split in many]
         return cls(
@@ -245,7 +247,7 @@ class Splits:
             np.array(log_prior),
             sides[first],
             half_of,
-            np.log(np.bincount(of, np.exp(np.array(log_prior)[two]))),
+            np.log(np.bincount(half_index, np.exp(np.array(log_prior)[two]))),
             many,
             np.concatenate([np.zeros((0, len(rows)), dtype=bool), *members]).astype(np.float32),
             np.cumsum(np.append(0, sizes[many]))[:-1].astype(np.int64),
@@ -263,11 +265,11 @@ def different(sides: Flags) -> tuple[Ints, Ints]:
     # Rows are compared by random sums of their columns: sums of different rows are almost never equal.
     factors = _factors(sides.shape[1])
     # BLAS adds floats many times faster than integers; sums wrap at 2^64.
-    low, high = (sides.astype(np.float64) @ np.stack([factors % 2**_PIECE, factors >> _PIECE], axis=1)).T.astype(
-        np.int64
-    )
-    _, first, of = np.unique(low + (high << _PIECE), return_index=True, return_inverse=True)
-    return first, of.reshape(-1)
+    low, high = (
+        sides.astype(np.float64) @ np.stack([factors % 2**_PIECE_BITS, factors >> _PIECE_BITS], axis=1)
+    ).T.astype(np.int64)
+    _, first, index = np.unique(low + (high << _PIECE_BITS), return_index=True, return_inverse=True)
+    return first, index.reshape(-1)
 
 
 @cache
@@ -280,8 +282,8 @@ def _bounds_of(rows: Floats, columns: Ints, scores: Floats, near: Collection[Abo
     """Bounds on columns: all of them if there are few values."""
     ascending = np.sort(rows[:, columns], axis=0)
     middle, apart = (ascending[1:] + ascending[:-1]) / 2.0, ascending[1:] > ascending[:-1]
-    bounds = {column: middle[apart[:, place], place] for place, column in enumerate(columns.tolist())}
-    many = [column for column, found in bounds.items() if len(found) > _MOST_BOUNDS]
+    bounds = {column: middle[apart[:, index], index] for index, column in enumerate(columns.tolist())}
+    many = [column for column, column_bounds in bounds.items() if len(column_bounds) > _MAX_BOUNDS]
     for column, ends in zip(many, best_intervals(rows[:, many], scores) if many else (), strict=True):
         bounds[column] = _some(bounds[column], ends, [split.bound for split in near if split.column == column])
     return bounds
@@ -289,27 +291,27 @@ def _bounds_of(rows: Floats, columns: Ints, scores: Floats, near: Collection[Abo
 
 def _some(bounds: Floats, exactly: Floats, around: Sequence[float]) -> Floats:
     """Some of ascending bounds: evenly spaced by rank, some exact ones, and all next to others."""
-    few = np.linspace(0, len(bounds) - 1, _MOST_BOUNDS).astype(np.int64)
-    kept = np.isin(bounds, exactly)
-    kept[few] = True
-    for place in np.searchsorted(bounds[few], around).tolist():
-        kept[few[max(place - 1, 0)] : few[min(place + 1, _MOST_BOUNDS - 1)]] = True
-    return bounds[kept]
+    few = np.linspace(0, len(bounds) - 1, _MAX_BOUNDS).astype(np.int64)
+    is_selected = np.isin(bounds, exactly)
+    is_selected[few] = True
+    for index in np.searchsorted(bounds[few], around).tolist():
+        is_selected[few[max(index - 1, 0)] : few[min(index + 1, _MAX_BOUNDS - 1)]] = True
+    return bounds[is_selected]
 
 
 def _of_group(
     rows: Floats, columns: Ints, continuous: Flags, bounds: Mapping[int, Floats]
 ) -> Iterator[tuple[float, Sequence[Split]]]:
     """Sets of splits of a group, each with its share of the prior mass of the group."""
-    counts, left = columns[~continuous[columns]], 1.0
+    counts, rest = columns[~continuous[columns]], 1.0
     if len(counts) > 1:
-        known = np.unique(rows[:, counts], axis=0)
-        if 2 < len(known) <= _MOST_PARTS:
-            left = 0.5
-            yield 0.5, [Patterns(tuple(counts.tolist()), known)]
+        patterns = np.unique(rows[:, counts], axis=0)
+        if 2 < len(patterns) <= _MAX_PARTS:
+            rest = 0.5
+            yield 0.5, [Patterns(tuple(counts.tolist()), patterns)]
     for column in columns.tolist():
-        share, above = left / len(columns), [Above(column, bound) for bound in bounds[column].tolist()]
-        if continuous[column] or not 1 < len(above) < _MOST_NUMBERS:
+        share, above = rest / len(columns), [Above(column, bound) for bound in bounds[column].tolist()]
+        if continuous[column] or not 1 < len(above) < _MAX_NUMBERS:
             yield share, above
             continue
         values = np.unique(rows[:, column])

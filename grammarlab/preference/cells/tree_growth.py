@@ -17,12 +17,13 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells
 from grammarlab.preference.cells.splits import Above, Split
 
-MOST_DEPTH = 12
-GUIDED = 0.5
+MAX_DEPTH = 12
+"""Largest depth of a tree."""
+GUIDE_PROBABILITY = 0.5
 """Probability of a draw by the guide."""
 _AHEAD_DEPTH = 1
 """Depth above which nodes look one step ahead."""
-_NO_HOPE = 6.0
+_MIN_POSSIBLE_GAIN = 6.0
 """Gain in nats below which no division is possible: less than the price of a split."""
 
 
@@ -31,11 +32,11 @@ class Tree:
     """A node of a tree with its labels."""
 
     labels: Ints
-    """[c] indices, ascending."""
+    """[c] indices of the labels of the node, ascending."""
     log_posterior: float
     """Log of the evidence of all cells and of the prior of all splits."""
     split: Split | None = None
-    """None for a cell."""
+    """Split of the labels; None for a cell."""
     parts: tuple[tuple[int, Tree], ...] = ()
     """The parts with labels, by number."""
 
@@ -59,19 +60,19 @@ class Tree:
     def cell_of(self, rows: Floats) -> tuple[Ints, tuple[Ints, ...]]:
         """Number [m] of the cell of each row [m, F], and the cells; rows of new parts belong to the whole node."""
         number, cells = np.zeros(len(rows), dtype=np.int64), list[Ints]()
-        self._place(rows, np.arange(len(rows)), number, cells)
+        self._assign(rows, np.arange(len(rows)), number, cells)
         return number, tuple(cells)
 
-    def _place(self, rows: Floats, some: Ints, number: Ints, cells: list[Ints]) -> None:
+    def _assign(self, rows: Floats, some: Ints, number: Ints, cells: list[Ints]) -> None:
         part_of = np.full(len(some), -1) if self.split is None else self.split.parts(rows[some])
-        left = np.ones(len(some), dtype=bool)
+        unassigned = np.ones(len(some), dtype=bool)
         for part, tree in self.parts:
             inside = part_of == part
-            left &= ~inside
+            unassigned &= ~inside
             if inside.any():
-                tree._place(rows, some[inside], number, cells)
-        if left.any():
-            number[some[left]] = len(cells)
+                tree._assign(rows, some[inside], number, cells)
+        if unassigned.any():
+            number[some[unassigned]] = len(cells)
             cells.append(self.labels)
 
 
@@ -84,7 +85,7 @@ class Growth:
     doubt: float = 0.0
     """Temperature of pruning in nats: a branch with about this gain or loss is kept at random; 0 keeps the better."""
     guides: Sequence[ScoreCells] = ()
-    """The same labels, with more noise."""
+    """Labels and error models with more noise, which guide the draws of splits."""
 
 
 def replanted(cells: ScoreCells, tree: Tree, rows: Floats, labels: Ints, depth: int = 0) -> Tree:
@@ -131,15 +132,15 @@ def grow(cells: ScoreCells, labels: Ints, growth: Growth, randomness: np.random.
     """
     leaf, dividing = _leaf(cells, labels, depth)
     whole = leaf.log_posterior - float(np.log1p(-dividing))
-    if len(labels) < 2 or depth >= MOST_DEPTH or whole > cells.best_possible(labels) - _NO_HOPE:
+    if len(labels) < 2 or depth >= MAX_DEPTH or whole > cells.best_possible(labels) - _MIN_POSSIBLE_GAIN:
         return leaf
-    guided = bool(growth.guides) and randomness.random() < GUIDED
+    guided = bool(growth.guides) and randomness.random() < GUIDE_PROBABILITY
     guide = growth.guides[int(randomness.integers(len(growth.guides)))] if guided else cells
     ranked = guide.ranked(labels, depth < _AHEAD_DEPTH)
     if ranked is None:
         return leaf
     drawn = int(np.argmax(ranked.log_posterior / growth.temperature + randomness.gumbel(size=len(ranked.log_mass))))
-    split = cells.splits.drawn(ranked.member[ranked.of == drawn], randomness)
+    split = cells.splits.drawn(ranked.member[ranked.group == drawn], randomness)
     part_of = cells.splits.parts[split, labels]
     parts = tuple(
         (part, grow(cells, labels[part_of == part], growth, randomness, depth + 1))

@@ -19,16 +19,17 @@ from grammarlab.preference.observations import Observations, observe
 from grammarlab.preference.processes.grouped import Explanation, GroupedPreference
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
-CAUTION = 0.4
+CAUTION_DISTANCE = 0.4
 """Weighted squared distance between two typical models in columns that seem irrelevant."""
-DOUBT = 0.1
+DOUBT_WEIGHT = 0.1
 """Least weight, per squared range, of a column that was the same in all liked models."""
-_TRUST = 3.0
+_TRUST_PER_MODEL = 3.0
 """Decrease of that weight by liked models in which the column differs: to 1 / (1 + this x models)."""
 TEMPERATURE = 10.0
 """Shares of explanations are raised to one over this, since worse explanations may be nearer the truth."""
-_LEAST_SHARE = 0.05
-_LEAST_NOISE = 1e-4
+_MIN_SHARE = 0.05
+"""Smallest share of an explanation; those below it are left out."""
+_MIN_NOISE = 1e-4
 """Least noise as a share of the squared highest score; it keeps the covariance of nearly equal models regular."""
 
 
@@ -41,7 +42,7 @@ def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[F
         least: [F] >= 0, the least weight of each column.
     """
     shares = np.array([explanation.share for explanation in preference.explanations]) ** (1.0 / TEMPERATURE)
-    shares = np.where(shares >= _LEAST_SHARE * shares.max(), shares, 0.0)
+    shares = np.where(shares >= _MIN_SHARE * shares.max(), shares, 0.0)
     shares /= shares.sum()
     covariance, means = np.zeros((len(rows), len(rows))), np.zeros((len(shares), len(rows)))
     with threadpool_limits(1, "blas"):
@@ -58,7 +59,7 @@ def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[F
 def cautious_weights(preference: GroupedPreference, rows: Floats) -> Floats:
     """[F] least weights that make typical rows [m, F] slightly different for any difference."""
     total = 2.0 * float(np.sum(np.var(rows / preference.scales, axis=0)))
-    return CAUTION / (max(total, 1e-12) * preference.scales**2)
+    return CAUTION_DISTANCE / (max(total, 1e-12) * preference.scales**2)
 
 
 def doubtful_weights(preference: GroupedPreference, liked: Floats) -> Floats:
@@ -68,14 +69,14 @@ def doubtful_weights(preference: GroupedPreference, liked: Floats) -> Floats:
     is irrelevant; disliked models with and without it do not.
     """
     others = np.array([len(column) - np.unique(column, return_counts=True)[1].max(initial=0) for column in liked.T])
-    return DOUBT / ((1.0 + _TRUST * others) * preference.scales**2)
+    return DOUBT_WEIGHT / ((1.0 + _TRUST_PER_MODEL * others) * preference.scales**2)
 
 
 def most_doubtful(covariance: Floats, num: int, noise: float, stakes: Floats, allowed: NDArray[np.bool_]) -> Ints:
     """Models of the largest variance times stakes, chosen one after the other, each given the scores of those before.
 
     Args:
-        covariance: [m, m] of the scores.
+        covariance: [m, m] covariance of the scores.
         num: number of models, at most the number of allowed ones.
         noise: variance of one score around the function, > 0.
         stakes: [m] >= 0, weight of the variance of each model; equal weights if all are zero.
@@ -84,14 +85,14 @@ def most_doubtful(covariance: Floats, num: int, noise: float, stakes: Floats, al
     Returns:
         [num] indices, best first.
     """
-    return _greedy(covariance, num, noise, stakes, allowed, lambda left, counts: np.diagonal(left) * counts)
+    return _greedy(covariance, num, noise, stakes, allowed, lambda posterior, counts: np.diagonal(posterior) * counts)
 
 
 def most_telling(covariance: Floats, num: int, noise: float, stakes: Floats, allowed: NDArray[np.bool_]) -> Ints:
     """Models whose scores would lower the total variance most, chosen one after the other.
 
     Args:
-        covariance: [m, m] of the scores.
+        covariance: [m, m] covariance of the scores.
         num: number of models, at most the number of allowed ones.
         noise: variance of one score around the function, > 0.
         stakes: [m] >= 0, weight of the variance of each model; equal weights if all are zero.
@@ -106,7 +107,7 @@ def most_telling(covariance: Floats, num: int, noise: float, stakes: Floats, all
         noise,
         stakes,
         allowed,
-        lambda left, counts: (left * left) @ counts / (np.diagonal(left) + noise),
+        lambda posterior, counts: (posterior * posterior) @ counts / (np.diagonal(posterior) + noise),
     )
 
 
@@ -118,17 +119,17 @@ def _greedy(
     allowed: NDArray[np.bool_],
     gain: Callable[[Floats, Floats], Floats],
 ) -> Ints:
-    left, open_ = covariance.copy(), allowed.copy()
+    posterior, open_ = covariance.copy(), allowed.copy()
     counts = stakes if stakes.any() else np.ones(len(stakes))
     chosen = np.empty(num, dtype=np.int64)
-    for place in range(num):
-        best = chosen[place] = int(np.argmax(np.where(open_, gain(left, counts), -1.0)))
+    for index in range(num):
+        best = chosen[index] = int(np.argmax(np.where(open_, gain(posterior, counts), -1.0)))
         open_[best] = False
-        left -= np.outer(left[best], left[best] / (left[best, best] + noise))
+        posterior -= np.outer(posterior[best], posterior[best] / (posterior[best, best] + noise))
     return chosen
 
 
-def given(covariance: Floats, chosen: Ints, noise: float) -> Floats:
+def conditional_covariance(covariance: Floats, chosen: Ints, noise: float) -> Floats:
     """[m, m] covariance given the scores of some models."""
     if not len(chosen):
         return covariance
@@ -136,29 +137,29 @@ def given(covariance: Floats, chosen: Ints, noise: float) -> Floats:
     return covariance - covariance[:, chosen] @ np.linalg.solve(inner, covariance[chosen])
 
 
-def unexplained(known: Floats, rows: Floats, weights: Floats, amplitude: float, noise: float) -> Floats:
+def unexplained(scored_rows: Floats, rows: Floats, weights: Floats, amplitude: float, noise: float) -> Floats:
     """[m, m] covariance of unknown additional effects: a process that has seen only scores of 0.
 
     Args:
-        known: [n, F] rows with scores.
-        rows: [m, F] others.
+        scored_rows: [n, F] rows with scores.
+        rows: [m, F] other rows.
         weights: [F] >= 0, weights of the columns.
         amplitude: variance of the additional effects.
         noise: variance of a score.
     """
     hyperparameters = Hyperparameters(amplitude, weights, noise)
-    return _covariance(hyperparameters, observe(known, np.zeros(len(known))), rows)
+    return _covariance(hyperparameters, observe(scored_rows, np.zeros(len(scored_rows))), rows)
 
 
 def _cautious(preference: GroupedPreference, explanation: Explanation, least: Floats) -> Hyperparameters:
     """The kernel of an explanation, with least weights and a least noise."""
-    found = explanation.posterior.hyperparameters
-    noise = max(found.noise, _LEAST_NOISE * preference.highest**2)
-    return Hyperparameters(found.amplitude, np.maximum(found.weights, least), noise)
+    fitted = explanation.posterior.hyperparameters
+    noise = max(fitted.noise, _MIN_NOISE * preference.highest**2)
+    return Hyperparameters(fitted.amplitude, np.maximum(fitted.weights, least), noise)
 
 
 def _covariance(hyperparameters: Hyperparameters, observations: Observations, rows: Floats) -> Floats:
-    """[m, m] of rows [m, F], given observations."""
+    """[m, m] covariance of rows [m, F], given observations."""
     posterior = condition(hyperparameters, observations)
     across = posterior.covariance_with_observed(rows)
     explained = solve_triangular(posterior.factor, across.T, lower=True, overwrite_b=True, check_finite=False)

@@ -97,7 +97,7 @@ class _Visited:
         return value, gradient
 
 
-_SMALLEST_BLOCK = 64
+_MIN_BLOCK = 64
 """Size below which halving a triangular matrix costs more than it saves."""
 
 
@@ -111,13 +111,13 @@ class Data(NamedTuple):
     counts: jax.Array | Floats
     """[n] number of labels of each row; 0 for padding."""
     spread: jax.Array | float
-    """See `Observations`."""
+    """Sum of the squared distances of labels to the mean of their row, as in `Observations`."""
     others: jax.Array | Floats | None = None
-    """[n, F] as in `Beside`, shifted like the rows; None if all observations are scores of one row."""
+    """[n, F] subtracted rows as in `Differences`, shifted like the rows; None if all observations are of one row."""
     compared: jax.Array | Floats | None = None
-    """[n] as in `Beside`."""
+    """[n] 1 if a row is subtracted, else 0."""
     variances: jax.Array | Floats | None = None
-    """[n] as in `Beside`."""
+    """[n] variance of each observation; 0 for mean scores."""
 
 
 def padded_size(size: int, steps: int) -> int:
@@ -152,31 +152,35 @@ def padded(observations: Observations, num_columns_padded: int, num_rows_padded:
     def column(values: Floats) -> Floats:
         return np.concatenate([values, np.zeros(n - num_rows)])
 
-    beside = observations.beside
+    differences = observations.differences
     data = Data(
         rows=filled(observations.rows),
         means=column(observations.means),
         counts=column(observations.counts),
         spread=observations.spread,
     )
-    if beside is None:
+    if differences is None:
         return data
-    others, compared, variances = filled(beside.others), column(beside.compared), column(beside.variances)
+    others, compared, variances = (
+        filled(differences.others),
+        column(differences.compared),
+        column(differences.variances),
+    )
     return data._replace(others=others, compared=compared, variances=variances)
 
 
-def covariance(left: jax.Array, right: jax.Array, amplitude: jax.Array, weights: jax.Array) -> jax.Array:
+def covariance(rows: jax.Array, others: jax.Array, amplitude: jax.Array, weights: jax.Array) -> jax.Array:
     """[m, n] kernel of Equation 4.6 without noise, between rows [m, F] and [n, F].
 
     Args:
-        left: [m, F] rows.
-        right: [n, F] rows.
+        rows: [m, F] rows.
+        others: [n, F] rows.
         amplitude: theta_0.
         weights: [F] theta_d of Equation 4.6.
     """
-    weighted = left * weights
-    squared = jnp.sum(weighted * left, axis=1)[:, None] + jnp.sum(right * weights * right, axis=1)
-    return amplitude * jnp.exp(-0.5 * jnp.maximum(squared - 2.0 * weighted @ right.T, 0.0))
+    weighted = rows * weights
+    squared = jnp.sum(weighted * rows, axis=1)[:, None] + jnp.sum(others * weights * others, axis=1)
+    return amplitude * jnp.exp(-0.5 * jnp.maximum(squared - 2.0 * weighted @ others.T, 0.0))
 
 
 @jax.custom_vjp
@@ -211,18 +215,18 @@ def _loss_and_gradient(
     X, u, m = jnp.asarray(data.rows), jnp.asarray(data.means), jnp.asarray(data.counts)
     real = m > 0
     share = jnp.where(real, 1.0 / jnp.maximum(m, 1.0), 0.0)
-    here, n, differences = jnp.arange(len(u)), len(u), data.others is not None
+    here, n, has_differences = jnp.arange(len(u)), len(u), data.others is not None
     if data.others is None or data.compared is None or data.variances is None:
         K = jnp.where(real[:, None] & real, covariance(X, X, amplitude, weights), 0.0)
         # A padded row is independent, of variance 1 and with score 0: it does not change determinant or residual.
         C = K.at[here, here].set(jnp.where(real, amplitude + noise * share, 1.0))
     else:
-        own = jnp.asarray(data.variances)
-        X, share = jnp.concatenate([X, data.others]), jnp.where(own > 0.0, 0.0, share)
+        variances = jnp.asarray(data.variances)
+        X, share = jnp.concatenate([X, data.others]), jnp.where(variances > 0.0, 0.0, share)
         sign = jnp.concatenate([jnp.where(real, 1.0, 0.0), -jnp.asarray(data.compared)])
         K = sign[:, None] * sign * covariance(X, X, amplitude, weights)
         C = K[:n, :n] + K[:n, n:] + K[n:, :n] + K[n:, n:]
-        C = C.at[here, here].add(jnp.where(real, noise * share + own, 1.0))
+        C = C.at[here, here].add(jnp.where(real, noise * share + variances, 1.0))
     inverse, log_determinant = _inverse_and_log_determinant(C)
     a = inverse @ u
     extra = jnp.sum(jnp.where(real, m - 1.0, 0.0))
@@ -235,7 +239,7 @@ def _loss_and_gradient(
         + data.spread / noise
     )
     by_covariance = 0.5 * (inverse - a[:, None] * a)
-    S = (jnp.tile(by_covariance, (2, 2)) if differences else by_covariance) * K
+    S = (jnp.tile(by_covariance, (2, 2)) if has_differences else by_covariance) * K
     by_weights = jnp.sum(X * (S @ X), axis=0) - jnp.sum(S, axis=1) @ (X * X)
     by_noise = jnp.sum(jnp.diagonal(by_covariance) * share) + 0.5 * (extra / noise - data.spread / noise**2)
     return value, (jnp.sum(S) / amplitude, by_weights, by_noise)
@@ -253,7 +257,7 @@ def _inverse_and_log_determinant(C: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _triangular_inverse(L: jax.Array) -> jax.Array:
     n = len(L)
-    if n <= _SMALLEST_BLOCK:
+    if n <= _MIN_BLOCK:
         return solve_triangular(L, jnp.eye(n, dtype=L.dtype), lower=True)
     h = n // 2
     top, bottom = _triangular_inverse(L[:h, :h]), _triangular_inverse(L[h:, h:])
@@ -263,7 +267,7 @@ def _triangular_inverse(L: jax.Array) -> jax.Array:
 def _gram(L: jax.Array) -> jax.Array:
     """L^T L of a lower triangular matrix."""
     n = len(L)
-    if n <= _SMALLEST_BLOCK:
+    if n <= _MIN_BLOCK:
         return L.T @ L
     h = n // 2
     corner = L[h:, :h].T @ L[h:, h:]

@@ -1,4 +1,4 @@
-"""The default preference: Gaussian processes with a weight for each group of columns, averaged by their evidence.
+"""Preference by groups: Gaussian processes with a weight for each group of columns, averaged by their evidence.
 
 Columns of one group are alternatives of one choice, so they matter together or not at all: one weight per group is
 much less to learn than one per column. Few labels allow several explanations, which the search (`grouped_search`)
@@ -41,11 +41,12 @@ MAX_ROWS_TO_KEEP = 4096
 """Largest number of distinct rows for predictions, selected in the same way."""
 
 NUM_RANDOM_STARTS = 2
+"""Number of random starts of the search for kernels."""
 NUM_WARM_STARTS = 4
 """Number of explanations of the previous round used as starts, since new labels may favour another one."""
-_LEAST_HIGHEST = 1e-6
+_MIN_HIGHEST = 1e-6
 """Largest highest score in points that is no scale: the squares of smaller ones vanish."""
-_LEAST_SHARE = 1e-3
+_MIN_SHARE = 1e-3
 """Smallest share of an explanation in predictions."""
 
 
@@ -56,7 +57,7 @@ class Explanation:
     kernel: Kernel
     posterior: Posterior
     share: float
-    """Its weight in the average; all shares sum to 1."""
+    """Weight of the kernel in the average; all shares sum to 1."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class GroupedPreference(AbstractPreference):
     observations: Observations
     """The labels used for predictions."""
     scales: Floats
-    """[F] > 0, the range of each column among them, 1 for constant ones."""
+    """[F] > 0, the range of each column among the labels, 1 for constant columns."""
     highest: float
     """The highest score, > 0; `MAX_SCORE` if all are nearly zero."""
     explanations: tuple[Explanation, ...]
@@ -77,7 +78,7 @@ class GroupedPreference(AbstractPreference):
 
     def predict(self, rows: Rows) -> Prediction:
         table = rows_to_predict(rows, self.num_columns)
-        counting = [explanation for explanation in self.explanations if explanation.share >= _LEAST_SHARE]
+        counting = [explanation for explanation in self.explanations if explanation.share >= _MIN_SHARE]
         parts = [explanation.posterior.predict(table) for explanation in counting]
         shares = np.array([explanation.share for explanation in counting])
         shares /= shares.sum()
@@ -87,10 +88,10 @@ class GroupedPreference(AbstractPreference):
         return Prediction(mean, np.sqrt(variance))
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
-        return relevances(self.observations.looked_at, self.column_weights(), self.groups, group_names)
+        return relevances(self.observations.all_rows, self.column_weights(), self.groups, group_names)
 
-    def given(self, observations: Observations) -> GroupedPreference:
-        """The same kernels, and their shares, with the posterior of other observations."""
+    def conditioned_on(self, observations: Observations) -> GroupedPreference:
+        """Preference of the same kernels and shares, with the posterior of other observations."""
         explanations = tuple(
             replace(explanation, posterior=condition(explanation.posterior.hyperparameters, observations))
             for explanation in self.explanations
@@ -147,11 +148,11 @@ def fit_observed(
     observations = thinned(labels, MAX_ROWS_TO_KEEP, seed)
     num_columns = observations.rows.shape[1]
     numbers = checked_groups(groups, num_columns)
-    scales = scales_of(observations.looked_at)
-    beside = observations.beside
-    plain = observations.means if beside is None else observations.means[beside.variances == 0.0]
+    scales = scales_of(observations.all_rows)
+    differences = observations.differences
+    plain = observations.means if differences is None else observations.means[differences.variances == 0.0]
     highest = float(np.max(plain, initial=0.0))
-    highest = highest if highest > _LEAST_HIGHEST else MAX_SCORE
+    highest = highest if highest > _MIN_HIGHEST else MAX_SCORE
     problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
     drawn = np.zeros(problem.num_groups)
     drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0
@@ -195,6 +196,6 @@ def _alike(first: Kernel, second: Kernel) -> bool:
 
 def _indifferent(problem: KernelProblem) -> Kernel:
     """A kernel with equal weights of all groups that vary, under which two typical models are almost uncorrelated."""
-    rows = problem.observations.looked_at
+    rows = problem.observations.all_rows
     spread = 2.0 * float(np.sum(np.var(rows, axis=0)))
     return Kernel(problem.varying / max(spread, 1.0), AMPLITUDE[0], NOISE[0], 0.0)

@@ -41,7 +41,7 @@ class StartingKernel:
     amplitude: float
     """theta_0 in squared scores."""
     weights: Floats
-    """[F] the same for all columns once each is scaled to the range 0-1; 0 for columns that do not vary, about which
+    """[F] equal for all columns once each is scaled to the range 0-1; 0 for columns that do not vary, about which
     the labels say nothing."""
 
 
@@ -87,18 +87,23 @@ NOISE = (1e-4, 2.0)
 """Median and deviation of the noise's prior: a person may be exact, or have errors of a fifth of the scale."""
 
 _AMPLITUDE_BOUNDS = (1e-2, 10.0)
+"""Bounds of the amplitude, as shares of the squared highest score."""
 _NOISE_BOUNDS = (1e-6, 0.05)
+"""Bounds of the noise, as shares of the squared highest score."""
 _WEIGHT_BOUNDS = (1e-5, 1e3)
-_LEAST_ROWS = 64
-_FEW_COLUMNS = 64
-_IRRELEVANT = (1e-3, 1e-4, 1e-5)
-"""Weights below which groups are left out: the first of these that costs no more than `_FREE`. Many groups with
-small weights can explain an additive preference."""
-_FREE = 0.05
+"""Bounds of a weight, per squared range of a column."""
+_MIN_ROWS = 64
+"""Smallest padded number of rows, so that few sizes are compiled."""
+_MIN_COLUMNS = 64
+"""Smallest padded number of columns, so that few sizes are compiled."""
+_IRRELEVANT_WEIGHTS = (1e-3, 1e-4, 1e-5)
+"""Weights below which groups are left out: the first of these that costs no more than `_MAX_FREE_LOSS`. Many groups of
+small weight can explain an additive preference."""
+_MAX_FREE_LOSS = 0.05
 """Largest loss by dropped weights, nats."""
-_NO_WEIGHT = -40.0
+_LOG_NO_WEIGHT = -40.0
 """Logarithm of a weight without effect."""
-_STAGES = (20, 80)
+_STAGE_ITERATIONS = (20, 80)
 """L-BFGS iterations with all groups, and with the remaining ones."""
 
 
@@ -123,7 +128,7 @@ class KernelProblem:
     observations: Observations
     """Rows divided by the range of each column, scores by the highest one."""
     groups: Ints
-    """[F] group numbers."""
+    """[F] group number of each column."""
     num_groups: int
     varying: Floats
     """[G] 1 if some column of the group varies among the labelled rows, otherwise 0."""
@@ -151,7 +156,7 @@ def problem_of(observations: Observations, groups: Ints, scales: Floats, highest
     """
     scaled = observations.scaled(scales, highest)
     num_groups = int(groups.max(initial=-1)) + 1
-    varies = np.ptp(observations.looked_at, axis=0) > 0.0
+    varies = np.ptp(observations.all_rows, axis=0) > 0.0
     varying = np.bincount(groups[varies], minlength=num_groups) > 0
     return KernelProblem(scaled, groups, num_groups, varying.astype(np.float64))
 
@@ -178,7 +183,7 @@ def starting_kernels(problem: KernelProblem, seed: int, num_random: int, continu
 def search(problem: KernelProblem, start: Kernel) -> Kernel:
     """The best kernel that L-BFGS finds from a start; groups without a weight in the start stay without."""
     kernel = replace(start, weights=np.where(problem.varying > 0.0, start.weights, 0.0))
-    for iterations in _STAGES:
+    for iterations in _STAGE_ITERATIONS:
         kernel = _stage(problem, kernel, iterations)
     return kernel
 
@@ -194,7 +199,7 @@ def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
     columns = np.flatnonzero(np.isin(problem.groups, active))
     data, groups, num_weights = _on_device(problem, columns, active)
 
-    padding = np.full(num_weights - len(active), _NO_WEIGHT)
+    padding = np.full(num_weights - len(active), _LOG_NO_WEIGHT)
 
     def evaluate(point: Floats) -> tuple[float, Floats]:
         value, gradient = _energy_and_gradient(np.concatenate((point, padding)), groups, data, problem.epsilon)
@@ -204,19 +209,19 @@ def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
     start = np.log(np.concatenate(([kernel.amplitude, kernel.noise], kernel.weights[active])))
     minimum = minimise(evaluate, start, bounds[:, 0], bounds[:, 1], max_iterations=iterations)
     point, energy = _without_irrelevant(minimum, lambda point: evaluate(point)[0])
-    found = np.exp(point)
+    parameters = np.exp(point)
     weights = np.zeros(problem.num_groups)
-    weights[active] = np.where(point[2:] > _NO_WEIGHT, found[2:], 0.0)
-    return Kernel(weights, float(found[0]), float(found[1]), energy)
+    weights[active] = np.where(point[2:] > _LOG_NO_WEIGHT, parameters[2:], 0.0)
+    return Kernel(weights, float(parameters[0]), float(parameters[1]), energy)
 
 
 def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> tuple[Floats, float]:
     """The point of a minimum without the weights that can be dropped at no cost, and its energy."""
-    for least in _IRRELEVANT:
+    for least in _IRRELEVANT_WEIGHTS:
         point = minimum.point.copy()
-        point[2:][point[2:] < np.log(least)] = _NO_WEIGHT
+        point[2:][point[2:] < np.log(least)] = _LOG_NO_WEIGHT
         value = energy(point)
-        if value <= minimum.value + _FREE:
+        if value <= minimum.value + _MAX_FREE_LOSS:
             return point, value
     return minimum.point, minimum.value
 
@@ -224,8 +229,8 @@ def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> 
 def _on_device(problem: KernelProblem, columns: Ints, active: Ints) -> tuple[Data, jax.Array, int]:
     """The active columns and their groups, padded to few sizes, since a compilation takes as long as many searches."""
     full = padded_size(len(problem.groups), 4)
-    size = _FEW_COLUMNS if len(columns) <= _FEW_COLUMNS < full else full
-    num_rows = max(_LEAST_ROWS, padded_size(len(problem.observations.means), 1))
+    size = _MIN_COLUMNS if len(columns) <= _MIN_COLUMNS < full else full
+    num_rows = max(_MIN_ROWS, padded_size(len(problem.observations.means), 1))
     part = problem.observations.of_columns(columns)
     # Padded columns are zeros, so their group does not matter.
     groups = np.zeros(size, dtype=np.int64)

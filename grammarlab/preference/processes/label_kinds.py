@@ -21,28 +21,30 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
 from grammarlab.preference.likelihood import Intervals, intervals_of, matched
-from grammarlab.preference.observations import Beside, Observations, checked_labels, observe
+from grammarlab.preference.observations import Differences, Observations, checked_labels, observe
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
-MOST_SWEEPS = 50
-_STEP = 0.7
+MAX_SWEEPS = 50
+"""Largest number of sweeps over all sites."""
+_DAMPING = 0.7
 """Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
-_NEAR = 1e-4
+_TOLERANCE = 1e-4
 """Change of a mean, as a share of its deviation, below which sweeps end."""
-_LEAST_PRECISION = 1e-8
+_MIN_PRECISION = 1e-8
+"""Smallest precision of a site or a cavity, so that variances are finite."""
 
 
 class Sites(NamedTuple):
     """Normal observations equivalent to the labels."""
 
     precisions: Floats
-    """[k] > 0, one over the variance of each."""
+    """[k] > 0, one over the variance of each observation."""
     shifts: Floats
     """[k] means times precisions."""
     mean: Floats
     """[k] posterior means of the values."""
     covariance: Floats
-    """[k, k] posterior covariance."""
+    """[k, k] posterior covariance of the values."""
 
     @property
     def variances(self) -> Floats:
@@ -54,37 +56,37 @@ class Sites(NamedTuple):
         """[k] means of the normal observations."""
         return self.shifts / self.precisions
 
-    def without(self) -> tuple[Floats, Floats]:
+    def cavity(self) -> tuple[Floats, Floats]:
         """Mean [k] and variance [k] of each value, given all other labels."""
-        own = np.maximum(np.diagonal(self.covariance), 1e-9)
-        left = np.maximum(1.0 / own - self.precisions, _LEAST_PRECISION)
-        return (self.mean / own - self.shifts) / left, 1.0 / left
+        marginal = np.maximum(np.diagonal(self.covariance), 1e-9)
+        precision = np.maximum(1.0 / marginal - self.precisions, _MIN_PRECISION)
+        return (self.mean / marginal - self.shifts) / precision, 1.0 / precision
 
 
-def propagate(mean: Floats, covariance: Floats, said: Intervals, noise: float, blunders: float) -> Sites:
+def propagate(mean: Floats, covariance: Floats, intervals: Intervals, noise: float, blunders: float) -> Sites:
     """Sites for labels of values.
 
     Args:
         mean: [k] prior means of the values.
         covariance: [k, k] prior covariance of the values.
-        said: [k] interval of each label.
+        intervals: [k] interval of each label.
         noise: standard deviation of the noise of a value, > 0.
         blunders: probability of a blunder.
     """
-    sites = _sites(mean, covariance, np.full(len(said), _LEAST_PRECISION), np.zeros(len(said)))
-    for _ in range(MOST_SWEEPS):
-        others, left = sites.without()
-        _, means, variances = matched(said, others, left, noise, blunders)
-        new = np.maximum(1.0 / variances - 1.0 / left, _LEAST_PRECISION)
-        shifts = means * (1.0 / left + new) - others / left
-        rested = np.all(np.abs(means - sites.mean) <= _NEAR * np.sqrt(left))
+    sites = _sites(mean, covariance, np.full(len(intervals), _MIN_PRECISION), np.zeros(len(intervals)))
+    for _ in range(MAX_SWEEPS):
+        cavity_means, cavity_variances = sites.cavity()
+        _, means, variances = matched(intervals, cavity_means, cavity_variances, noise, blunders)
+        precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, _MIN_PRECISION)
+        shifts = means * (1.0 / cavity_variances + precisions) - cavity_means / cavity_variances
+        converged = np.all(np.abs(means - sites.mean) <= _TOLERANCE * np.sqrt(cavity_variances))
         sites = _sites(
             mean,
             covariance,
-            sites.precisions + _STEP * (new - sites.precisions),
-            sites.shifts + _STEP * (shifts - sites.shifts),
+            sites.precisions + _DAMPING * (precisions - sites.precisions),
+            sites.shifts + _DAMPING * (shifts - sites.shifts),
         )
-        if rested:
+        if converged:
             break
     return sites
 
@@ -100,15 +102,17 @@ def _sites(mean: Floats, covariance: Floats, precisions: Floats, shifts: Floats)
     return Sites(precisions, shifts, mean + spread @ (shifts - precisions * mean), spread)
 
 
-STAR = 12.5
+STAR_HALF_STEP = 12.5
 """Half of the step between two stars, in points."""
-TIE = 5.0
+TIE_DIFFERENCE = 5.0
 """Difference in points below which a person who uses ties calls two models equal."""
-NOISE = 3.0
+MIN_NOISE = 3.0
 """Smallest standard deviation in points of comparisons."""
-BLUNDERS = 0.05
-_MIDDLES = np.arange(5.0, 96.0, 2.5)
-_OF_MIDDLE = 20.0
+BLUNDER_PROBABILITY = 0.05
+"""Probability that a label is a blunder."""
+_MIDDLE_GRID = np.arange(5.0, 96.0, 2.5)
+"""Candidate values at which thumbs turn, in points."""
+_SD_OF_MIDDLE = 20.0
 """Standard deviation of the middle of people, around 50."""
 
 
@@ -119,11 +123,11 @@ class Judgements:
     rows: Floats
     """[N, F] the different rows of the labels."""
     scores: Floats
-    """[p + k] scores."""
+    """[p + k] scores in points, 0-100."""
     kinds: tuple[Kind, ...]
     """[p + k] kinds: p of ``score`` and then k others."""
     first: Ints
-    """[p + k] index of the row of each."""
+    """[p + k] index of the row of each label."""
     second: Ints
     """[p + k] index of the row that a comparison is with; -1 for other kinds."""
 
@@ -165,13 +169,13 @@ class Judgements:
         """
         kinds, scores = np.array(self.kinds[self.rest], dtype=object), self.scores[self.rest]
         low, high = np.full(len(kinds), -np.inf), np.full(len(kinds), np.inf)
-        stars = intervals_of(scores, STAR)
+        stars = intervals_of(scores, STAR_HALF_STEP)
         of_stars, up, rather = kinds == "stars", scores > MAX_SCORE / 2.0, kinds == "rather"
         low, high = np.where(of_stars, stars.low, low), np.where(of_stars, stars.high, high)
         thumb = kinds == "thumb"
         low, high = np.where(thumb & up, middle, low), np.where(thumb & ~up, middle, high)
         tied = kinds == "tie"
-        alike = TIE if tied.any() else 0.0
+        alike = TIE_DIFFERENCE if tied.any() else 0.0
         low = np.where(rather, alike, np.where(tied, -alike, low))
         high = np.where(tied, alike, high)
         by_chance = np.where(rather | tied, MAX_SCORE / (3.0 if tied.any() else 2.0), MAX_SCORE / 2.0)
@@ -188,7 +192,7 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
     """Labels of several kinds, checked.
 
     Args:
-        rows: [n, F] of the models.
+        rows: [n, F] rows of the models.
         scores: [n] 0-100.
         kinds: [n] kinds of the labels.
         others: [n, F] rows of the other models of comparisons; arbitrary for other kinds.
@@ -197,69 +201,76 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
         UsageError: If the numbers do not agree, or a value is not finite or out of range.
     """
     table, values = checked_labels(rows, scores)
-    beside = dense_rows(others, "others")
-    if beside.shape != table.shape or len(kinds) != len(table):
+    other_rows = dense_rows(others, "others")
+    if other_rows.shape != table.shape or len(kinds) != len(table):
         raise UsageError(
             f"kinds, others: expected one kind and one row of {table.shape[1]} columns for each of {len(table)} "
-            f"labels, found {len(kinds)} kinds and a table of {list(beside.shape)}."
+            f"labels, found {len(kinds)} kinds and a table of {list(other_rows.shape)}."
         )
     compared = np.array([kind in COMPARISONS for kind in kinds])
-    different, place = np.unique(np.concatenate([table, beside[compared]]), axis=0, return_inverse=True)
+    different, row_of = np.unique(np.concatenate([table, other_rows[compared]]), axis=0, return_inverse=True)
     second = np.full(len(table), -1)
-    second[compared] = place.reshape(-1)[len(table) :]
-    first = place.reshape(-1)[: len(table)]
+    second[compared] = row_of.reshape(-1)[len(table) :]
+    first = row_of.reshape(-1)[: len(table)]
     # Scores first; the rest in an order independent of the order of the labels, since sums depend on it.
     number = np.unique(np.array(kinds), return_inverse=True)[1].reshape(-1)
-    said_otherwise = np.array([kind != "score" for kind in kinds])
-    order = np.lexsort((values, number, second, first, said_otherwise))
+    is_other = np.array([kind != "score" for kind in kinds])
+    order = np.lexsort((values, number, second, first, is_other))
     return Judgements(
         different, values[order], tuple(kinds[index] for index in order.tolist()), first[order], second[order]
     )
 
 
 @dataclass(frozen=True, eq=False)
-class Understood:
+class LabelObservations:
     """Observations from labels of several kinds, under one kernel."""
 
     observations: Observations
-    """For processes: scores, and sites instead of all other labels."""
-    seen: Observations
-    """For a search for kernels: scores, and estimated observations instead of all other labels. They do not contain the
+    """Observations for processes: scores, and sites instead of all other labels."""
+    search_observations: Observations
+    """Observations for a search for kernels: scores, and estimates instead of all other labels. They do not contain the
     prior of the kernel, so that another kernel does not need it."""
-    of: Ints
+    row_pairs: Ints
     """[n, 2] indices of the rows of each observation."""
     bounds: Intervals
     """[p + k] interval of each label, of a value or of a difference."""
     rows: Floats
-    """[c, F] for cells: each row of a label; comparisons have two."""
+    """[c, F] rows of the labels, for cells; comparisons have two."""
     scores: Floats
-    """[c] approximate value of each."""
-    said: Intervals
+    """[c] approximate value of each row."""
+    intervals: Intervals
     """[c] interval of each label for one value; for comparisons, given all other labels of the other value."""
     label: Ints
-    """[c] index of the label of each."""
+    """[c] index of the label of each row."""
 
 
-def understood(judgements: Judgements, hyperparameters: Hyperparameters, middle: float) -> Understood:
+def label_observations(judgements: Judgements, hyperparameters: Hyperparameters, middle: float) -> LabelObservations:
     """Observations from labels under a kernel."""
     mean, covariance = _beforehand(judgements, hyperparameters)
-    mixing, said = judgements.mixing, judgements.intervals(middle)
-    noise = max(float(np.sqrt(hyperparameters.noise)), NOISE)
+    mixing, intervals = judgements.mixing, judgements.intervals(middle)
+    noise = max(float(np.sqrt(hyperparameters.noise)), MIN_NOISE)
     spread = covariance @ mixing.T
-    sites = propagate(mixing @ mean, mixing @ spread, said, noise, BLUNDERS)
+    sites = propagate(mixing @ mean, mixing @ spread, intervals, noise, BLUNDER_PROBABILITY)
     # Posterior of the rows, given all sites.
     inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
     mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
-    observations, of = _observations(judgements, sites.means, sites.variances)
-    others, left = sites.without()
-    looks = said.deviation(noise) ** 2
+    observations, row_pairs = _observations(judgements, sites.means, sites.variances)
+    cavity_means, cavity_variances = sites.cavity()
+    noise_variances = intervals.deviation(noise) ** 2
     # An observation is the value plus its noise, between the bounds.
-    _, means, variances = matched(said, others, left + looks, 0.0, 0.0)
-    seen, _ = _observations(judgements, means, np.maximum(variances, looks))
-    bounds = intervals_of(judgements.scores[judgements.plain]) + said
-    rows, scores, alone, label = _for_cells(judgements, said, sites, mean, covariance)
-    return Understood(
-        observations=observations, seen=seen, of=of, bounds=bounds, rows=rows, scores=scores, said=alone, label=label
+    _, means, variances = matched(intervals, cavity_means, cavity_variances + noise_variances, 0.0, 0.0)
+    search_observations, _ = _observations(judgements, means, np.maximum(variances, noise_variances))
+    bounds = intervals_of(judgements.scores[judgements.plain]) + intervals
+    rows, scores, cell_intervals, label = _for_cells(judgements, intervals, sites, mean, covariance)
+    return LabelObservations(
+        observations=observations,
+        search_observations=search_observations,
+        row_pairs=row_pairs,
+        bounds=bounds,
+        rows=rows,
+        scores=scores,
+        intervals=cell_intervals,
+        label=label,
     )
 
 
@@ -269,16 +280,16 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     if not thumbs.any() or not judgements.num_scores:
         return MAX_SCORE / 2.0
     mean, covariance = _beforehand(judgements, hyperparameters)
-    place = judgements.first[thumbs]
+    rows = judgements.first[thumbs]
     some = judgements.take(np.flatnonzero(thumbs))
-    noise = max(float(np.sqrt(hyperparameters.noise)), NOISE)
-    values, variances = mean[place], np.maximum(np.diagonal(covariance)[place], 1e-9)
+    noise = max(float(np.sqrt(hyperparameters.noise)), MIN_NOISE)
+    values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
     plausible = [
-        float(matched(some.intervals(middle), values, variances, noise, BLUNDERS)[0].sum())
-        - 0.5 * ((middle - MAX_SCORE / 2.0) / _OF_MIDDLE) ** 2
-        for middle in _MIDDLES.tolist()
+        float(matched(some.intervals(middle), values, variances, noise, BLUNDER_PROBABILITY)[0].sum())
+        - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2
+        for middle in _MIDDLE_GRID.tolist()
     ]
-    return float(_MIDDLES[int(np.argmax(plausible))])
+    return float(_MIDDLE_GRID[int(np.argmax(plausible))])
 
 
 def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tuple[Floats, Floats]:
@@ -295,39 +306,43 @@ def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tup
 
 
 def _observations(judgements: Judgements, means: Floats, variances: Floats) -> tuple[Observations, Ints]:
-    """Scores, and normal observations [k] instead of all other labels; and [n, 2] the rows of each."""
+    """Scores, and normal observations [k] instead of all other labels; and [n, 2] indices of the rows of each."""
     rows, scored, rest = judgements.rows, judgements.scored(), judgements.rest
     # In the order of `observe`: that of their first occurrence.
     plain = judgements.first[judgements.plain]
-    place = plain[np.sort(np.unique(plain, return_index=True)[1])]
+    scored_rows = plain[np.sort(np.unique(plain, return_index=True)[1])]
     scores, counts, spread = (
         (np.zeros(0), np.zeros(0), 0.0) if scored is None else (scored.means, scored.counts, scored.spread)
     )
     first, second = judgements.first[rest], judgements.second[rest]
-    of = np.column_stack([np.append(place, first), np.append(place, np.where(second < 0, first, second))])
-    nothing = np.zeros(len(place))
-    beside = Beside(rows[of[:, 1]], np.append(nothing, (second >= 0).astype(np.float64)), np.append(nothing, variances))
+    row_pairs = np.column_stack(
+        [np.append(scored_rows, first), np.append(scored_rows, np.where(second < 0, first, second))]
+    )
+    nothing = np.zeros(len(scored_rows))
+    differences = Differences(
+        rows[row_pairs[:, 1]], np.append(nothing, (second >= 0).astype(np.float64)), np.append(nothing, variances)
+    )
     counts, means = np.append(counts, np.ones(len(first))), np.append(scores, means)
-    return Observations(rows[of[:, 0]], means, counts, spread, beside), of
+    return Observations(rows[row_pairs[:, 0]], means, counts, spread, differences), row_pairs
 
 
 def _for_cells(
-    judgements: Judgements, said: Intervals, sites: Sites, mean: Floats, covariance: Floats
+    judgements: Judgements, intervals: Intervals, sites: Sites, mean: Floats, covariance: Floats
 ) -> tuple[Floats, Floats, Intervals, Ints]:
     plain = judgements.plain
     rest = np.arange(judgements.num_scores, len(judgements.scores))
     compared = judgements.second[rest] >= 0
     alone, pairs = np.flatnonzero(~compared), np.flatnonzero(compared)
     a, b = judgements.first[rest[pairs]], judgements.second[rest[pairs]]
-    bounds = said.take(pairs)
+    bounds = intervals.take(pairs)
     to_first = _shifted(bounds, *_without(mean, covariance, a, b, sites, pairs, of_first=False), sign=1.0)
     to_second = _shifted(bounds, *_without(mean, covariance, a, b, sites, pairs, of_first=True), sign=-1.0)
-    place = np.concatenate([judgements.first[plain], judgements.first[rest[alone]], a, b])
-    known = np.concatenate([judgements.scores[plain], judgements.scores[rest[alone]]])
-    scores = np.concatenate([known, np.clip(mean[a], 0.0, MAX_SCORE), np.clip(mean[b], 0.0, MAX_SCORE)])
-    all_said = intervals_of(judgements.scores[plain]) + said.take(alone) + to_first + to_second
+    row_indices = np.concatenate([judgements.first[plain], judgements.first[rest[alone]], a, b])
+    known_scores = np.concatenate([judgements.scores[plain], judgements.scores[rest[alone]]])
+    scores = np.concatenate([known_scores, np.clip(mean[a], 0.0, MAX_SCORE), np.clip(mean[b], 0.0, MAX_SCORE)])
+    all_said = intervals_of(judgements.scores[plain]) + intervals.take(alone) + to_first + to_second
     label = np.concatenate([np.arange(judgements.num_scores), rest[alone], rest[pairs], rest[pairs]])
-    return judgements.rows[place], scores, all_said, label
+    return judgements.rows[row_indices], scores, all_said, label
 
 
 def _without(
@@ -338,9 +353,9 @@ def _without(
     across = covariance[side, a] - covariance[side, b]
     between = covariance[a, a] - 2.0 * covariance[a, b] + covariance[b, b]
     precision, shift = sites.precisions[pairs], sites.shifts[pairs]
-    left = np.maximum(1.0 - precision * between, 1e-6)
-    means = mean[side] + across * (precision * (mean[a] - mean[b]) - shift) / left
-    return means, np.maximum(covariance[side, side] + across**2 * precision / left, 0.0)
+    cavity_factor = np.maximum(1.0 - precision * between, 1e-6)
+    means = mean[side] + across * (precision * (mean[a] - mean[b]) - shift) / cavity_factor
+    return means, np.maximum(covariance[side, side] + across**2 * precision / cavity_factor, 0.0)
 
 
 def _shifted(bounds: Intervals, means: Floats, variances: Floats, *, sign: float) -> Intervals:

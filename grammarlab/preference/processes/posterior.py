@@ -44,11 +44,11 @@ class Posterior:
     """[n, A] observed rows in these columns, centred and multiplied by the square roots of the weights: the kernel is
     isotropic in them."""
     center: Floats
-    """[A] the subtracted mean."""
+    """[A] mean of the observed rows, which is subtracted."""
     factor: Floats
     """[n, n] lower Cholesky factor of C_n."""
     solution: Floats
-    """[n] C_n^-1 u."""
+    """[n] C_n^-1 u, for the mean scores u."""
     subtracted: Floats | None = None
     """[n, A] the subtracted rows of observations in the same form; None if all are of one row."""
     compared: Floats | None = None
@@ -77,9 +77,11 @@ class Posterior:
         return across - self.compared * subtracted
 
 
-def squared_distances(left: Floats, right: Floats) -> Floats:
+def squared_distances(rows: Floats, others: Floats) -> Floats:
     """[m, n] squared Euclidean distances between rows [m, A] and [n, A], by one matrix product."""
-    products = np.einsum("ma,ma->m", left, left)[:, None] + np.einsum("na,na->n", right, right) - 2.0 * left @ right.T
+    products = (
+        np.einsum("ma,ma->m", rows, rows)[:, None] + np.einsum("na,na->n", others, others) - 2.0 * rows @ others.T
+    )
     return np.maximum(products, 0.0, out=products)
 
 
@@ -94,17 +96,17 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
     center = observations.rows[:, columns].mean(axis=0)
     scaled = (observations.rows[:, columns] - center) * np.sqrt(hyperparameters.weights[columns])
     covariance = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, scaled))
-    noise, beside = hyperparameters.noise / observations.counts, observations.beside
+    noise, differences = hyperparameters.noise / observations.counts, observations.differences
     subtracted, compared = None, None
-    if beside is None:
+    if differences is None:
         covariance.flat[:: len(scaled) + 1] = hyperparameters.amplitude + noise
     else:
-        subtracted = (beside.others[:, columns] - center) * np.sqrt(hyperparameters.weights[columns])
-        compared = beside.compared
+        subtracted = (differences.others[:, columns] - center) * np.sqrt(hyperparameters.weights[columns])
+        compared = differences.compared
         across = compared * hyperparameters.amplitude * np.exp(-0.5 * squared_distances(scaled, subtracted))
         both = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(subtracted, subtracted))
         covariance += compared[:, None] * compared * both - across - across.T
-        covariance.flat[:: len(scaled) + 1] += np.where(beside.variances > 0.0, beside.variances, noise)
+        covariance.flat[:: len(scaled) + 1] += np.where(differences.variances > 0.0, differences.variances, noise)
     with threadpool_limits(1, "blas"):
         try:
             factor = cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)

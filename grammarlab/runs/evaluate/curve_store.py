@@ -27,12 +27,12 @@ def measurements_in(folder: Path, name: str, *, fresh: bool = False) -> Results[
         name: name of the folder in it; with the suffix .jsonl, of the file of earlier versions.
         fresh: remove stored measurements first.
     """
-    kept, earlier = Results(folder / name, _MEASUREMENT), (folder / name).with_suffix(".jsonl")
+    results, earlier = Results(folder / name, _MEASUREMENT), (folder / name).with_suffix(".jsonl")
     if fresh:
-        kept.clear()
+        results.clear()
         earlier.unlink(missing_ok=True)
-    adopt_lines(kept, earlier, lambda entry: (str(entry["key"]), dict(entry["values"])))
-    return kept
+    adopt_lines(results, earlier, lambda entry: (str(entry["key"]), dict(entry["values"])))
+    return results
 
 
 def digest(values: object) -> str:
@@ -62,8 +62,8 @@ class CurveRecord:
     """Error model of the scores: a name of `RESPONDENTS`."""
 
     @property
-    def place(self) -> str:
-        """Name of the curve among all curves."""
+    def curve_name(self) -> str:
+        """Name of the curve among all curves: its key and number of labels."""
         return f"{self.key}-{self.max_labels}"
 
 
@@ -113,7 +113,7 @@ def _parse(values: Any) -> CurveRecord:
 
 def _earlier(entry: Any) -> tuple[str, CurveRecord]:
     record = _parse(entry)
-    return record.place, record
+    return record.curve_name, record
 
 
 def _finite(value: float) -> float:

@@ -22,7 +22,7 @@ from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.curve_store import CurveRecord, curves_in, digest
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.work.results import Progress, made
+from grammarlab.runs.work.results import Progress, computed
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class CurveTask:
     seed: int
     """0 <= seed < 2**64."""
     max_labels: int
-    """>= 1."""
+    """Largest number of labels, >= 1."""
     cache: Path
     """Folder for compiled code, shared with other curves and runs."""
     person: Respondent = EXACT
@@ -54,8 +54,8 @@ class CurveTask:
         return digest([__version__, self.source_key, self.method.as_json(), self.seed, asdict(self.person)])
 
     @property
-    def place(self) -> str:
-        """Name of the curve among all curves."""
+    def curve_name(self) -> str:
+        """Name of the curve among all curves: its key and number of labels."""
         return f"{self.key}-{self.max_labels}"
 
     def __str__(self) -> str:
@@ -139,18 +139,20 @@ def run_tasks(
     for record in curves.all().values():
         _add(store, record)
     missing = _missing(tasks, store)
-    total = len({task.place for task in tasks})
-    there = total - len(missing)
+    total = len({task.curve_name for task in tasks})
+    num_stored = total - len(missing)
 
     def tell(what: str, done: int, _missing: int) -> None:
-        on_progress(what, there + done, total)
+        on_progress(what, num_stored + done, total)
 
-    for record in made(curves, work, {task.place: task for task in missing}, executor, "curves", tell).values():
+    for record in computed(
+        curves, work, {task.curve_name: task for task in missing}, executor, "curves", tell
+    ).values():
         _add(store, record)
-    found = [_usable(task, store) for task in tasks]
+    finished = [_usable(task, store) for task in tasks]
     return tuple(
         replace(record, method=task.method.name)
-        for task, record in zip(tasks, found, strict=True)
+        for task, record in zip(tasks, finished, strict=True)
         if record is not None
     )
 

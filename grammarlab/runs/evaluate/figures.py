@@ -31,7 +31,9 @@ from grammarlab.files import read_bounded
 from grammarlab.toml_text import toml_table, toml_text
 
 MAX_BYTES = 1 << 18
+"""Largest size of a file of experiments in bytes."""
 MAX_LABELS = 100_000
+"""Largest number of labels of a curve."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +72,12 @@ def load_figures(folder: Path, names: str = "all") -> tuple[PlannedFigure, ...]:
     files = sorted(folder.glob(f"*{SUFFIX}"))
     if not files:
         raise UsageError(f"no experiments: expected {SUFFIX} files in {folder}.")
-    found = {figure.name: figure for file in files for figure in _read(file)}
-    wanted = list(found) if names == "all" else [name.strip() for name in names.split(",") if name.strip()]
-    for name in wanted:
-        if name not in found:
-            raise UsageError(f"unknown figure {name!r}. Expected one of all, {', '.join(found)}.")
-    return tuple(found[name] for name in wanted)
+    by_name = {figure.name: figure for file in files for figure in _read(file)}
+    requested = list(by_name) if names == "all" else [name.strip() for name in names.split(",") if name.strip()]
+    for name in requested:
+        if name not in by_name:
+            raise UsageError(f"unknown figure {name!r}. Expected one of all, {', '.join(by_name)}.")
+    return tuple(by_name[name] for name in requested)
 
 
 def _read(path: Path) -> list[PlannedFigure]:
@@ -92,7 +94,7 @@ def _read(path: Path) -> list[PlannedFigure]:
 
 
 def _figure(values: Any, path: Path, where: str) -> PlannedFigure:
-    known: dict[str, type] = {
+    types: dict[str, type] = {
         "name": str,
         "title": str,
         "paper": str,
@@ -100,7 +102,7 @@ def _figure(values: Any, path: Path, where: str) -> PlannedFigure:
         "max_labels": int,
         "curves": list,
     }
-    _check(values, known, ("name", "title", "max_labels", "curves"), where)
+    _check(values, types, ("name", "title", "max_labels", "curves"), where)
     name = values["name"]
     if not name or not all(char.isalnum() or char in ".-_" for char in name) or name.startswith("."):
         raise UsageError(f"{where}: expected a name of letters, digits, dots, - and _, found {name[:40]!r}.")
@@ -119,9 +121,9 @@ def _figure(values: Any, path: Path, where: str) -> PlannedFigure:
 def _curve(values: Any, scenario: str | None, path: Path, where: str) -> PlannedCurve:
     parts = {field.name for field in fields(Method)} - {"name", "options", "families"}
     defaults = Method(name="default")
-    known: dict[str, type] = {"label": str, "scenario": str, "method": str, "options": dict}
-    known |= {part: type(getattr(defaults, part)) for part in parts}
-    _check(values, known, ("label",), where)
+    types: dict[str, type] = {"label": str, "scenario": str, "method": str, "options": dict}
+    types |= {part: type(getattr(defaults, part)) for part in parts}
+    _check(values, types, ("label",), where)
     base = values.get("method", "default")
     if base not in METHODS:
         raise UsageError(f"{where}: unknown method {base!r}. Expected one of {', '.join(METHODS)}.")
@@ -142,7 +144,7 @@ def _curve(values: Any, scenario: str | None, path: Path, where: str) -> Planned
     return PlannedCurve(values["label"], path.parent.parent / f"{name}{SUFFIX}", checked(method, where))
 
 
-def _check(values: Any, known: Mapping[str, type], required: tuple[str, ...], where: str) -> None:
+def _check(values: Any, types: Mapping[str, type], required: tuple[str, ...], where: str) -> None:
     """Check that a table has all required keys, no unknown ones, and the right types."""
     if not isinstance(values, dict):
         raise UsageError(f"{where}: expected a table, found {values!r:.40}.")
@@ -150,8 +152,8 @@ def _check(values: Any, known: Mapping[str, type], required: tuple[str, ...], wh
         if name not in values:
             raise UsageError(f"{where}: {name} is missing.")
     for name, value in values.items():
-        if name not in known:
-            raise UsageError(f"{where}: unknown key {name!r}. Expected one of {', '.join(sorted(known))}.")
-        expected = known[name]
+        if name not in types:
+            raise UsageError(f"{where}: unknown key {name!r}. Expected one of {', '.join(sorted(types))}.")
+        expected = types[name]
         if not isinstance(value, expected) or (isinstance(value, bool) and expected is not bool):
             raise UsageError(f"{where}: {name} has the wrong type: found {value!r:.40}.")

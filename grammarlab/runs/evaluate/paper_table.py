@@ -23,7 +23,7 @@ from grammarlab.runs.learn.scenario_measures import LabelledSet
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.markdown import table
-from grammarlab.runs.work.results import Progress, made
+from grammarlab.runs.work.results import Progress, computed
 
 NUM_SAMPLES = 5_000
 """Number of models from which all methods except the exact one learn, as in the paper."""
@@ -74,8 +74,10 @@ def density_rows(
     tasks = {
         task.key: task for path in scenarios for task in (_CurveRow(path, method, NUM_SAMPLES) for method in METHODS)
     }
-    found = made(measurements_in(folder, STORE, fresh=fresh), _measured, tasks, executor, "densities", on_progress)
-    return tuple(DensityRow(**{**row, "findings": tuple(row["findings"])}) for row in found.values() if row)
+    results = computed(
+        measurements_in(folder, STORE, fresh=fresh), _measured, tasks, executor, "densities", on_progress
+    )
+    return tuple(DensityRow(**{**row, "findings": tuple(row["findings"])}) for row in results.values() if row)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,15 +118,15 @@ def _measured(task: _CurveRow) -> dict[str, object]:
         raise
     except GrammarlabError:
         return {}
-    found = labelled.measure(learned)
+    comparison = labelled.measure(learned)
     return asdict(
         DensityRow(
             scenario=source.scenario.name,
             method=method,
-            js=found.after.js,
-            js_original=found.before.js,
-            correlation=found.after.correlation,
-            correlation_original=found.before.correlation,
+            js=comparison.after.js,
+            js_original=comparison.before.js,
+            correlation=comparison.after.correlation,
+            correlation_original=comparison.before.correlation,
             rules_before=learned.rules_before,
             rules_after=learned.rules_after,
             seconds=seconds,
@@ -135,10 +137,10 @@ def _measured(task: _CurveRow) -> dict[str, object]:
 
 def _from_examples(source: Source, num_samples: int) -> tuple[LearnedSampler, float]:
     """S tied from samples of the target density, with all possible dependences."""
-    found = source.scenario
-    target = Target.of_score(source.grammar, found.score, found.base, source.assets)
-    sampler = reject(target, num_pilot=num_samples, seed=(found.seed + 1) % 2**64)
-    forest = without_geometry(sampler.sample(num_samples, (found.seed + 2) % 2**64))
+    scenario = source.scenario
+    target = Target.of_score(source.grammar, scenario.score, scenario.base, source.assets)
+    sampler = reject(target, num_pilot=num_samples, seed=(scenario.seed + 1) % 2**64)
+    forest = without_geometry(sampler.sample(num_samples, (scenario.seed + 2) % 2**64))
     begun = perf_counter()
     learned = learn_from_examples(source.grammar, forest, assets=source.assets)
     return learned, perf_counter() - begun
@@ -149,10 +151,10 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
 
     Args:
         rows: rows of some scenarios.
-        scenarios: these scenarios, in the order of the page.
+        scenarios: scenarios of the rows, in the order of the page.
     """
     by_place = {(row.scenario, row.method): row for row in rows}
-    shown = [scenario for scenario in scenarios if any(row.scenario == scenario.name for row in rows)]
+    listed = [scenario for scenario in scenarios if any(row.scenario == scenario.name for row in rows)]
     original = {row.scenario: row for row in rows}
     head = (
         "## From a preference to a density (Table 4.3)\n\n"
@@ -170,7 +172,7 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
                 for method in METHODS
             ),
         )
-        for scenario in shown
+        for scenario in listed
     ]
     correlations = [
         (
@@ -178,7 +180,7 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
             _correlation(original[scenario.name].correlation_original),
             *(_cell(by_place, scenario, method, lambda row: _correlation(row.correlation)) for method in METHODS),
         )
-        for scenario in shown
+        for scenario in listed
     ]
     rules = [
         (
@@ -186,7 +188,7 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
             f"{original[scenario.name].rules_before}",
             *(_cell(by_place, scenario, method, lambda row: f"{row.rules_after}") for method in METHODS),
         )
-        for scenario in shown
+        for scenario in listed
     ]
     names = ("scenario", "original", *METHODS)
     notes = [f"- {row.scenario}, {row.method}: {row.findings[0]}" for row in rows if _is_inexact(row)]
@@ -226,5 +228,5 @@ def _correlation(value: float) -> str:
 
 
 def _with_paper(value: float | None, paper: float | None) -> str:
-    own = "–" if value is None else "0" if value < 1e-12 else f"{value:.4f}" if value >= 5e-5 else f"{value:.1g}"
-    return own if paper is None else f"{own} ({paper:.3f})"
+    text = "–" if value is None else "0" if value < 1e-12 else f"{value:.4f}" if value >= 5e-5 else f"{value:.1g}"
+    return text if paper is None else f"{text} ({paper:.3f})"

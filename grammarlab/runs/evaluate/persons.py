@@ -22,7 +22,7 @@ from grammarlab.runs.learn.scenario_measures import LabelledSet
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.markdown import table
-from grammarlab.runs.work.results import Progress, made
+from grammarlab.runs.work.results import Progress, computed
 
 STORE = "grammars"
 METHOD = "default"
@@ -94,9 +94,11 @@ def person_rows(
     Raises:
         GrammarlabError: If the scenarios or the folder cannot be used.
     """
-    kept = measurements_in(folder, STORE, fresh=fresh)
-    found = made(kept, row_of, {person.key: person for person in persons}, executor, "grammars", on_progress)
-    return tuple(PersonRow(**values) for values in found.values())
+    measurements = measurements_in(folder, STORE, fresh=fresh)
+    results = computed(
+        measurements, row_of, {person.key: person for person in persons}, executor, "grammars", on_progress
+    )
+    return tuple(PersonRow(**values) for values in results.values())
 
 
 def row_of(person: Person) -> dict[str, Any]:
@@ -153,20 +155,20 @@ def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> st
         for row in rows:
             if row.scenario == scenario.name:
                 by_person.setdefault(row.person, []).append(row)
-        for person, own in by_person.items():
-            js = sorted(row.js for row in own)
+        for person, group in by_person.items():
+            js = sorted(row.js for row in group)
             lines.append(
                 (
                     scenario.name,
                     person,
-                    f"{own[0].labels}",
+                    f"{group[0].labels}",
                     f"{np.median(js):.5f}",
                     f"{js[0]:.5f}–{js[-1]:.5f}",
-                    f"{np.median([row.js_predicted for row in own]):.5f}",
-                    f"{np.median([row.correlation for row in own]):.4f}",
-                    f"{own[0].rules_before}",
-                    f"{np.median([row.rules_after for row in own]):g}",
-                    f"{sum(row.method == 'compile' for row in own)}/{len(own)}",
+                    f"{np.median([row.js_predicted for row in group]):.5f}",
+                    f"{np.median([row.correlation for row in group]):.4f}",
+                    f"{group[0].rules_before}",
+                    f"{np.median([row.rules_after for row in group]):g}",
+                    f"{sum(row.method == 'compile' for row in group)}/{len(group)}",
                 )
             )
     head = ("scenario", "person", "labels", "JS", "lowest–highest", "JS of scores", "correlation")

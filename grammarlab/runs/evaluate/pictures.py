@@ -78,15 +78,17 @@ def models_for_scores(source: Source, num: int) -> tuple[LikedModels, ...]:
     scenario, space = source.scenario, source.space
     scenario.check(space.program.symbols, space.program.rule_names, space.program.sites)
     labels, group_of = _grouping(scenario)
-    found: list[list[int]] = [[] for _ in labels]
+    members: list[list[int]] = [[] for _ in labels]
     for forest in space.sample(source.labelled_address.flat, scenario.num_models, scenario.seed):
         groups = group_of(forest)
-        for group, models in enumerate(found):
+        for group, models in enumerate(members):
             new = np.flatnonzero(groups == group)[: num - len(models)]
             models.extend(forest.lots.model[new].tolist())
-        if all(len(models) == num for models in found):
+        if all(len(models) == num for models in members):
             break
-    return tuple(LikedModels(score, means, tuple(models)) for (score, means), models in zip(labels, found, strict=True))
+    return tuple(
+        LikedModels(score, means, tuple(models)) for (score, means), models in zip(labels, members, strict=True)
+    )
 
 
 def _grouping(scenario: Scenario) -> tuple[list[tuple[float, str]], Callable[[Forest], NDArray[np.intp]]]:
@@ -198,10 +200,10 @@ def copied_beside(section: Section, page: Path) -> Section:
 
 
 def _row(pictures: tuple[ReportPicture, ...], folder: Path) -> str:
-    shown = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
-    if len(shown) == 1:
-        return shown[0]
-    return table([picture.title for picture in pictures], [shown]).rstrip("\n")
+    images = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
+    if len(images) == 1:
+        return images[0]
+    return table([picture.title for picture in pictures], [images]).rstrip("\n")
 
 
 def _link(picture: ReportPicture, folder: Path) -> str:
@@ -237,10 +239,10 @@ def draw_results(results: Sequence[ScenarioResults], folder: Path) -> dict[str, 
         line for each, under the name of the first.
     """
     one_method = len({record.method for item in results for record in item.records}) == 1
-    shown: dict[str, list[ScenarioResults]] = {}
+    groups: dict[str, list[ScenarioResults]] = {}
     for item in results:
-        shown.setdefault(item.scenario.name if one_method else item.name, []).append(item)
-    return {items[0].name: _draw_scenario(items, folder) for items in shown.values()}
+        groups.setdefault(item.scenario.name if one_method else item.name, []).append(item)
+    return {items[0].name: _draw_scenario(items, folder) for items in groups.values()}
 
 
 def _draw_scenario(items: Sequence[ScenarioResults], folder: Path) -> Section:
@@ -283,7 +285,7 @@ class SamplePictures:
     examples: Path
     """Models with their true scores."""
     grids: dict[int, dict[str, Path]]
-    """By number of models along each side, and then by stage: ``before`` and ``after``."""
+    """Pictures by number of models along each side, and then by stage: ``before`` and ``after``."""
 
 
 def draw_samples(
@@ -300,15 +302,15 @@ def draw_samples(
     Returns:
         The pictures, by scenario file.
     """
-    found: dict[Path, SamplePictures] = {}
+    drawn: dict[Path, SamplePictures] = {}
     on_progress("grids", 0, len(samples))
 
     def finish(_index: int, pictures: SamplePictures) -> None:
-        found[pictures.scenario] = pictures
-        on_progress("grids", len(found), len(samples))
+        drawn[pictures.scenario] = pictures
+        on_progress("grids", len(drawn), len(samples))
 
     executor.run(partial(_draw_samples, folder, executor.share(len(samples))), samples.items(), finish)
-    return found
+    return drawn
 
 
 def _draw_samples(folder: Path, executor: AbstractExecutor, item: tuple[Path, BeforeAfter]) -> SamplePictures:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from grammarlab.evaluation.curves import CLOSE, Curve
+from grammarlab.evaluation.curves import LEARNED_JS, Curve
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.respondents import EXACT
 from grammarlab.evaluation.scenario import Scenario
@@ -158,7 +158,7 @@ class Series:
 
 
 def draw_curves(
-    path: Path, title: str, series: Sequence[Series], *, close: float = CLOSE, labels: str = "labels"
+    path: Path, title: str, series: Sequence[Series], *, close: float = LEARNED_JS, labels: str = "labels"
 ) -> tuple[Path, ...]:
     """Draw divergence against labels: the median over runs and a band between two quantiles.
 

@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from grammarlab.evaluation.curves import CLOSE, Summary, summarize
+from grammarlab.evaluation.curves import LEARNED_JS, Summary, summarize
 from grammarlab.evaluation.scenario import SUFFIX, Scenario, ScenarioGoal
 from grammarlab.files import atomic_file, write_text
 from grammarlab.runs.evaluate.curve_store import CurveRecord
@@ -32,15 +32,15 @@ TARGETS = {
     "blunders5": (0.07, 0.015, 0.002),
     "blunders10": (0.08, 0.02, 0.005),
 }
-"""By person: target for the median over scenarios, in nats, of the default method at each of `CHECKPOINTS`."""
+"""Targets by person: medians over scenarios, in nats, of the default method at each of `CHECKPOINTS`."""
 METHOD = "default"
 """Method of the targets `TARGETS`."""
 
 
 def by_person(results: Sequence[ScenarioResults]) -> str:
     """The section of a page: a table for each folder of scenarios."""
-    asked = max(point.labels for item in results for record in item.records for point in record.curve.points)
-    after = [labels for labels in CHECKPOINTS if labels < asked] + [asked]
+    max_labels = max(point.labels for item in results for record in item.records for point in record.curve.points)
+    after = [labels for labels in CHECKPOINTS if labels < max_labels] + [max_labels]
     folders = dict.fromkeys(item.path.absolute().parent for item in results)
     head = ("person", "method", "scenario", "original", *(f"after {labels}" for labels in after), "worst seed")
     seeds = max(len(records) for item in results for records in item.by_method().values())
@@ -55,10 +55,13 @@ def by_person(results: Sequence[ScenarioResults]) -> str:
     )
     parts = [about]
     for folder in folders:
-        own = [item for item in results if item.path.absolute().parent == folder]
-        shown, there = len({item.scenario.name for item in own}), len(list(folder.glob(f"*{SUFFIX}")))
-        parts.append(f"### Scenarios of `{folder.name}`: {shown} of {there}\n")
-        parts.append(table(head, _rows(own, after)))
+        folder_results = [item for item in results if item.path.absolute().parent == folder]
+        num_shown, num_scenarios = (
+            len({item.scenario.name for item in folder_results}),
+            len(list(folder.glob(f"*{SUFFIX}"))),
+        )
+        parts.append(f"### Scenarios of `{folder.name}`: {num_shown} of {num_scenarios}\n")
+        parts.append(table(head, _rows(folder_results, after)))
     return "\n".join(parts)
 
 
@@ -69,12 +72,12 @@ def _rows(results: Sequence[ScenarioResults], after: Sequence[int]) -> list[tupl
             js = [[record.curve.js_at(labels, record.js_original) for labels in (0, *after)] for record in records]
             cases.setdefault((item.person, method), {})[item.scenario.name] = np.array(js)
     rows = []
-    for (person, method), own in cases.items():
-        if len(own) > 1:
-            rows.append((person, method, "*all*", *_numbers(np.concatenate(list(own.values())))))
+    for (person, method), by_scenario in cases.items():
+        if len(by_scenario) > 1:
+            rows.append((person, method, "*all*", *_numbers(np.concatenate(list(by_scenario.values())))))
             rows += [(person, method, "*target*", "", *_targets(person, after), "")] if method == METHOD else []
-        worst_first = sorted(own, key=lambda name: -np.median(own[name][:, -1]))
-        rows += [(person, method, name, *_numbers(own[name])) for name in worst_first]
+        worst_first = sorted(by_scenario, key=lambda name: -np.median(by_scenario[name][:, -1]))
+        rows += [(person, method, name, *_numbers(by_scenario[name])) for name in worst_first]
     return rows
 
 
@@ -143,10 +146,10 @@ def write_page(
 
 def _firsts(results: Sequence[ScenarioResults]) -> list[ScenarioResults]:
     """The results of each scenario for the first person."""
-    found: dict[str, ScenarioResults] = {}
+    firsts: dict[str, ScenarioResults] = {}
     for item in results:
-        found.setdefault(item.scenario.name, item)
-    return list(found.values())
+        firsts.setdefault(item.scenario.name, item)
+    return list(firsts.values())
 
 
 def _original_table(results: Sequence[ScenarioResults]) -> str:
@@ -198,7 +201,7 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
     head += ("last JS", "correlation", "labels asked")
     return (
         "## Labels\n\n"
-        f"Number of labels until the divergence is at most {CLOSE:g} nats, or at most the scenario's own target: "
+        f"Number of labels until the divergence is at most {LEARNED_JS:g} nats, or at most the scenario's own target: "
         "median over seeds (lowest–highest; seeds that reach it/all seeds). *first* counts to the first round that "
         "reaches this limit, *stays* to the round from which all rounds keep it. *target*, *aim* and *paper* are "
         "numbers of labels. *last JS* and *correlation* are medians after all labels.\n\n"

@@ -52,10 +52,10 @@ def find_scenario(argument: str) -> Path:
     Raises:
         UsageError: If there is no scenario with that name, or there are several.
     """
-    found = find_scenarios(argument)
-    if len(found) != 1:
-        raise UsageError(f"expected one scenario, found {len(found)} in {argument!r}.")
-    return found[0]
+    paths = find_scenarios(argument)
+    if len(paths) != 1:
+        raise UsageError(f"expected one scenario, found {len(paths)} in {argument!r}.")
+    return paths[0]
 
 
 def find_scenarios(argument: str) -> tuple[Path, ...]:
@@ -70,20 +70,20 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
     if (path := existing(argument)) is not None:
         if path.is_file():
             return (path,)
-        found = tuple(sorted(path.glob(f"*{SUFFIX}")))
-        if not found:
+        files = tuple(sorted(path.glob(f"*{SUFFIX}")))
+        if not files:
             raise UsageError(f"the folder {argument!r} has no scenario: expected files with the suffix {SUFFIX}.")
-        return found
+        return files
     shipped = named_scenarios()
     if argument in shipped:
         return (shipped[argument],)
     if "," in argument:
         return tuple(path for part in argument.split(",") for path in find_scenarios(part))
-    names, wanted = {name.lower(): name for name in shipped}, Path(argument)
-    near = [names[name] for name in get_close_matches(wanted.stem.lower(), names, n=1, cutoff=0.5)]
-    folder = existing(str(wanted.parent))
+    names, target = {name.lower(): name for name in shipped}, Path(argument)
+    near = [names[name] for name in get_close_matches(target.stem.lower(), names, n=1, cutoff=0.5)]
+    folder = existing(str(target.parent))
     neighbours = [file.name for file in folder.glob(f"*{SUFFIX}")] if folder is not None else []
-    near += get_close_matches(wanted.name, neighbours, n=1, cutoff=0.6)
+    near += get_close_matches(target.name, neighbours, n=1, cutoff=0.6)
     hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
     raise UsageError(
         f"no scenario file or folder {argument!r}, and no shipped scenario with that name.{hint} "
@@ -91,11 +91,11 @@ def find_scenarios(argument: str) -> tuple[Path, ...]:
     )
 
 
-ENOUGH_LABELS = 128
+MIN_LABELS = 128
 """Default smallest number of scores."""
 
 
-MOST_LABELS = 100_000
+MAX_LABELS = 100_000
 """Largest number of scores of a person."""
 
 
@@ -149,7 +149,7 @@ class EvaluationRequest:
             batch: models per round, for all methods; None for the default of each.
             seeds: number of seeds, >= 1.
             max_labels: number of scores of each person; 0 for that of each scenario's target, or, if it has none, for
-                its labels and at least `ENOUGH_LABELS`.
+                its labels and at least `MIN_LABELS`.
             figures: ``all``, or comma-separated names of experiments in the folder of scenarios; empty for none.
             grids: whether to draw samples before and after.
             density: whether to measure methods that make a density of a known preference.
@@ -193,27 +193,29 @@ class EvaluationRequest:
     def labels_of(self, scenario: Path) -> int:
         """Number of scores of each person on a scenario."""
         target = load_source(scenario).scenario.target
-        return self.max_labels or target.ask or max(target.labels or 0, ENOUGH_LABELS)
+        return self.max_labels or target.ask or max(target.labels or 0, MIN_LABELS)
 
 
 def _label_numbers(text: str) -> dict[str, int]:
     """Numbers by name of the scenario: ``128,F1=288``."""
-    found: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     for word in filter(None, (word.strip() for word in text.split(","))):
         name, _, number = word.rpartition("=")
-        if not (re.fullmatch(r"\s*[0-9]{1,9}\s*", number) and 0 < int(number) <= MOST_LABELS):
+        if not (re.fullmatch(r"\s*[0-9]{1,9}\s*", number) and 0 < int(number) <= MAX_LABELS):
             raise UsageError(
-                f"expected numbers of labels from 1 to {MOST_LABELS:,}, such as 128,F1=288; found {word[:60]!r}."
+                f"expected numbers of labels from 1 to {MAX_LABELS:,}, such as 128,F1=288; found {word[:60]!r}."
             )
-        found[name.strip()] = int(number)
-    return found
+        numbers[name.strip()] = int(number)
+    return numbers
 
 
 def _check_names(scenarios: Sequence[Path]) -> None:
     """Check that scenario names are unique, since they name tables and pictures."""
-    seen: dict[str, Path] = {}
+    path_of: dict[str, Path] = {}
     for path in scenarios:
         name = load_source(path).scenario.name
-        if name in seen:
-            raise UsageError(f"{seen[name]} and {path} both have the name {name!r}; give each scenario a unique name.")
-        seen[name] = path
+        if name in path_of:
+            raise UsageError(
+                f"{path_of[name]} and {path} both have the name {name!r}; give each scenario a unique name."
+            )
+        path_of[name] = path

@@ -48,7 +48,7 @@ class EvaluationResult:
     """Measurements of an evaluation."""
 
     scenarios: tuple[ScenarioResults, ...]
-    """In the order of the request; for each scenario, all persons."""
+    """Results in the order of the request; for each scenario, all persons."""
     table: Path
     page: Path
     densities: tuple[DensityRow, ...] = ()
@@ -111,12 +111,12 @@ def _evaluate(
     tasks = [task for part in plain.values() for task in part]
     tasks += [task for part in planned.values() for line in part for task in line]
     records = run_tasks(make_curve, tasks, folder, executor=executor, fresh=fresh, on_progress=on_progress)
-    made = dict(zip(tasks, records, strict=True))
+    by_task = dict(zip(tasks, records, strict=True))
     results = tuple(
-        ScenarioResults(load_source(path).scenario, tuple(made[task] for task in part), path)
+        ScenarioResults(load_source(path).scenario, tuple(by_task[task] for task in part), path)
         for (path, _), part in plain.items()
     )
-    write_table(folder / TABLE, list(made.values()))
+    write_table(folder / TABLE, list(by_task.values()))
     curves = draw_results(results, folder / PLOTS)
     if request.grids:
         firsts = {path: plain[path, request.persons[0]][0] for path in request.scenarios}
@@ -124,16 +124,16 @@ def _evaluate(
         drawn = draw_samples(dict(zip(firsts, models, strict=True)), folder / GRIDS, executor, on_progress)
         for item, (path, person) in zip(results, plain, strict=True):
             if person == request.persons[0]:
-                curves[item.name] = with_samples(curves[item.name], made[firsts[path]], drawn[path])
+                curves[item.name] = with_samples(curves[item.name], by_task[firsts[path]], drawn[path])
     pictures = list(curves.values())
     for figure in request.figures:
-        lines = [tuple(made[task] for task in line) for line in planned[figure.name]]
+        lines = [tuple(by_task[task] for task in line) for line in planned[figure.name]]
         pictures.append(draw_figure(figure, lines, folder / PLOTS))
     scenarios = [load_source(path).scenario for path in request.scenarios]
     densities: tuple[DensityRow, ...] = ()
     if request.density:
-        known = [path for path in request.scenarios if load_source(path).scenario.paper.original is not None]
-        measured = known or request.scenarios
+        with_results = [path for path in request.scenarios if load_source(path).scenario.paper.original is not None]
+        measured = with_results or request.scenarios
         densities = density_rows(measured, folder, executor=executor, fresh=fresh, on_progress=on_progress)
     people = _persons(request, cache)
     grammars = person_rows(people, folder, executor=executor, fresh=fresh, on_progress=on_progress) if people else ()
@@ -141,9 +141,9 @@ def _evaluate(
     sections += [person_table(grammars, scenarios)] if grammars else []
     sections += [ABOUT_SAMPLES] if request.grids else []
     for page in (folder / PAGE, *([report] if report else [])):
-        own = page == folder / PAGE
-        beside = pictures if own else [copied_beside(picture, page) for picture in pictures]
-        write_page(page, results, beside, command, sections)
+        is_main = page == folder / PAGE
+        copies = pictures if is_main else [copied_beside(picture, page) for picture in pictures]
+        write_page(page, results, copies, command, sections)
     return EvaluationResult(results, folder / TABLE, folder / PAGE, densities, grammars)
 
 

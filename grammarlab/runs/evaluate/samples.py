@@ -16,7 +16,7 @@ from grammarlab.randomness import derived_seed
 from grammarlab.runs.evaluate.curve_store import measurements_in
 from grammarlab.runs.evaluate.curve_tasks import CurveTask, run_protocol
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.work.results import Progress, made
+from grammarlab.runs.work.results import Progress, computed
 
 STORE = "samples"
 NUM_MODELS = 100
@@ -71,9 +71,11 @@ def draw_models(
     Raises:
         GrammarlabError: If the scenarios or the folder cannot be used.
     """
-    kept = measurements_in(folder, STORE, fresh=fresh)
-    found = made(kept, _made, {task.place: task for task in tasks}, executor, "samples", on_progress)
-    return tuple(_parsed(found[task.place]) for task in tasks)
+    measurements = measurements_in(folder, STORE, fresh=fresh)
+    results = computed(
+        measurements, _samples_of, {task.curve_name: task for task in tasks}, executor, "samples", on_progress
+    )
+    return tuple(_parsed(results[task.curve_name]) for task in tasks)
 
 
 def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int]:
@@ -88,7 +90,7 @@ def choose(weights: NDArray[np.float64], num_models: int, seed: int) -> list[int
     return random.choice(len(weights), num_models, p=weights / weights.sum()).tolist()
 
 
-def _made(task: CurveTask) -> dict[str, Any]:
+def _samples_of(task: CurveTask) -> dict[str, Any]:
     """The samples of a task."""
     material, state, curve = run_protocol(task)
     learned = material.weights * protocol.learned(material, state)

@@ -65,11 +65,11 @@ def show_facade(facade: Facade, path: Path | str, pixels_per_metre: float = PIXE
 CONTACT, GALLERY = "contact.png", "gallery"
 """The picture of all facades, and the name of the command in the record of written files."""
 _FACADE = ".facade.json"
-_PIXELS_PER_METRE, _LONGEST = 50.0, 640
+_PIXELS_PER_METRE, _MAX_SIDE = 50.0, 640
 """Largest resolution of pictures, pixels per metre, and largest side of a picture, pixels."""
-_SAMPLES = 1
+_SAMPLES_PER_PIXEL = 1
 """Samples per pixel: most edges are along pixels, and pictures are needed at once."""
-_SHEET, _MARGIN = 2400, 24
+_SHEET_WIDTH, _MARGIN = 2400, 24
 """Width of the contact sheet, and distance between facades, pixels."""
 
 
@@ -79,7 +79,7 @@ class Gallery:
 
     facades: Sequence[Facade]
     drawings: Sequence[str]
-    """SVG of each."""
+    """SVG of each facade."""
     pictures: Sequence[Image.Image]
 
 
@@ -123,10 +123,10 @@ def draw_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = 
     if source and any(file.exists() and file.samefile(source) for file in files):
         raise UsageError(f"{source} would be overwritten or removed: write to another folder.")
     longest = max(max(facade.width, facade.height) for facade in facades)
-    scale = min(_PIXELS_PER_METRE, _LONGEST / longest)
+    scale = min(_PIXELS_PER_METRE, _MAX_SIDE / longest)
     facades = [_renamed(facade, {CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
     drawings = [svg(facade) for facade in facades]
-    pictures = [Image.fromarray(draw(facade, scale, _SAMPLES)) for facade in facades]
+    pictures = [Image.fromarray(draw(facade, scale, _SAMPLES_PER_PIXEL)) for facade in facades]
     return Gallery(facades, drawings, pictures)
 
 
@@ -142,10 +142,10 @@ def write_gallery(
     files = [folder / f"{name}{_FACADE}" for name in names]
     locks = locks or [()] * len(files)
     written = [folder / CONTACT, *files]
-    for name, file, facade, held, drawing, picture in zip(
+    for name, file, facade, facade_locks, drawing, picture in zip(
         names, files, gallery.facades, locks, gallery.drawings, gallery.pictures, strict=True
     ):
-        save_facade(facade, file, held)
+        save_facade(facade, file, facade_locks)
         write_text(folder / f"{name}.svg", drawing)
         write_bytes(folder / f"{name}.png", _png(picture))
         written += [folder / f"{name}.svg", folder / f"{name}.png"]
@@ -161,24 +161,25 @@ def sheet(pictures: Sequence[Image.Image]) -> Image.Image:
     """Pictures side by side on white, in as many rows as needed, aligned at the bottom of each row."""
     rows: list[list[Image.Image]] = [[]]
     for picture in pictures:
-        if rows[-1] and _MARGIN + sum(each.width + _MARGIN for each in (*rows[-1], picture)) > _SHEET:
+        if rows[-1] and _MARGIN + sum(image.width + _MARGIN for image in (*rows[-1], picture)) > _SHEET_WIDTH:
             rows.append([])
         rows[-1].append(picture)
-    width = max(_MARGIN + sum(each.width + _MARGIN for each in row) for row in rows)
-    bottom = np.cumsum([max(each.height for each in row) + _MARGIN for row in rows]).tolist()
+    width = max(_MARGIN + sum(image.width + _MARGIN for image in row) for row in rows)
+    bottom = np.cumsum([max(image.height for image in row) + _MARGIN for row in rows]).tolist()
     page = Image.new("RGB", (width, bottom[-1] + _MARGIN), "white")
     for row, floor in zip(rows, bottom, strict=True):
-        left = _MARGIN
+        x = _MARGIN
         for picture in row:
-            page.paste(picture, (left, floor - picture.height))
-            left += picture.width + _MARGIN
+            page.paste(picture, (x, floor - picture.height))
+            x += picture.width + _MARGIN
     return page
 
 
-def _renamed(facade: Facade, taken: set[str]) -> Facade:
+def _renamed(facade: Facade, used_names: set[str]) -> Facade:
     """The facade, with other names for pictures whose names the drawings need."""
     pictures = [
-        replace(each, name=f"shown-{each.name}") if each.name.lower() in taken else each for each in facade.pictures
+        replace(picture, name=f"shown-{picture.name}") if picture.name.lower() in used_names else picture
+        for picture in facade.pictures
     ]
     return replace(facade, pictures=tuple(pictures))
 

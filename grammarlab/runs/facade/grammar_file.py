@@ -12,7 +12,7 @@ from grammarlab.facade.grammar.leaf_looks import OutlinedLeaf, store_as_assets, 
 from grammarlab.facade.tree import Facade
 from grammarlab.files import write_text
 
-LEAST, MOST = 0.7, 1.6
+MIN_FACTOR, MAX_FACTOR = 0.7, 1.6
 """Default range of a size, as multiples of the facade's own size."""
 
 
@@ -21,7 +21,7 @@ class GrammarResult:
     """A grammar of a facade or of its family."""
 
     text: str
-    """CGA text."""
+    """Text of the grammar in CGA."""
     rules: int
     exact: float | None
     """Largest difference of the sides of leaves in the derivation, metres; for a family, `WrittenFamily.error`."""
@@ -55,8 +55,8 @@ def grammar_of(
         return GrammarResult(written.text, written.rules, written.error, outlined=written.outlined)
     family = write_family(
         facade,
-        widths or (LEAST * facade.width, MOST * facade.width),
-        heights or (LEAST * facade.height, MOST * facade.height),
+        widths or (MIN_FACTOR * facade.width, MAX_FACTOR * facade.width),
+        heights or (MIN_FACTOR * facade.height, MAX_FACTOR * facade.height),
         stretch,
     )
     narrowest, widest = (pick(size for sizes in family.columns.values() for size in sizes) for pick in (min, max))

@@ -25,7 +25,7 @@ FAMILY = "family.cga"
 """File of a grammar of all layouts."""
 _MODELS: tuple[Format, ...] = ("glb", "obj")
 _AXES = "xy"
-_LEAST = 0.01
+_MIN_PROBABILITY = 0.01
 """Least probability of a layout, relative to that of the best one of its canvas."""
 
 
@@ -47,9 +47,9 @@ class SolvedLayout:
         return {
             "counters": dict(layout.candidate.counters),
             "words": self._words(),
-            "columns": {keys[group]: each.columns() for group, each in layout.alignments.items()},
-            "omega": sum(each.omega for each in layout.alignments.values()),
-            "span": {keys[group]: each.span for group, each in layout.alignments.items()},
+            "columns": {keys[group]: alignment.columns() for group, alignment in layout.alignments.items()},
+            "omega": sum(alignment.omega for alignment in layout.alignments.values()),
+            "span": {keys[group]: alignment.span for group, alignment in layout.alignments.items()},
             "sizes": dict(layout.sizing.sizes),
             "sizing_error": layout.sizing.error,
             "sizing_residual": layout.sizing.residual,
@@ -75,15 +75,15 @@ class SolvedLayout:
     def _words(self) -> list[dict[str, Any]]:
         """For each layer, its words as patterns without operations."""
         rows: dict[tuple[int, str], int] = {}
-        found = []
+        layer_words = []
         for layer in self.design.visible_layers:
             words: dict[str, Any] = {"layer": layer.name}
             for axis, name in enumerate(_AXES):
                 group = (axis, layer.groups[axis])
                 rows[group] = rows.get(group, -1) + 1
                 words[name] = word_text(self.layout.alignments[group].words[rows[group]])
-            found.append(words)
-        return found
+            layer_words.append(words)
+        return layer_words
 
 
 def solve_design(
@@ -102,10 +102,10 @@ def solve_design(
     """
     width, height = width or design.width, height or design.height
     start = time.perf_counter()
-    found = layouts(design, width, height, count)
+    candidates = layouts(design, width, height, count)
     seconds = time.perf_counter() - start
     solved = []
-    for layout in found:
+    for layout in candidates:
         panels = panels_of(design, layout, width, height)
         solved.append(SolvedLayout(design, layout, panels, flattened(panels), seconds))
     return solved
@@ -131,16 +131,16 @@ def save_layouts(
         UsageError: If the source would be overwritten, or another run is writing into the folder.
         FacadeError: If a layout cannot be drawn.
     """
-    rules = [write_exact(each.facade).text for each in solved]
-    gallery = draw_gallery([each.facade for each in solved], folder, source)
+    rules = [write_exact(solution.facade).text for solution in solved]
+    gallery = draw_gallery([solution.facade for solution in solved], folder, source)
     with only_run_in(folder):
         files, written = write_gallery(gallery, folder)
-        found = _write_models(solved, files, rules, written)
+        layout_files = _write_models(solved, files, rules, written)
         if family:
             write_text(folder / FAMILY, family)
             written.append(folder / FAMILY)
         replace_written(folder, GALLERY, written, [source] if source else ())
-    return found
+    return layout_files
 
 
 def _write_models(
@@ -151,19 +151,19 @@ def _write_models(
     Returns:
         The files of each layout.
     """
-    found = []
-    for file, each, text in zip(files, solved, rules, strict=True):
+    layout_files = []
+    for file, solution, text in zip(files, solved, rules, strict=True):
         folder, name = file.parent, file.name.removesuffix(".facade.json")
-        scene = relief(each.design, each.panels)
-        made = {"facade": file, "drawing": folder / f"{name}.svg", "picture": folder / f"{name}.png"}
+        scene = relief(solution.design, solution.panels)
+        paths = {"facade": file, "drawing": folder / f"{name}.svg", "picture": folder / f"{name}.png"}
         for ending in _MODELS:
-            made[ending] = folder / f"{name}.{ending}"
-            save_together([scene], made[ending], ending, on_file=written.append)
-        made["rules"] = folder / f"{name}.cga"
-        write_text(made["rules"], text)
-        written.append(made["rules"])
-        found.append({key: str(path) for key, path in made.items()})
-    return found
+            paths[ending] = folder / f"{name}.{ending}"
+            save_together([scene], paths[ending], ending, on_file=written.append)
+        paths["rules"] = folder / f"{name}.cga"
+        write_text(paths["rules"], text)
+        written.append(paths["rules"])
+        layout_files.append({key: str(path) for key, path in paths.items()})
+    return layout_files
 
 
 def family_of(design: Design, widths: Sequence[float], heights: Sequence[float], count: int = 1) -> WrittenVariants:
@@ -184,8 +184,10 @@ def family_of(design: Design, widths: Sequence[float], heights: Sequence[float],
             solved = solve_design(design, width, height, count)
             least = solved[0].layout.energy
             variants += [
-                FamilyVariant((width, height), each.facade, max(math.exp(least - each.layout.energy), _LEAST))
-                for each in solved
+                FamilyVariant(
+                    (width, height), solution.facade, max(math.exp(least - solution.layout.energy), _MIN_PROBABILITY)
+                )
+                for solution in solved
             ]
     sizes = f"{min(widths):g} to {max(widths):g} m wide and {min(heights):g} to {max(heights):g} m high"
     return write_variants(variants, f"{design.title or 'A layered facade'}: {len(variants)} layouts, {sizes}")

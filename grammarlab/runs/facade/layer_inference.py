@@ -16,7 +16,7 @@ from grammarlab.runs.facade.layer_files import SolvedLayout, solve_design
 
 TOLERANCES = (1e-6, 1 / 1000, 1 / 300, 1 / 100, 1 / 50, 1 / 30)
 """Tolerances to try, as fractions of the longer side of a facade."""
-_MISPLACED = 40
+_COST_OF_MISPLACED = 40
 """Cost of a misplaced element, in letters: four numbers of ten digits."""
 
 
@@ -40,8 +40,8 @@ class Inferred:
     @property
     def cost(self) -> float:
         """Description length of the facade, in letters: that of the design plus that of misplaced elements."""
-        missed = max(self.score.elements, self.score.other_elements) * (1.0 - self.score.quality)
-        return self.length + _MISPLACED * missed
+        num_misplaced = max(self.score.elements, self.score.other_elements) * (1.0 - self.score.quality)
+        return self.length + _COST_OF_MISPLACED * num_misplaced
 
 
 def infer_design(facade: Facade, tolerance: float | None = None, title: str = "") -> Inferred:
@@ -57,37 +57,37 @@ def infer_design(facade: Facade, tolerance: float | None = None, title: str = ""
         FacadeError: If it is too large, or no design of it can be solved.
     """
     longest = max(facade.width, facade.height)
-    tried = [part * longest for part in TOLERANCES] if tolerance is None else [max(tolerance, 1e-9 * longest)]
+    tolerances = [part * longest for part in TOLERANCES] if tolerance is None else [max(tolerance, 1e-9 * longest)]
     best: Inferred | None = None
     refused: FacadeError | None = None
     start = time.perf_counter()
-    for each in tried:
-        design = infer(facade, each, title)
+    for candidate in tolerances:
+        design = infer(facade, candidate, title)
         try:
             solved = solve_design(design)[0]
         except FacadeError as error:
             refused = error
             continue
-        found = Inferred(design, each, solved, compare(facade, solved.facade), time.perf_counter() - start)
-        if best is None or found.cost < best.cost:
-            best = found
+        inferred = Inferred(design, candidate, solved, compare(facade, solved.facade), time.perf_counter() - start)
+        if best is None or inferred.cost < best.cost:
+            best = inferred
     if best is None:
         raise FacadeError(f"no design of this facade can be laid out: {refused}") from refused
     return best
 
 
-def save_inferred(found: Inferred, path: Path) -> Path:
+def save_inferred(inferred: Inferred, path: Path) -> Path:
     """Write a design, with its score as a comment."""
-    score = found.score
+    score = inferred.score
     head = (
         f"# Inferred: {score.area:.2%} of the area has the right label, "
         f"{score.other_elements} elements for {score.elements},\n"
-        f"# which overlap those by {score.iou:.2%} on average; sides within {found.tolerance:.3g} m are in line.\n"
+        f"# which overlap those by {score.iou:.2%} on average; sides within {inferred.tolerance:.3g} m are in line.\n"
     )
-    write_text(path, head + design_text(found.design))
+    write_text(path, head + design_text(inferred.design))
     return path
 
 
 def _letters(text: str) -> int:
     """Number of symbols and loops of a pattern."""
-    return sum(each.isalpha() for each in text)
+    return sum(letter.isalpha() for letter in text)

@@ -58,12 +58,12 @@ def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:
     """Values for `--json`."""
     from grammarlab.matching.plain import compare  # noqa: PLC0415 loads libraries of statistics
 
-    used = [match.templates[each].name for each in np.unique(match.kind_template).tolist()]
+    used = [match.templates[index].name for index in np.unique(match.kind_template).tolist()]
     truth = match.elements.truth
     return {
         "method": method,
         "seed": seed,
-        "elements": [_element(match, each) for each in range(len(match.kind))],
+        "elements": [_element(match, index) for index in range(len(match.kind))],
         "groups": groups(match),
         "words": sentences(match),
         "templates": used,
@@ -76,8 +76,8 @@ def as_dict(match: Match, method: str, seed: int) -> dict[str, Any]:
 
 def _element(match: Match, element: int) -> dict[str, Any]:
     kind = int(match.kind[element])
-    known = kind >= 0
-    template = match.template_of(kind) if known else None
+    is_known = kind >= 0
+    template = match.template_of(kind) if is_known else None
     names = template.parameters if template else ()
     return {
         "element": element,
@@ -87,7 +87,7 @@ def _element(match: Match, element: int) -> dict[str, Any]:
         "parameters": dict(zip(names, match.parameters[element].tolist(), strict=True)),
         "standard_deviations": dict(zip(names, match.deviations[element].tolist(), strict=True)),
         "probability": float(match.probability[element]),
-        "position": match.corner[element].tolist() if known else None,
+        "position": match.corner[element].tolist() if is_known else None,
         "hidden": float(match.hidden[element]),
         "row": int(match.elements.row[element]) if match.elements.row[element] >= 0 else None,
         "column": int(match.elements.column[element]) if match.elements.column[element] >= 0 else None,

@@ -92,7 +92,7 @@ def read_facade(
     if is_plain(annotation.picture) and (path.parent / annotation.picture).is_file():
         picture = load_picture(annotation.picture, path.parent)
         pixels = size_in_pixels(picture)
-    made = assemble(
+    assembled = assemble(
         annotation,
         width=width,
         height=height,
@@ -101,14 +101,14 @@ def read_facade(
         picture=picture,
         pixels=pixels,
     )
-    facade = with_proposals(made.facade)
+    facade = with_proposals(assembled.facade)
     if file is not None:
         file.parent.mkdir(parents=True, exist_ok=True)
         save_facade(facade, file)
-    return ReadResult(facade, file, made.moved, made.notes, time.perf_counter() - start)
+    return ReadResult(facade, file, assembled.moved, assembled.notes, time.perf_counter() - start)
 
 
-PIXELS_PER_METRE, MOST_PIXELS = 50.0, 1_000_000
+PIXELS_PER_METRE, MAX_PIXELS = 50.0, 1_000_000
 """Largest resolution and largest area of the picture of a side."""
 _MARK = "Software", "grammarlab"
 """Text in the pictures drawn here."""
@@ -134,7 +134,7 @@ def read_face(
         parts: symbols whose shapes become boxes; all leaves if empty.
         seed: seed of the model.
         start_rule: start symbol, in place of the one that the grammar marks.
-        tolerance: see `assemble`.
+        tolerance: largest difference of sides in line, as in `assemble`.
         split: whether boxes of a pinwheel may be cut.
 
     Raises:
@@ -145,16 +145,16 @@ def read_face(
     grammar, _ = compiled(source.text(), source.name)
     forest = derive(grammar, 1, seed=seed, start_rule=start_rule, assets=source.assets)
     name = f"{output.name.removesuffix('.json').removesuffix('.facade')}.png"
-    found = face_of(forest, face, parts, name)
-    width, height = (found.annotation.picture_area[1] - found.annotation.picture_area[0]).tolist()
-    scale = min(PIXELS_PER_METRE, (MOST_PIXELS / (width * height)) ** 0.5, LARGEST_SIDE / max(width, height))
+    view = face_of(forest, face, parts, name)
+    width, height = (view.annotation.picture_area[1] - view.annotation.picture_area[0]).tolist()
+    scale = min(PIXELS_PER_METRE, (MAX_PIXELS / (width * height)) ** 0.5, LARGEST_SIDE / max(width, height))
     pixels = picture_size(width, height, scale)
     content = BytesIO()
     mark = PngInfo()
     mark.add_text(*_MARK)
-    Image.fromarray(front(found.shapes, *pixels, found.azimuth)).save(content, "PNG", optimize=True, pnginfo=mark)
-    made = assemble(
-        found.annotation,
+    Image.fromarray(front(view.shapes, *pixels, view.azimuth)).save(content, "PNG", optimize=True, pnginfo=mark)
+    assembled = assemble(
+        view.annotation,
         tolerance=tolerance,
         split=split,
         picture=Picture(name, content.getvalue()),
@@ -163,9 +163,9 @@ def read_face(
     output.parent.mkdir(parents=True, exist_ok=True)
     if output.exists() and _is_drawn(output.parent / name):  # replaced, with its picture; a photograph is not
         (output.parent / name).unlink()
-    facade = with_proposals(made.facade)
+    facade = with_proposals(assembled.facade)
     save_facade(facade, output)
-    return ReadResult(facade, output, made.moved, made.notes, time.perf_counter() - start)
+    return ReadResult(facade, output, assembled.moved, assembled.notes, time.perf_counter() - start)
 
 
 def _is_drawn(path: Path) -> bool:

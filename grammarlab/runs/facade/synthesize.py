@@ -44,20 +44,20 @@ def read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:
         FacadeError: If it is not such a map.
     """
     try:
-        found = [a_list(row, "row", MOST_LINES) for row in a_list(parse_json(read_bounded(path)), "map", MOST_LINES)]
+        cells = [a_list(row, "row", MOST_LINES) for row in a_list(parse_json(read_bounded(path)), "map", MOST_LINES)]
     except FacadeError as error:
         raise FacadeError(f"{path.name}: {error}") from error
-    if not found or not found[0] or len({len(row) for row in found}) > 1:
+    if not cells or not cells[0] or len({len(row) for row in cells}) > 1:
         raise FacadeError(f"{path.name}: expected rows of one length, such as [[1, 1, 2], [1, 1, 2]].")
-    for row in found:
-        for each in row:
-            if isinstance(each, bool) or not isinstance(each, int) or not 1 <= each <= examples:
-                raise FacadeError(f"{path.name}: expected examples 1 to {examples}, found {each!r:.40}.")
-    given = np.array(found, dtype=np.int64) - 1
-    places = [
-        (2 * np.arange(new) + 1) * old // (2 * new) for new, old in ((rows, len(found)), (columns, len(found[0])))
+    for row in cells:
+        for number in row:
+            if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= examples:
+                raise FacadeError(f"{path.name}: expected examples 1 to {examples}, found {number!r:.40}.")
+    regions = np.array(cells, dtype=np.int64) - 1
+    indices = [
+        (2 * np.arange(new) + 1) * old // (2 * new) for new, old in ((rows, len(cells)), (columns, len(cells[0])))
     ]
-    return given[np.ix_(*places)]
+    return regions[np.ix_(*indices)]
 
 
 _ASSETS = "assets"
@@ -115,8 +115,8 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
         meshes = [read_mesh(file, UNITS[task.unit]) for file in files]
     with watch("analysis"):
         examples = [analyse(mesh, task.up) for mesh in meshes]
-        for place, corrections in enumerate(task.corrections):
-            examples[place] = corrected(examples[place], corrections)
+        for index, corrections in enumerate(task.corrections):
+            examples[index] = corrected(examples[index], corrections)
     new = new_buildings(
         examples,
         task.rows,
@@ -136,31 +136,31 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
     with only_run_in(folder, (_ASSETS,)):
         written: list[Path] = []
         results = _write_all(new, folder, picture, written)
-        family, told = _write_family(new, folder, task, written)
+        family, family_notes = _write_family(new, folder, task, written)
         replace_written(folder, "synthesize", written, [*files, *task.corrections])
     notes = []
-    for file, each in zip(files, examples, strict=True):
-        notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in each.notes]
+    for file, analysed in zip(files, examples, strict=True):
+        notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in analysed.notes]
     if task.method == "em" and task.wishes != NO_WISHES:
         notes.append("method em ignores wishes; energies include the violations")
     return {
         "example": _example_dict(example, folder),
         "results": results,
         "family": family,
-        "notes": notes + told,
+        "notes": notes + family_notes,
     }
 
 
 def _write_all(new: NewBuildings, folder: Path, picture: Image.Image, written: list[Path]) -> list[dict[str, Any]]:
     """Write the examples and all buildings; adds the files to `written`, and returns values for `--json`."""
     written.append(save_facade(facade_of(new.examples[0].main), folder / "example.facade.json"))
-    for number, each in enumerate(new.examples, start=1):
+    for number, example in enumerate(new.examples, start=1):
         path = folder / f"example{f'-{number}' if number > 1 else ''}.json"
-        write_text(path, dumps(each))
+        write_text(path, dumps(example))
         written.append(path)
     return [
-        {**each.as_dict(), "files": _write(each, new.stock, folder, f"{number:03}", picture, written)}
-        for number, each in enumerate(new.built, start=1)
+        {**building.as_dict(), "files": _write(building, new.stock, folder, f"{number:03}", picture, written)}
+        for number, building in enumerate(new.built, start=1)
     ]
 
 
@@ -188,10 +188,10 @@ def _write(
         )
         written += [*files.values(), *_write_rules(rules, stock, files["cga"])]
     with watch("pictures"):
-        grids = [label_picture(each) for each in (stock.walls[0].grid, built.main.grid)]
+        grids = [label_picture(grid) for grid in (stock.walls[0].grid, built.main.grid)]
         write_bytes(files["labels"], _png(grids[1]))
-        whole = building_picture(built.surface, stock.colors)
-        write_bytes(files["picture"], _png(sheet([picture, grids[0], grids[1], whole])))
+        result_picture = building_picture(built.surface, stock.colors)
+        write_bytes(files["picture"], _png(sheet([picture, grids[0], grids[1], result_picture])))
     built.seconds.update(watch.seconds)
     return {key: str(path) for key, path in files.items()}
 
@@ -216,7 +216,7 @@ def _write_family(
     except FacadeError as error:
         return None, [f"no family: {error}"]
     written += [file, *_write_rules(rules, new.stock, file)]
-    sizes = [each for ends in family.columns.values() for each in ends]
+    sizes = [size for ends in family.columns.values() for size in ends]
     return {
         "file": str(file),
         "facades": family.facades,
@@ -238,15 +238,15 @@ def _example_dict(example: Example, folder: Path) -> dict[str, Any]:
         "corrections": str(folder / "example.json"),
         "walls": [
             {
-                "name": each.name,
-                "rows": each.grid.rows,
-                "columns": each.grid.columns,
-                "labels": each.grid.labels.tolist(),
-                "names": list(each.grid.names),
-                "pitch": [each.columns.pitch, each.rows.pitch],
-                "regular": [each.columns.is_regular, each.rows.is_regular],
+                "name": region.name,
+                "rows": region.grid.rows,
+                "columns": region.grid.columns,
+                "labels": region.grid.labels.tolist(),
+                "names": list(region.grid.names),
+                "pitch": [region.columns.pitch, region.rows.pitch],
+                "regular": [region.columns.is_regular, region.rows.is_regular],
             }
-            for each in example.regions
+            for region in example.regions
         ],
     }
 

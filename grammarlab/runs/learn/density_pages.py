@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.density.sampler import GrammarSampler
-from grammarlab.learning.stopping import MORE
+from grammarlab.learning.stopping import NUM_MORE
 from grammarlab.learning.targets.writers import Learned
 from grammarlab.runs.learn.from_examples import ExamplesResult
 from grammarlab.runs.learn.from_labels import LabelsResult
@@ -20,15 +20,15 @@ Rows = tuple[tuple[str, str, str], ...]
 
 def page_of_scenario(result: LearnResult) -> Report:
     """Page about an exactly known density."""
-    found, learned = result.source.scenario, result.learned
+    scenario, learned = result.source.scenario, result.learned
     facts = (
         *cost_facts(learned, result.measured),
-        ("method", f"{learned.method}, base {found.base}"),
+        ("method", f"{learned.method}, base {scenario.base}"),
         ("seconds", f"{result.seconds:.2f}"),
     )
     return Report(
         title=_title(result.file, learned),
-        origin=f"Learned by `grammarlab learn` from {found.grammar} and scenario {found.name}: {found.title}.",
+        origin=f"Learned by `grammarlab learn` from {scenario.grammar} and scenario {scenario.name}: {scenario.title}.",
         compared=(*compared_rows("what is liked", result.measured), _rules(learned)),
         facts=facts,
         sections=(),
@@ -44,7 +44,7 @@ def page_of_labels(result: LabelsResult) -> Report:
     compared = (*compared_rows("what was learned", density.measured), *_truth(result.truth), _rules(learned))
     facts = (
         ("labels", f"{result.num_labels}"),
-        *(() if result.gain is None else ((f"expected gain of {MORE} more", f"{nats(result.gain)} nats"),)),
+        *(() if result.gain is None else ((f"expected gain of {NUM_MORE} more", f"{nats(result.gain)} nats"),)),
         *cost_facts(learned, density.measured),
         ("method", f"{learned.method}, base {learned.base}"),
         ("seconds", f"{result.seconds:.1f}"),
@@ -68,27 +68,27 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
         [(factor.name, f"{factor.num_labels}") for factor in result.factors],
     )
     features = zip(result.density.names, result.density.features, strict=True)
-    looked_at = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
+    listing = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
     depend = "\n".join(f"- {entry}" for entry in result.relevances)
     words = "\n".join(f"- {line}" for line in result.density.predicted.words.lines)
     return (
         *((("In words", words),) if words else ()),
         ("Steps", steps),
         ("Factors", factors),
-        ("What the grammar looks at", looked_at or "Nothing: all models are liked alike."),
+        ("What the grammar looks at", listing or "Nothing: all models are liked alike."),
         ("What the scores depend on", depend or "Nothing."),
     )
 
 
 def page_of_examples(result: ExamplesResult) -> Report:
     """Page about a density learned from examples."""
-    learned, held = result.learned, result.held_out
+    learned, held_out = result.learned, result.held_out
     moved = ("divergence from what was learned", nats(result.measured.before.js), nats(result.measured.after.js))
     facts = [("examples", f"{result.num_examples:,}")]
-    if held is not None:
+    if held_out is not None:
         facts += [
-            ("examples kept back that it can make", f"{held.possible:,} of {held.num_models:,}"),
-            ("these are likelier than before by a factor of exp", f"{held.gain:.3f}"),
+            ("examples kept back that it can make", f"{held_out.possible:,} of {held_out.num_models:,}"),
+            ("these are likelier than before by a factor of exp", f"{held_out.gain:.3f}"),
         ]
     facts += [
         *cost_facts(learned, result.measured),

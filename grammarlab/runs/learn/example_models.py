@@ -33,11 +33,15 @@ from grammarlab.runs.sample.derivations import HEADER
 from grammarlab.runs.sample.records import DERIVATIONS
 
 MAX_HEADER_BYTES = 16 << 20
+"""Largest size of a header in bytes."""
 MAX_FILE_BYTES = 1 << 30
+"""Largest size of a table in bytes."""
 MAX_MODELS = 200_000
+"""Largest number of examples."""
 MAX_ROWS = 50_000_000
 """Largest number of nodes, or draws, of all examples together."""
 MAX_FOLDERS = 20_000
+"""Largest number of batches in a folder."""
 _NODES, _DRAWS = "nodes.parquet", "draws.parquet"
 _NODE_COLUMNS = ("model", "parent", "symbol", "rule", "child", "repeat")
 _DRAW_COLUMNS = {"node": True, "site": True, "value": False, "log_density": False}
@@ -92,19 +96,19 @@ def _node_files(path: Path) -> tuple[Path, ...]:
     if path.is_file():
         if path.suffix != ".parquet":
             raise UsageError(f"{path}: expected a folder that grammarlab sample wrote, or a Parquet file.")
-        beside = path.with_name(_NODES)
-        return (beside if path.with_name(HEADER).is_file() and beside.is_file() else path,)
+        sibling = path.with_name(_NODES)
+        return (sibling if path.with_name(HEADER).is_file() and sibling.is_file() else path,)
     if not path.is_dir():
         raise UsageError(f"no examples at {str(path)!r}: expected a folder that grammarlab sample wrote.")
     for folder in (path / DERIVATIONS, path):
         if (folder / _NODES).is_file():
             return (folder / _NODES,)
         # A folder of a batch that was killed may lack rows.
-        found = sorted(file for file in folder.glob(f"*/{_NODES}") if not file.parent.name.startswith(PART_PREFIX))
-        if len(found) > MAX_FOLDERS:
-            raise AssetError(f"{folder}: {len(found):,} batches; {MAX_FOLDERS:,} can be read.")
-        if found:
-            return tuple(found)
+        files = sorted(file for file in folder.glob(f"*/{_NODES}") if not file.parent.name.startswith(PART_PREFIX))
+        if len(files) > MAX_FOLDERS:
+            raise AssetError(f"{folder}: {len(files):,} batches; {MAX_FOLDERS:,} can be read.")
+        if files:
+            return tuple(files)
     raise UsageError(f"{path}: expected derivations in this folder, as grammarlab sample writes them, found none.")
 
 
@@ -157,15 +161,15 @@ def _names(header: Path, program: Program) -> _Names:
     own_sites = [(site.name, site.kind, site.definition) for site in program.sites]
     return _Names(
         num_models,
-        _places(program.symbols, [str(symbol) for symbol in values["symbols"]]),
-        _places(own_rules, rules),
-        _places(own_sites, sites),
+        _indices(program.symbols, [str(symbol) for symbol in values["symbols"]]),
+        _indices(own_rules, rules),
+        _indices(own_sites, sites),
     )
 
 
-def _places(known: Sequence[object], found: Sequence[object]) -> Ints:
-    place = {item: i for i, item in enumerate(known)}
-    return np.array([place.get(item, -1) for item in found], dtype=np.int64)
+def _indices(names: Sequence[object], items: Sequence[object]) -> Ints:
+    index_of = {item: i for i, item in enumerate(names)}
+    return np.array([index_of.get(item, -1) for item in items], dtype=np.int64)
 
 
 # Tables
@@ -182,11 +186,12 @@ def _read(file: Path, kinds: Mapping[str, bool]) -> dict[str, NDArray[Any]]:
             kind = table.schema_arrow.field(name).type
             if not (pa.types.is_integer(kind) if whole else pa.types.is_floating(kind)):
                 raise ValueError(f"column {name} of {file.name} holds {kind}")
-        found = table.read(columns=list(kinds), use_threads=False)
-    if any(found.column(name).null_count for name in kinds):
+        values = table.read(columns=list(kinds), use_threads=False)
+    if any(values.column(name).null_count for name in kinds):
         raise ValueError(f"{file.name} has cells without a value")
     return {
-        name: found.column(name).cast(pa.int64() if whole else pa.float64()).to_numpy() for name, whole in kinds.items()
+        name: values.column(name).cast(pa.int64() if whole else pa.float64()).to_numpy()
+        for name, whole in kinds.items()
     }
 
 
@@ -227,15 +232,15 @@ def _draws(columns: Mapping[str, NDArray[Any]], names: _Names, num_nodes: int, p
     node, site = columns["node"].astype(np.int64), columns["site"].astype(np.int64)
     _within(node, 0, num_nodes, "nodes")
     _within(site, 0, len(names.sites), "random expressions")
-    own = names.sites[site] if len(site) else site
-    kept = own >= 0
-    value, log_density = columns["value"][kept], columns["log_density"][kept]
+    sites = names.sites[site] if len(site) else site
+    is_known = sites >= 0
+    value, log_density = columns["value"][is_known], columns["log_density"][is_known]
     if not np.isfinite(value).all() or np.isnan(log_density).any():
         raise ValueError("a draw is not a number")
-    choices = np.array([found.choices for found in program.sites], dtype=np.int64)[own[kept]]
+    choices = np.array([program_site.choices for program_site in program.sites], dtype=np.int64)[sites[is_known]]
     if ((choices > 0) & ((value < 0) | (value >= choices) | (value != np.floor(value)))).any():
         raise ValueError("a choice has no branch of that number")
-    return Draws(node[kept].astype(np.int32), own[kept].astype(program.id_type), value, log_density)
+    return Draws(node[is_known].astype(np.int32), sites[is_known].astype(program.id_type), value, log_density)
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,18 +262,20 @@ class _Slots:
 
     @classmethod
     def of(cls, program: Program, tree: TreeGrammar) -> _Slots:
-        place = {name: i for i, name in enumerate(program.symbols)}
-        alternatives = {(key, found.branch): found for key in tree.bodies for found in tree.alternatives(key)}
+        index_of = {name: i for i, name in enumerate(program.symbols)}
+        alternatives = {
+            (key, alternative.branch): alternative for key in tree.bodies for alternative in tree.alternatives(key)
+        }
         below = [
-            [place[s.key[0]] for s in alternatives[(rule.symbol, rule.parameters), rule.branch].successors]
+            [index_of[s.key[0]] for s in alternatives[(rule.symbol, rule.parameters), rule.branch].successors]
             for rule in program.rule_names
         ]
         return cls(
             program,
-            np.array([*(place[rule.symbol] for rule in program.rule_names), -1], dtype=np.int64),
+            np.array([*(index_of[rule.symbol] for rule in program.rule_names), -1], dtype=np.int64),
             np.cumsum([0, *map(len, below)]),
             np.array([symbol for symbols in below for symbol in symbols], dtype=np.int64),
-            place[tree.start[0]],
+            index_of[tree.start[0]],
         )
 
     def check(self, symbol: Ints, rule: Ints, parent: Ints, child: Ints) -> None:
@@ -279,7 +286,7 @@ class _Slots:
         """
         inner = np.flatnonzero(parent >= 0)
         above = rule[parent[inner]]
-        place = self.first[above] + child[inner]
+        slot = self.first[above] + child[inner]
         fits = (
             (symbol >= 0).all()
             and (rule != self.UNKNOWN).all()
@@ -287,8 +294,8 @@ class _Slots:
             and (symbol[parent < 0] == self.start).all()
             and (above >= 0).all()
             and (child[inner] >= 0).all()
-            and (place < self.first[above + 1]).all()
-            and (self.successor[place] == symbol[inner]).all()
+            and (slot < self.first[above + 1]).all()
+            and (self.successor[slot] == symbol[inner]).all()
         )
         if not fits:
             raise UsageError(

@@ -15,7 +15,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.learning.designs.pool import MadePool, Pool
+from grammarlab.learning.designs.pool import Pool, PoolDesigns
 from grammarlab.learning.targets.divergence import Measured, measured
 from grammarlab.learning.targets.writers import check_method
 from grammarlab.runs.learn.example_models import example_models
@@ -25,9 +25,10 @@ from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import RuleSource, find_rules
 from grammarlab.runs.work.workers import one_thread
 
-HELD_OUT = 5
-"""One example in this number is held out, if there are at least `ENOUGH`."""
-ENOUGH = 50
+HELD_OUT_STRIDE = 5
+"""One example in 5 is held out, if there are at least `MIN_HELD_OUT_EXAMPLES`."""
+MIN_HELD_OUT_EXAMPLES = 50
+"""Smallest number of examples of which some are held out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +52,7 @@ class ExamplesResult:
     source: RuleSource
     num_examples: int
     held_out: HeldOut | None
-    """None for few examples."""
+    """Evaluation on held-out examples; None for few examples."""
     measured: Measured
     """Comparison of the original density with the learned one, on a pool of models."""
     seconds: float
@@ -67,7 +68,7 @@ def learn_from_files(
 
     Args:
         grammar: a rule file or the name of a shipped grammar that can make them.
-        examples: see `example_models`.
+        examples: folder or file of derivations, as read by `example_models`.
         file: path of the new rule file; assets that it names are copied beside it.
         method: one of `EXAMPLE_METHODS`.
         seed: seed of the models for measuring the result.
@@ -81,7 +82,7 @@ def learn_from_files(
     chosen = cast(ExampleMethod, method)
     source = find_rules(grammar)
     parsed, _ = compiled(source.text(), source.name)
-    known = None if scenario is None else scenario_of(scenario, grammar, parsed.hash)
+    true_source = None if scenario is None else scenario_of(scenario, grammar, parsed.hash)
     begun = perf_counter()
     forest = example_models(examples, parsed)
     header = [
@@ -94,8 +95,8 @@ def learn_from_files(
         seconds = perf_counter() - begun
         held_out = _held_out(parsed, forest, chosen)
     write_learned(file, learned.text, GrammarSpace(learned.original, source.assets), source.assets)
-    made = MadePool.of(GrammarSpace(parsed, source.assets), Pool(seed))
-    ratio = np.concatenate([learned.ratio(forest) for forest in made.batches])
+    pool_designs = PoolDesigns.of(GrammarSpace(parsed, source.assets), Pool(seed))
+    ratio = np.concatenate([learned.ratio(forest) for forest in pool_designs.batches])
     return ExamplesResult(
         learned=learned,
         file=file,
@@ -103,17 +104,17 @@ def learn_from_files(
         source=source,
         num_examples=forest.num_models,
         held_out=held_out,
-        measured=measured(ratio, ratio, made.weights),
+        measured=measured(ratio, ratio, pool_designs.weights),
         seconds=seconds,
-        truth=None if known is None else TrueDensity.of(known, learned),
+        truth=None if true_source is None else TrueDensity.of(true_source, learned),
     )
 
 
 def _held_out(grammar: Grammar, forest: Forest, method: ExampleMethod) -> HeldOut | None:
-    if forest.num_models < ENOUGH:
+    if forest.num_models < MIN_HELD_OUT_EXAMPLES:
         return None
-    held = np.arange(forest.num_models) % HELD_OUT == HELD_OUT - 1
-    learned = learn_from_examples(grammar, select_models(forest, np.flatnonzero(~held)), method)
-    ratio = learned.ratio(select_models(forest, np.flatnonzero(held)))
+    is_held_out = np.arange(forest.num_models) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1
+    learned = learn_from_examples(grammar, select_models(forest, np.flatnonzero(~is_held_out)), method)
+    ratio = learned.ratio(select_models(forest, np.flatnonzero(is_held_out)))
     possible = ratio[ratio > 0.0]
     return HeldOut(len(ratio), len(possible), float(np.log(possible).mean()) if len(possible) else 0.0)

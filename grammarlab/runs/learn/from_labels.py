@@ -67,13 +67,13 @@ class LabelsResult:
     def relevances(self) -> tuple[Relevance, ...]:
         """Relevance of groups of features, most relevant first; several factors have their names."""
         several = len(self.factors) > 1
-        found = [
+        entries = [
             Relevance(f"{factor.name}: {entry.name}" if several else entry.name, entry.share, entry.level)
             for factor in self.factors
             for entry in factor.relevances
             if entry.level != "none"
         ]
-        return tuple(sorted(found, key=lambda entry: -entry.share))
+        return tuple(sorted(entries, key=lambda entry: -entry.share))
 
 
 def learn_from_labels(
@@ -127,7 +127,7 @@ def learn_from_labels(
     space = opened(source.suffix, text, source.name, source.assets)
     writer = domain_of(source.suffix).writer(space)
     writer.method(making.method)
-    known = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
+    true_source = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
     answers = answers_of(renamed(labels, text), space.hashes)
     study = Study(space, pool or Pool(), settings)
     lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels_from}: {len(labels)} scores"]
@@ -146,9 +146,9 @@ def learn_from_labels(
         labels_from=labels_from,
         source=source,
         num_labels=len(labels),
-        left_out=tuple(found.factor for found in answers if not found.is_liked),
+        left_out=tuple(factor_answers.factor for factor_answers in answers if not factor_answers.is_liked),
         seconds=seconds,
         notes=labels.notes,
         gain=gain,
-        truth=None if known is None else TrueDensity.of(known, learned, respondent),
+        truth=None if true_source is None else TrueDensity.of(true_source, learned, respondent),
     )

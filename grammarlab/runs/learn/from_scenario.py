@@ -12,7 +12,7 @@ from typing import Any
 
 from grammarlab.about import __version__
 from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.grammar_skeleton import ENOUGH_MODELS
+from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
 from grammarlab.density.samples import sampled
 from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.density.targets.target import Target
@@ -70,7 +70,7 @@ def learn_from_scenario(
     Args:
         grammar: a rule file or the name of a shipped grammar: that of the scenario.
         scenario: a scenario file.
-        method: of `METHODS`.
+        method: name of a method, one of `METHODS`.
         file: path of the new rule file; assets that it names are copied beside it.
         num_samples: number of models to learn from, for methods that need them.
         on_progress: called with the progress of these models.
@@ -95,21 +95,24 @@ def learned_of(
 
     Args:
         source: the scenario with its grammar.
-        method: of `METHODS`.
+        method: name of a method, one of `METHODS`.
         num_samples: number of models to learn from; they differ from those of the labelled set.
         on_progress: called with the progress of these models.
 
     Raises:
         GrammarlabError: If the density cannot be made.
     """
-    grammar, found = source.grammar, source.scenario
-    forest = derive(grammar, ENOUGH_MODELS, found.seed, assets=source.assets)
-    found.check(forest.symbols, forest.rules, forest.sites)
-    target = Target.of_score(grammar, found.score, found.base, source.assets)
-    lines = [origin_line(find_rules(found.grammar).file, grammar.hash), f"Scenario {found.name}: {found.title}"]
+    grammar, scenario = source.grammar, source.scenario
+    forest = derive(grammar, MAX_EXAMINED_MODELS, scenario.seed, assets=source.assets)
+    scenario.check(forest.symbols, forest.rules, forest.sites)
+    target = Target.of_score(grammar, scenario.score, scenario.base, source.assets)
+    lines = [
+        origin_line(find_rules(scenario.grammar).file, grammar.hash),
+        f"Scenario {scenario.name}: {scenario.title}",
+    ]
     begun = perf_counter()
     with one_thread():
-        learned = learn_target(target, method, forest, lines, (found.seed + 1) % 2**64, num_samples, on_progress)
+        learned = learn_target(target, method, forest, lines, (scenario.seed + 1) % 2**64, num_samples, on_progress)
     return learned, perf_counter() - begun
 
 

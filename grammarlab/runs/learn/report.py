@@ -26,6 +26,7 @@ from grammarlab.scene import Scene, triangles
 WIDTH = 900
 """Approximate width of the samples of one density in pixels."""
 _MARGIN = 12
+"""Distance between the samples in pixels."""
 
 
 class Sampled(Protocol):
@@ -37,26 +38,26 @@ class Sampled(Protocol):
 
 
 def draw_side_by_side(
-    shown: Sequence[tuple[str, Sampled]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
+    densities: Sequence[tuple[str, Sampled]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
 ) -> None:
     """Draw samples of densities side by side; each model fills its picture.
 
     Args:
-        shown: headings and densities.
+        densities: headings and densities.
         file: the picture.
         side: number of models along each side of a grid.
         seed: seed of the models.
         executor: draws the picture, which does not depend on it.
     """
     number = side * side
-    batches = [triangles(sampler.scene(number, seed)) for _, sampler in shown]
+    batches = [triangles(sampler.scene(number, seed)) for _, sampler in densities]
     models = [batch.model(index) for batch in batches for index in range(number)]
     tiles = draw_tiles(models, (WIDTH // side) ** 2, executor)
     layout = lay_out(number, side, tiles.width, tiles.height)
     pages = []
-    for place, (name, _) in enumerate(shown):
-        own = tiles.pictures[place * number :][:number]
-        pages.append(draw_page(layout, own, [("", "")] * number, (name, f"{number} samples")))
+    for column, (name, _) in enumerate(densities):
+        pictures = tiles.pictures[column * number :][:number]
+        pages.append(draw_page(layout, pictures, [("", "")] * number, (name, f"{number} samples")))
     gap = np.full((pages[0].shape[0], _MARGIN, 3), PAPER, np.uint8)
     joined = [part for page in pages for part in (page, gap)][:-1]
     with atomic_file(file) as part:
@@ -101,11 +102,11 @@ def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractE
     Raises:
         UsageError: If another run is writing into the folder.
     """
-    shown = [("before", report.before), ("after", report.after)]
+    densities = [("before", report.before), ("after", report.after)]
     page = folder / PAGE
     with only_run_in(folder):
         for side in SIDES:
-            draw_side_by_side(shown, folder / picture_name(side), side=side, seed=seed, executor=executor)
+            draw_side_by_side(densities, folder / picture_name(side), side=side, seed=seed, executor=executor)
         write_text(page, report_text(report))
     return page
 
@@ -133,17 +134,17 @@ def report_text(report: Report) -> str:
     return "\n".join(parts)
 
 
-def compared_rows(wanted: str, measured: Measured) -> tuple[tuple[str, str, str], ...]:
+def compared_rows(target: str, measured: Measured) -> tuple[tuple[str, str, str], ...]:
     """Rows comparing two densities with a target density.
 
     Args:
-        wanted: name of the target density.
+        target: name of the target density.
         measured: the comparison.
     """
     before, after = measured.before, measured.after
     return (
-        (f"divergence from {wanted}", nats(before.js), nats(after.js)),
-        (f"correlation with {wanted}", f"{before.correlation:.3f}", f"{after.correlation:.3f}"),
+        (f"divergence from {target}", nats(before.js), nats(after.js)),
+        (f"correlation with {target}", f"{before.correlation:.3f}", f"{after.correlation:.3f}"),
     )
 
 
@@ -156,7 +157,7 @@ def cost_facts(learned: Learned[Any], measured: Measured) -> tuple[tuple[str, st
     return (
         effective,
         ("models accepted", f"{percent(pilot.rate)} of {pilot.proposals:,}"),
-        ("bound", f"{pilot.bound:.4g}, " + ("known" if pilot.known else "the largest one met")),
+        ("bound", f"{pilot.bound:.4g}, " + ("known" if pilot.has_bound else "the largest one met")),
         ("density above the bound, cut off", percent(pilot.truncated)),
     )
 

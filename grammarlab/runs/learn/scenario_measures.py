@@ -22,7 +22,7 @@ class LabelledSet:
     """The labelled set of a scenario, with the target density."""
 
     source: Source
-    wanted: Floats
+    target: Floats
     """[n] target density divided by that of the original grammar, up to a factor."""
     weights: Floats
     """[n] importance weight of each model under the original grammar."""
@@ -39,26 +39,26 @@ class LabelledSet:
         Raises:
             UsageError: If no model is liked.
         """
-        found = source.scenario
-        even, space = Target.of_score(source.grammar, found.score, found.base, source.assets).even, source.space
+        scenario = source.scenario
+        even, space = Target.of_score(source.grammar, scenario.score, scenario.base, source.assets).even, source.space
         forests = labelled_set(source, space)
-        scores = [respondent.truth(true_scores(found, forest)) for forest in forests]
-        wanted = np.prod(np.concatenate(scores) / MAX_SCORE, axis=1)
+        scores = [respondent.truth(true_scores(scenario, forest)) for forest in forests]
+        target = np.prod(np.concatenate(scores) / MAX_SCORE, axis=1)
         if even is not None:
-            wanted *= np.concatenate([even.ratio(forest) for forest in forests])
-        flat = found.draws == "flattened"
+            target *= np.concatenate([even.ratio(forest) for forest in forests])
+        flat = scenario.draws == "flattened"
         log_weights = [space.log_ratio(forest) if flat else np.zeros(forest.num_models) for forest in forests]
-        if not wanted.any():
+        if not target.any():
             raise UsageError(
-                f"scenario {found.name}: none of its {len(wanted):,} labelled models has a score above 0, so there is "
-                'no density to compare with. Raise num_models, or set draws = "flattened".'
+                f"scenario {scenario.name}: none of its {len(target):,} labelled models has a score above 0, so there "
+                'is no density to compare with. Raise num_models, or set draws = "flattened".'
             )
         logs = np.concatenate(log_weights)
-        return cls(source, wanted, np.exp(logs - logs.max()), forests)
+        return cls(source, target, np.exp(logs - logs.max()), forests)
 
     def measure(self, learned: Learned[Forest]) -> Measured:
         """Comparison of a learned density with the target density."""
-        return measured(self.wanted, np.concatenate([learned.ratio(forest) for forest in self.forests]), self.weights)
+        return measured(self.target, np.concatenate([learned.ratio(forest) for forest in self.forests]), self.weights)
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,8 +134,8 @@ def _texts(request: SampleRequest) -> Iterator[str]:
 
 def _files(name: str, assets: Path) -> Iterator[Path]:
     """Files of the asset folder that match a name or pattern, with the buffers of glTF files."""
-    for each in matching_files(assets, name) if "*" in name or "?" in name else [name]:
-        file = _asset(each, assets)
+    for path in matching_files(assets, name) if "*" in name or "?" in name else [name]:
+        file = _asset(path, assets)
         if file is None:
             continue
         yield file
@@ -186,11 +186,11 @@ def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
         LanguageError: If the file cannot be read, or is too large.
     """
     checked = check_files(source.path, str(source.path), SUPPORTED)
-    return tuple(replace(one, findings=_with_assets(one, source.assets)) for one in checked)
+    return tuple(replace(file, findings=_with_assets(file, source.assets)) for file in checked)
 
 
-def _with_assets(one: CheckedFile, assets: Path) -> tuple[Finding, ...]:
-    findings = (*one.findings, *findings_about(one.tree, assets), *_acceptance(one.tree))
+def _with_assets(file: CheckedFile, assets: Path) -> tuple[Finding, ...]:
+    findings = (*file.findings, *findings_about(file.tree, assets), *_acceptance(file.tree))
     return tuple(sorted(findings, key=lambda finding: finding.location))
 
 
@@ -217,18 +217,22 @@ def grammar_to_run(text: str, file: str) -> Grammar:
         LanguageError: If there are errors; it lists all of them.
     """
     grammar = Grammar.parse(text, file)
-    found = (*check(grammar, SUPPORTED), *_acceptance(grammar.tree))
-    errors = tuple(finding for finding in found if finding.severity == "error")
+    findings = (*check(grammar, SUPPORTED), *_acceptance(grammar.tree))
+    errors = tuple(finding for finding in findings if finding.severity == "error")
     if errors:
         raise LanguageError(errors, text)
     return grammar
 
 
-def not_carried_out(grammar: Grammar) -> tuple[Finding, ...]:
+def unsupported_features(grammar: Grammar) -> tuple[Finding, ...]:
     """Features of a grammar that a derivation ignores or does not support."""
-    found = (one for one in check(grammar, SUPPORTED) if one.severity == "unsupported" or one.code == "left-out")
+    findings = (
+        finding
+        for finding in check(grammar, SUPPORTED)
+        if finding.severity == "unsupported" or finding.code == "left-out"
+    )
     unread = (
         Finding("unsupported", "bad-import", f'the import "{statement.path}", which cannot be read', statement.location)
         for statement in grammar.imports.values()
     )
-    return (*unread, *found)
+    return (*unread, *findings)

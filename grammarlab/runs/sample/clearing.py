@@ -21,7 +21,7 @@ from grammarlab.runs.work.run_folder import own_folder
 _BATCH = re.compile(r"\d{5,}")
 _FILE = re.compile(r"(?:-(\d{5,}))?(_texture_\d+)?\.(glb|obj|mtl|ply|png|jpg)")
 """Names of the files of models and of the sheet after the name of the grammar."""
-_MOST_NAMES = 5
+_MAX_NAMES = 5
 """Largest number of names in a message."""
 
 
@@ -127,9 +127,9 @@ def batch_names(folder: Path) -> tuple[str, ...]:
 
 def in_short(names: Collection[str]) -> str:
     """Some names and the number of others, for a message; names of strangers may have any characters."""
-    shown = ["".join(letter if letter.isprintable() else "?" for letter in name) for name in sorted(names)]
-    rest = f" and {len(shown) - _MOST_NAMES:,} more" if len(shown) > _MOST_NAMES else ""
-    return ", ".join(shown[:_MOST_NAMES]) + rest
+    printable = ["".join(letter if letter.isprintable() else "?" for letter in name) for name in sorted(names)]
+    rest = f" and {len(printable) - _MAX_NAMES:,} more" if len(printable) > _MAX_NAMES else ""
+    return ", ".join(printable[:_MAX_NAMES]) + rest
 
 
 def _is_written(request: SampleRequest, name: str) -> bool:

@@ -23,13 +23,16 @@ from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import SUFFIX, RuleSource, find_rules
 
 NUM_MODELS = 2_500
-"""Of each grammar."""
-MOST_DIFFERENCES = 12
-_ALIKE = 0.003
+"""Number of models of each grammar."""
+MAX_DIFFERENCES = 12
+"""Largest number of reported differences of each kind."""
+_MIN_DIVERGENCE = 0.003
 """Divergences of two samples of one grammar reach this by chance."""
 _LEARNED = re.compile(r"^// Learned by grammarlab \S+ from (\S+)\.cga \(SHA-256 ([0-9a-f]{16})\)", re.MULTILINE)
 _HEADER_CHARACTERS = 2_000
+"""Number of characters at the top of a file in which its origin is searched."""
 _BINS = 20
+"""Number of bins of the histograms of draws."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +44,7 @@ class Difference:
     """Share of the models of the first grammar with it."""
     second: float
     js: float
-    """Divergence in nats of its counts."""
+    """Divergence in nats of the counts of the symbol."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +52,7 @@ class BranchShare:
     """A branch of a choice, with its frequencies."""
 
     makes: str
-    """Its successors and, if these do not distinguish it from other branches, its line."""
+    """Successors of the branch and, if these do not distinguish it from other branches, its line."""
     first: float
     """Share of the rewritings of the symbol in the models of the first grammar."""
     second: float
@@ -73,7 +76,7 @@ class NumberDifference:
 
     attribute: str
     first: float
-    """Their mean in the models of the first grammar."""
+    """Mean of the draws in the models of the first grammar."""
     second: float
     js: float
     """Divergence in nats of their histograms."""
@@ -125,20 +128,22 @@ def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, s
             for grammar, source in zip((one, other), sources, strict=True)
         )
     else:
-        forests = tuple(learned.sample(num_models, seed) for learned in common.made)
+        forests = tuple(learned.sample(num_models, seed) for learned in common.learned)
     occurring = [_counts(forest) for forest in forests]
     shared = [symbol for symbol in occurring[0] if symbol in occurring[1]]
-    found = sorted(_differences(occurring[0], occurring[1], shared), key=lambda found: (-found.js, found.symbol))
-    told = tuple(difference for difference in found if difference.js > _ALIKE)
+    differences = sorted(
+        _differences(occurring[0], occurring[1], shared), key=lambda difference: (-difference.js, difference.symbol)
+    )
+    significant = tuple(difference for difference in differences if difference.js > _MIN_DIVERGENCE)
     return Comparison(
         sources=(sources[0], sources[1]),
         grammars=(one, other),
         origin="" if common is None else common.name,
         js=None if common is None else _divergence(common, forests),
-        at_least=found[0].js if found else 0.0,
+        at_least=differences[0].js if differences else 0.0,
         choices=() if common is None else _choices(common, forests),
         numbers=() if common is None else _numbers(common, forests),
-        differences=told[:MOST_DIFFERENCES],
+        differences=significant[:MAX_DIFFERENCES],
         only_first=tuple(symbol for symbol in occurring[0] if symbol not in occurring[1]),
         only_second=tuple(symbol for symbol in occurring[1] if symbol not in occurring[0]),
     )
@@ -150,7 +155,7 @@ class _Common:
 
     name: str
     grammar: Grammar
-    made: tuple[LearnedGrammar, LearnedGrammar]
+    learned: tuple[LearnedGrammar, LearnedGrammar]
 
 
 def _common(sources: Sequence[RuleSource], grammars: Sequence[Grammar]) -> _Common | None:
@@ -158,23 +163,25 @@ def _common(sources: Sequence[RuleSource], grammars: Sequence[Grammar]) -> _Comm
     if any(Acceptance.of(grammar.tree) for grammar in grammars):
         return None  # its trees do not follow from rules only
     pairs = zip(sources, grammars, strict=True)
-    known = [(source.name, grammar) for source, grammar in pairs]
+    candidates = [(source.name, grammar) for source, grammar in pairs]
     for source, grammar in zip(sources, grammars, strict=True):
-        known += _named_in(source, grammar)
-    for name, grammar in known:
-        made = [recovered(grammar, own.text) for own in grammars]
-        if made[0] is not None and made[1] is not None:
-            first, second = (replace(m, assets=s.assets) for m, s in zip(made, sources, strict=True) if m is not None)
+        candidates += _named_in(source, grammar)
+    for name, grammar in candidates:
+        learned = [recovered(grammar, maker.text) for maker in grammars]
+        if learned[0] is not None and learned[1] is not None:
+            first, second = (
+                replace(m, assets=s.assets) for m, s in zip(learned, sources, strict=True) if m is not None
+            )
             return _Common(name, grammar, (first, second))
     return None
 
 
 def _named_in(source: RuleSource, grammar: Grammar) -> Iterator[tuple[str, Grammar]]:
     """The original named in a learned file: a shipped grammar, or a file beside it."""
-    found = _LEARNED.search(grammar.text[:_HEADER_CHARACTERS])
-    if found is None:
+    match = _LEARNED.search(grammar.text[:_HEADER_CHARACTERS])
+    if match is None:
         return
-    name, start_of_hash = found.groups()
+    name, start_of_hash = match.groups()
     for argument in (str(source.path.parent / f"{name}{SUFFIX}"), name):
         try:
             origin = find_rules(argument)
@@ -186,37 +193,39 @@ def _named_in(source: RuleSource, grammar: Grammar) -> Iterator[tuple[str, Gramm
 
 
 def _divergence(common: _Common, forests: Sequence[Forest]) -> float:
-    """Of two densities, on models of both: each model stands for what both grammars together make of it."""
-    first, second = (np.concatenate([made.ratio(forest) for forest in forests]) for made in common.made)
+    """Divergence of two densities, on models of both; a model represents its mean density under both grammars."""
+    first, second = (np.concatenate([learned.ratio(forest) for forest in forests]) for learned in common.learned)
     return jensen_shannon(first / (first + second), second / (first + second))
 
 
 def _choices(common: _Common, forests: Sequence[Forest]) -> tuple[ChoiceDifference, ...]:
     """The choices that differ most, weighted by their number per model, at most one."""
     rules = forests[0].rules
-    taken = [np.bincount(f.nodes.rule[f.nodes.rule >= 0], minlength=len(rules)).astype(np.float64) for f in forests]
+    rule_counts = [
+        np.bincount(f.nodes.rule[f.nodes.rule >= 0], minlength=len(rules)).astype(np.float64) for f in forests
+    ]
     tree = TreeGrammar.of(common.grammar)
-    found: list[tuple[float, ChoiceDifference]] = []
+    differences: list[tuple[float, ChoiceDifference]] = []
     for key in tree.bodies:
-        places = [i for i, rule in enumerate(rules) if (rule.symbol, rule.parameters) == key]
-        shares = [counts[places] for counts in taken]
-        if len(places) < 2 or not all(share.any() for share in shares):
+        indices = [i for i, rule in enumerate(rules) if (rule.symbol, rule.parameters) == key]
+        shares = [counts[indices] for counts in rule_counts]
+        if len(indices) < 2 or not all(share.any() for share in shares):
             continue
         least = min(float(share.sum()) for share in shares)
         js = jensen_shannon(shares[0], shares[1])
-        if js <= _ALIKE + len(places) / (2.0 * least):
+        if js <= _MIN_DIVERGENCE + len(indices) / (2.0 * least):
             continue
         makes = {a.branch: " ".join(s.key[0] for s in a.successors) or "nothing" for a in tree.alternatives(key)}
         often = Counter(makes.values())
         first, second = (share / share.sum() for share in shares)
         branches = tuple(
             BranchShare(_words(makes[rules[i].branch], rules[i].line, often), float(p), float(q))
-            for i, p, q in zip(places, first, second, strict=True)
+            for i, p, q in zip(indices, first, second, strict=True)
         )
         weight = js * min(1.0, least / min(forest.num_models for forest in forests))
-        found.append((weight, ChoiceDifference(key[0], rules[places[0]].line, js, branches)))
-    found.sort(key=lambda pair: -pair[0])
-    return tuple(difference for _, difference in found[:MOST_DIFFERENCES])
+        differences.append((weight, ChoiceDifference(key[0], rules[indices[0]].line, js, branches)))
+    differences.sort(key=lambda pair: -pair[0])
+    return tuple(difference for _, difference in differences[:MAX_DIFFERENCES])
 
 
 def _words(makes: str, line: int, often: Counter[str]) -> str:
@@ -225,8 +234,8 @@ def _words(makes: str, line: int, often: Counter[str]) -> str:
 
 def _numbers(common: _Common, forests: Sequence[Forest]) -> tuple[NumberDifference, ...]:
     """Attributes with different ranges."""
-    names = dict.fromkeys(parts.name for made in common.made for parts in made.attributes)
-    found: list[NumberDifference] = []
+    names = dict.fromkeys(parts.name for learned in common.learned for parts in learned.attributes)
+    differences: list[NumberDifference] = []
     for name in names:
         sites = [i for i, site in enumerate(forests[0].sites) if site.name == name and site.kind == "uniform"]
         values = [forest.draws.value[np.isin(forest.draws.site, sites)] for forest in forests]
@@ -234,16 +243,16 @@ def _numbers(common: _Common, forests: Sequence[Forest]) -> tuple[NumberDifferen
             continue
         edges = np.histogram_bin_edges(np.concatenate(values), _BINS)
         js = jensen_shannon(*(np.histogram(drawn, edges)[0] for drawn in values))
-        if js > _ALIKE:
-            found.append(NumberDifference(name, float(values[0].mean()), float(values[1].mean()), js))
-    return tuple(sorted(found, key=lambda difference: -difference.js))
+        if js > _MIN_DIVERGENCE:
+            differences.append(NumberDifference(name, float(values[0].mean()), float(values[1].mean()), js))
+    return tuple(sorted(differences, key=lambda difference: -difference.js))
 
 
 def _counts(forest: Forest) -> dict[str, Floats]:
     """Counts [models] of each symbol that occurs."""
     symbols, num = len(forest.symbols), forest.num_models
-    places = forest.nodes.model.astype(np.int64) * symbols + forest.nodes.symbol
-    table = np.bincount(places, minlength=num * symbols).reshape(num, symbols)
+    cells = forest.nodes.model.astype(np.int64) * symbols + forest.nodes.symbol
+    table = np.bincount(cells, minlength=num * symbols).reshape(num, symbols)
     return {symbol: table[:, i].astype(np.float64) for i, symbol in enumerate(forest.symbols) if table[:, i].any()}
 
 

@@ -47,7 +47,7 @@ class SheetPage:
     columns: int
     rows: int
 
-    def place(self, index: int) -> tuple[int, int]:
+    def corner(self, index: int) -> tuple[int, int]:
         """Left and top of a picture."""
         row, column = divmod(index, self.columns)
         return (
@@ -57,8 +57,8 @@ class SheetPage:
 
     def size(self) -> tuple[int, int]:
         """Width and height of the page."""
-        left, top = self.place(self.rows * self.columns - 1)
-        return left + self.width + BORDER, top + self.height + CAPTION + BORDER
+        x, y = self.corner(self.rows * self.columns - 1)
+        return x + self.width + BORDER, y + self.height + CAPTION + BORDER
 
 
 def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:
@@ -96,9 +96,9 @@ def draw_page(
     draw, large, small = ImageDraw.Draw(canvas), ImageFont.load_default(LARGE), ImageFont.load_default(SMALL)
     _line(draw, (BORDER, canvas.width - BORDER), BORDER + HEADING // 2 - 6, heading, (large, small))
     for index, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
-        left, top = page.place(index)
-        canvas.paste(Image.fromarray(picture), (left, top))
-        _line(draw, (left + 2, left + page.width - 2), top + page.height + CAPTION // 2, caption, (small, small))
+        x, y = page.corner(index)
+        canvas.paste(Image.fromarray(picture), (x, y))
+        _line(draw, (x + 2, x + page.width - 2), y + page.height + CAPTION // 2, caption, (small, small))
     return np.asarray(canvas)
 
 
@@ -106,14 +106,14 @@ def _line(
     draw: ImageDraw.ImageDraw, between: tuple[int, int], middle: int, texts: tuple[str, str], fonts: tuple[Font, Font]
 ) -> None:
     """One text from the left in ink, one from the right, fainter and clipped to the remaining width."""
-    left, right = between
-    draw.text((left, middle), texts[0], INK, fonts[0], anchor="lm")
-    room = right - left - draw.textlength(texts[0], fonts[0]) - GAP
+    start, end = between
+    draw.text((start, middle), texts[0], INK, fonts[0], anchor="lm")
+    room = end - start - draw.textlength(texts[0], fonts[0]) - GAP
     if draw.textlength(texts[1], fonts[1]) <= room:
-        draw.text((right, middle), texts[1], FAINT, fonts[1], anchor="rm")
+        draw.text((end, middle), texts[1], FAINT, fonts[1], anchor="rm")
 
 
-NARROWEST, WIDEST = 0.65, 1.6
+MIN_ASPECT, MAX_ASPECT = 0.65, 1.6
 """Aspect ratio of the pictures, chosen for the models."""
 _CAST = RendererChoice("cast")
 
@@ -133,11 +133,11 @@ class Tiles:
     """Pictures of models."""
 
     width: int
-    """Pixels."""
+    """Width of each picture in pixels."""
     height: int
-    """Pixels."""
+    """Height of each picture in pixels."""
     pictures: tuple[Picture, ...]
-    """[height, width, 3] of each model."""
+    """Picture [height, width, 3] of each model."""
 
 
 def draw_tiles(
@@ -161,7 +161,11 @@ def draw_tiles(
     view = View()
     width, height = _size(points, area, view)
     aspect = width / height
-    cameras = frame_alike(points, aspect, view) if same_scale else [frame(each, aspect, view) for each in points]
+    cameras = (
+        frame_alike(points, aspect, view)
+        if same_scale
+        else [frame(model_points, aspect, view) for model_points in points]
+    )
     draw = partial(_draw, choice, RenderOptions(width=width, height=height))
     # OpenGL drivers use all cores by themselves.
     executor = SERIAL if choice.name == "gl" else executor
@@ -174,8 +178,8 @@ def seen_points(model: TriangleBatch) -> NDArray[np.float32]:
 
 
 def _size(points: Sequence[NDArray[np.float32]], area: int, view: View) -> tuple[int, int]:
-    aspect = float(np.median([seen_aspect(each, view) for each in points]))
-    aspect = min(max(aspect, NARROWEST), WIDEST)
+    aspect = float(np.median([seen_aspect(model_points, view) for model_points in points]))
+    aspect = min(max(aspect, MIN_ASPECT), MAX_ASPECT)
     return round(math.sqrt(area * aspect)), round(math.sqrt(area / aspect))
 
 
@@ -183,7 +187,8 @@ def _draw(choice: RendererChoice, options: RenderOptions, task: _Task) -> Pictur
     return choice.make().render(task.model, task.camera, options)
 
 
-_FEWEST_PIXELS = 16
+_MIN_PIXELS = 16
+"""Smallest side of a picture in pixels."""
 
 
 def render(
@@ -216,8 +221,8 @@ def render(
     check_type("scene", scene, Scene, "gl.realize(forest)")
     if not scene.num_models:
         raise UsageError("nothing to draw: the scene has no models.")
-    if pixels < _FEWEST_PIXELS:
-        raise UsageError(f"pixels: expected at least {_FEWEST_PIXELS}, found {pixels}.")
+    if pixels < _MIN_PIXELS:
+        raise UsageError(f"pixels: expected at least {_MIN_PIXELS}, found {pixels}.")
     batch = triangles(scene)
     models = [batch.model(index) for index in range(scene.num_models)]
     tiles = draw_tiles(models, pixels * pixels, executor, same_scale=same_scale)

@@ -181,11 +181,11 @@ def _lots(folder: Path, header: Mapping[str, Any]) -> Lots:
 
 
 def _attribute(column: pa.ChunkedArray) -> AttributeColumn:
-    given = column.is_valid().to_numpy()
+    is_valid = column.is_valid().to_numpy()
     if pa.types.is_string(column.type):
-        return AttributeColumn(np.array(column.fill_null("").to_pylist(), dtype=np.str_), given)
+        return AttributeColumn(np.array(column.fill_null("").to_pylist(), dtype=np.str_), is_valid)
     values = column.fill_null(False if pa.types.is_boolean(column.type) else 0.0).to_numpy()
-    return AttributeColumn(values, given)
+    return AttributeColumn(values, is_valid)
 
 
 def _site(entry: str | Sequence[Any]) -> Site:

@@ -22,7 +22,7 @@ from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.language.grammar import read_text
-from grammarlab.runs.sample.checks import grammar_to_run, not_carried_out
+from grammarlab.runs.sample.checks import grammar_to_run, unsupported_features
 from grammarlab.runs.sample.derivations import FILES, load_forest, save_forest
 from grammarlab.runs.sample.domains import AbstractDomain
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, lots_of, property_remarks
@@ -41,15 +41,15 @@ Summary: TypeAlias = dict[str, float | int | None]
 
 def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:
     """Summaries of the values of each key of each model, keys in alphabetical order."""
-    found: list[dict[str, Summary]] = [{} for _ in range(forest.num_models)]
+    summaries: list[dict[str, Summary]] = [{} for _ in range(forest.num_models)]
     reports = forest.reports
     model = forest.nodes.model[reports.node].astype(np.int64)
     order = np.lexsort((reports.key, model))
     groups, starts = np.unique((model * max(len(reports.keys), 1) + reports.key)[order], return_index=True)
     for group, values in zip(groups.tolist(), np.split(reports.value[order], starts[1:]), strict=False):
         key = reports.keys[group % len(reports.keys)]
-        found[group // len(reports.keys)][key] = _summary(values)
-    return found
+        summaries[group // len(reports.keys)][key] = _summary(values)
+    return summaries
 
 
 def _summary(values: np.ndarray) -> Summary:
@@ -75,7 +75,7 @@ class GrammarModels(AbstractModels):
         return read_attributes(texts, self.source.grammar)
 
     def left_out(self) -> tuple[Finding, ...]:
-        return not_carried_out(self.source.grammar)
+        return unsupported_features(self.source.grammar)
 
     def check(self, request: SampleRequest) -> None:
         options = {"attributes": request.attributes, "start_rule": request.start_rule or None}
@@ -90,8 +90,8 @@ class GrammarModels(AbstractModels):
         )
 
     def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
-        found = self.source.derive(lots_of(request, batch, self.source.grammar))
-        forest = found.forest
+        accepted = self.source.derive(lots_of(request, batch, self.source.grammar))
+        forest = accepted.forest
 
         def save(folder: Path) -> Iterable[str]:
             save_forest(forest, folder)
@@ -104,8 +104,8 @@ class GrammarModels(AbstractModels):
             reports=summarize_reports(forest),
             prints=forest.prints,
             missing_assets=forest.missing_assets,
-            tries=found.tries.tolist(),
-            kept=found.kept.tolist(),
+            tries=accepted.tries.tolist(),
+            accepted=accepted.is_accepted.tolist(),
             save=save,
         )
 

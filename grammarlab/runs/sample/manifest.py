@@ -46,10 +46,10 @@ def place_in_words(request: SampleRequest) -> str:
     """One sentence about the origin of a run; empty if it is that of an unknown world."""
     if request.georeference is None and request.origin is None:
         return ""
-    place = place_of(request)
-    system = place["crs"] or "unknown CRS"
-    if "longitude" in place:
-        where = f"longitude {place['longitude']:.7f}, latitude {place['latitude']:.7f}"
+    values = place_of(request)
+    system = values["crs"] or "unknown CRS"
+    if "longitude" in values:
+        where = f"longitude {values['longitude']:.7f}, latitude {values['latitude']:.7f}"
         return f"origin: {where} ({system}); x is east of it and z south, in metres"
     if request.origin is None:
         return f"coordinates: x is the easting and -z the northing ({system})"
@@ -57,7 +57,7 @@ def place_in_words(request: SampleRequest) -> str:
         return (
             f"coordinates: x is the easting and -z the northing ({system}); each file has its place in a node 'origin'"
         )
-    where = f"easting {place['easting']:.10g}, northing {place['northing']:.10g}"
+    where = f"easting {values['easting']:.10g}, northing {values['northing']:.10g}"
     return f"origin: {where} ({system}); all files count from it"
 
 
@@ -66,9 +66,10 @@ FORMAT = 2
 """Version of the file. In version 1 a batch held the models of one footprint, never of several."""
 _FIRST_FORMAT, BATCHES_OVER_FOOTPRINTS = 1, 2
 MAX_FILE_BYTES = 1 << 30
+"""Largest size of a manifest in bytes."""
 _LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "mapbox_earcut", "pillow", "pyarrow", "lark")
 _EMBREE = "embreex"
-"""Not on every machine; without it, rays are traced by grammarlab itself."""
+"""Library of ray tracing, not on every machine; without it, rays are traced by grammarlab itself."""
 _GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
 _SHIPPED = "shipped"
 
@@ -186,13 +187,13 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
 
 def _georeference(values: Mapping[str, Any]) -> Georeference | None:
     """Place on the earth of the footprints of a manifest; earlier versions had none."""
-    place = values.get("place")
-    if place is None or of_kind(place, dict, "place").get("crs") is None:
+    entry = values.get("place")
+    if entry is None or of_kind(entry, dict, "place").get("crs") is None:
         return None
-    crs = member(place, "crs", str, "place")
-    if "longitude" not in place:
+    crs = member(entry, "crs", str, "place")
+    if "longitude" not in entry:
         return Georeference(crs)
-    longitude, latitude = numbers([place["longitude"], place.get("latitude")], 2, "place.longitude and latitude")
+    longitude, latitude = numbers([entry["longitude"], entry.get("latitude")], 2, "place.longitude and latitude")
     return Georeference(crs, longitude, latitude)
 
 
@@ -207,9 +208,9 @@ def _remarks(values: Mapping[str, Any]) -> tuple[Remark, ...]:
 
 def _remark_kind(entry: Any) -> RemarkKind:
     kind = member(entry, "kind", str, "remarks")
-    for known in get_args(RemarkKind):
-        if kind == known:
-            return known
+    for possible in get_args(RemarkKind):
+        if kind == possible:
+            return possible
     raise AssetError(f"remarks.kind: expected one of {', '.join(get_args(RemarkKind))}, found {kind[:40]!r}.")
 
 

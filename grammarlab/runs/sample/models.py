@@ -92,15 +92,17 @@ class MadeModels:
 
     scene: Scene
     shapes: Sequence[int]
-    """[n]; this and the next two fields are those of `ModelRecord`."""
+    """[n] number of shapes of each model, as in `ModelRecord`."""
     log_probability: Sequence[float | None]
+    """[n] log-density of the draws of each model, as in `ModelRecord`."""
     reports: Sequence[Report]
+    """[n] summaries of the reports of each model, as in `ModelRecord`."""
     prints: tuple[str, ...] = ()
     """Texts printed by the rules."""
     tries: Sequence[int] = ()
-    """[n] number of candidates of each (`grammarlab.features.acceptance`); none without an acceptance rule."""
-    kept: Sequence[bool] = ()
-    """[n] whether one of them was accepted."""
+    """[n] number of candidates of each model (`grammarlab.features.acceptance`); none without a rule."""
+    accepted: Sequence[bool] = ()
+    """[n] whether a candidate was accepted."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Meshes that the asset folder lacks."""
     save: Callable[[Path], Iterable[str]] = _nothing

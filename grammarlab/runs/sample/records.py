@@ -45,7 +45,7 @@ class ModelRecord:
     """One finished model."""
 
     index: int
-    """Its address is (seed, index)."""
+    """Index of the model under the seed; its address is (seed, index)."""
     file: str
     """Path relative to the run's folder; the shared file if there is one for all models."""
     seed: int
@@ -76,7 +76,7 @@ class BatchRecord:
     missing_images: tuple[str, ...] = ()
     """Missing textures of the models."""
     missing_assets: tuple[MissingAsset, ...] = ()
-    """Missing meshes."""
+    """Meshes that the asset folder lacks."""
 
 
 def batch_folder(folder: Path, batch: Batch) -> Path:
@@ -253,8 +253,8 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
     Files are on the disk before the record that names them, so a record is right even after a power failure.
     """
     forget_record(folder, batch)
-    made = models_of(request).make(request, batch)
-    scene = made.scene
+    batch_models = models_of(request).make(request, batch)
+    scene = batch_models.scene
     written: set[Path] = set()
     if request.single_file:
         files = [single_file_name(request)] * batch.num_models
@@ -269,17 +269,17 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
             on_file=written.add,
         )
         files = [path.name for path in paths]
-    place = batch_folder(folder, batch)
-    written |= {place / name for name in made.save(place)}
+    derivations = batch_folder(folder, batch)
+    written |= {derivations / name for name in batch_models.save(derivations)}
     columns = zip(
         files,
-        made.shapes,
+        batch_models.shapes,
         count_triangles(scene).tolist(),
-        made.log_probability,
-        made.reports,
+        batch_models.log_probability,
+        batch_models.reports,
         map(tuple, file_origins(request, scene.origins).tolist()),
-        made.tries or [1] * batch.num_models,
-        made.kept or [True] * batch.num_models,
+        batch_models.tries or [1] * batch.num_models,
+        batch_models.accepted or [True] * batch.num_models,
         strict=True,
     )
     models = tuple(
@@ -300,7 +300,7 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
     sync_files(written, folder)
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
     images = _missing_images(scene, request.assets)
-    record = BatchRecord(models, hashes, made.prints, images, made.missing_assets)
+    record = BatchRecord(models, hashes, batch_models.prints, images, batch_models.missing_assets)
     write_record(folder, batch, record)
     return record
 

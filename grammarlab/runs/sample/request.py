@@ -26,6 +26,7 @@ Instancing = Literal["none", "nodes", "gpu"]
 Scale = Literal["same", "each"]
 
 MAX_MODELS = 10_000_000
+"""Largest number of models of a run."""
 BATCH_MODELS = 64
 """Number of models of a batch: small enough to lose little when a run is interrupted."""
 
@@ -72,14 +73,14 @@ class SampleRequest:
     attributes: Mapping[str, AttributeValue] = field(default_factory=dict)
     """Values that replace those in the rule file."""
     start_rule: str = ""
-    """Empty for the rule file's own."""
+    """Start symbol; empty for that of the rule file."""
     footprints: tuple[Footprint, ...] = ()
-    """Empty for the default footprint."""
+    """Footprints of the models; empty for the default footprint."""
     file_format: Format = "glb"
     single_file: bool = False
     """One file with all models instead of one each."""
     instancing: Instancing = "none"
-    """For GLB: ``none`` merges by material, ``nodes`` shares meshes, ``gpu`` uses EXT_mesh_gpu_instancing."""
+    """Instances in GLB: ``none`` merges by material, ``nodes`` shares meshes, ``gpu`` uses EXT_mesh_gpu_instancing."""
     image: bool = True
     """Whether to draw the contact sheet."""
     columns: int = 0
@@ -125,7 +126,7 @@ class SampleRequest:
 
         Args:
             grammar: a path, or a name from ``grammarlab list``.
-            footprint: see `read_footprints`; empty for the default footprint.
+            footprint: footprint in the syntax of `read_footprints`; empty for the default footprint.
             assets: folder of assets, by default the one beside the rule file.
             **options: the other fields of this class.
         """
@@ -211,7 +212,7 @@ _TYPES: Mapping[str, type] = {
     "scale": str,
 }
 """Members of `SampleRequest.as_json`; earlier versions have fewer."""
-_FARTHEST = 1e8
+_MAX_COORDINATE = 1e8
 """Largest coordinate of a footprint, metres: coordinates of maps on Earth are smaller."""
 
 
@@ -232,8 +233,8 @@ def _footprint(values: Any, where: str) -> Footprint:
     """A footprint of `SampleRequest.as_json`."""
     corners = member(values, "polygon", list, where)
     polygon = np.array([numbers(corner, 3, f"{where}.polygon") for corner in corners]).reshape(-1, 3)
-    if len(polygon) < 3 or np.abs(polygon).max() > _FARTHEST:
-        raise AssetError(f"{where}.polygon: expected at least 3 corners within {_FARTHEST:,.0f} m of the origin.")
+    if len(polygon) < 3 or np.abs(polygon).max() > _MAX_COORDINATE:
+        raise AssetError(f"{where}.polygon: expected at least 3 corners within {_MAX_COORDINATE:,.0f} m of the origin.")
     properties = plain_values(member(values, "properties", dict, where), f"{where}.properties")
     unread = of_kind(values.get("unread", []), list, f"{where}.unread")
     names = tuple(of_kind(name, str, f"{where}.unread") for name in unread)

@@ -210,7 +210,7 @@ def _make(
         prints=prints,
         missing_images=tuple(images),
         missing_assets=missing_assets,
-        kept_files=earlier.kept,
+        kept_files=earlier.kept_files,
     )
 
 
@@ -227,9 +227,9 @@ def repeat_run(
     Args:
         manifest: manifest of a complete run.
         folder: folder for the files; not the folder of the repeated run.
-        executor: see `sample_run`.
-        resume: see `sample_run`.
-        on_progress: see `sample_run`.
+        executor: makes the batches, as in `sample_run`.
+        resume: whether to continue an interrupted run, as in `sample_run`.
+        on_progress: called with the progress, as in `sample_run`.
 
     Returns:
         The run, and the names of the files that are not equal, bit for bit, to those of the manifest.
@@ -245,9 +245,9 @@ def repeat_run(
             "Give the folder that holds the assets as they were with `assets=`."
         )
     result = sample_run(manifest.request, folder, executor=executor, resume=resume, on_progress=on_progress)
-    made = read_manifest(result.manifest).files
+    new_files = read_manifest(result.manifest).files
     return result, tuple(
-        sorted(file for file in {*made, *manifest.files} if made.get(file) != manifest.files.get(file))
+        sorted(file for file in {*new_files, *manifest.files} if new_files.get(file) != manifest.files.get(file))
     )
 
 
@@ -259,7 +259,7 @@ class _Earlier:
     """Whether its batches count; otherwise all are made."""
     files: Mapping[str, str]
     """SHA-256 of the files of the run that is resumed, if it was complete."""
-    kept: tuple[str, ...] = ()
+    kept_files: tuple[str, ...] = ()
     """Files of a run that is not resumed, see `RunResult.kept_files`."""
 
     def has(self, folder: Path, name: str) -> bool:
@@ -280,9 +280,9 @@ def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str
     batch_names(folder)
     if not (resume and (folder / MANIFEST).is_file()):
         run = find_run(folder, request.name)
-        kept = check_kept(folder, run, request)
+        kept_files = check_kept(folder, run, request)
         clear_run(folder, run)
-        return _Earlier(resumed=False, files={}, kept=kept)
+        return _Earlier(resumed=False, files={}, kept_files=kept_files)
     manifest = read_manifest(folder, request.assets)
     difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
     if difference:

@@ -88,9 +88,9 @@ def assets_folder(rules: Path) -> Path:
     Args:
         rules: the rule file, which may not exist yet.
     """
-    beside = rules.parent / "assets"
-    if _holds_anything(beside):
-        return beside
+    sibling = rules.parent / "assets"
+    if _holds_anything(sibling):
+        return sibling
     top = rules_folder(rules.resolve().parent)
     shared = top.parent / "assets"
     if top.name.lower() == RULES and _holds_anything(shared) and shared.resolve().is_relative_to(top.parent):
@@ -122,8 +122,8 @@ def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
         return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False)
     examples = {source.name: source for source in shipped_examples()}
     if argument in examples:
-        found = examples[argument]
-        return RuleSource(found.name, found.path, assets or found.assets, shipped=True)
+        example = examples[argument]
+        return RuleSource(example.name, example.path, assets or example.assets, shipped=True)
     if path.is_dir():
         raise UsageError(f"{argument!r} is a folder; expected a {SUFFIX} file or one of: {', '.join(examples)}.")
     near = get_close_matches(argument.removesuffix(SUFFIX).lower(), examples, n=1, cutoff=0.5)

@@ -43,7 +43,7 @@ def load_source(scenario: Path) -> Source:
     Raises:
         GrammarlabError: If the files cannot be used.
     """
-    found = load_scenario(scenario)
-    rules = find_rules(found.grammar)
+    loaded = load_scenario(scenario)
+    rules = find_rules(loaded.grammar)
     grammar, _ = compiled(rules.text(), rules.name)
-    return Source(found, grammar, rules.assets)
+    return Source(loaded, grammar, rules.assets)

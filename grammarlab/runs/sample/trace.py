@@ -24,7 +24,7 @@ from grammarlab.runs.sample.models import property_remarks
 from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import find_rules
 
-MOST_FORMS = 3
+MAX_FORMS = 3
 """Shapes of one successor that are listed where they differ in what became of them."""
 
 
@@ -33,7 +33,7 @@ class DerivationTrace:
     """One model and the numbering of its grammar."""
 
     name: str
-    """Of the grammar."""
+    """Name of the grammar."""
     forest: Forest
     """The model alone."""
     numbering: Numbering
@@ -62,11 +62,11 @@ def trace_model(
 
     Args:
         grammar: a path, or a name from ``grammarlab list``.
-        model: its index under the seed, 0 <= model < 2**64.
+        model: index of the model under the seed, 0 <= model < 2**64.
         seed: 0 <= seed < 2**64.
-        attributes: see `read_attributes`.
+        attributes: values of attributes as texts, in the syntax of `read_attributes`.
         start_rule: the start rule; empty for the one that the grammar marks.
-        footprint: see `read_footprints`, one polygon; empty for the default footprint.
+        footprint: one polygon in the syntax of `read_footprints`; empty for the default footprint.
         assets: folder of assets, by default the one beside the rule file.
 
     Raises:
@@ -114,11 +114,11 @@ def as_values(trace: DerivationTrace) -> dict[str, Any]:
                 "parent": int(nodes.parent[node]),
                 "depth": depth,
                 "symbol": origin.symbol,
-                "made_at": _place(origin.made_at),
-                "rule_at": _place(origin.rule_at),
+                "made_at": _position(origin.made_at),
+                "rule_at": _position(origin.rule_at),
                 "draws": [
-                    {"site": site.name, "kind": site.kind, "value": value, **(_place(place) or {})}
-                    for site, value, place in _draws(trace, node)
+                    {"site": site.name, "kind": site.kind, "value": value, **(_position(location) or {})}
+                    for site, value, location in _draws(trace, node)
                 ],
                 "sizes": [forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())],
             }
@@ -161,28 +161,28 @@ def _all(trace: DerivationTrace, node: int) -> list[tuple[int, str]]:
 def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[tuple[int, str]]:
     """The children to list, each with the number of equal ones; -1 for those left out."""
     nodes = trace.forest.nodes
-    found: list[tuple[int, str]] = []
+    listed: list[tuple[int, str]] = []
     successors: dict[int, dict[int, list[int]]] = {}
     for child in trace.children[node]:
         successors.setdefault(int(nodes.child[child]), {}).setdefault(forms[child], []).append(child)
     for alike in successors.values():
         groups = list(alike.values())
-        found += [(group[0], f" x {len(group)}" if len(group) > 1 else "") for group in groups[:MOST_FORMS]]
-        left = sum(map(len, groups[MOST_FORMS:]))
-        if left:
+        listed += [(group[0], f" x {len(group)}" if len(group) > 1 else "") for group in groups[:MAX_FORMS]]
+        num_hidden = sum(map(len, groups[MAX_FORMS:]))
+        if num_hidden:
             symbol = trace.forest.symbols[nodes.symbol[groups[0][0]]]
-            found.append((-1, f"… {left:,} more {symbol}, each derived otherwise; --all lists them"))
-    return found
+            listed.append((-1, f"… {num_hidden:,} more {symbol}, each derived otherwise; --all lists them"))
+    return listed
 
 
 def _forms(trace: DerivationTrace) -> list[int]:
     """Class of each node; equal if the same branches were taken below it."""
     nodes = trace.forest.nodes
-    known: dict[object, int] = {}
+    classes: dict[object, int] = {}
     forms = [0] * len(nodes)
     for node in reversed(range(len(nodes))):
         below = tuple((int(nodes.child[child]), forms[child]) for child in trace.children[node])
-        forms[node] = known.setdefault((int(nodes.symbol[node]), int(nodes.rule[node]), below), len(known))
+        forms[node] = classes.setdefault((int(nodes.symbol[node]), int(nodes.rule[node]), below), len(classes))
     return forms
 
 
@@ -196,12 +196,14 @@ def _depth_first(trace: DerivationTrace) -> Iterator[tuple[int, int]]:
 
 def _line(trace: DerivationTrace, node: int, depth: int, note: str) -> str:
     origin = origin_of(trace.forest, trace.numbering, node)
-    made, rule = (f"{place.line}:{place.column}" if place else "-" for place in (origin.made_at, origin.rule_at))
+    made_at, rule = (
+        f"{location.line}:{location.column}" if location else "-" for location in (origin.made_at, origin.rule_at)
+    )
     sizes = [trace.forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())]
-    shown = [" x ".join(f"{extent:.2f}" for extent in size) + " m" for size in sizes[:1]]
-    shown += [f"and {len(sizes) - 1} more"] if len(sizes) > 1 else []
+    size_texts = [" x ".join(f"{extent:.2f}" for extent in size) + " m" for size in sizes[:1]]
+    size_texts += [f"and {len(sizes) - 1} more"] if len(sizes) > 1 else []
     drawn = [_drawn(site, value) for site, value, _ in _draws(trace, node)]
-    return "  ".join([f"{made:>10}{rule:>10} ", "  " * depth + origin.symbol + note, *drawn, *shown]).rstrip()
+    return "  ".join([f"{made_at:>10}{rule:>10} ", "  " * depth + origin.symbol + note, *drawn, *size_texts]).rstrip()
 
 
 def _drawn(site: Site, value: float) -> str:
@@ -219,13 +221,13 @@ def _draws(trace: DerivationTrace, node: int) -> Iterator[tuple[Site, float, Loc
         yield trace.forest.sites[site], float(draws.value[row]), trace.numbering.random_places[site].node.location
 
 
-def _place(location: Location | None) -> dict[str, int] | None:
+def _position(location: Location | None) -> dict[str, int] | None:
     return None if location is None else {"line": location.line, "column": location.column}
 
 
 def _by_node(node: np.ndarray, rows: np.ndarray | None = None) -> dict[int, tuple[int, ...]]:
     """The rows of each node, in their order."""
-    found: dict[int, list[int]] = {}
+    rows_of: dict[int, list[int]] = {}
     for key, row in zip(node.tolist(), (np.arange(len(node)) if rows is None else rows).tolist(), strict=True):
-        found.setdefault(key, []).append(row)
-    return {key: tuple(rows) for key, rows in found.items()}
+        rows_of.setdefault(key, []).append(row)
+    return {key: tuple(rows) for key, rows in rows_of.items()}

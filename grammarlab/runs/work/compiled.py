@@ -7,7 +7,7 @@ import platform
 
 from platformdirs import user_cache_path
 
-_WORTH_KEEPING = "0.1"
+_MIN_COMPILE_SECONDS = "0.1"
 """Shortest time of compilation, in seconds, of a function that is cached."""
 
 
@@ -23,4 +23,4 @@ def keep_compiled() -> None:
         return
     if os.access(folder, os.W_OK):
         os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(folder))
-        os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", _WORTH_KEEPING)
+        os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", _MIN_COMPILE_SECONDS)

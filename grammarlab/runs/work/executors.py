@@ -30,7 +30,7 @@ class AbstractExecutor(ABC):
 
         Args:
             work: a function that other processes can import. It may be called again with a lost task.
-            tasks: its arguments, consumed lazily, so that they may be many. `str` of a task is its name in
+            tasks: arguments of the work, consumed lazily, so that they may be many. `str` of a task is its name in
                 messages.
             then: called in this process with the index and result of each finished task, in any order.
 
@@ -49,9 +49,9 @@ class AbstractExecutor(ABC):
 
     def results(self, work: Callable[[Task], Result], tasks: Iterable[Task]) -> list[Result]:
         """Results of all tasks, in their order; see `run`."""
-        found: dict[int, Result] = {}
-        self.run(work, tasks, found.__setitem__)
-        return [found[index] for index in range(len(found))]
+        by_index: dict[int, Result] = {}
+        self.run(work, tasks, by_index.__setitem__)
+        return [by_index[index] for index in range(len(by_index))]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ class Processes(AbstractExecutor):
     """
 
     num_workers: int
-    """>= 1."""
+    """Number of processes, >= 1."""
     environment: Mapping[str, str] = field(default_factory=dict)
     """Variables of the processes in addition to those of this one."""
 

@@ -17,7 +17,7 @@ def member(values: Any, name: str, kind: type[Kind], where: str = "") -> Kind:
 
     Args:
         values: expected to be an object.
-        name: its name.
+        name: name of the member.
         kind: type of the member.
         where: position of the object in the file, for messages: ``grammar``; empty for the whole file.
 

@@ -1,7 +1,7 @@
 """Finished results on disk, one file per key, so that a run can be interrupted anywhere and resumed.
 
 Any number of processes may write into one folder, since files are written atomically. A damaged file counts as
-missing, so its result is made again.
+missing, so its result is computed again.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ class Results(Generic[Value]):
     def all(self) -> dict[str, Value]:
         """All results by key."""
         keys = sorted(path.stem for path in self._files())
-        found = ((key, self.get(key)) for key in keys)
-        return {key: value for key, value in found if value is not None}
+        entries = ((key, self.get(key)) for key in keys)
+        return {key: value for key, value in entries if value is not None}
 
     def clear(self) -> None:
         """Remove all results with hashes as keys; nothing else, and nothing if the folder is a link."""
@@ -102,7 +102,7 @@ class Results(Generic[Value]):
         return self.folder / f"{key}{self.kind.suffix}"
 
 
-def made(
+def computed(
     results: Results[Value],
     work: Callable[[Task], Value],
     tasks: Mapping[str, Task],
@@ -123,17 +123,17 @@ def made(
     Returns:
         The results, by key, in the order of the tasks.
     """
-    found = {key: value for key in tasks if (value := results.get(key)) is not None}
-    missing = [key for key in tasks if key not in found]
-    on_progress(what, len(found), len(tasks))
+    values = {key: value for key in tasks if (value := results.get(key)) is not None}
+    missing = [key for key in tasks if key not in values]
+    on_progress(what, len(values), len(tasks))
 
     def finish(index: int, value: Value) -> None:
         results.put(missing[index], value)
-        found[missing[index]] = value
-        on_progress(what, len(found), len(tasks))
+        values[missing[index]] = value
+        on_progress(what, len(values), len(tasks))
 
     executor.run(work, [tasks[key] for key in missing], finish)
-    return {key: found[key] for key in tasks}
+    return {key: values[key] for key in tasks}
 
 
 def adopt_lines(results: Results[Value], lines: Path, entry_of: Callable[[Any], tuple[str, Value]]) -> None:

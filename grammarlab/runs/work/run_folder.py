@@ -20,7 +20,8 @@ from grammarlab.locks import try_lock
 
 WRITTEN = ".grammarlab.json"
 """SHA-256 of each file by command and by path relative to the folder."""
-_MOST_BYTES = 1 << 24
+_MAX_BYTES = 1 << 24
+"""Largest size of the record in bytes."""
 
 
 def replace_written(folder: Path, command: str, files: Iterable[Path], sources: Iterable[Path] = ()) -> None:
@@ -50,7 +51,7 @@ def replace_written(folder: Path, command: str, files: Iterable[Path], sources: 
 def _record(folder: Path) -> dict[str, Mapping[str, Any]]:
     """The record in a folder, perhaps of a stranger; empty if there is none."""
     try:
-        values = json.loads(read_bounded(folder / WRITTEN, _MOST_BYTES))
+        values = json.loads(read_bounded(folder / WRITTEN, _MAX_BYTES))
     except (AssetError, OSError, ValueError, RecursionError):
         return {}
     if not isinstance(values, dict):
@@ -133,20 +134,20 @@ def _opened(path: Path) -> int:
         flags |= os.O_NOFOLLOW | os.O_NONBLOCK
     try:
         if path.is_symlink():
-            raise _in_the_way(path)
+            raise _not_a_lock(path)
         descriptor = os.open(path, flags, 0o666)
     except OSError as error:
         if path.is_symlink() or path.is_dir():
-            raise _in_the_way(path) from error
+            raise _not_a_lock(path) from error
         raise OSError(error.errno, error.strerror, str(path if path.exists() else path.parent)) from error
     status = os.fstat(descriptor)
     if not stat.S_ISREG(status.st_mode) or status.st_size:
         os.close(descriptor)
-        raise _in_the_way(path)
+        raise _not_a_lock(path)
     return descriptor
 
 
-def _in_the_way(path: Path) -> UsageError:
+def _not_a_lock(path: Path) -> UsageError:
     return UsageError(
         f"{path}: expected no file of this name, or an empty one that a stopped run left; found another. Remove it, or "
         "write into another folder."

@@ -110,7 +110,7 @@ def one_thread() -> threadpool_limits:
     return threadpool_limits(1)
 
 
-def how_it_ended(process: SpawnProcess) -> str:
+def exit_reason(process: SpawnProcess) -> str:
     """Description of the end of a lost process."""
     code = process.exitcode
     if code == -signal.SIGKILL:

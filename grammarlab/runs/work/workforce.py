@@ -17,12 +17,12 @@ from multiprocessing.context import SpawnProcess
 from typing import Any
 
 from grammarlab.errors import WorkerError
-from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, how_it_ended, is_unguarded, start_worker
+from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, exit_reason, is_unguarded, start_worker
 
-GRACE = 2.0
+GRACE_SECONDS = 2.0
 """Seconds for processes to clean up before they are killed."""
 _READY = b""
-_LONGEST_NAME = 160
+_MAX_NAME = 160
 """Largest number of characters of a task in a message."""
 
 
@@ -50,7 +50,7 @@ class Workforce:
 
     Args:
         work: function that does a task.
-        tasks: its arguments, consumed lazily, one per process.
+        tasks: arguments of the work, consumed lazily, one per process.
         then: called with index and result of each.
         environment: variables of the processes in addition to those of this one.
     """
@@ -124,7 +124,7 @@ class Workforce:
         worker.process.join()
         if is_unguarded(worker.process):
             raise WorkerError(UNGUARDED)
-        job, how = worker.job, how_it_ended(worker.process)
+        job, how = worker.job, exit_reason(worker.process)
         if worker.is_ready:
             job.losses += 1
         else:
@@ -133,7 +133,7 @@ class Workforce:
             raise WorkerError(f"processes end as soon as they start ({how}). Try to do without (`jobs=1`).")
         if job.losses == MAX_ATTEMPTS:
             name = str(job.task)
-            name = name if len(name) <= _LONGEST_NAME else f"{name[:_LONGEST_NAME]}…"
+            name = name if len(name) <= _MAX_NAME else f"{name[:_MAX_NAME]}…"
             raise WorkerError(
                 f"{name}: the process that worked on it ended unasked, {job.losses} times ({how}). Try fewer processes "
                 "at a time (`jobs=1`, `workers=1`) or smaller tasks, such as smaller footprints."
@@ -146,7 +146,7 @@ class Workforce:
         for worker in self._workers.values():
             worker.connection.close()
             worker.process.terminate()
-        end = time.monotonic() + GRACE
+        end = time.monotonic() + GRACE_SECONDS
         for process in processes:
             process.join(max(0.0, end - time.monotonic()))
         for process in processes:

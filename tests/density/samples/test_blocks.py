@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from grammarlab.density.samples.blocks import fit_blocks, going_together, information
+from grammarlab.density.samples.blocks import dependent_choices, fit_blocks, information
 from grammarlab.density.samples.mixture import Cells
 
 CELLS = Cells(np.full(8, 0.5), np.repeat(np.arange(4), 2))
@@ -23,17 +23,17 @@ def derivations():
 
 
 def test_choices_that_agree_go_together(derivations):
-    together = going_together(CELLS, derivations, np.ones(2_000))
+    together = dependent_choices(CELLS, derivations, np.ones(2_000))
     assert together.tolist() == [[i != j and i // 2 == j // 2 for j in range(4)] for i in range(4)]
 
 
 def test_blocks_are_multiplied(derivations):
     weights = np.ones(2_000)
-    fit = fit_blocks(CELLS, derivations, weights, going_together(CELLS, derivations, weights))
+    fit = fit_blocks(CELLS, derivations, weights, dependent_choices(CELLS, derivations, weights))
     assert len(fit.mixture.weights) == 4
     assert fit.mixture.weights.sum() == pytest.approx(1.0)
     # Two blocks of two components, each with a weight and two probabilities a component.
-    assert fit.numbers == 2 * (1 + 2 * 2)
+    assert fit.num_parameters == 2 * (1 + 2 * 2)
     sums = np.add.reduceat(fit.mixture.probabilities, np.arange(0, 8, 2), axis=1)
     np.testing.assert_allclose(sums, 1.0)
     # Every agreement comes with probability 1/4 instead of 1/16; no disagreement comes at all.
@@ -49,7 +49,7 @@ def test_what_is_independent_is_one_component():
     for choice in range(4):
         counts[np.arange(2_000), 2 * choice + random.integers(0, 2, 2_000)] = 1.0
     table, weights = sparse.csr_array(counts), np.ones(2_000)
-    together = going_together(CELLS, table, weights)
+    together = dependent_choices(CELLS, table, weights)
     assert not together.any()
     assert len(fit_blocks(CELLS, table, weights, together).mixture.weights) == 1
 

@@ -61,7 +61,7 @@ def test_no_model_without_a_score_is_made():
     forest, acceptance = reject(target).draw(300, 8)
     assert forest.num_models == 300
     assert (target.of_models(forest) > 0).all()
-    assert acceptance.known
+    assert acceptance.has_bound
     assert acceptance.rate == pytest.approx((40 + 20) / 40 / 64, abs=0.01)
 
 
@@ -75,7 +75,7 @@ def test_models_do_not_depend_on_how_many_are_asked_for():
 def test_a_preference_without_a_known_bound():
     target = Target(STYLES, (parse("Bed"), parse("OldWall")), lambda v: 1.0 + v[:, 0] + 3 * v[:, 1])
     sampler = reject(target)
-    assert not sampler.pilot.known
+    assert not sampler.pilot.has_bound
     assert sampler.pilot.bound == 6.0
     assert "the largest one met" in str(sampler.draw(10, 1)[1])
 

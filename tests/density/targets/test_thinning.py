@@ -25,7 +25,7 @@ def test_models_are_accepted_in_proportion_to_their_weight():
     assert ((counts - expected)[1:] ** 2 / expected[1:]).sum() < 13.8  # chi-square, 2 degrees, p = 0.001
     assert acceptance.rate == pytest.approx(VALUES.mean() / 5.0, abs=0.01)
     assert acceptance.mean_weight == pytest.approx(2.0, abs=0.05)
-    assert acceptance.known
+    assert acceptance.has_bound
     assert acceptance.truncated == 0.0
 
 
@@ -33,7 +33,7 @@ def test_a_bound_that_is_found_comes_to_the_same_models():
     known, _ = run(5_000, bound=5.0)
     found, acceptance = run(5_000)
     assert (known == found).all()
-    assert not acceptance.known
+    assert not acceptance.has_bound
     assert acceptance.bound == 5.0
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.counts import MOST_WAYS, count
+from grammarlab.features.patterns.counts import MAX_EMBEDDINGS, count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold
 from grammarlab.features.patterns.pattern_text import parse
 from tests.features.forests import brute_force, forest_of, patterns, random_forest
@@ -53,7 +53,7 @@ def test_a_chain_of_a_hundred_thousand_nodes_is_counted():
 def test_more_ways_than_can_be_told_apart_stay_finite():
     forest = forest_of([(0, -1, 0, 0, 0, 0), *((0, 0, 0, 0, 0, repeat) for repeat in range(1000))])
     pattern = parse("A[" + ", ".join(["A"] * 200) + "]")
-    assert count(forest, [pattern])[0, 0] == MOST_WAYS
+    assert count(forest, [pattern])[0, 0] == MAX_EMBEDDINGS
 
 
 def test_draws():

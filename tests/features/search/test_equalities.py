@@ -8,7 +8,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import select_models
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
-from grammarlab.features.search.equal_choices import MOST, find_equalities
+from grammarlab.features.search.equal_choices import MAX_EQUALITIES, find_equalities
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse(
@@ -105,7 +105,7 @@ def test_one_choice_that_explains_the_scores_has_no_equalities():
 def test_chance_gives_a_few_at_most():
     for seed in range(5):
         scores = np.random.default_rng(seed).uniform(0.0, 100.0, 160)
-        assert len(find_equalities([FOREST], scores)[0]) <= MOST
+        assert len(find_equalities([FOREST], scores)[0]) <= MAX_EQUALITIES
 
 
 @pytest.mark.parametrize("text", ["Lot --> A", "Lot --> 50% : A else : B", "Lot --> Left  Left --> 50% : A else : B"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.features.search.points import FEWEST, MOST_TERMS, find_points
+from grammarlab.features.search.points import MAX_TERMS, MIN_SCORES, find_points
 
 POINTS = np.array([30.0, 25.0, 20.0, 15.0])
 PLACES = np.array([3, 11, 19, 27])
@@ -95,7 +95,7 @@ def test_more_points_have_a_higher_price_and_are_never_too_many():
         prices.append(found.price)
     assert prices[0] < prices[1] < prices[2]
     found = points(counts, said(counts[:, :20].sum(axis=1) * 5.0, 3.0))
-    assert all(np.count_nonzero(each.weights) <= MOST_TERMS for each in found)
+    assert all(np.count_nonzero(each.weights) <= MAX_TERMS for each in found)
 
 
 @pytest.mark.parametrize("scale", [0.25, 0.5])
@@ -118,7 +118,7 @@ def test_equal_scores_few_scores_and_few_counts_have_no_points():
     counts = models(64)
     assert points(counts, np.full(64, 40.0)) == []
     assert points(counts, np.full(64, 5e-324)) == []
-    assert points(counts[: FEWEST - 1], counts[: FEWEST - 1, :2].sum(axis=1) * 40.0) == []
+    assert points(counts[: MIN_SCORES - 1], counts[: MIN_SCORES - 1, :2].sum(axis=1) * 40.0) == []
     assert points(counts[:, :0], counts[:, 0] * 40.0) == []
     assert points(counts[:, :1], counts[:, 0] * 40.0) == []
     assert points(np.ones((64, 5), dtype=np.int64), counts[:, 0] * 40.0) == []

@@ -6,7 +6,7 @@ import pytest
 from grammarlab.derivation.derive import derive
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, Sum
-from grammarlab.features.search.thresholds import MOST, find_relations
+from grammarlab.features.search.thresholds import MAX_RELATIONS, find_relations
 from grammarlab.language.grammar import Grammar
 
 NAMES = [f"side{number}" for number in range(10)]
@@ -42,7 +42,7 @@ def test_draws_that_can_be_negative_have_no_ratios():
 def test_each_explains_more_than_either_draw():
     relations = found(100.0 * (DRAWS[:, 2] > 5.0))
     assert not any(term.site == "side2" for relation in relations for term in relation.terms)
-    assert len(found(np.random.default_rng(0).uniform(0.0, 100.0, len(DRAWS)))) == MOST
+    assert len(found(np.random.default_rng(0).uniform(0.0, 100.0, len(DRAWS)))) == MAX_RELATIONS
 
 
 @pytest.mark.parametrize("names", [(), ("side0",)])

@@ -9,7 +9,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Term
 from grammarlab.features.search.attribute_readers import readers_of
-from grammarlab.features.search.sums import MOST_DRAWS, explained, find_steps, find_sum
+from grammarlab.features.search.sums import MAX_DRAWS, explained, find_steps, find_sum
 from grammarlab.language.grammar import Grammar
 
 GRAMMAR = Grammar.parse("""
@@ -103,7 +103,7 @@ def test_of_many_draws_and_scores_some_are_enough():
     found = find_sum([forest], np.where(total < 9.0, 100.0, 0.0), list(grammar.attributes), readers_of(grammar))
     assert found is not None
     assert found.sum == Sum.of(("a", "b"), (1.0, 1.0))
-    assert found.price == pytest.approx(2.0 * np.log(MOST_DRAWS))
+    assert found.price == pytest.approx(2.0 * np.log(MAX_DRAWS))
 
 
 def test_the_order_of_models_does_not_matter():

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from grammarlab.features.search.totals import FEWEST, MOST_TERMS, find_totals
+from grammarlab.features.search.totals import MAX_TERMS, MIN_SCORES, find_totals
 
 
 def models(num, width, seed=0):
@@ -22,7 +22,7 @@ def weights_of(counts, scores):
 
 
 @pytest.mark.parametrize("noise", [0.0, 20.0])
-@pytest.mark.parametrize("terms", range(2, MOST_TERMS + 1))
+@pytest.mark.parametrize("terms", range(2, MAX_TERMS + 1))
 def test_a_parity_of_a_few_counts_is_found(terms, noise):
     counts = models(64, 30)
     chosen = np.arange(terms) * 4
@@ -35,7 +35,7 @@ def test_the_parity_is_that_of_the_most_agreeing_set_of_all():
     for seed in range(5):
         counts = models(40, 9, seed)
         liked = said(100.0 * (counts[:, :4].sum(axis=1) % 2), 45.0, seed) > 50.0
-        sets = [list(each) for size in range(2, MOST_TERMS + 1) for each in combinations(range(9), size)]
+        sets = [list(each) for size in range(2, MAX_TERMS + 1) for each in combinations(range(9), size)]
         agreement = [abs(np.mean((counts[:, each].sum(axis=1) % 2 == 1) == liked) - 0.5) for each in sets]
         found = [np.flatnonzero(weights).tolist() for weights in weights_of(counts, 100.0 * liked)]
         if max(agreement) > 0.35:
@@ -58,7 +58,7 @@ def test_a_majority_is_found_with_its_signs(noise):
     assert any((counts @ weights == total).all() or (counts @ weights == -total).all() for weights in found)
 
 
-@pytest.mark.parametrize("num", [FEWEST, 64, 128])
+@pytest.mark.parametrize("num", [MIN_SCORES, 64, 128])
 def test_scores_without_a_reason_have_no_total(num):
     for seed in range(12):
         scores = np.random.default_rng(seed).permutation(np.repeat([0.0, 100.0], [num - num // 2, num // 2]))
@@ -77,9 +77,9 @@ def test_totals_of_more_terms_cost_more():
 
 
 def test_few_or_equal_scores_have_none():
-    counts = models(FEWEST, 8)
+    counts = models(MIN_SCORES, 8)
     assert find_totals(counts[1:], 100.0 * (counts[1:, :2].sum(axis=1) % 2)) == []
-    assert find_totals(counts, np.full(FEWEST, 40.0)) == []
+    assert find_totals(counts, np.full(MIN_SCORES, 40.0)) == []
     assert find_totals(counts[:, :0], 100.0 * counts[:, 0]) == []
     assert find_totals(np.zeros((40, 3), dtype=np.int64), np.arange(40.0)) == []
 

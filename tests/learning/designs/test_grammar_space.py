@@ -16,7 +16,7 @@ from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.learning.designs.pool import MOST_WIDER, WIDER, MadePool, Pool
+from grammarlab.learning.designs.pool import MAX_WIDE, WIDE_FACTOR, Pool, PoolDesigns
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import FeatureOptions, Settings
@@ -46,13 +46,13 @@ def test_a_wider_pool_begins_with_the_other_one_and_is_bounded(size):
     narrow, wide = Pool(0, size).sizes, Pool(0, size, wide=True).sizes
     assert sum(narrow) == len(Pool(0, size)) == size
     assert wide[0] == narrow[0]
-    assert narrow[1] <= wide[1] <= max(narrow[1], MOST_WIDER)
-    assert wide[1] >= min(WIDER * narrow[1], MOST_WIDER)
+    assert narrow[1] <= wide[1] <= max(narrow[1], MAX_WIDE)
+    assert wide[1] >= min(WIDE_FACTOR * narrow[1], MAX_WIDE)
 
 
 def test_addresses_of_a_pool_name_its_designs():
     pool = Pool(3, 100)
-    made = MadePool.of(SPACE, pool)
+    made = PoolDesigns.of(SPACE, pool)
     drawn = [value for batch in made.batches for value in batch.log_probability().tolist()]
     again = SPACE.make(sorted(pool))
     assert again.num_models == 100
@@ -62,7 +62,7 @@ def test_addresses_of_a_pool_name_its_designs():
 
 
 def test_weighted_designs_of_both_parts_stand_for_the_grammar():
-    made = MadePool.of(SPACE, Pool(0, 2000))
+    made = PoolDesigns.of(SPACE, Pool(0, 2000))
     liked = np.concatenate([round_blocks(forest) for forest in made.batches]) == 2
     own = np.arange(len(made.pool)) < made.pool.sizes[0]
     assert liked[own].mean() == pytest.approx(0.01, abs=0.01)
@@ -74,7 +74,7 @@ def test_weighted_designs_of_both_parts_stand_for_the_grammar():
 
 
 def test_designs_are_picked_through_all_batches():
-    made = MadePool.of(SPACE, Pool(0, 400))
+    made = PoolDesigns.of(SPACE, Pool(0, 400))
     picked = made.select(SPACE, np.array([0, 7, 319, 320, 399]))
     addresses = [list(made.pool)[place] for place in (0, 7, 319, 320, 399)]
     values = [value for forest in picked for value in forest.log_probability().tolist()]
@@ -83,8 +83,8 @@ def test_designs_are_picked_through_all_batches():
 
 def test_progress_counts_all_designs():
     told = []
-    narrow = MadePool.of(SPACE, Pool(0, 60))
-    wide = MadePool.of(SPACE, Pool(0, 60, wide=True), narrow, lambda done, total: told.append((done, total)))
+    narrow = PoolDesigns.of(SPACE, Pool(0, 60))
+    wide = PoolDesigns.of(SPACE, Pool(0, 60, wide=True), narrow, lambda done, total: told.append((done, total)))
     assert told[-1] == (len(wide.pool), len(wide.pool))
     assert sorted(told) == told
     assert told[0][0] > 60

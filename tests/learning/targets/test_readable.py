@@ -59,7 +59,7 @@ def made(score, grammar=GRAMMAR, **making):
     addresses = tuple(study.pool)[:3]
     answers = Answers("overall", addresses, np.array([0.0, 50.0, 100.0]))
     state = step(study, init(study), (answers,))
-    batches = study.tables(state.wide).made.batches
+    batches = study.tables(state.wide).pool_designs.batches
     scores = np.concatenate([score(forest) for forest in batches])
     known = replace(state, preferences={"overall": Known(scores)})
     return GrammarWriter(space).learn(study, known, Making(**making))

@@ -12,7 +12,7 @@ from grammarlab.features.patterns.pattern import Draw, HalfSpace
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
-from grammarlab.learning.targets.explanation import MOST, MOST_PARTS, Words, words_of
+from grammarlab.learning.targets.explanation import MAX_KINDS, MAX_PARTS, Words, words_of
 from grammarlab.runs.sample.sources import load_source
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
@@ -33,7 +33,7 @@ def coins(number, width, seed=0):
 def truth_of(name):
     source = load_source(SCENARIOS / f"{name}.toml")
     study = Study(source.space, Pool(0, 2000))
-    made = study.tables().made
+    made = study.tables().pool_designs
     scores = np.concatenate([true_scores(source.scenario, forest) for forest in made.batches])
     return words_of(study.table(init(study)), 100.0 * np.prod(scores / 100.0, axis=1), made.weights)
 
@@ -52,8 +52,8 @@ def test_known_preferences_are_told_by_their_own_choices(name, named):
     words = truth_of(name)
     told = set(re.findall(r"[A-Za-z]+", " ".join(words.likes)))
     assert named <= told
-    assert 1 <= len(words.likes) <= MOST_PARTS
-    assert len(words.dislikes) <= MOST
+    assert 1 <= len(words.likes) <= MAX_PARTS
+    assert len(words.dislikes) <= MAX_KINDS
     assert all(text.count(",") < 8 for text in (*words.likes, *words.dislikes))
 
 

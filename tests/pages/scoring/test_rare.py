@@ -23,7 +23,7 @@ from grammarlab.pages.scoring.session import Session
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.tasks import Choose, ModelChoice, Update
 from grammarlab.pages.workers.worker_pool import Handler
-from grammarlab.preference.liked import FEWEST
+from grammarlab.preference.liked import MIN_SCORED
 from grammarlab.randomness import derived_seed
 from tests.pages.scoring.rare import POSTS, SCENARIO, scores_of
 from tests.pages.scoring.windows import Window, shown_models
@@ -32,7 +32,7 @@ SIZE, BATCH, ROUNDS = 250, 16, 7
 NUMBERS = {"overall": 1}
 
 
-NOTHING_LIKED = dict.fromkeys(ModelPool(0, SIZE).names[: FEWEST + 8], Judgement(0.0))
+NOTHING_LIKED = dict.fromkeys(ModelPool(0, SIZE).names[: MIN_SCORED + 8], Judgement(0.0))
 
 
 class Stop:
@@ -74,7 +74,7 @@ def asked_by_session(seed: int) -> list[str]:
     for _ in range(ROUNDS):
         scores |= {model: Judgement(score) for model, score in scores_of(shown).items()}
         found = handler(Update({"overall": scores}, NUMBERS, choice()), report)
-        assert found.wide == (len(scores) >= FEWEST)
+        assert found.wide == (len(scores) >= MIN_SCORED)
         shown = found.chosen
     return list(scores)
 
@@ -138,7 +138,7 @@ def updated(session: Session, window: Window, models: list[str]) -> dict:
 def widened(session: Session, window: Window) -> dict:
     """The state after as many as it takes."""
     state = session.call("state")[0]
-    for _ in range(FEWEST // 32):
+    for _ in range(MIN_SCORED // 32):
         assert not window.heard or WIDER_POOL not in (state["message"] or "")
         state = updated(session, window, shown_models(state))
     return state

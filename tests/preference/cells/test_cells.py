@@ -48,7 +48,7 @@ def test_each_way_to_divide_has_the_evidence_of_its_parts():
     ranked = cells.ranked(every)
     assert ranked is not None
     seen = set()
-    for way, number in zip(ranked.member.tolist(), ranked.of.tolist(), strict=True):
+    for way, number in zip(ranked.member.tolist(), ranked.group.tolist(), strict=True):
         split = cells.splits.drawn(np.array([way]), np.random.default_rng(0))
         parts = cells.splits.parts[split]
         evidence = sum(cells.of_cell(every[parts == part]) for part in np.unique(parts))
@@ -75,7 +75,7 @@ def test_a_look_ahead_divides_each_part_once_more_where_this_gains():
         return max(found)
 
     assert len(splits.many) == 1
-    for way, number in zip(ranked.member.tolist(), ranked.of.tolist(), strict=True):
+    for way, number in zip(ranked.member.tolist(), ranked.group.tolist(), strict=True):
         part_of = splits.parts[splits.drawn(np.array([way]), randomness)]
         after_two = sum(left_or_divided(every[part_of == part]) for part in np.unique(part_of))
         expected = max(alone.log_posterior[number], ranked.log_mass[number] + after_two)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.further_columns import FEWEST, MOST_ROWS, needed, selected
+from grammarlab.preference.cells.further_columns import MAX_ROWS, MIN_LABELS, required_columns, selected
 
 KNOWN, WIDTH = 8, 40
 
@@ -14,7 +14,9 @@ def asked(scores_of, num=60, noise=0.0, seed=0, price=0.0):
     rows = randomness.integers(0, 2, (num, WIDTH)).astype(float)
     scores = np.clip(scores_of(rows) + randomness.normal(0.0, noise, num), 0.0, 100.0)
     plain, prices = np.zeros(WIDTH, dtype=bool), np.full(WIDTH - KNOWN, price)
-    return needed(rows, scores, groups=np.arange(WIDTH), continuous=plain, known=KNOWN, prices=prices).columns.tolist()
+    return required_columns(
+        rows, scores, groups=np.arange(WIDTH), continuous=plain, num_known=KNOWN, prices=prices
+    ).columns.tolist()
 
 
 @pytest.mark.parametrize("noise", [0.0, 10.0])
@@ -32,9 +34,9 @@ def test_a_column_that_is_too_expensive_hides_no_other():
     rows = np.random.default_rng(0).integers(0, 2, (60, WIDTH)).astype(float)
     rows[:, 30] = rows[:, 1] * rows[:, 20]
     prices = np.where(np.arange(KNOWN, WIDTH) == 30, 1e4, 0.0)
-    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "known": KNOWN}
-    assert needed(rows, 80.0 * rows[:, 30], **options, prices=prices).columns.tolist() == [20]
-    assert needed(rows, 80.0 * rows[:, 30], **options, prices=0.0 * prices).columns.tolist() == [30]
+    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "num_known": KNOWN}
+    assert required_columns(rows, 80.0 * rows[:, 30], **options, prices=prices).columns.tolist() == [20]
+    assert required_columns(rows, 80.0 * rows[:, 30], **options, prices=0.0 * prices).columns.tolist() == [30]
 
 
 def test_a_column_that_is_too_expensive_leaves_cheaper_ones():
@@ -44,8 +46,8 @@ def test_a_column_that_is_too_expensive_leaves_cheaper_ones():
     rows[0, 31], rows[:2, 32] = 1.0 - rows[0, 31], 1.0 - rows[:2, 32]
     prices = 9.0 * (np.arange(KNOWN, WIDTH) == 32)
     prices[30 - KNOWN], prices[31 - KNOWN] = 1e5, 1e4
-    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "known": KNOWN}
-    assert needed(rows, 80.0 * rows[:, 30], **options, prices=prices).columns.tolist() == [32]
+    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "num_known": KNOWN}
+    assert required_columns(rows, 80.0 * rows[:, 30], **options, prices=prices).columns.tolist() == [32]
 
 
 @pytest.mark.parametrize("noise", [0.0, 10.0])
@@ -60,28 +62,28 @@ def test_nothing_is_needed_for_scores_without_a_reason(seed):
 
 
 def test_few_labels_need_nothing():
-    assert asked(lambda rows: 80.0 * rows[:, 20], num=FEWEST - 1) == []
+    assert asked(lambda rows: 80.0 * rows[:, 20], num=MIN_LABELS - 1) == []
 
 
-@pytest.mark.parametrize("num", [0, 1, MOST_ROWS, MOST_ROWS + 1, 5000])
+@pytest.mark.parametrize("num", [0, 1, MAX_ROWS, MAX_ROWS + 1, 5000])
 def test_of_many_labels_an_even_selection_by_score_is_used(num):
     scores = np.random.default_rng(num).uniform(0.0, 100.0, num)
     some = selected(scores)
-    assert len(some) == min(num, MOST_ROWS)
+    assert len(some) == min(num, MAX_ROWS)
     assert (np.diff(some) > 0).all()
-    if num > MOST_ROWS:
-        assert np.abs(np.sort(scores[some]) - np.quantile(scores, np.linspace(0.0, 1.0, MOST_ROWS))).max() < 3.0
+    if num > MAX_ROWS:
+        assert np.abs(np.sort(scores[some]) - np.quantile(scores, np.linspace(0.0, 1.0, MAX_ROWS))).max() < 3.0
 
 
 def test_the_posterior_is_higher_where_cells_explain_more():
     rows = np.random.default_rng(0).integers(0, 2, (60, WIDTH)).astype(float)
-    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "known": KNOWN}
+    options = {"groups": np.arange(WIDTH), "continuous": np.zeros(WIDTH, dtype=bool), "num_known": KNOWN}
     prices = np.zeros(WIDTH - KNOWN)
 
     def posterior(scores, price=0.0):
-        return needed(rows, scores, **options, prices=prices + price).log_posterior
+        return required_columns(rows, scores, **options, prices=prices + price).log_posterior
 
     clear, unclear = 80.0 * rows[:, 1], np.random.default_rng(1).permutation(80.0 * rows[:, 1])
     assert posterior(clear) > posterior(unclear)
     assert posterior(80.0 * rows[:, 20], 9.0) == pytest.approx(posterior(80.0 * rows[:, 20]) - 9.0)
-    assert needed(rows[:9], clear[:9], **options, prices=prices).log_posterior == -np.inf
+    assert required_columns(rows[:9], clear[:9], **options, prices=prices).log_posterior == -np.inf

@@ -5,8 +5,8 @@ import pytest
 
 from grammarlab.preference.processes.disagreement import (
     cautious_weights,
+    conditional_covariance,
     doubtful_weights,
-    given,
     joint,
     most_doubtful,
     most_telling,
@@ -74,7 +74,7 @@ def test_the_most_doubtful_models_are_those_of_a_brute_force_search(seed):
     stakes, allowed = rng.random(14), rng.random(14) < 0.7
     expected = []
     for _ in range(4):
-        variance = stakes * np.diag(given(C, np.array(expected, dtype=int), 0.2))
+        variance = stakes * np.diag(conditional_covariance(C, np.array(expected, dtype=int), 0.2))
         expected.append(max(np.setdiff1d(np.flatnonzero(allowed), expected), key=lambda index: variance[index]))
     assert most_doubtful(C, 4, 0.2, stakes, allowed).tolist() == expected
 
@@ -82,8 +82,8 @@ def test_the_most_doubtful_models_are_those_of_a_brute_force_search(seed):
 def test_knowing_scores_is_conditioning_a_gaussian():
     C, chosen = random_covariance(12), np.array([2, 5, 7])
     inner = np.linalg.inv(C[np.ix_(chosen, chosen)] + 0.3 * np.eye(3))
-    np.testing.assert_allclose(given(C, chosen, 0.3), C - C[:, chosen] @ inner @ C[chosen])
-    np.testing.assert_array_equal(given(C, np.zeros(0, dtype=int), 0.3), C)
+    np.testing.assert_allclose(conditional_covariance(C, chosen, 0.3), C - C[:, chosen] @ inner @ C[chosen])
+    np.testing.assert_array_equal(conditional_covariance(C, np.zeros(0, dtype=int), 0.3), C)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -94,7 +94,9 @@ def test_the_most_telling_models_are_those_of_a_brute_force_search(seed):
     expected = []
     for _ in range(4):
         open_ = [index for index in np.flatnonzero(allowed) if index not in expected]
-        left = {index: stakes @ np.diag(given(C, np.array([*expected, index]), 0.2)) for index in open_}
+        left = {
+            index: stakes @ np.diag(conditional_covariance(C, np.array([*expected, index]), 0.2)) for index in open_
+        }
         expected.append(min(left, key=lambda index: left[index]))
     before = C.copy()
     assert most_telling(C, 4, 0.2, stakes, allowed).tolist() == expected

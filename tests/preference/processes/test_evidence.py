@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 
-from grammarlab.preference.observations import Beside, Observations, observe
+from grammarlab.preference.observations import Differences, Observations, observe
 from grammarlab.preference.processes.evidence import covariance, loss, padded, padded_size
 from tests.preference.rows import counted_rows
 
@@ -149,7 +149,7 @@ def test_the_loss_of_differences_is_minus_their_log_density_and_its_gradient_tha
     rows, others, means = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.normal(size=6) * 20.0
     compared, variances = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 1.0]), np.array([0.0, 0.0, 30.0, 9.0, 4.0, 50.0])
     counts = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
-    observed = Observations(rows, means, counts, 0.0, Beside(others, compared, variances))
+    observed = Observations(rows, means, counts, 0.0, Differences(others, compared, variances))
     theta = np.array([400.0, 0.3, 0.05, 0.6, 2.5])
 
     def dense(theta):

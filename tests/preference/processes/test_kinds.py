@@ -11,13 +11,13 @@ from grammarlab.preference import blended, mixed
 from grammarlab.preference.labels import Kind
 from grammarlab.preference.likelihood import intervals_of, log_likelihood, matched
 from grammarlab.preference.processes.label_kinds import (
-    STAR,
-    TIE,
+    STAR_HALF_STEP,
+    TIE_DIFFERENCE,
     Judgements,
     judgements_of,
+    label_observations,
     middle_of,
     propagate,
-    understood,
 )
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
 
@@ -118,7 +118,7 @@ def test_one_comparison_of_two_like_models_gives_the_textbook_posterior():
     hyperparameters = Hyperparameters(900.0, np.array([0.5]), 64.0)
     rows = np.array([[0.0], [1.0]])
     judgements = judgements_of(rows[:1], [100.0], ["rather"], rows[1:])
-    found = understood(judgements, hyperparameters, 50.0)
+    found = label_observations(judgements, hyperparameters, 50.0)
     posterior = condition(hyperparameters, found.observations)
     shared = 900.0 * np.exp(-0.25)
     mean, covariance = textbook(
@@ -138,12 +138,12 @@ def test_what_a_comparison_says_of_one_side_knows_the_other_side_without_it():
     judgements = judgements_of(
         np.array([[1.0], [0.0]]), [40.0, 100.0], ["score", "rather"], np.concatenate([rows[1:], rows[1:]])
     )
-    found = understood(judgements, hyperparameters, 50.0)
+    found = label_observations(judgements, hyperparameters, 50.0)
     known = 40.0 * 900.0 / (900.0 + 64.0)
-    assert found.said.low[1] == pytest.approx(known, abs=1e-6)
-    assert found.said.variance[1] == pytest.approx(900.0 * 64.0 / (900.0 + 64.0), rel=1e-6)
-    assert found.said.high[2] == pytest.approx(0.0, abs=1e-6)
-    assert found.said.variance[2] == pytest.approx(900.0, rel=1e-6)
+    assert found.intervals.low[1] == pytest.approx(known, abs=1e-6)
+    assert found.intervals.variance[1] == pytest.approx(900.0 * 64.0 / (900.0 + 64.0), rel=1e-6)
+    assert found.intervals.high[2] == pytest.approx(0.0, abs=1e-6)
+    assert found.intervals.variance[2] == pytest.approx(900.0, rel=1e-6)
     np.testing.assert_array_equal(found.rows[:, 0], [1.0, 0.0, 1.0])
 
 
@@ -171,7 +171,7 @@ def compared(number, width, seed):
     rows, others = coins(number, width, seed), coins(number, width, seed + 100)
     turned = liked(rows) < liked(others)
     rows[turned], others[turned] = others[turned], rows[turned].copy()
-    tied = np.abs(liked(rows) - liked(others)) < TIE
+    tied = np.abs(liked(rows) - liked(others)) < TIE_DIFFERENCE
     kinds: list[Kind] = ["tie" if alike else "rather" for alike in tied]
     return rows, np.where(tied, 50.0, 100.0), kinds, others
 
@@ -258,6 +258,6 @@ def test_tables_of_other_sizes_are_refused():
 
 def test_stars_are_half_a_step_wide():
     answers = said(many("stars", 5), STARS)
-    np.testing.assert_allclose(answers.low[1:], STARS[1:] - STAR)
-    np.testing.assert_allclose(answers.high[:-1], STARS[:-1] + STAR)
+    np.testing.assert_allclose(answers.low[1:], STARS[1:] - STAR_HALF_STEP)
+    np.testing.assert_allclose(answers.high[:-1], STARS[:-1] + STAR_HALF_STEP)
     assert isinstance(judged(["stars"], [0.0]), Judgements)

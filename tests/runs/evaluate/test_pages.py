@@ -39,7 +39,7 @@ def test_a_page_has_a_row_for_every_group_that_is_not_empty(tmp_path: Path):
     assert picture.shape[1::-1] == page.size()
 
     def shown(row: int, column: int) -> bool:
-        left, top = page.place(row * COLUMNS + column)
+        left, top = page.corner(row * COLUMNS + column)
         return bool((picture[top : top + height, left : left + width] != PAPER).any())
 
     # The first row has a picture, the last place of the rare case has none.

@@ -1,14 +1,14 @@
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.runs.evaluate.request import ENOUGH_LABELS, EvaluationRequest, shipped_scenarios
+from grammarlab.runs.evaluate.request import MIN_LABELS, EvaluationRequest, shipped_scenarios
 
 B3, F1, L4 = (shipped_scenarios()[name] for name in ("B3", "F1", "L4"))
 
 
 def test_each_scenario_can_be_measured_up_to_its_own_target():
     request = EvaluationRequest.of((B3, F1, L4), methods="default", max_labels=0)
-    assert request.labels_of(B3) == ENOUGH_LABELS
+    assert request.labels_of(B3) == MIN_LABELS
     assert request.labels_of(F1) == 170
     assert request.labels_of(L4) == 768
 

@@ -20,8 +20,8 @@ def test_curves_are_read_back_to_the_last_bit_and_told_apart_by_what_they_were_m
     curves = curves_in(tmp_path)
     records = [record(A), record(B, js=1 / 3), record(A, 64), replace(record(A, 48), person="sd10")]
     for each in records:
-        curves.put(each.place, each)
-    assert curves_in(tmp_path).all() == {each.place: each for each in records}
+        curves.put(each.curve_name, each)
+    assert curves_in(tmp_path).all() == {each.curve_name: each for each in records}
     assert curves_in(tmp_path, fresh=True).all() == {}
 
 
@@ -29,7 +29,7 @@ def test_curves_are_read_back_to_the_last_bit_and_told_apart_by_what_they_were_m
 def test_damaged_curves_are_left_out(tmp_path, old, new):
     curves = curves_in(tmp_path)
     for each in (record(A), record(B)):
-        curves.put(each.place, each)
+        curves.put(each.curve_name, each)
     file = tmp_path / STORE / f"{A}-32.json"
     file.write_text(file.read_text().replace(old, new))
     assert list(curves.all()) == [f"{B}-32"]

@@ -40,7 +40,7 @@ def test_pictures_lie_side_by_side_on_the_page_without_touching(num, columns, wi
     page = lay_out(num, columns, width, height)
     assert page.columns == min(columns, num) or columns == 0
     assert (page.rows - 1) * page.columns < num <= page.rows * page.columns
-    places = np.array([page.place(index) for index in range(num)])
+    places = np.array([page.corner(index) for index in range(num)])
     assert (places >= BORDER).all()
     assert (places + np.array([width, height]) <= np.array(page.size()) - BORDER).all()
     ordered = sorted(map(tuple, places.tolist()))
@@ -58,9 +58,9 @@ def test_the_page_shows_every_picture_where_it_belongs():
     pictures = [np.full((20, 30, 3), 40 * index, np.uint8) for index in range(5)]
     sheet = draw_page(page, pictures, [(str(i), "1 x 1 x 1 m") for i in range(5)], ("name", "a long remark " * 9))
     for index in range(5):
-        left, top = page.place(index)
+        left, top = page.corner(index)
         assert (sheet[top : top + 20, left : left + 30] == 40 * index).all()
-    left, top = page.place(5)
+    left, top = page.corner(5)
     assert (sheet[top : top + 20, left : left + 30] == PAPER).all()
 
 
@@ -75,10 +75,10 @@ def test_the_sheet_has_a_picture_and_a_caption_for_each_model(tmp_path):
         height += 1
     page = lay_out(5, 2, width, height)
     for index in range(5):
-        left, top = page.place(index)
+        left, top = page.corner(index)
         assert sheet[top : top + height, left : left + width].std() > 3
         assert sheet[top + height : top + height + 24, left : left + width].min() < 100
-    left, top = page.place(5)
+    left, top = page.corner(5)
     assert (sheet[top : top + height + 24, left : left + width] == PAPER).all()
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor, Processes
-from grammarlab.runs.work.results import Results, adopt_lines, json_kind, made
+from grammarlab.runs.work.results import Results, adopt_lines, computed, json_kind
 from tests.runs.tasks import square
 
 KIND = json_kind(dict, dict)
@@ -85,10 +85,12 @@ def test_results_are_made_once_in_the_order_of_their_tasks(tmp_path: Path, execu
     results = Results(tmp_path, json_kind(int, int))
     steps: list[tuple[str, int, int]] = []
     results.put("3", -1)
-    found = made(results, square, {str(n): n for n in (5, 3, 4)}, executor, "squares", lambda *step: steps.append(step))
+    found = computed(
+        results, square, {str(n): n for n in (5, 3, 4)}, executor, "squares", lambda *step: steps.append(step)
+    )
     assert list(found.items()) == [("5", 25), ("3", -1), ("4", 16)]
     assert steps == [("squares", done, 3) for done in (1, 2, 3)]
-    assert made(results, forbidden, {"4": 4, "3": 3}, executor, "squares", silent) == {"4": 16, "3": -1}
+    assert computed(results, forbidden, {"4": 4, "3": 3}, executor, "squares", silent) == {"4": 16, "3": -1}
 
 
 def forbidden(_task: int) -> int:
@@ -104,7 +106,7 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path: Path):
         return number
 
     with pytest.raises(KeyboardInterrupt):
-        made(results, work, {str(n): n for n in range(4)}, SERIAL, "numbers", silent)
+        computed(results, work, {str(n): n for n in range(4)}, SERIAL, "numbers", silent)
     assert results.all() == {"0": 0, "1": 1}
 
 
