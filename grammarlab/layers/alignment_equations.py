@@ -1,9 +1,7 @@
-"""Equations of an alignment between sizes, and sets of equal unknown sizes (paper 003, section 5.3).
+"""Equations of alignments between sizes of symbols, and a bound of their error (paper 003, section 5.3).
 
 The unknowns are sizes: one for each symbol, shared by all of its letters, one for each column, and one for each part of
 a split letter. An element that is a single letter or part is as wide as its column: one unknown for both.
-
-Size equations of alignments, and a lower bound of the size error of several of them together.
 """
 
 from __future__ import annotations
@@ -21,6 +19,8 @@ from grammarlab.layers.design import Word
 
 Unknown = tuple[Any, ...]
 """("symbol", name), ("column", alignment, column) or ("part", alignment, word, letter, part)."""
+_RANK_TOLERANCE = 1e-9
+"""Singular values below this fraction of the largest are 0."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,48 @@ class Equations:
         return self.matrix.shape[1]
 
 
+@dataclass(frozen=True, eq=False)
+class SizeEquations:
+    """Equations between the sizes of symbols, after elimination of widths of columns and unsized symbols."""
+
+    symbols: tuple[str, ...]
+    """The S symbols with a preferred size."""
+    size: Floats
+    """[S] preferred sizes, metres."""
+    matrix: Floats
+    """[R, S] coefficients."""
+    value: Floats
+    """[R] right-hand sides, metres."""
+
+
+def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations:
+    """The size equations of one alignment."""
+    system = equations([(alignment, canvas)], gaps=gaps)
+    symbols = tuple(
+        name for name in dict.fromkeys(letter.symbol for word in alignment.words for letter in word if letter.size)
+    )
+    index = [system.index["symbol", symbol] for symbol in symbols]
+    sizes = {letter.symbol: letter.size for word in alignment.words for letter in word if letter.size is not None}
+    free = np.ones(system.num_sizes, dtype=np.bool_)
+    free[index] = False
+    u, singular, _ = np.linalg.svd(system.matrix[:, free], full_matrices=True)
+    rank = int((singular > _RANK_TOLERANCE * singular.max(initial=1.0)).sum())
+    null_space = u[:, rank:].T
+    matrix = np.zeros((len(null_space), len(symbols)))
+    # Symbols that share an unknown share its column.
+    for unknown in set(index):
+        matrix[:, index.index(unknown)] = null_space @ system.matrix[:, unknown]
+    same = [
+        (index.index(unknown), position) for position, unknown in enumerate(index) if index.index(unknown) != position
+    ]
+    equal = np.zeros((len(same), len(symbols)))
+    for row, (one, other) in zip(equal, same, strict=True):
+        row[one], row[other] = 1.0, -1.0
+    size = np.array([sizes[symbol] for symbol in symbols])
+    value = np.concatenate([null_space @ system.value, np.zeros(len(same))])
+    return SizeEquations(symbols, size, np.concatenate([matrix, equal]), value)
+
+
 def equations(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool) -> Equations:
     """Equations of alignments, each with its canvas; see `size_letters`."""
     builder = _Equations(gaps=gaps)
@@ -58,6 +100,37 @@ def is_gapped(alignment: Alignment, row: int, element: Element, *, gaps: bool) -
     if not gaps or any(letter.transparent or letter.size is None for letter in letters):
         return False
     return any(not letter.opaque for letter in letters)
+
+
+def demands_alone(word: Word, canvas: float) -> SizeEquations | None:
+    """The size equation of a word that fills the canvas alone; None if a letter takes the remaining length."""
+    counts = Counter(letter.symbol for letter in word)
+    if any(letter.size is None or not letter.hides for letter in word):
+        return None
+    sizes = {letter.symbol: letter.size for letter in word}
+    size, often = np.array([sizes[name] for name in counts], dtype=np.float64), np.array(list(counts.values()))
+    return SizeEquations(tuple(counts), size, often[None].astype(np.float64), np.array([canvas]))
+
+
+def least_error(systems: Sequence[SizeEquations]) -> float:
+    """Lower bound of the sum of squared deviations from preferred sizes under all equations, square metres."""
+    if not systems:
+        return 0.0
+    sizes: dict[str, float] = {}
+    for system in systems:
+        sizes |= zip(system.symbols, system.size, strict=True)
+    column = {symbol: position for position, symbol in enumerate(sizes)}
+    matrix = np.zeros((sum(len(system.value) for system in systems), len(sizes)))
+    row = 0
+    for system in systems:
+        matrix[row : row + len(system.value), [column[symbol] for symbol in system.symbols]] = system.matrix
+        row += len(system.value)
+    residual = np.concatenate([system.value for system in systems]) - matrix @ np.array(list(sizes.values()))
+    if not matrix.size:
+        return 0.0
+    change = np.linalg.lstsq(matrix, residual, rcond=_RANK_TOLERANCE)[0]
+    # Slightly less, since rounding errors must not make the bound too large.
+    return float(np.square(change).sum()) * (1.0 - 1e-9)
 
 
 @dataclass
@@ -126,80 +199,3 @@ class _Equations:
             np.array(list(self.targets.values()), dtype=np.float64),
             np.array([index[unknown] for unknown in self.targets], dtype=np.int64),
         )
-
-
-_RANK_TOLERANCE = 1e-9
-"""Singular values below this fraction of the largest are 0."""
-
-
-@dataclass(frozen=True, eq=False)
-class SizeEquations:
-    """Equations between the sizes of symbols, after elimination of widths of columns and unsized symbols."""
-
-    symbols: tuple[str, ...]
-    """The S symbols with a preferred size."""
-    size: Floats
-    """[S] preferred sizes, metres."""
-    matrix: Floats
-    """[R, S] coefficients."""
-    value: Floats
-    """[R] right-hand sides, metres."""
-
-
-def demands(alignment: Alignment, canvas: float, *, gaps: bool) -> SizeEquations:
-    """The size equations of one alignment."""
-    system = equations([(alignment, canvas)], gaps=gaps)
-    symbols = tuple(
-        name for name in dict.fromkeys(letter.symbol for word in alignment.words for letter in word if letter.size)
-    )
-    index = [system.index["symbol", symbol] for symbol in symbols]
-    sizes = {letter.symbol: letter.size for word in alignment.words for letter in word if letter.size is not None}
-    free = np.ones(system.num_sizes, dtype=np.bool_)
-    free[index] = False
-    u, singular, _ = np.linalg.svd(system.matrix[:, free], full_matrices=True)
-    rank = int((singular > _RANK_TOLERANCE * singular.max(initial=1.0)).sum())
-    null_space = u[:, rank:].T
-    matrix = np.zeros((len(null_space), len(symbols)))
-    # Symbols that share an unknown share its column.
-    for unknown in set(index):
-        matrix[:, index.index(unknown)] = null_space @ system.matrix[:, unknown]
-    same = [
-        (index.index(unknown), position) for position, unknown in enumerate(index) if index.index(unknown) != position
-    ]
-    equal = np.zeros((len(same), len(symbols)))
-    for row, (one, other) in zip(equal, same, strict=True):
-        row[one], row[other] = 1.0, -1.0
-    size = np.array([sizes[symbol] for symbol in symbols])
-    value = np.concatenate([null_space @ system.value, np.zeros(len(same))])
-    return SizeEquations(symbols, size, np.concatenate([matrix, equal]), value)
-
-
-def demands_alone(word: Word, canvas: float) -> SizeEquations | None:
-    """The size equation of a word that fills the canvas alone; None if a letter takes the remaining length."""
-    counts = Counter(letter.symbol for letter in word)
-    if any(letter.size is None or not letter.hides for letter in word):
-        return None
-    sizes = {letter.symbol: letter.size for letter in word}
-    size, often = np.array([sizes[name] for name in counts], dtype=np.float64), np.array(list(counts.values()))
-    return SizeEquations(tuple(counts), size, often[None].astype(np.float64), np.array([canvas]))
-
-
-def least_error(systems: Sequence[SizeEquations]) -> float:
-    """Lower bound of the sum of squared deviations from preferred sizes under all equations, square metres."""
-    if not systems:
-        return 0.0
-    sizes: dict[str, float] = {}
-    for system in systems:
-        sizes |= zip(system.symbols, system.size, strict=True)
-    column = {symbol: position for position, symbol in enumerate(sizes)}
-    matrix = np.zeros((sum(len(system.value) for system in systems), len(sizes)))
-    row = 0
-    for system in systems:
-        matrix[row : row + len(system.value), [column[symbol] for symbol in system.symbols]] = system.matrix
-        row += len(system.value)
-    residual = np.concatenate([system.value for system in systems]) - matrix @ np.array(list(sizes.values()))
-    if not matrix.size:
-        return 0.0
-    change = np.linalg.lstsq(matrix, residual, rcond=_RANK_TOLERANCE)[0]
-    # Slightly less, since rounding errors must not make the bound too large.
-    return float(np.square(change).sum()) * (1.0 - 1e-9)

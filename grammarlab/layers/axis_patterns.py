@@ -1,9 +1,7 @@
-"""Strips of one axis as patterns with shared loops.
+"""Strips of one axis as the shortest patterns with shared loops.
 
 Cuts common to all strips divide them into blocks. Repeated runs of blocks become loops with one counter in every
 strip: at any size the strips are equally long, and cells that are side by side stay so.
-
-The shortest description of a word: letters, and loops over runs of them.
 """
 
 from __future__ import annotations
@@ -14,6 +12,12 @@ from functools import cached_property
 
 from grammarlab.layers.patterns import Linear
 from grammarlab.layers.strip_words import Key, Strip, StripAssignment, Strips, air_cuts, build
+
+_ONE = Linear(1, ())
+_MIN_GAIN = 2.0
+"""Gain in repeated length of the axis that justifies taking a strip apart; strips that repeat together stay in step."""
+_MOST_STRIPS = 12
+"""Largest number of strips that are tried together; of more, only equal cells are shared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +35,46 @@ class Run:
     def end(self) -> int:
         """Index of the letter after it."""
         return self.start + self.length * self.times
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """Letters of a pattern, and their number of copies."""
+
+    keys: tuple[Key, ...]
+    count: Linear = _ONE
+
+
+@dataclass(frozen=True, eq=False)
+class StripPatterns:
+    """The strips of an axis as patterns."""
+
+    strips: Strips
+    items: tuple[tuple[Item, ...], ...]
+    """Items of each strip."""
+    unsized: frozenset[Key]
+    """Letters that take the remaining length: those of a separate strip that span the loops of others."""
+
+
+def patterns_of(assignment: StripAssignment, counter: str) -> StripPatterns:
+    """Patterns with loops over as much of the axis as possible; of these, the shortest.
+
+    A strip whose cells span a repeated part of the others would prevent its repetition. Such a strip is separated, with
+    loops and a counter of its own. Strips are tried one after the other.
+
+    Args:
+        assignment: strips of an axis.
+        counter: name of the counter of all loops; names of others are derived from it.
+    """
+    num = len(assignment.intervals)
+    joined = list(range(num)) if num <= _MOST_STRIPS else list(range(min(num, 1)))
+    best = _best(assignment, joined)
+    for strip in joined[1:]:
+        fewer = [other for other in joined if other != strip]
+        division = _best(assignment, fewer)
+        if division.covered > _MIN_GAIN * best.covered:
+            joined, best = fewer, division
+    return best.patterns(counter)
 
 
 def shortest(word: Sequence[Hashable], prices: Sequence[int], loop: int = 1) -> tuple[Run, ...]:
@@ -76,65 +120,6 @@ def shortest(word: Sequence[Hashable], prices: Sequence[int], loop: int = 1) -> 
 def cost_of(runs: Sequence[Run], prices: Sequence[int], loop: int = 1) -> int:
     """Cost of runs, see `shortest`."""
     return sum(sum(prices[run.start : run.start + run.length]) + (loop if run.times > 1 else 0) for run in runs)
-
-
-def _matches(word: Sequence[Hashable]) -> list[list[int]]:
-    """[shift][start] number of letters from a start that equal those a shift later; for shifts up to n / 2."""
-    num = len(word)
-    lengths = [[0] * (num + 1)]
-    for shift in range(1, num // 2 + 1):
-        row = [0] * (num + 1)
-        for start in range(num - shift - 1, -1, -1):
-            row[start] = row[start + 1] + 1 if word[start] == word[start + shift] else 0
-        lengths.append(row)
-    return lengths
-
-
-_ONE = Linear(1, ())
-_MIN_GAIN = 2.0
-"""Gain in repeated length of the axis that justifies taking a strip apart; strips that repeat together stay in step."""
-_MOST_STRIPS = 12
-"""Largest number of strips that are tried together; of more, only equal cells are shared."""
-
-
-@dataclass(frozen=True, slots=True)
-class Item:
-    """Letters of a pattern, and their number of copies."""
-
-    keys: tuple[Key, ...]
-    count: Linear = _ONE
-
-
-@dataclass(frozen=True, eq=False)
-class StripPatterns:
-    """The strips of an axis as patterns."""
-
-    strips: Strips
-    items: tuple[tuple[Item, ...], ...]
-    """Items of each strip."""
-    unsized: frozenset[Key]
-    """Letters that take the remaining length: those of a separate strip that span the loops of others."""
-
-
-def patterns_of(assignment: StripAssignment, counter: str) -> StripPatterns:
-    """Patterns with loops over as much of the axis as possible; of these, the shortest.
-
-    A strip whose cells span a repeated part of the others would prevent its repetition. Such a strip is separated, with
-    loops and a counter of its own. Strips are tried one after the other.
-
-    Args:
-        assignment: strips of an axis.
-        counter: name of the counter of all loops; names of others are derived from it.
-    """
-    num = len(assignment.intervals)
-    joined = list(range(num)) if num <= _MOST_STRIPS else list(range(min(num, 1)))
-    best = _best(assignment, joined)
-    for strip in joined[1:]:
-        fewer = [other for other in joined if other != strip]
-        division = _best(assignment, fewer)
-        if division.covered > _MIN_GAIN * best.covered:
-            joined, best = fewer, division
-    return best.patterns(counter)
 
 
 def _best(assignment: StripAssignment, joined: Sequence[int]) -> _Division:
@@ -214,10 +199,22 @@ class _Joint:
         return [(starts[run.start], starts[run.end]) for run in self.runs if run.times > 1]
 
 
+def _matches(word: Sequence[Hashable]) -> list[list[int]]:
+    """[shift][start] number of letters from a start that equal those a shift later; for shifts up to n / 2."""
+    num = len(word)
+    lengths = [[0] * (num + 1)]
+    for shift in range(1, num // 2 + 1):
+        row = [0] * (num + 1)
+        for start in range(num - shift - 1, -1, -1):
+            row[start] = row[start + 1] + 1 if word[start] == word[start + shift] else 0
+        lengths.append(row)
+    return lengths
+
+
 def _counts(runs: Sequence[Run], counter: str) -> list[Linear]:
     """Number of copies of each run: in proportion to the run with the fewest copies.
 
-    >>> [each.constant for each in _counts([Run(0, 2, 5), Run(10, 1, 2), Run(12, 1)], "k")]
+    >>> [count.constant for count in _counts([Run(0, 2, 5), Run(10, 1, 2), Run(12, 1)], "k")]
     [1, 0, 1]
     """
     least = min((run.times for run in runs if run.times > 1), default=1)

@@ -1,6 +1,6 @@
-"""Elements of one label as few products: columns by rows, where each cell has an element or is hidden.
+"""Elements of a facade on common lines, and those of one label as few products of columns and rows.
 
-Elements of a facade on common lines, in front of its wall.
+In each cell of a product there is an element, or the cell is hidden.
 """
 
 from __future__ import annotations
@@ -17,6 +17,12 @@ from grammarlab.facade.tree import Facade, X, Y
 
 Interval = tuple[int, int]
 """Indices of the first and last line along an axis."""
+GridCell = tuple[Interval, Interval]
+"""Intervals along x and y of an element."""
+_MOST_PAIRS = 40
+"""Largest number of different rows of which all pairs are tried."""
+_MAX_CANDIDATES = 200
+"""Largest number of sets of columns to try, the largest first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,14 +39,15 @@ class LabelledRectangles:
     """Label of the wall behind them; None if there is none."""
 
 
-def backdrop_of(facade: Facade) -> str | None:
-    """The background label that covers the most area of a facade; None if no leaf is background."""
-    area: dict[str, float] = {}
-    for leaf in facade.leaves.tolist():
-        name = facade.name_of(leaf)
-        if name.lower() in BACKGROUND:
-            area[name] = area.get(name, 0.0) + float(facade.size[leaf].prod())
-    return max(area, key=lambda name: (area[name], name)) if area else None
+@dataclass(frozen=True, slots=True)
+class Product:
+    """Elements of one label at all crossings of some columns and rows."""
+
+    label: str
+    across: frozenset[Interval]
+    """Intervals along x."""
+    up: frozenset[Interval]
+    """Intervals along y."""
 
 
 def elements_of(facade: Facade, tolerance: float) -> LabelledRectangles:
@@ -64,6 +71,16 @@ def elements_of(facade: Facade, tolerance: float) -> LabelledRectangles:
     return LabelledRectangles((lines[X], lines[Y]), boxes[has_extent], labels, backdrop)
 
 
+def backdrop_of(facade: Facade) -> str | None:
+    """The background label that covers the most area of a facade; None if no leaf is background."""
+    area: dict[str, float] = {}
+    for leaf in facade.leaves.tolist():
+        name = facade.name_of(leaf)
+        if name.lower() in BACKGROUND:
+            area[name] = area.get(name, 0.0) + float(facade.size[leaf].prod())
+    return max(area, key=lambda name: (area[name], name)) if area else None
+
+
 def grouped(values: Floats, tolerance: float) -> Ints:
     """[N] a group number for each value, in ascending order; values of one group differ by at most the tolerance."""
     order = np.argsort(values, kind="stable")
@@ -73,35 +90,6 @@ def grouped(values: Floats, tolerance: float) -> Ints:
             number, first = number + 1, values[index]
         group[index] = number
     return group
-
-
-def _lines(values: Floats, end: float, tolerance: float) -> tuple[Floats, Ints]:
-    """Means of groups of values, and the line of each value; 0 and the end are lines."""
-    inside = np.where(values <= tolerance, 0.0, np.where(values >= end - tolerance, end, values))
-    inside = np.concatenate([[0.0, end], inside])
-    number = grouped(inside, tolerance)
-    lines = np.bincount(number, inside) / np.bincount(number)
-    lines[0], lines[-1] = 0.0, end
-    return lines, number[2:]
-
-
-GridCell = tuple[Interval, Interval]
-"""Intervals along x and y of an element."""
-_MOST_PAIRS = 40
-"""Largest number of different rows of which all pairs are tried."""
-_MAX_CANDIDATES = 200
-"""Largest number of sets of columns to try, the largest first."""
-
-
-@dataclass(frozen=True, slots=True)
-class Product:
-    """Elements of one label at all crossings of some columns and rows."""
-
-    label: str
-    across: frozenset[Interval]
-    """Intervals along x."""
-    up: frozenset[Interval]
-    """Intervals along y."""
 
 
 def products(
@@ -136,6 +124,16 @@ def products(
         result.append(best)
         uncovered -= {(across, up) for across in best.across for up in best.up}
     return result
+
+
+def _lines(values: Floats, end: float, tolerance: float) -> tuple[Floats, Ints]:
+    """Means of groups of values, and the line of each value; 0 and the end are lines."""
+    inside = np.where(values <= tolerance, 0.0, np.where(values >= end - tolerance, end, values))
+    inside = np.concatenate([[0.0, end], inside])
+    number = grouped(inside, tolerance)
+    lines = np.bincount(number, inside) / np.bincount(number)
+    lines[0], lines[-1] = 0.0, end
+    return lines, number[2:]
 
 
 def _spanned(

@@ -1,10 +1,6 @@
-"""A design: layers of patterns over symbols with preferred sizes, for a canvas of any size (paper 003, section 3).
+"""A design: layers of patterns over symbols with preferred sizes, for any canvas (paper 003, section 3).
 
-Designs as text that `parse_design` reads.
-
-Weights of the parts of a layout's energy.
-
-Letters: occurrences of symbols in words (paper 003, section 3).
+Letters are occurrences of symbols in words. `design_text` writes the TOML that `parse_design` reads.
 """
 
 from __future__ import annotations
@@ -19,11 +15,9 @@ from grammarlab.layers.patterns import LayerPattern, Reflection, Slots
 
 MIN_WEIGHT, MAX_WEIGHT = 1e-9, 1e6
 """Smallest and largest weight above 0: ratios of weights are finite numbers."""
-
-
-def is_weight(value: float) -> bool:
-    """Whether a number can be a weight."""
-    return value == 0.0 or MIN_WEIGHT <= value <= MAX_WEIGHT
+WILDCARD = "*"
+"""Matches any symbol in the table of shapes."""
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +32,11 @@ class Weights:
     """Energy per square metre of the sum of squared deviations from preferred sizes."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
+        for weight in fields(self):
+            value = getattr(self, weight.name)
             if not is_weight(value):
                 raise FacadeError(
-                    f"Weight {field.name}: expected 0, or a number from {MIN_WEIGHT:g} to {MAX_WEIGHT:,.0f}, "
+                    f"Weight {weight.name}: expected 0, or a number from {MIN_WEIGHT:g} to {MAX_WEIGHT:,.0f}, "
                     f"found {value}."
                 )
 
@@ -79,10 +73,6 @@ class Letter:
 
 Word = tuple[Letter, ...]
 """One layer along one axis, from the left or from the bottom."""
-
-
-WILDCARD = "*"
-"""Matches any symbol in the table of shapes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,9 +217,6 @@ def word_text(word: Word) -> str:
     return "".join(letter.symbol if len(letter.symbol.rstrip("'")) == 1 else f"{{{letter.symbol}}}" for letter in word)
 
 
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
-
-
 def design_text(design: Design) -> str:
     r"""A design as TOML; default values are left out.
 
@@ -257,6 +244,59 @@ def design_text(design: Design) -> str:
     return "\n".join(lines) + "\n"
 
 
+def is_weight(value: float) -> bool:
+    """Whether a number can be a weight."""
+    return value == 0.0 or MIN_WEIGHT <= value <= MAX_WEIGHT
+
+
+def _text(text: str) -> str:
+    """A basic string; JSON's escapes are those of TOML, except for one character."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _symbol(symbol: Symbol) -> str:
+    flags = {"opaque": True, "attached": False, "unoccludable": False, "transparent": False}
+    parts = {} if symbol.size is None else {"size": repr(symbol.size)}
+    parts |= {
+        name: str(not default).lower() for name, default in flags.items() if bool(getattr(symbol, name)) is not default
+    }
+    return parts["size"] if set(parts) == {"size"} else _inline(parts)
+
+
+def _inline(parts: Mapping[str, str]) -> str:
+    return f"{{ {', '.join(f'{key} = {value}' for key, value in parts.items())} }}" if parts else "{}"
+
+
+def _counter(counter: Counter) -> str:
+    """The entry of a counter; empty if it has default values only."""
+    parts = {name: str(value) for name in ("least", "most") if (value := getattr(counter, name)) is not None}
+    parts |= {} if counter.reflection == "inner" else {"reflection": _text(counter.reflection)}
+    return _inline(parts) if parts else ""
+
+
+def _solver(design: Design) -> dict[str, str]:
+    default = Weights()
+    changed = {
+        weight.name: repr(getattr(design.weights, weight.name))
+        for weight in fields(Weights)
+        if getattr(design.weights, weight.name) != getattr(default, weight.name)
+    }
+    return changed | ({"overhang": "true"} if design.overhang else {})
+
+
+def _key(name: str) -> str:
+    return name if _BARE_KEY.fullmatch(name) else _text(name)
+
+
+def _shapes(shapes: Shapes) -> list[str]:
+    lines = []
+    for (across, up), shape in shapes.items():
+        label = _text(shape.label)
+        value = f"{{ label = {label}, depth = {shape.depth!r} }}" if shape.depth else label
+        lines.append(f"{_key(across)}.{_key(up)} = {value}")
+    return lines
+
+
 def _layer(layer: Layer) -> list[str]:
     lines = ["[[layers]]", f"name = {_text(layer.name)}"]
     lines += [f"{axis} = {_text(name)}" for axis, name in zip("xy", layer.patterns, strict=True)]
@@ -270,51 +310,3 @@ def _layer(layer: Layer) -> list[str]:
     lines += [] if layer.on else ["on = false"]
     lines += [f"depth = {layer.depth!r}"] if layer.depth else []
     return lines + ([f"shapes = {{ {', '.join(_shapes(layer.shapes))} }}"] if layer.shapes else [])
-
-
-def _shapes(shapes: Shapes) -> list[str]:
-    lines = []
-    for (across, up), shape in shapes.items():
-        label = _text(shape.label)
-        value = f"{{ label = {label}, depth = {shape.depth!r} }}" if shape.depth else label
-        lines.append(f"{_key(across)}.{_key(up)} = {value}")
-    return lines
-
-
-def _symbol(symbol: Symbol) -> str:
-    flags = {"opaque": True, "attached": False, "unoccludable": False, "transparent": False}
-    parts = {} if symbol.size is None else {"size": repr(symbol.size)}
-    parts |= {
-        name: str(not default).lower() for name, default in flags.items() if bool(getattr(symbol, name)) is not default
-    }
-    return parts["size"] if set(parts) == {"size"} else _inline(parts)
-
-
-def _counter(counter: Counter) -> str:
-    """The entry of a counter; empty if it has default values only."""
-    parts = {name: str(value) for name in ("least", "most") if (value := getattr(counter, name)) is not None}
-    parts |= {} if counter.reflection == "inner" else {"reflection": _text(counter.reflection)}
-    return _inline(parts) if parts else ""
-
-
-def _solver(design: Design) -> dict[str, str]:
-    default = Weights()
-    changed = {
-        field.name: repr(getattr(design.weights, field.name))
-        for field in fields(Weights)
-        if getattr(design.weights, field.name) != getattr(default, field.name)
-    }
-    return changed | ({"overhang": "true"} if design.overhang else {})
-
-
-def _inline(parts: Mapping[str, str]) -> str:
-    return f"{{ {', '.join(f'{key} = {value}' for key, value in parts.items())} }}" if parts else "{}"
-
-
-def _key(name: str) -> str:
-    return name if _BARE.fullmatch(name) else _text(name)
-
-
-def _text(text: str) -> str:
-    """A basic string; JSON's escapes are those of TOML, except for one character."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

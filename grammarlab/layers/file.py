@@ -1,8 +1,7 @@
 """Designs as TOML files; docs/layers/file.md describes the format.
 
-A file may come from a stranger: its values are bounded and checked before a design is made.
-
-Locations of values in a TOML text, for messages.
+A file may come from a stranger: its values are bounded and checked before a design is made. Messages give the line and
+column of a mistake.
 """
 
 from __future__ import annotations
@@ -20,67 +19,13 @@ from grammarlab.layers.design import MIN_WEIGHT, WILDCARD, Counter, Design, Laye
 from grammarlab.layers.patterns import REFLECTIONS, LayerPattern, PatternError, Sign, parse_pattern
 from grammarlab.toml_text import toml_table, toml_text
 
-_HEADER = re.compile(r"\s*\[+\s*([^\[\]]+?)\s*\]+\s*(?:#.*)?$")
-
-
-def location_of(
-    text: str, file: str, table: str, index: int | None, keys: Sequence[str], value: object = None
-) -> Location:
-    """Location of a value, or of the closest enclosing entry that is found.
-
-    Args:
-        text: content of the file.
-        file: name of the file.
-        table: name of a top-level table.
-        index: index in an array of tables.
-        keys: keys from the table down to the value.
-        value: the value, if the mistake is inside a text: then the location is that of its first character.
-    """
-    names = [table, *keys]
-    best, depth, table_index, rest = Location(file=file), 0, -1, names if index is None else []
-    for number, content in enumerate(text.splitlines(), start=1):
-        header = _HEADER.match(content)
-        if header:
-            path = [part.strip().strip("\"'") for part in header[1].split(".")]
-            table_index += header[0].lstrip().startswith("[[") and path == [table]
-            inside = path == names[: len(path)] and (index is None or table_index == index)
-            rest = names[len(path) :] if inside else []
-            if inside and len(path) > depth:
-                best, depth = Location(number, content.index("[") + 1, file=file), len(path)
-            continue
-        matched, after = _matched(content, rest)
-        if matched and len(names) - len(rest) + matched > depth:
-            depth = len(names) - len(rest) + matched
-            best = Location(number, _value_column(content, after, value), file=file)
-    return best
-
-
-def _matched(content: str, keys: Sequence[str]) -> tuple[int, int]:
-    """Number of leading keys of a line that match in order, and the index of the character after the last one."""
-    offset = 0
-    for number, key in enumerate(keys):
-        quoted = rf"(?:{re.escape(key)}|\"{re.escape(key)}\"|'{re.escape(key)}')"
-        before = r"\s*" if not number else r"(?:\s*\.\s*|\s*=\s*\{.*?(?<![\w-]))"
-        match = re.compile(before + quoted + r"(?=\s*[.=])").match(content, offset)
-        if match is None:
-            return number, offset
-        offset = match.end()
-    return len(keys), offset
-
-
-def _value_column(content: str, after: int, value: object) -> int:
-    equals = content.find("=", after)
-    start = equals + 1 + len(content[equals + 1 :]) - len(content[equals + 1 :].lstrip()) if equals >= 0 else after
-    inside = content.find(value, start) if isinstance(value, str) else -1
-    return (inside if inside >= 0 else start) + 1
-
-
 MOST_BYTES = 2**20
 """Largest size of a design file, bytes."""
 MIN_SIZE_M, MAX_SIZE_M = 1e-6, 10_000.0
 """Smallest and largest size of a canvas or a symbol, metres."""
 MOST_LAYERS, _MOST_NAMES, _MOST_TIMES = 64, 1_000, 10_000
 """Largest numbers of layers, of entries of a table, and of copies of a part."""
+_HEADER = re.compile(r"\s*\[+\s*([^\[\]]+?)\s*\]+\s*(?:#.*)?$")
 _TABLES = ("title", "canvas", "symbols", "counters", "patterns", "shapes", "solver", "layers")
 _FLAGS = ("opaque", "attached", "unoccludable", "transparent")
 _AXES = ("x", "y")
@@ -97,15 +42,6 @@ def load_design(path: Path) -> Design:
     return parse_design(read_design_text(path), path.name)
 
 
-def read_design_text(path: Path) -> str:
-    """The text of a design; errors as in `load_design`."""
-    content = read_bounded(path, MOST_BYTES)
-    try:
-        return toml_text(content)
-    except TomlError as error:
-        raise _not_toml(error, "", path.name) from error
-
-
 def parse_design(text: str, file: str = "<text>") -> Design:
     """The design that a text describes.
 
@@ -117,6 +53,15 @@ def parse_design(text: str, file: str = "<text>") -> Design:
     except TomlError as error:
         raise _not_toml(error, text, file) from error
     return _DesignReader(text, file).design(values)
+
+
+def read_design_text(path: Path) -> str:
+    """The text of a design; errors as in `load_design`."""
+    content = read_bounded(path, MOST_BYTES)
+    try:
+        return toml_text(content)
+    except TomlError as error:
+        raise _not_toml(error, "", path.name) from error
 
 
 def _not_toml(error: TomlError, text: str, file: str) -> LanguageError:
@@ -361,12 +306,64 @@ class _DesignReader:
     def _fail_inside(
         self, value: str, error: PatternError, table: str, index: int | None, keys: Sequence[str]
     ) -> NoReturn:
-        start = location_of(self.text, self.file, table, index, keys, value)
+        start = _location_of(self.text, self.file, table, index, keys, value)
         location = Location(start.line, start.column + error.position, error.length, self.file)
         raise LanguageError((Finding("error", "pattern", error.message, location, error.hint),), self.text) from error
 
     def _fail(self, message: str, table: str, index: int | None, keys: Sequence[str], *, hint: str = "") -> NoReturn:
-        location = location_of(self.text, self.file, table, index, keys)
+        location = _location_of(self.text, self.file, table, index, keys)
         where = ".".join(part for part in (table, *keys) if part)
         finding = Finding("error", "design", f"{where}: {message}", location, hint)
         raise LanguageError((finding,), self.text)
+
+
+def _location_of(
+    text: str, file: str, table: str, index: int | None, keys: Sequence[str], value: object = None
+) -> Location:
+    """Location of a value, or of the closest enclosing entry that is found.
+
+    Args:
+        text: content of the file.
+        file: name of the file.
+        table: name of a top-level table.
+        index: index in an array of tables.
+        keys: keys from the table down to the value.
+        value: the value, if the mistake is inside a text: then the location is that of its first character.
+    """
+    names = [table, *keys]
+    best, depth, table_index, rest = Location(file=file), 0, -1, names if index is None else []
+    for number, content in enumerate(text.splitlines(), start=1):
+        header = _HEADER.match(content)
+        if header:
+            path = [part.strip().strip("\"'") for part in header[1].split(".")]
+            table_index += header[0].lstrip().startswith("[[") and path == [table]
+            inside = path == names[: len(path)] and (index is None or table_index == index)
+            rest = names[len(path) :] if inside else []
+            if inside and len(path) > depth:
+                best, depth = Location(number, content.index("[") + 1, file=file), len(path)
+            continue
+        matched, after = _matched(content, rest)
+        if matched and len(names) - len(rest) + matched > depth:
+            depth = len(names) - len(rest) + matched
+            best = Location(number, _value_column(content, after, value), file=file)
+    return best
+
+
+def _matched(content: str, keys: Sequence[str]) -> tuple[int, int]:
+    """Number of leading keys of a line that match in order, and the index of the character after the last one."""
+    offset = 0
+    for number, key in enumerate(keys):
+        quoted = rf"(?:{re.escape(key)}|\"{re.escape(key)}\"|'{re.escape(key)}')"
+        before = r"\s*" if not number else r"(?:\s*\.\s*|\s*=\s*\{.*?(?<![\w-]))"
+        match = re.compile(before + quoted + r"(?=\s*[.=])").match(content, offset)
+        if match is None:
+            return number, offset
+        offset = match.end()
+    return len(keys), offset
+
+
+def _value_column(content: str, after: int, value: object) -> int:
+    equals = content.find("=", after)
+    start = equals + 1 + len(content[equals + 1 :]) - len(content[equals + 1 :].lstrip()) if equals >= 0 else after
+    inside = content.find(value, start) if isinstance(value, str) else -1
+    return (inside if inside >= 0 else start) + 1

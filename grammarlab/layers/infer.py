@@ -1,13 +1,12 @@
 """From a facade to a design of layers whose layout is that facade.
 
-Elements as products of columns and rows, from the top down: rare elements lie over common ones.
-
-Names of inferred symbols: single letters, capitals for elements.
+Elements are products of columns and rows, from the top down: rare elements lie over common ones. Symbols get single
+letters, capitals for elements.
 """
 
 from __future__ import annotations
 
-from collections import Counter
+import collections
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count, pairwise
@@ -20,14 +19,71 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.layers.axis_patterns import Item, StripPatterns, patterns_of
 from grammarlab.layers.covers import GridCell, Interval, LabelledRectangles, Product, elements_of, products
-from grammarlab.layers.design import WILDCARD, Design, Layer, Shape, Symbol
-from grammarlab.layers.design import Counter as PatternCounter
+from grammarlab.layers.design import WILDCARD, Counter, Design, Layer, Shape, Symbol
 from grammarlab.layers.file import MAX_SIZE_M, MOST_LAYERS
 from grammarlab.layers.patterns import LayerPattern, Linear, parse_pattern
 from grammarlab.layers.strip_words import MOST_CELLS, Key, StripAssignment, assign_strips
 
+_COUNTERS = ("k", "n")
+"""Counters of x and y."""
+_PATTERNS = ("bays", "floors")
+"""Names of patterns along x and y."""
+_WHOLE_PATTERNS = ("all across", "all up")
+"""Names of patterns of one letter without a size, along x and y."""
+_MAX_LABEL_LENGTH = 200
+"""Largest number of characters of a label."""
 
-def layering(elements: LabelledRectangles, most: int) -> list[Product]:
+
+def infer(facade: Facade, tolerance: float, title: str = "") -> Design:
+    """A design whose layout on the canvas of the facade is that facade, as closely as patterns allow.
+
+    Args:
+        facade: the facade.
+        tolerance: largest difference of sides in line and of equal sizes, metres.
+        title: title of the design.
+
+    Raises:
+        FacadeError: If the facade is larger than the largest canvas.
+    """
+    if max(facade.width, facade.height) > MAX_SIZE_M:
+        raise FacadeError(
+            f"expected a facade of at most {MAX_SIZE_M:,.0f} m per side, found {facade.width:g} x {facade.height:g} m."
+        )
+    elements = elements_of(facade, tolerance)
+    products = _layering(elements, MOST_LAYERS - 1)
+    weight = [len(product.across) * len(product.up) for product in products]
+    names = _SymbolNames()
+    axes = []
+    for axis, sets in ((X, [product.across for product in products]), (Y, [product.up for product in products])):
+        assignment = assign_strips(sets, weight, elements.lines[axis], tolerance)
+        axis_model = _Axis(
+            axis=axis, assignment=assignment, strip_patterns=patterns_of(assignment, _COUNTERS[axis]), names=names
+        )
+        axis_model.name([product.label for product in products])
+        axes.append(axis_model)
+    layers = [_layer(number, products, axes) for number in range(len(products))]
+    if elements.backdrop is not None or not layers:
+        layers.append(_everywhere(elements.backdrop or "", axes))
+    patterns: dict[str, LayerPattern] = {}
+    symbols: dict[str, Symbol] = {}
+    used = {name for layer in layers for name in layer.patterns}
+    for axis_model in axes:
+        patterns |= {name: pattern for name, pattern in axis_model.patterns().items() if name in used}
+        symbols |= axis_model.symbols
+    used_symbols = {name for pattern in patterns.values() for name in pattern.symbols()}
+    counters = dict.fromkeys(name for pattern in patterns.values() for name in pattern.counters())
+    return Design(
+        title=title,
+        width=facade.width,
+        height=facade.height,
+        symbols={name: symbol for name, symbol in symbols.items() if name in used_symbols},
+        counters={name: Counter(name) for name in counters},
+        patterns=patterns,
+        layers=tuple(layers),
+    )
+
+
+def _layering(elements: LabelledRectangles, most: int) -> list[Product]:
     """Products that show each element, from the top down.
 
     Cells of a product without an element of its own are hidden by the products before it. So the two halves of a band
@@ -37,7 +93,7 @@ def layering(elements: LabelledRectangles, most: int) -> list[Product]:
         elements: elements of a facade.
         most: largest number of products; of more, those of the largest elements are kept.
     """
-    counts, area = Counter(elements.labels), dict[str, float]()
+    counts, area = collections.Counter(elements.labels), dict[str, float]()
     for label, box in zip(elements.labels, elements.boxes.tolist(), strict=True):
         area[label] = area.get(label, 0.0) + _area(elements, box)
     result: list[Product] = []
@@ -53,27 +109,20 @@ def layering(elements: LabelledRectangles, most: int) -> list[Product]:
     return [product for product in result if product in largest]
 
 
-class _Hidden:
-    """Tests whether a cell is hidden by boxes that do not overlap."""
-
-    def __init__(self, boxes: Ints) -> None:
-        self.boxes = boxes
-
-    def __call__(self, across: Interval, up: Interval) -> bool:
-        low = np.maximum(self.boxes[:, :2], (across[0], up[0]))
-        high = np.minimum(self.boxes[:, 2:], (across[1], up[1]))
-        covered = np.maximum(high - low, 0).prod(axis=1).sum()
-        return bool(covered == (across[1] - across[0]) * (up[1] - up[0]))
-
-
 def _area(elements: LabelledRectangles, box: Sequence[int]) -> float:
     x_low, y_low, x_high, y_high = box
     x_lines, y_lines = elements.lines
     return float((x_lines[x_high] - x_lines[x_low]) * (y_lines[y_high] - y_lines[y_low]))
 
 
-def _visible_area(elements: LabelledRectangles, product: Product) -> float:
-    return sum(_area(elements, (across[0], up[0], across[1], up[1])) for across in product.across for up in product.up)
+def _bounded(cells: list[GridCell]) -> list[GridCell]:
+    """The cells in the columns and rows with the most elements, if there are too many."""
+    for axis in (X, Y):
+        counts = collections.Counter(cell[axis] for cell in cells)
+        if len(counts) > MOST_CELLS:
+            frequent = {interval for interval, _ in counts.most_common(MOST_CELLS)}
+            cells = [cell for cell in cells if cell[axis] in frequent]
+    return cells
 
 
 def _joined(elements: LabelledRectangles, boxes: Ints, above: Ints) -> list[GridCell]:
@@ -112,17 +161,24 @@ def _chained(
     return joined
 
 
-def _bounded(cells: list[GridCell]) -> list[GridCell]:
-    """The cells in the columns and rows with the most elements, if there are too many."""
-    for axis in (X, Y):
-        counts = Counter(cell[axis] for cell in cells)
-        if len(counts) > MOST_CELLS:
-            frequent = {interval for interval, _ in counts.most_common(MOST_CELLS)}
-            cells = [cell for cell in cells if cell[axis] in frequent]
-    return cells
+class _Hidden:
+    """Tests whether a cell is hidden by boxes that do not overlap."""
+
+    def __init__(self, boxes: Ints) -> None:
+        self.boxes = boxes
+
+    def __call__(self, across: Interval, up: Interval) -> bool:
+        low = np.maximum(self.boxes[:, :2], (across[0], up[0]))
+        high = np.minimum(self.boxes[:, 2:], (across[1], up[1]))
+        covered = np.maximum(high - low, 0).prod(axis=1).sum()
+        return bool(covered == (across[1] - across[0]) * (up[1] - up[0]))
 
 
-class SymbolNames:
+def _visible_area(elements: LabelledRectangles, product: Product) -> float:
+    return sum(_area(elements, (across[0], up[0], across[1], up[1])) for across in product.across for up in product.up)
+
+
+class _SymbolNames:
     """Unused letters; after all of them, letters with primes."""
 
     def __init__(self) -> None:
@@ -142,64 +198,6 @@ def _candidates(label: str) -> Iterator[str]:
         yield from (letter + "'" * primes for letter in letters)
 
 
-_COUNTERS = ("k", "n")
-"""Counters of x and y."""
-_PATTERNS = ("bays", "floors")
-_WHOLE = ("all across", "all up")
-"""Patterns of one letter without a size."""
-_MAX_LABEL_LENGTH = 200
-"""Largest number of characters of a label."""
-
-
-def infer(facade: Facade, tolerance: float, title: str = "") -> Design:
-    """A design whose layout on the canvas of the facade is that facade, as closely as patterns allow.
-
-    Args:
-        facade: the facade.
-        tolerance: largest difference of sides in line and of equal sizes, metres.
-        title: title of the design.
-
-    Raises:
-        FacadeError: If the facade is larger than the largest canvas.
-    """
-    if max(facade.width, facade.height) > MAX_SIZE_M:
-        raise FacadeError(
-            f"expected a facade of at most {MAX_SIZE_M:,.0f} m per side, found {facade.width:g} x {facade.height:g} m."
-        )
-    elements = elements_of(facade, tolerance)
-    products = layering(elements, MOST_LAYERS - 1)
-    weight = [len(product.across) * len(product.up) for product in products]
-    names = SymbolNames()
-    axes = []
-    for axis, sets in ((X, [product.across for product in products]), (Y, [product.up for product in products])):
-        assignment = assign_strips(sets, weight, elements.lines[axis], tolerance)
-        axis_model = _Axis(
-            axis=axis, assignment=assignment, strip_patterns=patterns_of(assignment, _COUNTERS[axis]), names=names
-        )
-        axis_model.name([product.label for product in products])
-        axes.append(axis_model)
-    layers = [_layer(number, products, axes) for number in range(len(products))]
-    if elements.backdrop is not None or not layers:
-        layers.append(_everywhere(elements.backdrop or "", axes))
-    patterns: dict[str, LayerPattern] = {}
-    symbols: dict[str, Symbol] = {}
-    used = {name for layer in layers for name in layer.patterns}
-    for axis_model in axes:
-        patterns |= {name: pattern for name, pattern in axis_model.patterns().items() if name in used}
-        symbols |= axis_model.symbols
-    used_symbols = {name for pattern in patterns.values() for name in pattern.symbols()}
-    counters = dict.fromkeys(name for pattern in patterns.values() for name in pattern.counters())
-    return Design(
-        title=title,
-        width=facade.width,
-        height=facade.height,
-        symbols={name: symbol for name, symbol in symbols.items() if name in used_symbols},
-        counters={name: PatternCounter(name) for name in counters},
-        patterns=patterns,
-        layers=tuple(layers),
-    )
-
-
 @dataclass
 class _Axis:
     """Patterns and symbols of an axis."""
@@ -207,7 +205,7 @@ class _Axis:
     axis: int
     assignment: StripAssignment
     strip_patterns: StripPatterns
-    names: SymbolNames
+    names: _SymbolNames
     symbol_of: dict[Key, str] = field(default_factory=dict)
     """Symbols by the properties that their letters share."""
     symbols: dict[str, Symbol] = field(default_factory=dict)
@@ -235,7 +233,7 @@ class _Axis:
     def pattern_name(self, strip: int) -> str:
         """Name of the pattern of a strip; strip -1 is the pattern of one letter."""
         if strip < 0:
-            return _WHOLE[self.axis]
+            return _WHOLE_PATTERNS[self.axis]
         return _PATTERNS[self.axis] + (f" {strip + 1}" if strip else "")
 
     def mask(self, product: int) -> frozenset[str] | None:
@@ -285,13 +283,13 @@ def _layer(number: int, products: Sequence[Product], axes: Sequence[_Axis]) -> L
     )
 
 
+def _printable(text: str) -> str:
+    """A label with characters that a design allows."""
+    return "".join(character if character.isprintable() else " " for character in text)[:_MAX_LABEL_LENGTH]
+
+
 def _everywhere(label: str, axes: Sequence[_Axis]) -> Layer:
     """A layer that is one shape over the whole canvas."""
     patterns = (axes[X].pattern_name(-1), axes[Y].pattern_name(-1))
     shapes = {(WILDCARD, WILDCARD): Shape(_printable(label))}
     return Layer(name=_printable(label) or "wall", patterns=patterns, groups=patterns, shapes=shapes)
-
-
-def _printable(text: str) -> str:
-    """A label with characters that a design allows."""
-    return "".join(character if character.isprintable() else " " for character in text)[:_MAX_LABEL_LENGTH]

@@ -1,9 +1,4 @@
-"""Panels of a solved layout: shapes at the crossings of horizontal and vertical letters of a layer.
-
-A solved layout as a facade: the topmost shape at each point, in a tree of rectangles.
-
-A solved layout as a scene: all visible shapes, with the depths of their labels, shapes and layers.
-"""
+"""Panels of a solved layout, shapes at the crossings of its letters, as a facade or as a scene."""
 
 from __future__ import annotations
 
@@ -27,14 +22,14 @@ from grammarlab.layers.design import Design, Layer, Shape, Word
 from grammarlab.layers.solving import Layout
 from grammarlab.scene.instances import Scene
 
-_NEGLIGIBLE_SHARE = 1e-7
-"""Largest difference of equal coordinates and least width of panels, as a fraction of the canvas."""
-
-_LEAST_SHARE = 0.4
-"""Least share of its cell that a shape takes along an axis, for any inset."""
-
 Rectangle = tuple[int, int, int, int]
 """Line indices of left, bottom, right and top."""
+_NEGLIGIBLE_SHARE = 1e-7
+"""Largest difference of equal coordinates and least width of panels, as a fraction of the canvas."""
+_LEAST_SHARE = 0.4
+"""Least share of its cell that a shape takes along an axis, for any inset."""
+_MIN_THICKNESS_M = 0.01
+"""Least thickness of a box, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,47 +104,6 @@ def panels_of(design: Design, layout: Layout, width: float, height: float) -> Pa
     return _inset(Panels((lines[X], lines[Y]), tuple(panels)))
 
 
-def _inset(panels: Panels) -> Panels:
-    """Shapes that are smaller than their cells, each with its frame below it."""
-    if not any(any(panel.shape.inset) for panel in panels.panels):
-        return panels
-    boxes = [_box(panel, panels.lines) for panel in panels.panels]
-    sides = np.array(boxes).reshape(-1, 2, 2)
-    lines = tuple(
-        _merged(np.concatenate([panels.lines[axis], sides[:, :, axis].ravel()]), panels.lines[axis][-1])
-        for axis in (X, Y)
-    )
-    resized: list[Panel] = []
-    for panel, box in zip(panels.panels, boxes, strict=True):
-        left, bottom, right, top = panel.lines
-        cell = panels.lines[X][left], panels.lines[Y][bottom], panels.lines[X][right], panels.lines[Y][top]
-        whole, inner = _nearest(cell, (lines[X], lines[Y])), _nearest(box, (lines[X], lines[Y]))
-        resized.append(replace(panel, lines=inner))
-        if inner != whole and panel.shape.frame:
-            resized.append(replace(panel, lines=whole, shape=Shape(panel.shape.frame)))
-    return Panels((lines[X], lines[Y]), tuple(resized))
-
-
-def _box(panel: Panel, lines: tuple[Floats, Floats]) -> tuple[float, float, float, float]:
-    """Coordinates of a shape in its cell, metres; at least a part of the cell remains."""
-    sides = []
-    for axis in (X, Y):
-        low, high = (float(lines[axis][panel.lines[side]]) for side in (axis, axis + 2))
-        before, after = panel.shape.inset[axis], panel.shape.inset[axis + 2]
-        share = min(1.0, (1.0 - _LEAST_SHARE) * (high - low) / (before + after)) if before + after else 0.0
-        sides.append((low + share * before, high - share * after))
-    (left, right), (bottom, top) = sides
-    return left, bottom, right, top
-
-
-def _nearest(box: tuple[float, float, float, float], lines: tuple[Floats, Floats]) -> Rectangle:
-    """Line indices of the sides of a box."""
-    left, bottom, right, top = (
-        int(np.abs(lines[side % 2] - coordinate).argmin()) for side, coordinate in enumerate(box)
-    )
-    return left, bottom, right, top
-
-
 def rectangles(visible: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
     """Rectangles that cover the true cells [rows, columns] of a panel: runs of equal rows are merged."""
     left, bottom, _, top = lines
@@ -164,49 +118,6 @@ def rectangles(visible: NDArray[np.bool_], lines: Rectangle) -> list[Rectangle]:
         for run in runs:
             open_runs.setdefault(run, row)
     return merged
-
-
-def _runs(visible: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    steps = np.flatnonzero(np.diff(np.concatenate([[False], visible, [False]]).astype(np.int8)))
-    return [(int(start), int(end)) for start, end in zip(steps[::2], steps[1::2], strict=True)]
-
-
-def _cells(lines: Rectangle) -> tuple[slice, slice]:
-    left, bottom, right, top = lines
-    return slice(bottom, top), slice(left, right)
-
-
-def _placed_words(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Floats]]:
-    """For each layer that is on, its word and the ends of its letters [letters, 2], metres."""
-    placed = dict(zip(layout.groups, layout.sizing.placed, strict=True))
-    words, rows = [], dict[tuple[int, str], int]()
-    for layer in design.visible_layers:
-        group = (axis, layer.groups[axis])
-        row = rows[group] = rows.get(group, -1) + 1
-        ends = np.stack([placed[group].lower[row], placed[group].upper[row]], axis=1)
-        words.append((layout.alignments[group].words[row], ends))
-    return words
-
-
-def _merged(ends: Floats, canvas: float) -> Floats:
-    """Different coordinates within the canvas; nearly equal ones are merged."""
-    inside = np.sort(np.clip(np.concatenate([[0.0, canvas], ends]), 0.0, canvas))
-    distinct = inside[np.concatenate([[True], np.diff(inside) > _NEGLIGIBLE_SHARE * canvas])]
-    distinct[-1] = canvas
-    return distinct
-
-
-def _visible_letters(
-    layer: Layer, axis: int, word: Word, ends: Floats, lines: Floats
-) -> list[tuple[str, bool, int, int]]:
-    """Visible letters: symbol, whether it is opaque, and line indices of its ends."""
-    mask = layer.masks[axis]
-    first, last = (np.abs(lines[:, None] - np.clip(side, lines[0], lines[-1])).argmin(axis=0) for side in ends.T)
-    return [
-        (letter.symbol, letter.opaque, int(start), int(end))
-        for letter, start, end in zip(word, first, last, strict=True)
-        if start < end and not letter.transparent and (mask is None or letter.symbol in mask)
-    ]
 
 
 def flattened(panels: Panels) -> Facade:
@@ -245,10 +156,6 @@ def flattened(panels: Panels) -> Facade:
     return cut(low, high, names)[0]
 
 
-_MIN_THICKNESS_M = 0.01
-"""Least thickness of a box, metres."""
-
-
 def relief(design: Design, panels: Panels) -> Scene:
     """One model: x to the right, y up, the front of a wall at z = `THICKNESS` and all backs at 0.
 
@@ -285,6 +192,90 @@ def relief(design: Design, panels: Panels) -> Scene:
         texture_maps=np.zeros((0, 2, 4)),
         origins=np.zeros((1, 3)),
     )
+
+
+def _cells(lines: Rectangle) -> tuple[slice, slice]:
+    left, bottom, right, top = lines
+    return slice(bottom, top), slice(left, right)
+
+
+def _runs(visible: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    steps = np.flatnonzero(np.diff(np.concatenate([[False], visible, [False]]).astype(np.int8)))
+    return [(int(start), int(end)) for start, end in zip(steps[::2], steps[1::2], strict=True)]
+
+
+def _placed_words(design: Design, layout: Layout, axis: int) -> list[tuple[Word, Floats]]:
+    """For each layer that is on, its word and the ends of its letters [letters, 2], metres."""
+    placed = dict(zip(layout.groups, layout.sizing.placed, strict=True))
+    words, rows = [], dict[tuple[int, str], int]()
+    for layer in design.visible_layers:
+        group = (axis, layer.groups[axis])
+        row = rows[group] = rows.get(group, -1) + 1
+        ends = np.stack([placed[group].lower[row], placed[group].upper[row]], axis=1)
+        words.append((layout.alignments[group].words[row], ends))
+    return words
+
+
+def _merged(ends: Floats, canvas: float) -> Floats:
+    """Different coordinates within the canvas; nearly equal ones are merged."""
+    inside = np.sort(np.clip(np.concatenate([[0.0, canvas], ends]), 0.0, canvas))
+    distinct = inside[np.concatenate([[True], np.diff(inside) > _NEGLIGIBLE_SHARE * canvas])]
+    distinct[-1] = canvas
+    return distinct
+
+
+def _visible_letters(
+    layer: Layer, axis: int, word: Word, ends: Floats, lines: Floats
+) -> list[tuple[str, bool, int, int]]:
+    """Visible letters: symbol, whether it is opaque, and line indices of its ends."""
+    mask = layer.masks[axis]
+    first, last = (np.abs(lines[:, None] - np.clip(side, lines[0], lines[-1])).argmin(axis=0) for side in ends.T)
+    return [
+        (letter.symbol, letter.opaque, int(start), int(end))
+        for letter, start, end in zip(word, first, last, strict=True)
+        if start < end and not letter.transparent and (mask is None or letter.symbol in mask)
+    ]
+
+
+def _inset(panels: Panels) -> Panels:
+    """Shapes that are smaller than their cells, each with its frame below it."""
+    if not any(any(panel.shape.inset) for panel in panels.panels):
+        return panels
+    boxes = [_box(panel, panels.lines) for panel in panels.panels]
+    sides = np.array(boxes).reshape(-1, 2, 2)
+    lines = tuple(
+        _merged(np.concatenate([panels.lines[axis], sides[:, :, axis].ravel()]), panels.lines[axis][-1])
+        for axis in (X, Y)
+    )
+    resized: list[Panel] = []
+    for panel, inner_box in zip(panels.panels, boxes, strict=True):
+        left, bottom, right, top = panel.lines
+        cell = panels.lines[X][left], panels.lines[Y][bottom], panels.lines[X][right], panels.lines[Y][top]
+        whole, inner = _nearest(cell, (lines[X], lines[Y])), _nearest(inner_box, (lines[X], lines[Y]))
+        resized.append(replace(panel, lines=inner))
+        if inner != whole and panel.shape.frame:
+            resized.append(replace(panel, lines=whole, shape=Shape(panel.shape.frame)))
+    return Panels((lines[X], lines[Y]), tuple(resized))
+
+
+def _box(panel: Panel, lines: tuple[Floats, Floats]) -> tuple[float, float, float, float]:
+    """Coordinates of a shape in its cell, metres; at least a part of the cell remains."""
+    sides = []
+    for axis in (X, Y):
+        low, high = (float(lines[axis][panel.lines[side]]) for side in (axis, axis + 2))
+        before, after = panel.shape.inset[axis], panel.shape.inset[axis + 2]
+        share = min(1.0, (1.0 - _LEAST_SHARE) * (high - low) / (before + after)) if before + after else 0.0
+        sides.append((low + share * before, high - share * after))
+    (left, right), (bottom, top) = sides
+    return left, bottom, right, top
+
+
+def _nearest(box: tuple[float, float, float, float], lines: tuple[Floats, Floats]) -> Rectangle:
+    """Line indices of the sides of a box."""
+    left, bottom, right, top = (
+        int(np.abs(lines[side % 2] - coordinate).argmin()) for side, coordinate in enumerate(box)
+    )
+    return left, bottom, right, top
 
 
 def _channels(look: LabelLook) -> tuple[float, ...]:

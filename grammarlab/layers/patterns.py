@@ -1,6 +1,6 @@
-"""Patterns: regular expressions over symbols, with counters of one value in all patterns (paper 003, section 3.2).
+"""Patterns: regular expressions over symbols, with counters shared by all patterns (paper 003, section 3.2).
 
-Parser of patterns: text becomes a `LayerPattern`; errors have positions in the text.
+Errors in the text of a pattern have positions.
 """
 
 from __future__ import annotations
@@ -18,6 +18,21 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 Reflection = Literal["none", "inner", "outer", "pivot-inner", "pivot-outer", "pivot-total"]
 """Meaning of a negative number of copies (supplement 002, table 1)."""
 REFLECTIONS: tuple[Reflection, ...] = ("none", "inner", "outer", "pivot-inner", "pivot-outer", "pivot-total")
+MOST_CHARACTERS = 2_000
+"""Largest number of characters of a pattern."""
+_MAX_DEPTH = 40
+"""Largest depth of nested groups."""
+_MOST_COPIES = 100_000
+"""Largest number in an exponent."""
+_TERM = re.compile(r"\s*([+-]?)\s*(?:([0-9]+)\s*\*?\s*([^\W\d_]\w*)?|([^\W\d_]\w*))\s*")
+_TOKEN_WORDS = {
+    "LPAR": "'('",
+    "RPAR": "')'",
+    "VBAR": "'|'",
+    "SEMICOLON": "';'",
+    "SYMBOL": "a symbol",
+    "EXPONENT": "'^'",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,19 +135,26 @@ class LayerPattern:
         return frozenset(signs - replaced) if replaced else frozenset()
 
 
-def _within(node: Node) -> Iterator[Node]:
-    yield node
-    match node:
-        case Power():
-            yield from _within(node.base)
-        case Row():
-            for part in node.parts:
-                yield from _within(part)
-        case Alternatives():
-            for option in node.options:
-                yield from _within(option)
-        case Sign():
-            pass
+@dataclass(frozen=True, slots=True)
+class Values:
+    """Values that determine a word of a pattern."""
+
+    counters: Mapping[str, int]
+    choices: tuple[int, ...]
+    """Selected option of each choice."""
+    reflections: Mapping[str, Reflection]
+    """Mode of each counter whose mode is not `inner`."""
+
+
+@dataclass(frozen=True)
+class PatternError(Exception):
+    """A mistake in the text of a pattern."""
+
+    message: str
+    position: int
+    """Character index in the text, from 0."""
+    length: int = 1
+    hint: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,17 +170,6 @@ class Slot:
 Slots = tuple[Slot, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Values:
-    """Values that determine a word of a pattern."""
-
-    counters: Mapping[str, int]
-    choices: tuple[int, ...]
-    """Selected option of each choice."""
-    reflections: Mapping[str, Reflection]
-    """Mode of each counter whose mode is not `inner`."""
-
-
 def expand(pattern: LayerPattern, values: Values, most: int) -> Slots | None:
     """The word of a pattern for given values; None if it has more than `most` letters."""
     contents: dict[str, Slots] = {}
@@ -168,6 +179,40 @@ def expand(pattern: LayerPattern, values: Values, most: int) -> Slots | None:
             return None
         contents[sign.symbol] = content
     return _expand(pattern.body, values, most, contents, placeholder=bool(contents))
+
+
+def parse_pattern(text: str) -> LayerPattern:
+    """A pattern in the paper's notation.
+
+    >>> [sign.symbol for sign, _ in parse_pattern("cec; c := A(BA)^k").contents]
+    ['c']
+
+    Raises:
+        PatternError: If the text has a mistake; with its position.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise PatternError(f"this pattern has {len(text):,} characters: expected at most {MOST_CHARACTERS:,}", 0)
+    _check_depth(text)
+    try:
+        tree = _parser().parse(text)
+    except UnexpectedInput as error:
+        raise _explained(text, error) from error
+    return _Builder(text).pattern(tree)
+
+
+def _within(node: Node) -> Iterator[Node]:
+    yield node
+    match node:
+        case Power():
+            yield from _within(node.base)
+        case Row():
+            for part in node.parts:
+                yield from _within(part)
+        case Alternatives():
+            for option in node.options:
+                yield from _within(option)
+        case Sign():
+            pass
 
 
 def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots], *, placeholder: bool) -> Slots | None:
@@ -195,18 +240,18 @@ def _expand(node: Node, values: Values, most: int, contents: Mapping[str, Slots]
             mode: Reflection = "inner"
             for name, _ in node.count.terms:
                 mode = values.reflections.get(name, mode)
-            word = repeated(base, count, mode)
+            word = _repeated(base, count, mode)
             return word if len(word) <= most else None
 
 
-def repeated(base: Slots, count: int, reflection: Reflection) -> Slots:
+def _repeated(base: Slots, count: int, reflection: Reflection) -> Slots:
     """Copies of a word; for a negative count, with mirror images (supplement 002, table 1).
 
     Inner modes mirror each copy beside it, outer ones all copies together. A pivot is the letter at the mirror, which
     is not doubled; with `pivot-total`, adjacent copies share a letter too.
 
     >>> def shown(count, reflection):
-    ...     word = repeated(tuple(map(Slot, "EkG")), count, reflection)
+    ...     word = _repeated(tuple(map(Slot, "EkG")), count, reflection)
     ...     return "".join(slot.symbol for slot in word)
     >>> shown(2, "inner"), shown(-2, "none"), shown(-2, "inner"), shown(-2, "outer")
     ('EkGEkG', 'EkGEkG', 'EkGGkEEkGGkE', 'EkGEkGGkEGkE')
@@ -234,58 +279,18 @@ def _mirrored(word: Slots) -> Slots:
     return tuple(Slot(slot.symbol, slot.placeholder, not slot.mirrored) for slot in reversed(word))
 
 
-MOST_CHARACTERS = 2_000
-"""Largest number of characters of a pattern."""
-_MAX_DEPTH = 40
-"""Largest depth of nested groups."""
-_MOST_COPIES = 100_000
-"""Largest number in an exponent."""
-_TERM = re.compile(r"\s*([+-]?)\s*(?:([0-9]+)\s*\*?\s*([^\W\d_]\w*)?|([^\W\d_]\w*))\s*")
-_SIGNS = {"LPAR": "'('", "RPAR": "')'", "VBAR": "'|'", "SEMICOLON": "';'", "SYMBOL": "a symbol", "EXPONENT": "'^'"}
-
-
-@dataclass(frozen=True)
-class PatternError(Exception):
-    """A mistake in the text of a pattern."""
-
-    message: str
-    position: int
-    """Character index in the text, from 0."""
-    length: int = 1
-    hint: str = ""
-
-
-def parse_pattern(text: str) -> LayerPattern:
-    """A pattern in the paper's notation.
-
-    >>> [sign.symbol for sign, _ in parse_pattern("cec; c := A(BA)^k").contents]
-    ['c']
-
-    Raises:
-        PatternError: If the text has a mistake; with its position.
-    """
-    if len(text) > MOST_CHARACTERS:
-        raise PatternError(f"this pattern has {len(text):,} characters: expected at most {MOST_CHARACTERS:,}", 0)
-    _check_depth(text)
-    try:
-        tree = _parser().parse(text)
-    except UnexpectedInput as error:
-        raise _explained(text, error) from error
-    return _Builder(text).pattern(tree)
-
-
-@cache
-def _parser() -> Lark:
-    grammar = (Path(__file__).parent / "pattern.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", propagate_positions=True, maybe_placeholders=False)
-
-
 def _check_depth(text: str) -> None:
     depth = 0
     for position, character in enumerate(text):
         depth += (character == "(") - (character == ")")
         if depth > _MAX_DEPTH:
             raise PatternError(f"expected groups nested at most {_MAX_DEPTH} deep", position)
+
+
+@cache
+def _parser() -> Lark:
+    grammar = (Path(__file__).parent / "pattern.lark").read_text(encoding="utf-8")
+    return Lark(grammar, parser="lalr", propagate_positions=True, maybe_placeholders=False)
 
 
 def _explained(text: str, error: UnexpectedInput) -> PatternError:
@@ -298,7 +303,7 @@ def _explained(text: str, error: UnexpectedInput) -> PatternError:
             position, actual = len(text.rstrip()), "the end"
     expected_sets = (getattr(error, name, None) for name in ("accepts", "expected", "allowed"))
     accepted = set(next(filter(None, expected_sets), ()))
-    signs = sorted(_SIGNS[name] for name in accepted if name in _SIGNS)
+    signs = sorted(_TOKEN_WORDS[name] for name in accepted if name in _TOKEN_WORDS)
     hint = ""
     if text[position : position + 1] == "^":
         hint = "a number of copies follows a symbol or a group: (BA)^k, A^2, (BA)^{n - 1}"

@@ -1,8 +1,7 @@
 """Joint solution of counters, alignments and sizes: the layouts of least energy.
 
-Alignment groups: the words of layers that are aligned with each other.
-
-Alignments of words on demand: the best, the next best, and so on, each searched for once.
+Layers of one alignment group are aligned with each other. Alignments of the same words are searched for on demand, the
+best first, and each only once.
 """
 
 from __future__ import annotations
@@ -27,106 +26,8 @@ from grammarlab.layers.symbol_sizes import SymbolSizes, size_letters
 
 Group = tuple[int, str]
 """An axis, 0 for x and 1 for y, and the name of an alignment group on it."""
-
-
-def sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
-    """For each group, the number of groups of several words that share symbols with it, directly or through others.
-
-    Their size errors are one and the same, so that each group may count only its share.
-    """
-    symbols = [
-        {letter.symbol for word in rows for letter in word if letter.size is not None} for rows in words.values()
-    ]
-    number = {symbol: len(words) + place for place, symbol in enumerate(dict.fromkeys(chain.from_iterable(symbols)))}
-    edges = np.array([(group, number[symbol]) for group, own in enumerate(symbols) for symbol in own], dtype=np.int64)
-    part = connected(len(words) + len(number), *edges.reshape(-1, 2).T)[: len(words)]
-    several = [len(set(rows)) > 1 for rows in words.values()]
-    counts = np.bincount(part, weights=several, minlength=1).astype(np.int64)
-    return {group: max(int(counts[own]), 1) for group, own in zip(words, part.tolist(), strict=True)}
-
-
-@dataclass
-class SearchBudget:
-    """Remaining steps of searches."""
-
-    remaining: int
-    stop: Callable[[], bool] = lambda: False
-    """Whether the caller has cancelled the search."""
-
-    @property
-    def is_spent(self) -> bool:
-        """Whether searches have to end now."""
-        return self.remaining <= 0 or self.stop()
-
-
-@dataclass
-class Shelf:
-    """Alignments of the same words."""
-
-    words: tuple[Word, ...]
-    canvas: float
-    weights: Weights
-    tolerance: float
-    budget: SearchBudget
-    sizing: float
-    """Weight of strains in the energy."""
-    gaps: bool
-    aligned: Aligned = field(default_factory=lambda: Aligned((), 0.0, done=False))
-    num_requested: int = 0
-    """Number of alignments that have been requested from searches."""
-    cutoff: float = -math.inf
-    """Largest energy of the last search."""
-    equations: dict[tuple[tuple[Element, ...], ...], SizeEquations] = field(default_factory=dict)
-
-    @property
-    def is_varied(self) -> bool:
-        """Whether the words differ: alignments of equal words all look the same."""
-        return any(word != self.words[0] for word in self.words)
-
-    def alignment(self, rank: int, cutoff: float) -> Alignment | None:
-        """The alignment of this rank in energy; None if its energy is above the cutoff or effort ran out."""
-        missing = rank >= len(self.aligned.best) and not self.is_decided(rank, cutoff)
-        if missing and not self.budget.is_spent:
-            self._search(max(rank + 1, 2 * rank), max(cutoff, self.cutoff))
-        if rank < len(self.aligned.best) and self.energy(rank) <= cutoff:
-            return self.aligned.best[rank]
-        return None
-
-    def demands(self, rank: int) -> SizeEquations:
-        """Size equations of a known alignment."""
-        cells = self.aligned.best[rank].cells
-        if cells not in self.equations:
-            self.equations[cells] = demands(self.aligned.best[rank], self.canvas, gaps=self.gaps)
-        return self.equations[cells]
-
-    def energy(self, rank: int) -> float:
-        """Lower bound of the energy of a layout with this alignment."""
-        alignment = self.aligned.best[rank]
-        return alignment.energy + self.sizing * alignment.strain
-
-    def is_decided(self, rank: int, cutoff: float) -> bool:
-        """Whether it is certain that there is no alignment of this rank."""
-        exhausted = self.aligned.done and len(self.aligned.best) < self.num_requested and cutoff <= self.cutoff
-        return rank < len(self.aligned.best) or exhausted
-
-    @cached_property
-    def _problem(self) -> PairProblem:
-        return problem_of(
-            self.words, self.canvas, self.weights, tolerance=self.tolerance, sizing=self.sizing, gaps=self.gaps,
-            finest=True,
-        )  # fmt: skip
-
-    def _search(self, count: int, cutoff: float) -> None:
-        result = align(
-            self.words, self.canvas, self.weights, count,
-            tolerance=self.tolerance, effort=max(self.budget.remaining // 4, 1_000), cutoff=cutoff,
-            sizing=self.sizing, gaps=self.gaps, problem=self._problem,
-        )  # fmt: skip
-        self.budget.remaining -= result.steps
-        if result.done or len(result.best) >= len(self.aligned.best):
-            self.aligned, self.num_requested, self.cutoff = result, count, cutoff
-
-
+_Ranks = tuple[int, ...]
+"""Rank of the alignment of each group of a candidate."""
 _TOLERANCE_SHARES = (1 / 8, 1 / 4, 1 / 2)
 """Fractions of the tolerance to try after effort ran out."""
 _GROWTH = 2.0
@@ -147,6 +48,20 @@ _MOST_ENERGY = 4.0
 """Largest cap, in metres of error per metre of the canvas; above it, there is no cap."""
 
 
+@dataclass
+class SearchBudget:
+    """Remaining steps of searches."""
+
+    remaining: int
+    stop: Callable[[], bool] = lambda: False
+    """Whether the caller has cancelled the search."""
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether searches have to end now."""
+        return self.remaining <= 0 or self.stop()
+
+
 @dataclass(frozen=True)
 class Candidate:
     """A word for each layer and axis."""
@@ -156,6 +71,10 @@ class Candidate:
     """Words of each group, from its top layer down."""
     bound: float = 0.0
     """Lower bound of the energy of its layouts."""
+
+
+Candidates = Callable[[float], Iterable[Candidate]]
+"""Function from a tolerance, metres, to all candidates whose words fit the canvas within it."""
 
 
 @dataclass(frozen=True)
@@ -176,10 +95,6 @@ class Layout:
     def groups(self) -> tuple[Group, ...]:
         """Groups in the order of `sizing.placed`."""
         return tuple(self.alignments)
-
-
-Candidates = Callable[[float], Iterable[Candidate]]
-"""Function from a tolerance, metres, to all candidates whose words fit the canvas within it."""
 
 
 def solve(
@@ -254,10 +169,6 @@ def solve(
     return []
 
 
-Ranks = tuple[int, ...]
-"""Rank of the alignment of each group of a candidate."""
-
-
 @dataclass
 class _Branches:
     """Candidates and their alignments, branch and bound over lower bounds of the energy.
@@ -275,13 +186,13 @@ class _Branches:
     budget: SearchBudget
     others: float = math.inf
     """Lower bound of the energy of other candidates."""
-    shelves: dict[tuple[int, tuple[Word, ...], int], Shelf] = field(default_factory=dict)
+    shelves: dict[tuple[int, tuple[Word, ...], int], _Shelf] = field(default_factory=dict)
     opened: dict[int, _Opened] = field(default_factory=dict)
-    sized: dict[tuple[int, Ranks], SymbolSizes | None] = field(default_factory=dict)
-    best: list[tuple[float, int, Ranks]] = field(default_factory=list)
-    looks: dict[tuple[int, bytes], tuple[float, Ranks]] = field(default_factory=dict)
+    sized: dict[tuple[int, _Ranks], SymbolSizes | None] = field(default_factory=dict)
+    best: list[tuple[float, int, _Ranks]] = field(default_factory=list)
+    looks: dict[tuple[int, bytes], tuple[float, _Ranks]] = field(default_factory=dict)
     """Keys of the looks in `best`: layouts that look the same are merged."""
-    heap: list[tuple[float, int, Ranks]] = field(default_factory=list)
+    heap: list[tuple[float, int, _Ranks]] = field(default_factory=list)
     cap: float = 0.0
     unsearched_bound: float = math.inf
     """Lower bound of the energy of branches that effort did not suffice to search."""
@@ -329,13 +240,13 @@ class _Branches:
 
     def _open(self, number: int) -> _Opened:
         words = self.candidates[number].words
-        sharing = sharing_groups(words)
+        sharing = _sharing_groups(words)
         shelves = []
         for group, rows in words.items():
             key = group[0], rows, sharing[group]
             if key not in self.shelves:
                 share = self.weights.sizing / sharing[group]
-                self.shelves[key] = Shelf(
+                self.shelves[key] = _Shelf(
                     words=rows,
                     canvas=self.canvas[group[0]],
                     weights=self.weights,
@@ -353,7 +264,7 @@ class _Branches:
         floor = self.weights.sizing * least_error([equations for equations in alone if equations is not None])
         return _Opened(tuple(words), tuple(shelves), floor)
 
-    def _take(self, shelf: Shelf, rank: int, rest: float) -> Alignment | None:
+    def _take(self, shelf: _Shelf, rank: int, rest: float) -> Alignment | None:
         """An alignment of a group whose energy, with the bounds of the rest, is within the cap."""
         cutoff = self.threshold - rest
         alignment = shelf.alignment(rank, cutoff)
@@ -372,7 +283,7 @@ class _Branches:
         opened.floor = max(opened.floor, self.weights.sizing * least_error(same))
         self._push(number, (0,) * len(opened.shelves))
 
-    def _next(self, number: int, ranks: Ranks) -> None:
+    def _next(self, number: int, ranks: _Ranks) -> None:
         """The next best alignment of each group in turn; groups before the last changed one are fixed.
 
         All alignments of layers with one word look the same.
@@ -386,7 +297,7 @@ class _Branches:
             if shelf.is_varied and self._take(shelf, ranks[index] + 1, rest) is not None:
                 self._push(number, (*ranks[:index], ranks[index] + 1, *ranks[index + 1 :]))
 
-    def _push(self, number: int, ranks: Ranks) -> None:
+    def _push(self, number: int, ranks: _Ranks) -> None:
         opened = self.opened[number]
         aligned = opened.aligned(ranks)
         bound = opened.bound(ranks)
@@ -396,8 +307,8 @@ class _Branches:
         if max(bound, paid + opened.floor) > self.threshold:
             return
         self.budget.remaining -= _STEPS_OF_DEMANDS
-        demands = [shelf.demands(rank) for shelf, rank in zip(opened.shelves, ranks, strict=True)]
-        if paid + self.weights.sizing * least_error(demands) > self.threshold:
+        systems = [shelf.demands(rank) for shelf, rank in zip(opened.shelves, ranks, strict=True)]
+        if paid + self.weights.sizing * least_error(systems) > self.threshold:
             return
         key = number, ranks
         if key not in self.sized:
@@ -411,7 +322,7 @@ class _Branches:
         if energy <= self.threshold:
             self._insert(energy, number, ranks, _look(aligned, sizing))
 
-    def _insert(self, energy: float, number: int, ranks: Ranks, look: bytes) -> None:
+    def _insert(self, energy: float, number: int, ranks: _Ranks, look: bytes) -> None:
         """Adds a layout to the best, unless one that looks the same is better."""
         twin = self.looks.get((number, look))
         if twin is not None:
@@ -452,7 +363,7 @@ class _Branches:
         bound = min(self.bound, layout.energy)
         return replace(layout, bound=bound, proven=bound == layout.energy, tolerance=self.tolerance)
 
-    def _layout(self, energy: float, number: int, ranks: Ranks) -> Layout:
+    def _layout(self, energy: float, number: int, ranks: _Ranks) -> Layout:
         sizing, opened = self.sized[number, ranks], self.opened[number]
         if sizing is None:
             raise AssertionError("Only layouts with sizes are among the best.")
@@ -468,20 +379,106 @@ class _Branches:
 
 
 @dataclass
+class _Shelf:
+    """Alignments of the same words."""
+
+    words: tuple[Word, ...]
+    canvas: float
+    weights: Weights
+    tolerance: float
+    budget: SearchBudget
+    sizing: float
+    """Weight of strains in the energy."""
+    gaps: bool
+    aligned: Aligned = field(default_factory=lambda: Aligned((), 0.0, done=False))
+    num_requested: int = 0
+    """Number of alignments that have been requested from searches."""
+    cutoff: float = -math.inf
+    """Largest energy of the last search."""
+    equations: dict[tuple[tuple[Element, ...], ...], SizeEquations] = field(default_factory=dict)
+
+    @property
+    def is_varied(self) -> bool:
+        """Whether the words differ: alignments of equal words all look the same."""
+        return any(word != self.words[0] for word in self.words)
+
+    def alignment(self, rank: int, cutoff: float) -> Alignment | None:
+        """The alignment of this rank in energy; None if its energy is above the cutoff or effort ran out."""
+        missing = rank >= len(self.aligned.best) and not self.is_decided(rank, cutoff)
+        if missing and not self.budget.is_spent:
+            self._search(max(rank + 1, 2 * rank), max(cutoff, self.cutoff))
+        if rank < len(self.aligned.best) and self.energy(rank) <= cutoff:
+            return self.aligned.best[rank]
+        return None
+
+    def demands(self, rank: int) -> SizeEquations:
+        """Size equations of a known alignment."""
+        cells = self.aligned.best[rank].cells
+        if cells not in self.equations:
+            self.equations[cells] = demands(self.aligned.best[rank], self.canvas, gaps=self.gaps)
+        return self.equations[cells]
+
+    def energy(self, rank: int) -> float:
+        """Lower bound of the energy of a layout with this alignment."""
+        alignment = self.aligned.best[rank]
+        return alignment.energy + self.sizing * alignment.strain
+
+    def is_decided(self, rank: int, cutoff: float) -> bool:
+        """Whether it is certain that there is no alignment of this rank."""
+        exhausted = self.aligned.done and len(self.aligned.best) < self.num_requested and cutoff <= self.cutoff
+        return rank < len(self.aligned.best) or exhausted
+
+    @cached_property
+    def _problem(self) -> PairProblem:
+        return problem_of(
+            self.words, self.canvas, self.weights, tolerance=self.tolerance, sizing=self.sizing, gaps=self.gaps,
+            finest=True,
+        )  # fmt: skip
+
+    def _search(self, count: int, cutoff: float) -> None:
+        result = align(
+            self.words, self.canvas, self.weights, count,
+            tolerance=self.tolerance, effort=max(self.budget.remaining // 4, 1_000), cutoff=cutoff,
+            sizing=self.sizing, gaps=self.gaps, problem=self._problem,
+        )  # fmt: skip
+        self.budget.remaining -= result.steps
+        if result.done or len(result.best) >= len(self.aligned.best):
+            self.aligned, self.num_requested, self.cutoff = result, count, cutoff
+
+
+@dataclass
 class _Opened:
     """A candidate with alignments in progress."""
 
     groups: tuple[Group, ...]
-    shelves: tuple[Shelf, ...]
+    shelves: tuple[_Shelf, ...]
     floor: float = 0.0
     """Lower bound of the energy of sizes, for all alignments."""
 
-    def aligned(self, ranks: Ranks) -> list[Alignment]:
+    def aligned(self, ranks: _Ranks) -> list[Alignment]:
         return [shelf.aligned.best[rank] for shelf, rank in zip(self.shelves, ranks, strict=True)]
 
-    def bound(self, ranks: Ranks) -> float:
+    def bound(self, ranks: _Ranks) -> float:
         """Lower bound of the energy of alignments and of their size changes."""
         return sum(shelf.energy(rank) for shelf, rank in zip(self.shelves, ranks, strict=True))
+
+
+def _sharing_groups(words: Mapping[Group, tuple[Word, ...]]) -> dict[Group, int]:
+    """For each group, the number of groups of several words that share symbols with it, directly or through others.
+
+    Their size errors are one and the same, so that each group may count only its share.
+    """
+    symbols = [
+        {letter.symbol for word in rows for letter in word if letter.size is not None} for rows in words.values()
+    ]
+    number = {symbol: len(words) + rank for rank, symbol in enumerate(dict.fromkeys(chain.from_iterable(symbols)))}
+    edges = np.array(
+        [(group, number[symbol]) for group, members in enumerate(symbols) for symbol in members], dtype=np.int64
+    )
+    part = connected(len(words) + len(number), *edges.reshape(-1, 2).T)[: len(words)]
+    several = [len(set(rows)) > 1 for rows in words.values()]
+    counts = np.bincount(part, weights=several, minlength=1).astype(np.int64)
+    return {group: max(int(counts[component]), 1) for group, component in zip(words, part.tolist(), strict=True)}
 
 
 def _look(aligned: Sequence[Alignment], sizing: SymbolSizes) -> bytes:

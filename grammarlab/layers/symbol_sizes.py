@@ -1,10 +1,8 @@
 """Sizes of symbols and positions of letters: least squares under an alignment (paper 003, section 5.3).
 
-Least squares under equations and lower bounds, solved to rounding accuracy.
-
-If the optimum under the equations alone violates bounds, an interior-point method finds the active bounds. The
-equations are then solved with the active bounds as equations. Of all optima, the result is the one with sizes as equal
-as possible.
+Equations and lower bounds are satisfied to rounding accuracy. If the optimum under the equations alone violates bounds,
+an interior-point method finds the active bounds. The equations are then solved with the active bounds as equations. Of
+all optima, the result is the one with sizes as equal as possible.
 """
 
 from __future__ import annotations
@@ -27,6 +25,8 @@ _TOLERANCE = 1e-10
 """Largest violation of equations and bounds, as a fraction of the scale."""
 _EQUALITY_WEIGHT = 1e-7
 """Weight of the equality of undetermined sizes, relative to that of the targets, if both are solved together."""
+_LEAST_SIZE_RATIO = 1e-6
+"""Least size of a letter, as a fraction of the canvas."""
 
 
 @dataclass(frozen=True)
@@ -127,21 +127,6 @@ class Squares:
         return x if status == piqp.PIQP_SOLVED and np.isfinite(x).all() else None
 
 
-def _solutions(rows: Floats, value: Floats) -> tuple[Floats, Floats]:
-    """The shortest least-squares solution [U] and an orthonormal basis [U, F] of the null space of the rows."""
-    if not rows.size:
-        return np.zeros(rows.shape[1]), np.eye(rows.shape[1])
-    u, singular, vt = np.linalg.svd(rows, full_matrices=True)
-    # Rows are counts of letters, or part of a basis: values far below 1 are rounding errors.
-    rank = int((singular > _RANK_TOLERANCE * max(singular[0], 1.0)).sum())
-    start = vt[:rank].T @ ((u[:, :rank].T @ value) / singular[:rank])
-    return start, vt[rank:].T
-
-
-_LEAST_SIZE_RATIO = 1e-6
-"""Least size of a letter, as a fraction of the canvas."""
-
-
 @dataclass(frozen=True)
 class PlacedAlignment:
     """An alignment with positions, in metres from the start of the canvas."""
@@ -198,6 +183,17 @@ def size_letters(alignments: Sequence[tuple[Alignment, float]], *, gaps: bool = 
     )
     error = float(np.square(size[system.target_index] - system.target).sum())
     return SymbolSizes(sizes, placed, error, max(violation, squares.optimality(size)))
+
+
+def _solutions(rows: Floats, value: Floats) -> tuple[Floats, Floats]:
+    """The shortest least-squares solution [U] and an orthonormal basis [U, F] of the null space of the rows."""
+    if not rows.size:
+        return np.zeros(rows.shape[1]), np.eye(rows.shape[1])
+    u, singular, vt = np.linalg.svd(rows, full_matrices=True)
+    # Rows are counts of letters, or part of a basis: values far below 1 are rounding errors.
+    rank = int((singular > _RANK_TOLERANCE * max(singular[0], 1.0)).sum())
+    start = vt[:rank].T @ ((u[:, :rank].T @ value) / singular[:rank])
+    return start, vt[rank:].T
 
 
 def _placed(

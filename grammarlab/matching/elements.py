@@ -1,6 +1,6 @@
 """Elements of a scan: the points in the box of each window, door or column.
 
-Points of elements as one array: a bounded number per element, relative to the centre of its box.
+For fits they are one array: a bounded number of points per element, relative to the centre of its box.
 """
 
 from __future__ import annotations
@@ -13,13 +13,24 @@ from grammarlab.arrays import Floats, Ints, row_of_value
 from grammarlab.errors import FacadeError
 
 MOST_ELEMENTS = 10_000
+"""Largest number of elements."""
 MOST_POINTS = 50_000_000
-FEWEST = 8
-"""Least number of points of an element that can be matched."""
+"""Largest number of points of a scan."""
 FARTHEST = 1e9
+"""Largest coordinate, metres."""
+_MIN_POINTS = 8
+"""Least number of points of an element that can be matched."""
+_MAX_POINTS = 64
+"""Largest number of points per element; a larger cloud is sampled evenly, and each point gets more weight."""
 _COMMON_ERROR_RATIO = 0.2
 """Standard deviation of the common error of all sizes, in point distances: simulated openings came out up to .3 too
 large, the more the more of their jambs is scanned."""
+_POINT_STEP = 16
+"""Step of the number of points, so that few sizes are compiled."""
+_MAX_WEIGHT = 2.0
+"""Largest weight of a point: errors of nearby points are not independent."""
+_TRIM_SHARE = 0.04
+"""Fraction of the points on each side that is ignored for the extent of an element."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +85,27 @@ class Elements:
         return self.points[self.offsets[element] : self.offsets[element + 1]]
 
 
+@dataclass(frozen=True, eq=False)
+class Clouds:
+    """N elements, in metres from the centre of each box."""
+
+    element: Ints
+    """[N] index of each element among all."""
+    points: Floats
+    """[N, P, 2] points."""
+    weight: Floats
+    """[N, P] weights; 0 for padding."""
+    middle: Floats
+    """[N, 2] centres of the boxes, on the facade."""
+    area: Floats
+    """[N] areas of the boxes, square metres."""
+    reach: Floats
+    """[N, 2, 2] lowest and highest coordinates, without the outermost points."""
+
+    def __len__(self) -> int:
+        return len(self.element)
+
+
 def check(elements: Elements) -> Elements:
     """The elements themselves, if they can be matched; defects of single ones are reported later.
 
@@ -111,8 +143,8 @@ def too_poor(elements: Elements) -> dict[int, str]:
         points = elements.points_of(element)[:, :2]
         if not len(points):
             reasons[element] = "its box is empty"
-        elif len(points) < FEWEST:
-            reasons[element] = f"it has {len(points)} points; at least {FEWEST} are needed"
+        elif len(points) < _MIN_POINTS:
+            reasons[element] = f"it has {len(points)} points; at least {_MIN_POINTS} are needed"
         else:
             spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
             if spread[1] <= 1e-3 * max(spread[0], 1e-12):
@@ -120,41 +152,10 @@ def too_poor(elements: Elements) -> dict[int, str]:
     return reasons
 
 
-MOST = 64
-"""Largest number of points per element; a larger cloud is sampled evenly, and each point gets more weight."""
-_POINT_STEP = 16
-"""Step of the number of points, so that few sizes are compiled."""
-_MAX_WEIGHT = 2.0
-"""Largest weight of a point: errors of nearby points are not independent."""
-_TRIM_SHARE = 0.04
-"""Fraction of the points on each side that is ignored for the extent of an element."""
-
-
-@dataclass(frozen=True, eq=False)
-class Clouds:
-    """N elements, in metres from the centre of each box."""
-
-    element: Ints
-    """[N] index of each element among all."""
-    points: Floats
-    """[N, P, 2] points."""
-    weight: Floats
-    """[N, P] weights; 0 for padding."""
-    middle: Floats
-    """[N, 2] centres of the boxes, on the facade."""
-    area: Floats
-    """[N] areas of the boxes, square metres."""
-    reach: Floats
-    """[N, 2, 2] lowest and highest coordinates, without the outermost points."""
-
-    def __len__(self) -> int:
-        return len(self.element)
-
-
 def clouds_of(elements: Elements, indices: Ints) -> Clouds:
     """The points of some elements."""
     counts = elements.counts[indices]
-    most = int(min(MOST, max(int(counts.max(initial=1)), 1)))
+    most = int(min(_MAX_POINTS, max(int(counts.max(initial=1)), 1)))
     most = _POINT_STEP * -(-most // _POINT_STEP)
     middle = (elements.low + elements.high)[indices] / 2
     points = np.zeros((len(indices), most, 2))

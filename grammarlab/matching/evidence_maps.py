@@ -1,6 +1,4 @@
-"""Evidence maps: a grid of the evidence of an element for each width and height.
-
-Density of scanned points around the visible part of an outline.
+"""Evidence of an element for each width and height, from the density of its points around a visible outline.
 
 The visible outline V of an element is its template cut by a half-plane. Points are uniform on V with normal noise s in
 both coordinates, and a fraction e of them is uniform in the box:
@@ -20,31 +18,30 @@ from scipy.ndimage import gaussian_filter
 from grammarlab.arrays import Floats
 
 Array: TypeAlias = jax.Array
-
 OUTLIERS = 0.05
 """e: fraction of outliers."""
+FINEST = 0.01
+"""Least distance of values, metres."""
 _EPSILON = 1e-6
 """Least slope of a segment along a normal, and least visible length, metres: avoids divisions by 0."""
+_MAX_VALUES = 200
+"""Largest number of values along each axis."""
+_KERNEL_RATIO = 0.5
+"""Width of the kernel that smooths samples, as a multiple of the noise of an element's lines."""
+_UNIFORM_SHARE = 1e-4
+"""Uniform part of the evidence, for sizes without samples."""
 
 
-def visible(segments: Array, angle: Array, cut: Array) -> tuple[Array, Array]:
-    """Start and end [S] of the visible part of each segment, in metres from its start.
+@dataclass(frozen=True, eq=False)
+class Maps:
+    """Evidence of N elements for widths and heights; 1 for points without information."""
 
-    Args:
-        segments: [S, 2, 2] start and end of each segment.
-        angle: direction of the normal of the occluding half-plane, radians.
-        cut: distance of the half-plane from the origin along that normal; points beyond it are hidden.
-    """
-    normal = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
-    step = segments[:, 1] - segments[:, 0]
-    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
-    slope = (step @ normal) / length
-    room = cut - segments[:, 0] @ normal
-    edge = room / jnp.where(jnp.abs(slope) < _EPSILON, _EPSILON, slope)
-    start = jnp.where(slope < -_EPSILON, jnp.clip(edge, 0.0, length), 0.0)
-    end = jnp.where(slope > _EPSILON, jnp.clip(edge, 0.0, length), length)
-    is_visible = (jnp.abs(slope) > _EPSILON) | (room >= 0.0)
-    return start, jnp.where(is_visible, jnp.maximum(end, start), start)
+    widths: Floats
+    """[A] widths, metres, evenly spaced."""
+    heights: Floats
+    """[B] heights, metres, evenly spaced."""
+    evidence: Floats
+    """[N, A, B] relative to the mean over all sizes."""
 
 
 def log_likelihood(
@@ -76,32 +73,24 @@ def log_likelihood(
     return jnp.where(total > 1e-3, value, -1e9)
 
 
-FINEST = 0.01
-"""Least distance of values, metres."""
-_MAX_VALUES = 200
-"""Largest number of values along each axis."""
-_KERNEL_RATIO = 0.5
-"""Width of the kernel that smooths samples, as a multiple of the noise of an element's lines."""
-_UNIFORM_SHARE = 1e-4
-"""Uniform part of the evidence, for sizes without samples."""
+def visible(segments: Array, angle: Array, cut: Array) -> tuple[Array, Array]:
+    """Start and end [S] of the visible part of each segment, in metres from its start.
 
-
-@dataclass(frozen=True, eq=False)
-class Maps:
-    """Evidence of N elements for widths and heights; 1 for points without information."""
-
-    widths: Floats
-    """[A] widths, metres, evenly spaced."""
-    heights: Floats
-    """[B] heights, metres, evenly spaced."""
-    evidence: Floats
-    """[N, A, B] relative to the mean over all sizes."""
-
-
-def axis_values(low: float, high: float) -> Floats:
-    """Values from low to high, one centimetre apart, or more if there would be too many."""
-    count = min(_MAX_VALUES, max(2, round((high - low) / FINEST) + 1))
-    return np.linspace(low, high, count)
+    Args:
+        segments: [S, 2, 2] start and end of each segment.
+        angle: direction of the normal of the occluding half-plane, radians.
+        cut: distance of the half-plane from the origin along that normal; points beyond it are hidden.
+    """
+    normal = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
+    step = segments[:, 1] - segments[:, 0]
+    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
+    slope = (step @ normal) / length
+    room = cut - segments[:, 0] @ normal
+    edge = room / jnp.where(jnp.abs(slope) < _EPSILON, _EPSILON, slope)
+    start = jnp.where(slope < -_EPSILON, jnp.clip(edge, 0.0, length), 0.0)
+    end = jnp.where(slope > _EPSILON, jnp.clip(edge, 0.0, length), length)
+    is_visible = (jnp.abs(slope) > _EPSILON) | (room >= 0.0)
+    return start, jnp.where(is_visible, jnp.maximum(end, start), start)
 
 
 def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) -> Maps:
@@ -113,7 +102,7 @@ def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) ->
         low: [2] least width and height.
         high: [2] largest width and height.
     """
-    widths, heights = axis_values(low[0], high[0]), axis_values(low[1], high[1])
+    widths, heights = _axis_values(low[0], high[0]), _axis_values(low[1], high[1])
     shape = len(widths), len(heights)
     step = np.array([widths[1] - widths[0], heights[1] - heights[0]])
     indices = np.clip(np.rint((parameters - low) / step).astype(np.int64), 0, np.array(shape) - 1)
@@ -124,3 +113,9 @@ def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) ->
         smooth = gaussian_filter(counts.astype(np.float64), width, mode="nearest")
         evidence[element] = smooth * ((1.0 - _UNIFORM_SHARE) * smooth.size / smooth.sum()) + _UNIFORM_SHARE
     return Maps(widths, heights, evidence)
+
+
+def _axis_values(low: float, high: float) -> Floats:
+    """Values from low to high, one centimetre apart, or more if there would be too many."""
+    count = min(_MAX_VALUES, max(2, round((high - low) / FINEST) + 1))
+    return np.linspace(low, high, count)

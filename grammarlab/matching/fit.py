@@ -1,18 +1,15 @@
 """Robust fits of all templates to all elements in one call, each with a covariance and an occluding half-plane.
 
-Distances from points to a template, and the energy E_fit of a fit (paper 001, Equation 5.1).
-
-Outlines of templates for given parameters: every template is one array, so that one call draws all of them.
-
 A wire of a template is a straight line or an arc. Its start (x, y), end (x, y) and the height of the arc over its
 chord, to the right of the direction from start to end, are linear in the parameters: 5 rows of 1 + D coefficients, with
-the constant first. An arc is drawn as a chain of chords.
+the constant first. An arc is drawn as a chain of chords. Every template is one array, so that one call draws all of
+them. The energy E_fit of a fit is that of paper 001, Equation 5.1.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, TypeAlias
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -21,82 +18,10 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.elements import Clouds
-from grammarlab.matching.evidence_maps import log_likelihood, visible
+from grammarlab.matching.evidence_maps import Array, log_likelihood, visible
 from grammarlab.matching.template import Stack
 
-Array: TypeAlias = jax.Array
-
-
-def outline(pieces: Array, parameters: Array) -> Array:
-    """[S, 2, 2] start and end of each piece, relative to the template's origin.
-
-    Args:
-        pieces: [S, 7, 1 + D] as in `Template.pieces`: 5 rows as above, then the fractions of the arc at which the piece
-            begins and ends, in the first column.
-        parameters: [D] parameters.
-    """
-    values = pieces[:, :5, 0] + pieces[:, :5, 1:] @ parameters
-    start, end, height = values[:, 0:2], values[:, 2:4], values[:, 4]
-    chord = end - start
-    length = jnp.sqrt((chord**2).sum(-1) + 1e-12)
-    half = 2.0 * jnp.arctan2(2.0 * height, length)
-    # Straight lines are arcs of a tiny angle, since the formula below is undefined for angle 0.
-    half = jnp.where(jnp.abs(half) < 1e-3, 1e-3, half)
-    across = jnp.stack([chord[:, 1], -chord[:, 0]], axis=1)
-    straight = jnp.abs(height) < 1e-9
-    # Chords lie inside of their arc; those of a slightly larger circle have the same mean distance.
-    larger = 1.5 - 0.5 * jnp.cos(half * (pieces[:, 6, 0] - pieces[:, 5, 0]))
-
-    def points_at(part: Array) -> Array:
-        angle = half * (2.0 * part - 1.0)
-        along = 0.5 + 0.5 * larger * jnp.sin(angle) / jnp.sin(half)
-        out = 0.5 * (larger * jnp.cos(angle) - jnp.cos(half)) / jnp.sin(half)
-        along = jnp.where(straight, part, along)
-        out = jnp.where(straight, 0.0, out)
-        return start + along[:, None] * chord + out[:, None] * across
-
-    return jnp.stack([points_at(pieces[:, 5, 0]), points_at(pieces[:, 6, 0])], axis=1)
-
-
-def nearest_piece(segments: Array, points: Array) -> Array:
-    """[P] index of the segment [S, 2, 2] nearest to each point [P, 2]; segments of length 0 are ignored."""
-    start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
-    square = (step**2).sum(-1)
-    away = points[:, None] - start
-    part = jnp.clip((away * step).sum(-1) / jnp.maximum(square, 1e-9), 0.0, 1.0)
-    distance = ((away - part[..., None] * step) ** 2).sum(-1)
-    return jnp.argmin(jnp.where(square > 1e-9, distance, jnp.inf), axis=1)
-
-
-def residuals(state: Array, pieces: Array, points: Array) -> Array:
-    """[P] signed distances, metres, from points to a template.
-
-    Args:
-        state: [2 + D] lower left corner, then parameters.
-        pieces: [S, 7, 1 + D] pieces of the template.
-        points: [P, 2] points.
-    """
-    segments = outline(pieces, state[2:]) + state[:2]
-    chosen = jax.lax.stop_gradient(nearest_piece(segments, points))
-    start, end = segments[chosen, 0], segments[chosen, 1]
-    step = end - start
-    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
-    away = points - start
-    along = (away * step).sum(-1) / length
-    across = (away[:, 0] * step[:, 1] - away[:, 1] * step[:, 0]) / length
-    beyond = along - jnp.clip(along, 0.0, length)
-    sign = jnp.where(across >= 0.0, 1.0, -1.0)
-    # Beyond the end of its piece, the distance of a point is that to the end.
-    return jnp.where(jnp.abs(beyond) < 1e-9, across, sign * jnp.sqrt(across**2 + beyond**2 + 1e-12))
-
-
-def energy(state: Array, pieces: Array, points: Array, weight: Array, scale: Array) -> Array:
-    """E_fit: mean robust squared distance, square metres; outliers count at most `scale` squared (Geman-McClure)."""
-    square = residuals(state, pieces, points) ** 2
-    return (weight * square / (1.0 + square / scale**2)).sum() / weight.sum()
-
-
-STEPS = 12
+_NUM_STEPS = 12
 """Number of Gauss-Newton steps."""
 _NUM_DIRECTIONS = 12
 """Number of directions of half-planes that are tried."""
@@ -159,9 +84,68 @@ def fit_all(clouds: Clouds, stack: Stack) -> Fits:
     return Fits(**{field.name: column[:number, order] for field, column in zip(fields(Fits), stacked, strict=True)})
 
 
-def _elements(clouds: Clouds, batch: Ints) -> tuple[Array, ...]:
-    columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
-    return tuple(jnp.asarray(column[batch], jnp.float32) for column in columns)
+def residuals(state: Array, pieces: Array, points: Array) -> Array:
+    """[P] signed distances, metres, from points to a template.
+
+    Args:
+        state: [2 + D] lower left corner, then parameters.
+        pieces: [S, 7, 1 + D] pieces of the template.
+        points: [P, 2] points.
+    """
+    segments = outline(pieces, state[2:]) + state[:2]
+    chosen = jax.lax.stop_gradient(_nearest_piece(segments, points))
+    start, end = segments[chosen, 0], segments[chosen, 1]
+    step = end - start
+    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
+    away = points - start
+    along = (away * step).sum(-1) / length
+    across = (away[:, 0] * step[:, 1] - away[:, 1] * step[:, 0]) / length
+    beyond = along - jnp.clip(along, 0.0, length)
+    sign = jnp.where(across >= 0.0, 1.0, -1.0)
+    # Beyond the end of its piece, the distance of a point is that to the end.
+    return jnp.where(jnp.abs(beyond) < 1e-9, across, sign * jnp.sqrt(across**2 + beyond**2 + 1e-12))
+
+
+def outline(pieces: Array, parameters: Array) -> Array:
+    """[S, 2, 2] start and end of each piece, relative to the template's origin.
+
+    Args:
+        pieces: [S, 7, 1 + D] as in `Template.pieces`: 5 rows as above, then the fractions of the arc at which the piece
+            begins and ends, in the first column.
+        parameters: [D] parameters.
+    """
+    values = pieces[:, :5, 0] + pieces[:, :5, 1:] @ parameters
+    start, end, height = values[:, 0:2], values[:, 2:4], values[:, 4]
+    chord = end - start
+    length = jnp.sqrt((chord**2).sum(-1) + 1e-12)
+    half = 2.0 * jnp.arctan2(2.0 * height, length)
+    # Straight lines are arcs of a tiny angle, since the formula below is undefined for angle 0.
+    half = jnp.where(jnp.abs(half) < 1e-3, 1e-3, half)
+    across = jnp.stack([chord[:, 1], -chord[:, 0]], axis=1)
+    straight = jnp.abs(height) < 1e-9
+    # Chords lie inside of their arc; those of a slightly larger circle have the same mean distance.
+    larger = 1.5 - 0.5 * jnp.cos(half * (pieces[:, 6, 0] - pieces[:, 5, 0]))
+
+    def points_at(part: Array) -> Array:
+        angle = half * (2.0 * part - 1.0)
+        along = 0.5 + 0.5 * larger * jnp.sin(angle) / jnp.sin(half)
+        out = 0.5 * (larger * jnp.cos(angle) - jnp.cos(half)) / jnp.sin(half)
+        along = jnp.where(straight, part, along)
+        out = jnp.where(straight, 0.0, out)
+        return start + along[:, None] * chord + out[:, None] * across
+
+    return jnp.stack([points_at(pieces[:, 5, 0]), points_at(pieces[:, 6, 0])], axis=1)
+
+
+def background_cost(clouds: Clouds) -> Floats:
+    """[N] negative logarithm of the density of the points without a template, nats."""
+    return clouds.weight.sum(axis=1) * np.log(clouds.area)
+
+
+def energy(state: Array, pieces: Array, points: Array, weight: Array, scale: Array) -> Array:
+    """E_fit: mean robust squared distance, square metres; outliers count at most `scale` squared (Geman-McClure)."""
+    square = residuals(state, pieces, points) ** 2
+    return (weight * square / (1.0 + square / scale**2)).sum() / weight.sum()
 
 
 def _by_size(count: Ints) -> list[tuple[int, Ints]]:
@@ -179,13 +163,6 @@ def _by_size(count: Ints) -> list[tuple[int, Ints]]:
 def _fit(clouds: tuple[Array, ...], templates: tuple[Array, ...]) -> tuple[Array, ...]:
     fit_templates = jax.vmap(_fit_one, in_axes=(*(None,) * len(clouds), *(0,) * len(templates)))
     return jax.lax.map(lambda cloud: fit_templates(*cloud, *templates), clouds)
-
-
-def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:
-    """[2 + D] a template of the size of the visible points, with the usual proportions of its other parameters."""
-    size = jnp.clip(reach[1] - reach[0], low[:2], high[:2])
-    further = jnp.clip(usual[2:] * size.min() / usual[:2].min(), low[2:], high[2:])
-    return jnp.concatenate([reach[0], size, further])
 
 
 def _fit_one(
@@ -235,7 +212,7 @@ def _fit_one(
         moved = state - jnp.clip(change, -0.3 * extent, 0.3 * extent) * free
         return moved.at[2:].set(jnp.clip(moved[2:], low, high)), None
 
-    state, _ = jax.lax.scan(step, begin, jnp.arange(STEPS))
+    state, _ = jax.lax.scan(step, begin, jnp.arange(_NUM_STEPS))
     value, slopes = linear(state)
     near = robust(value, 0.05 * extent)
     noise = jnp.sqrt((near * value**2).sum() / jnp.maximum(near.sum(), 1.0))
@@ -254,6 +231,23 @@ def _fit_one(
     cost = jnp.where(outside, 1e6, cost)
     distance = (weight * jnp.minimum(jnp.abs(value), 0.2 * extent)).sum() / weight.sum()
     return state[:2], state[2:], covariance, noise, cost, inside, jnp.stack([angle, cut]), hidden, distance
+
+
+def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:
+    """[2 + D] a template of the size of the visible points, with the usual proportions of its other parameters."""
+    size = jnp.clip(reach[1] - reach[0], low[:2], high[:2])
+    further = jnp.clip(usual[2:] * size.min() / usual[:2].min(), low[2:], high[2:])
+    return jnp.concatenate([reach[0], size, further])
+
+
+def _nearest_piece(segments: Array, points: Array) -> Array:
+    """[P] index of the segment [S, 2, 2] nearest to each point [P, 2]; segments of length 0 are ignored."""
+    start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
+    square = (step**2).sum(-1)
+    away = points[:, None] - start
+    part = jnp.clip((away * step).sum(-1) / jnp.maximum(square, 1e-9), 0.0, 1.0)
+    distance = ((away - part[..., None] * step) ** 2).sum(-1)
+    return jnp.argmin(jnp.where(square > 1e-9, distance, jnp.inf), axis=1)
 
 
 def _inverse(matrix: Array) -> Array:
@@ -284,6 +278,6 @@ def _hiding(segments: Array, points: Array, close: Array, noise: Array) -> tuple
     return angles[best], jnp.where(worth, cuts[best], jnp.inf), worth
 
 
-def background_cost(clouds: Clouds) -> Floats:
-    """[N] negative logarithm of the density of the points without a template, nats."""
-    return clouds.weight.sum(axis=1) * np.log(clouds.area)
+def _elements(clouds: Clouds, batch: Ints) -> tuple[Array, ...]:
+    columns = (clouds.points, clouds.weight, clouds.area, clouds.reach)
+    return tuple(jnp.asarray(column[batch], jnp.float32) for column in columns)

@@ -1,9 +1,8 @@
-"""Templates by name: shipped ones, or those of a file.
+"""Templates by name: shipped ones, those of a file, or the start rule of a CGA file with attributes.
 
-Templates from a CGA rule with attributes: wires are the edges of its derivation, parameters are its attributes.
-
-The position of every corner is measured by derivations, one for each attribute, and has to be affine in the attributes:
-further derivations, at corners of their ranges and inside, check this.
+The wires of a rule's template are the edges of its derivation, its parameters are the attributes. The position of every
+corner is measured by derivations, one for each attribute, and has to be affine in the attributes: further derivations,
+at corners of their ranges and inside, check this.
 """
 
 from __future__ import annotations
@@ -30,6 +29,8 @@ from grammarlab.language.syntax.syntax_tree import Attribute, Call
 from grammarlab.matching.template import Template
 from grammarlab.matching.template_text import MOST_CHARACTERS, MOST_COUNT, MOST_PARAMETERS, MOST_WIRES, parse_templates
 
+_BASIC = ("rectangle", "arch", "segment_arch", "gable", "pointed_arch", "circle", "trapezium", "cross_window")
+"""Bases of the templates of the list `basic`."""
 _MIN_RATIO, _MAX_RATIO = 0.4, 2.5
 """Range of an attribute without @Range, as multiples of its usual value."""
 _STEP_SHARE = 0.02
@@ -44,16 +45,45 @@ _MAX_EDGES = 10_000
 """Largest number of edges of a derivation."""
 
 
-@dataclass(frozen=True, slots=True)
-class _ParameterRange:
-    """An attribute that becomes a parameter, or a count."""
+def templates_by_name(names: str) -> tuple[Template, ...]:
+    """Templates from comma-separated names or files; `basic` and `all` are shipped lists.
 
-    name: str
-    usual: float
-    low: float
-    high: float
-    counts: bool = False
-    """Whether it only takes integers."""
+    Raises:
+        UsageError: If a name is unknown; with the nearest ones. If a file is too long or not text.
+        LanguageError: If a file does not have the format.
+        FacadeError: If rules make no template.
+    """
+    by_base: dict[str, list[Template]] = {}
+    for template in shipped():
+        by_base.setdefault(template.base, []).append(template)
+    selected: dict[str, Template] = {}
+    for name in [part.strip() for part in (names or "basic").split(",") if part.strip()]:
+        if name == "all":
+            chosen = list(shipped())
+        elif name == "basic":
+            chosen = [template for base in _BASIC for template in by_base[base]]
+        elif name in by_base:
+            chosen = by_base[name]
+        elif (file := existing(name)) is not None and file.is_file():
+            reader = templates_of_rules if file.suffix.lower() == ".cga" else parse_templates
+            chosen = list(reader(_text(file), file.name))
+        else:
+            near = get_close_matches(name, [*by_base, "all", "basic"], 3)
+            hint = f"; did you mean {' or '.join(near)}?" if near else ""
+            raise UsageError(f"`templates=`: no file or shipped template has the name {name!r}{hint}")
+        selected |= {template.name: template for template in chosen}
+    if not selected:
+        raise UsageError("`templates=`: expected comma-separated names or files, found none.")
+    return tuple(selected.values())
+
+
+@cache
+def shipped() -> tuple[Template, ...]:
+    """The templates that come with the package."""
+    inside = PACKAGE / "grammars"
+    folder = inside if inside.is_dir() else PACKAGE.parent / "grammars"
+    path = folder / "templates" / "library.template"
+    return parse_templates(path.read_text(encoding="utf-8"), path.name)
 
 
 def templates_of_rules(text: str, file: str) -> tuple[Template, ...]:
@@ -114,6 +144,18 @@ def _range_of(attribute: Attribute) -> _ParameterRange | None:
     return _ParameterRange(attribute.name, usual, max(low, 1e-3) if not counts else low, high, counts)
 
 
+@dataclass(frozen=True, slots=True)
+class _ParameterRange:
+    """An attribute that becomes a parameter, or a count."""
+
+    name: str
+    usual: float
+    low: float
+    high: float
+    counts: bool = False
+    """Whether it only takes integers."""
+
+
 def _template(
     program: Program, base: str, free: list[_ParameterRange], counts: tuple[tuple[str, int], ...], file: str
 ) -> Template:
@@ -153,6 +195,24 @@ def _template(
     )
 
 
+def _edges(program: Program, attributes: dict[str, float], file: str) -> Floats:
+    """[E, 2, 2] edges of the faces of all leaves, seen from +z, in the order of the derivation."""
+    forest = derive(program, 1, seed=0, attributes=attributes)
+    leaves, meshes = forest.leaves, forest.meshes
+    edges = [np.zeros((0, 2, 2))]
+    for leaf in range(len(leaves)):
+        mesh = int(leaves.mesh[leaf])
+        points = meshes.points[meshes.mesh_points[mesh] : meshes.mesh_points[mesh + 1]]
+        placed = leaves.position[leaf] + (leaves.size[leaf] * points) @ forest.frames[leaves.frame[leaf]].T
+        for face in range(int(meshes.mesh_faces[mesh]), int(meshes.mesh_faces[mesh + 1])):
+            corners = meshes.corners[meshes.face_offsets[face] : meshes.face_offsets[face + 1]]
+            start = placed[corners, :2]
+            edges.append(np.stack([start, np.roll(start, -1, axis=0)], axis=1))
+        if sum(map(len, edges)) > _MAX_EDGES:
+            raise FacadeError(f"{file}: expected at most {_MAX_EDGES:,} edges of a window, a door or a column.")
+    return np.vstack(edges)
+
+
 def _affine(
     edges_at: Callable[[Floats], Floats], usual: Floats, low: Floats, high: Floats, names: list[str], file: str
 ) -> Floats:
@@ -190,11 +250,6 @@ def _affine(
             f"{file}: expected 1 to {MOST_WIRES} edges visible from the front, found {len(coefficients)}."
         )
     return coefficients
-
-
-def _unlike_size(name: str) -> str:
-    """The name of an attribute other than width and height, which are those of the whole outline."""
-    return f"rule_{name}" if name in {"width", "height"} else name
 
 
 def _differs(file: str, names: list[str], values: Floats, difference: str) -> str:
@@ -240,67 +295,9 @@ def _resized(size: Floats, low: Floats, high: Floats, file: str) -> tuple[Floats
     return np.asarray(np.linalg.inv(forward), dtype=np.float64), remaining
 
 
-def _edges(program: Program, attributes: dict[str, float], file: str) -> Floats:
-    """[E, 2, 2] edges of the faces of all leaves, seen from +z, in the order of the derivation."""
-    forest = derive(program, 1, seed=0, attributes=attributes)
-    leaves, meshes = forest.leaves, forest.meshes
-    edges = [np.zeros((0, 2, 2))]
-    for leaf in range(len(leaves)):
-        mesh = int(leaves.mesh[leaf])
-        points = meshes.points[meshes.mesh_points[mesh] : meshes.mesh_points[mesh + 1]]
-        placed = leaves.position[leaf] + (leaves.size[leaf] * points) @ forest.frames[leaves.frame[leaf]].T
-        for face in range(int(meshes.mesh_faces[mesh]), int(meshes.mesh_faces[mesh + 1])):
-            corners = meshes.corners[meshes.face_offsets[face] : meshes.face_offsets[face + 1]]
-            start = placed[corners, :2]
-            edges.append(np.stack([start, np.roll(start, -1, axis=0)], axis=1))
-        if sum(map(len, edges)) > _MAX_EDGES:
-            raise FacadeError(f"{file}: expected at most {_MAX_EDGES:,} edges of a window, a door or a column.")
-    return np.vstack(edges)
-
-
-BASIC = ("rectangle", "arch", "segment_arch", "gable", "pointed_arch", "circle", "trapezium", "cross_window")
-SUFFIX = ".template"
-
-
-@cache
-def shipped() -> tuple[Template, ...]:
-    """The templates that come with the package."""
-    inside = PACKAGE / "grammars"
-    folder = inside if inside.is_dir() else PACKAGE.parent / "grammars"
-    path = folder / "templates" / f"library{SUFFIX}"
-    return parse_templates(path.read_text(encoding="utf-8"), path.name)
-
-
-def templates_by_name(names: str) -> tuple[Template, ...]:
-    """Templates from comma-separated names or files; `basic` and `all` are shipped lists.
-
-    Raises:
-        UsageError: If a name is unknown; with the nearest ones. If a file is too long or not text.
-        LanguageError: If a file does not have the format.
-        FacadeError: If rules make no template.
-    """
-    by_base: dict[str, list[Template]] = {}
-    for template in shipped():
-        by_base.setdefault(template.base, []).append(template)
-    selected: dict[str, Template] = {}
-    for name in [part.strip() for part in (names or "basic").split(",") if part.strip()]:
-        if name == "all":
-            chosen = list(shipped())
-        elif name == "basic":
-            chosen = [template for base in BASIC for template in by_base[base]]
-        elif name in by_base:
-            chosen = by_base[name]
-        elif (file := existing(name)) is not None and file.is_file():
-            reader = templates_of_rules if file.suffix.lower() == ".cga" else parse_templates
-            chosen = list(reader(_text(file), file.name))
-        else:
-            near = get_close_matches(name, [*by_base, "all", "basic"], 3)
-            hint = f"; did you mean {' or '.join(near)}?" if near else ""
-            raise UsageError(f"`templates=`: no file or shipped template has the name {name!r}{hint}")
-        selected |= {template.name: template for template in chosen}
-    if not selected:
-        raise UsageError("`templates=`: expected comma-separated names or files, found none.")
-    return tuple(selected.values())
+def _unlike_size(name: str) -> str:
+    """The name of an attribute other than width and height, which are those of the whole outline."""
+    return f"rule_{name}" if name in {"width", "height"} else name
 
 
 def _text(path: Path) -> str:

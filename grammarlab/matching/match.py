@@ -1,9 +1,4 @@
-"""Results of matching: kinds of elements that share parameters, with uncertainties.
-
-Results of matching, in words.
-
-Durations of stages, in seconds.
-"""
+"""Results of matching: kinds of elements that share parameters, with uncertainties, and in words."""
 
 from __future__ import annotations
 
@@ -19,8 +14,13 @@ from grammarlab.matching.elements import Elements
 from grammarlab.matching.template import Template
 
 UNKNOWN = -1
+"""Kind of an element that no template fits."""
 SURE = 0.9
 """Least probability of a result that counts as sure."""
+_MIN_PROBABILITY = 0.05
+"""Least probability of another kind that is mentioned."""
+_MAX_KINDS = 3
+"""Largest number of other kinds that are mentioned."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,24 +75,24 @@ class Match:
         return np.flatnonzero(self.kind == kind)
 
 
+class Clock:
+    """Measures consecutive stages."""
+
+    def __init__(self) -> None:
+        self._last = time.perf_counter()
+        self.seconds: dict[str, float] = {}
+
+    def lap(self, stage: str) -> None:
+        """Ends a stage, which began with the end of the previous one."""
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self._last = now
+
+
 def drawn_parameters(match: Match, element: int) -> tuple[Template, Floats] | None:
     """The template of an element and its parameters; None for unknown elements."""
     kind = int(match.kind[element])
     return None if kind == UNKNOWN else (match.template_of(kind), match.parameters[element])
-
-
-_MIN_PROBABILITY = 0.05
-"""Least probability of another kind that is mentioned."""
-_MAX_KINDS = 3
-"""Largest number of other kinds that are mentioned."""
-
-
-def sharing(match: Match, name: str, kind: int) -> list[int]:
-    """Kinds of the same template that share one parameter value with a kind, including the kind itself."""
-    index = match.template_of(kind).parameters.index(name)
-    value = match.values[kind][index]
-    same = match.kind_template == match.kind_template[kind]
-    return [other for other in np.flatnonzero(same).tolist() if match.values[other][index] == value]
 
 
 def sentences(match: Match) -> list[str]:
@@ -101,7 +101,7 @@ def sentences(match: Match) -> list[str]:
     done: set[tuple[int, ...]] = set()
     for kind in range(len(match.values)):
         template = match.template_of(kind)
-        shared = {name: tuple(sharing(match, name, kind)) for name in template.parameters}
+        shared = {name: tuple(_sharing(match, name, kind)) for name in template.parameters}
         largest = max(shared.values(), key=len)
         if len(largest) == 1:
             texts.append(f"{_counted(match, [kind])}: {_sizes(match, kind, template.parameters)}")
@@ -114,21 +114,6 @@ def sentences(match: Match) -> list[str]:
                 size = _sizes(match, kind, (name,))
                 texts.append(f"{_counted(match, list(kinds))}, {size}, of {len(kinds)} kinds: {'; '.join(parts)}")
     return texts
-
-
-def _counted(match: Match, kinds: list[int]) -> str:
-    number = sum(len(match.members(kind)) for kind in kinds)
-    return f"{number} {match.template_of(kinds[0]).name}{'' if number == 1 else 's'}"
-
-
-def _sizes(match: Match, kind: int, names: tuple[str, ...] | list[str]) -> str:
-    template = match.template_of(kind)
-    parts = []
-    for name in names:
-        value = match.values[kind][template.parameters.index(name)]
-        word = {"width": f"{value:.2f} m wide", "height": f"{value:.2f} m high"}.get(name, f"{name} {value:.2f} m")
-        parts.append(word)
-    return ", ".join(parts)
 
 
 def doubt(match: Match, element: int) -> str:
@@ -154,7 +139,7 @@ def groups(match: Match) -> list[dict[str, Any]]:
     for kind in range(len(match.values)):
         template = match.template_of(kind)
         shared = {
-            name: [match.name_of(other) for other in sharing(match, name, kind) if other != kind]
+            name: [match.name_of(other) for other in _sharing(match, name, kind) if other != kind]
             for name in template.parameters
         }
         names = template.parameters
@@ -173,15 +158,24 @@ def groups(match: Match) -> list[dict[str, Any]]:
     return rows
 
 
-class Clock:
-    """Measures consecutive stages."""
+def _sharing(match: Match, name: str, kind: int) -> list[int]:
+    """Kinds of the same template that share one parameter value with a kind, including the kind itself."""
+    index = match.template_of(kind).parameters.index(name)
+    value = match.values[kind][index]
+    same = match.kind_template == match.kind_template[kind]
+    return [other for other in np.flatnonzero(same).tolist() if match.values[other][index] == value]
 
-    def __init__(self) -> None:
-        self._last = time.perf_counter()
-        self.seconds: dict[str, float] = {}
 
-    def lap(self, stage: str) -> None:
-        """Ends a stage, which began with the end of the previous one."""
-        now = time.perf_counter()
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
-        self._last = now
+def _counted(match: Match, kinds: list[int]) -> str:
+    number = sum(len(match.members(kind)) for kind in kinds)
+    return f"{number} {match.template_of(kinds[0]).name}{'' if number == 1 else 's'}"
+
+
+def _sizes(match: Match, kind: int, names: tuple[str, ...] | list[str]) -> str:
+    template = match.template_of(kind)
+    parts = []
+    for name in names:
+        value = match.values[kind][template.parameters.index(name)]
+        word = {"width": f"{value:.2f} m wide", "height": f"{value:.2f} m high"}.get(name, f"{name} {value:.2f} m")
+        parts.append(word)
+    return ", ".join(parts)

@@ -1,6 +1,6 @@
 """A match from the kinds of each template: parameters of elements and kinds, with standard deviations.
 
-Common parameters of elements, by the threshold of the paper (section 5.4.4).
+Elements have common parameters by the threshold of the paper (section 5.4.4).
 """
 
 from __future__ import annotations
@@ -20,43 +20,8 @@ from grammarlab.matching.particles import ParticleSamples
 from grammarlab.matching.shared_kinds import Solution
 from grammarlab.matching.template import Template
 
-THRESHOLD = 0.005
-"""Fraction of the largest diagonal of a box."""
-
-
-def close(values: Floats, threshold: float) -> np.ndarray:
-    """[D, N, N] c: whether parameters [N, D] of two elements differ by less than a threshold."""
-    moved = values.T
-    return np.abs(moved[:, :, None] - moved[:, None, :]) < threshold
-
-
-def couplings(owner: Ints, values: Floats, used: Floats, threshold: float) -> Floats:
-    """[T, D, N, N] couplings of Equation 5.4: for elements of one template, and for replicas in all templates.
-
-    Args:
-        owner: [N] template of each element.
-        values: [N, D] parameters of its label.
-        used: [T, D] 1 for the parameters of a template.
-        threshold: largest difference, metres.
-    """
-    number = len(owner)
-    near = close(values, threshold)
-    same = (owner[:, None] == owner[None]) & ~np.eye(number, dtype=bool)
-    replica = near.all(axis=0) & same
-    coupled = np.zeros((len(used), values.shape[1], number, number))
-    for template in range(len(used)):
-        members = same & (owner == template)[:, None]
-        coupled[template] = (near & members) | replica
-        coupled[template] *= used[template][:, None, None]
-    return coupled
-
-
-def replicas(owner: Ints, values: Floats, threshold: float) -> Ints:
-    """[N] kind of each element, from 0: connected components of replicas."""
-    near = close(values, threshold).all(axis=0) & (owner[:, None] == owner[None])
-    return connected_components(csr_matrix(near), directed=False)[1].astype(np.int64)
-
-
+_THRESHOLD_RATIO = 0.005
+"""Similarity threshold of the paper, as a fraction of the largest diagonal of a box."""
 _MIN_SPREAD_M = 5e-4
 """Least standard deviation, metres, due to the grid and the samples."""
 
@@ -80,6 +45,38 @@ class TemplateGroup:
     rounds: int
 
 
+def similarity_threshold(elements: Elements) -> float:
+    """Difference of parameters below which two elements are similar, metres."""
+    return _THRESHOLD_RATIO * float(np.linalg.norm(elements.high - elements.low, axis=1).max())
+
+
+def couplings(owner: Ints, values: Floats, used: Floats, threshold: float) -> Floats:
+    """[T, D, N, N] couplings of Equation 5.4: for elements of one template, and for replicas in all templates.
+
+    Args:
+        owner: [N] template of each element.
+        values: [N, D] parameters of its label.
+        used: [T, D] 1 for the parameters of a template.
+        threshold: largest difference, metres.
+    """
+    number = len(owner)
+    near = _close(values, threshold)
+    same = (owner[:, None] == owner[None]) & ~np.eye(number, dtype=bool)
+    replica = near.all(axis=0) & same
+    coupled = np.zeros((len(used), values.shape[1], number, number))
+    for template in range(len(used)):
+        members = same & (owner == template)[:, None]
+        coupled[template] = (near & members) | replica
+        coupled[template] *= used[template][:, None, None]
+    return coupled
+
+
+def replicas(owner: Ints, values: Floats, threshold: float) -> Ints:
+    """[N] kind of each element, from 0: connected components of replicas."""
+    near = _close(values, threshold).all(axis=0) & (owner[:, None] == owner[None])
+    return connected_components(csr_matrix(near), directed=False)[1].astype(np.int64)
+
+
 def assemble(
     elements: Elements, parts: Sequence[TemplateGroup], reasons: Mapping[int, str], seconds: Mapping[str, float]
 ) -> Match:
@@ -98,7 +95,7 @@ def assemble(
     all_reasons = dict(reasons)
     for index, part in enumerate(parts):
         first = len(values)
-        part_values, part_spreads = kind_values(part)
+        part_values, part_spreads = _kind_values(part)
         part_spreads = [np.hypot(spread, elements.common_error) for spread in part_spreads]
         values += part_values
         spreads += part_spreads
@@ -135,7 +132,13 @@ def assemble(
     )
 
 
-def kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
+def _close(values: Floats, threshold: float) -> np.ndarray:
+    """[D, N, N] c: whether parameters [N, D] of two elements differ by less than a threshold."""
+    moved = values.T
+    return np.abs(moved[:, :, None] - moved[:, None, :]) < threshold
+
+
+def _kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
     """Parameters [K] [D] of each kind and their standard deviations, from all elements that share them."""
     kinds = part.solution.kinds
     weight = part.solution.posterior[:, :-1]

@@ -1,6 +1,7 @@
-"""A grammar of a match: kinds as rules, shared parameters as shared attributes, uncertainties as random ranges.
+"""A match as a grammar, and as a completed facade.
 
-The completed facade of a match: every element complete and in place, with wall around it.
+Kinds are rules, shared parameters are shared attributes, and uncertainties are random ranges. In the completed facade
+every element is complete and in place, with wall around it.
 """
 
 from __future__ import annotations
@@ -23,6 +24,10 @@ _BORDER_M = 0.5
 """Width of the wall around the outermost elements, metres."""
 _SNAP_RATIO = 0.0005
 """Largest distance of sides that are moved to one line, as a fraction of the shorter side of the facade."""
+_NUM_SDS = 2.0
+"""Half width of a random range, in standard deviations."""
+_MIN_GAP_M = 0.02
+"""Least distance between elements, metres."""
 
 
 def completed(match: Match) -> Assembled | None:
@@ -40,7 +45,7 @@ def completed(match: Match) -> Assembled | None:
         boxes.append([*corner, *(corner + size)])
         names.append(f"{match.name_of(int(match.kind[element]))} {_thing(template)}")
         outlines.append(
-            outer(template, parameters) + corner if not _rectangular(template, parameters) else np.zeros((0, 2))
+            _outer(template, parameters) + corner if not _rectangular(template, parameters) else np.zeros((0, 2))
         )
     if not boxes:
         return None
@@ -52,39 +57,6 @@ def completed(match: Match) -> Assembled | None:
     none = np.zeros((0, 2))
     annotation = annotate(boxes_and_wall, ["wall", *names], "metres", outlines=[none, *outlines], bounds=bounds)
     return assemble(annotation, tolerance=_SNAP_RATIO, split=True)
-
-
-def outer(template: Template, parameters: Floats) -> Floats:
-    """[P, 2] corners, anticlockwise, of the area that the wires of a template enclose, within its width and height."""
-    segments = points_along(template, parameters)
-    around = shapely.union_all([shapely.LineString(segment) for segment in segments]).convex_hull
-    inside = around.intersection(shapely.box(0.0, 0.0, parameters[WIDTH], parameters[HEIGHT]))
-    if not isinstance(inside, shapely.Polygon) or inside.area <= 0.0:
-        return np.zeros((0, 2))
-    return np.asarray(orient(inside).exterior.coords)[:-1]
-
-
-def _rectangular(template: Template, parameters: Floats) -> bool:
-    corners = outer(template, parameters)
-    if not len(corners):
-        return True
-    return shapely.Polygon(corners).area >= 0.999 * parameters[WIDTH] * parameters[HEIGHT]
-
-
-def _thing(template: Template) -> str:
-    """The label of a template, which determines its look in pictures."""
-    for name in ("door", "gate", "column", "pilaster"):
-        if name in template.base:
-            return name
-    return "window"
-
-
-_NUM_SDS = 2.0
-"""Half width of a random range, in standard deviations."""
-_MIN_GAP_M = 0.02
-"""Least distance between elements, metres."""
-
-"""Width of the wall around all elements, metres."""
 
 
 def write_terminals(match: Match) -> str | None:
@@ -139,25 +111,29 @@ def write_terminals(match: Match) -> str | None:
     return format_grammar(Grammar.parse("\n".join(lines)))
 
 
-def _key(match: Match, kind: int, index: int) -> tuple[int, str, float]:
-    return int(match.kind_template[kind]), match.template_of(kind).parameters[index], float(match.values[kind][index])
+def _thing(template: Template) -> str:
+    """The label of a template, which determines its look in pictures."""
+    for name in ("door", "gate", "column", "pilaster"):
+        if name in template.base:
+            return name
+    return "window"
 
 
-def _size(match: Match, row: np.ndarray) -> np.ndarray:
-    return np.array([match.parameters[element][[WIDTH, HEIGHT]] for element in row.tolist()])
+def _outer(template: Template, parameters: Floats) -> Floats:
+    """[P, 2] corners, anticlockwise, of the area that the wires of a template enclose, within its width and height."""
+    segments = points_along(template, parameters)
+    around = shapely.union_all([shapely.LineString(segment) for segment in segments]).convex_hull
+    inside = around.intersection(shapely.box(0.0, 0.0, parameters[WIDTH], parameters[HEIGHT]))
+    if not isinstance(inside, shapely.Polygon) or inside.area <= 0.0:
+        return np.zeros((0, 2))
+    return np.asarray(orient(inside).exterior.coords)[:-1]
 
 
-def _bands(match: Match, rows: list[np.ndarray]) -> list[tuple[float, float]]:
-    """Bottom and top of each row, from the lowest, with room for its variation; rows do not overlap."""
-    bands: list[tuple[float, float]] = []
-    for row in rows:
-        low = match.corner[row, 1]
-        room = max(float(_NUM_SDS * match.spread[int(match.kind[element])][HEIGHT]) for element in row.tolist())
-        bottom, top = float(low.min()) - room, float((low + _size(match, row)[:, 1]).max()) + room
-        if bands and bottom < bands[-1][1] + _MIN_GAP_M:
-            bottom, top = bands[-1][1] + _MIN_GAP_M, top + bands[-1][1] + _MIN_GAP_M - bottom
-        bands.append((bottom, top))
-    return bands
+def _rectangular(template: Template, parameters: Floats) -> bool:
+    corners = _outer(template, parameters)
+    if not len(corners):
+        return True
+    return shapely.Polygon(corners).area >= 0.999 * parameters[WIDTH] * parameters[HEIGHT]
 
 
 def _rows(match: Match) -> list[np.ndarray]:
@@ -188,3 +164,24 @@ def _rows(match: Match) -> list[np.ndarray]:
             bands.append(np.array(selected))
             rest = [element for element in rest if element not in selected]
     return bands
+
+
+def _size(match: Match, row: np.ndarray) -> np.ndarray:
+    return np.array([match.parameters[element][[WIDTH, HEIGHT]] for element in row.tolist()])
+
+
+def _bands(match: Match, rows: list[np.ndarray]) -> list[tuple[float, float]]:
+    """Bottom and top of each row, from the lowest, with room for its variation; rows do not overlap."""
+    bands: list[tuple[float, float]] = []
+    for row in rows:
+        low = match.corner[row, 1]
+        room = max(float(_NUM_SDS * match.spread[int(match.kind[element])][HEIGHT]) for element in row.tolist())
+        bottom, top = float(low.min()) - room, float((low + _size(match, row)[:, 1]).max()) + room
+        if bands and bottom < bands[-1][1] + _MIN_GAP_M:
+            bottom, top = bands[-1][1] + _MIN_GAP_M, top + bands[-1][1] + _MIN_GAP_M - bottom
+        bands.append((bottom, top))
+    return bands
+
+
+def _key(match: Match, kind: int, index: int) -> tuple[int, str, float]:
+    return int(match.kind_template[kind]), match.template_of(kind).parameters[index], float(match.values[kind][index])

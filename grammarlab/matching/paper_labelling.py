@@ -2,11 +2,8 @@
 
 sum_i D_i(l_i) + sum_{i<k} w_ik V(l_i, l_k) + sum over used templates of their cost is minimised by alpha expansion:
 each move changes any elements to one label, and the best such move is a minimum cut (Boykov, Veksler and Zabih 2001;
-label costs: Delong, Osokin, Isack and Boykov 2012). V has to be a metric.
-
-The objective of labelling: Equation 5.3 of paper 001.
-
-Labels of few elements with the least energy, proven by CP-SAT: expansions end in a local optimum.
+label costs: Delong, Osokin, Isack and Boykov 2012). V has to be a metric. Expansions end in a local optimum; the least
+energy of few elements is proven by CP-SAT.
 """
 
 from __future__ import annotations
@@ -17,6 +14,15 @@ from typing import Any
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+
+_MAX_EXACT_ELEMENTS = 12
+"""Largest number of elements for which the least energy is proven."""
+_MAX_INTEGER_ENERGY = 1e6
+"""Integer energy of the largest energy of one element, for the solver."""
+_TIME_LIMIT = 10.0
+"""Deterministic time limit of the solver, about a second per unit; equal on any machine."""
+_CAPACITY_SCALE = 1 << 40
+"""Integer scale of capacities; the sum of all costs of a cut stays far below 2^63."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +41,15 @@ class Field:
     """[T] cost of each used template, >= 0."""
 
 
+def label(field: Field) -> tuple[Ints, list[float]]:
+    """Labels [N] of low energy, the least one for few elements, and the energies after each move, which never rise."""
+    labels, energies = _expanded(field, field.data.argmin(axis=1))
+    if len(field.data) > _MAX_EXACT_ELEMENTS:
+        return labels, energies
+    better, more = _expanded(field, _least_energy_labels(field, labels))
+    return (better, [*energies, more[-1]]) if more[-1] < energies[-1] else (labels, energies)
+
+
 def energy(field: Field, labels: Ints) -> float:
     """Equation 5.3 for labels [N]."""
     data = field.data[np.arange(len(labels)), labels].sum()
@@ -42,71 +57,7 @@ def energy(field: Field, labels: Ints) -> float:
     return float(data + smooth + field.cost[np.unique(field.owner[labels])].sum())
 
 
-_MAX_INTEGER_ENERGY = 1e6
-"""Integer energy of the largest energy of one element, for the solver."""
-_TIME_LIMIT = 10.0
-"""Deterministic time limit of the solver, about a second per unit; equal on any machine."""
-
-
-def least_energy_labels(field: Field, start: Ints) -> Ints:
-    """Labels [N] of the least energy, or of the lowest one found within the time limit.
-
-    Args:
-        field: the field, of few elements.
-        start: [N] initial labels.
-    """
-    from ortools.sat.python import cp_model  # noqa: PLC0415 an extra
-
-    model, (elements, labels) = cp_model.CpModel(), field.data.shape
-    highest = max(float(field.data.max()), float(field.distance.max() * field.weight.max()), 1e-300)
-    scale = _MAX_INTEGER_ENERGY / highest
-
-    def integers(costs: Floats) -> list[Any]:
-        return np.rint(np.minimum(costs, elements * highest) * scale).astype(np.int64).tolist()
-
-    takes = [[model.new_bool_var("") for _ in range(labels)] for _ in range(elements)]
-    used = [model.new_bool_var("") for _ in field.cost]
-    terms, factors = list(used), integers(field.cost)
-    for element in range(elements):
-        model.add_exactly_one(takes[element])
-        terms += takes[element]
-        factors += integers(field.data[element])
-        for label in range(labels):
-            model.add_implication(takes[element][label], used[field.owner[label]])
-            model.add_hint(takes[element][label], label == start[element])
-        for other in range(element):
-            costs = integers(field.weight[element, other] * field.distance)
-            between = model.new_int_var(0, max(max(row) for row in costs), "")
-            for label in range(labels):
-                distance = cp_model.LinearExpr.weighted_sum(takes[other], costs[label])
-                model.add(between >= distance).only_enforce_if(takes[element][label])
-            terms.append(between)
-            factors.append(1)
-    model.minimize(cp_model.LinearExpr.weighted_sum(terms, factors))
-    solver = cp_model.CpSolver()
-    solver.parameters.num_workers = 1
-    solver.parameters.max_deterministic_time = _TIME_LIMIT
-    if solver.solve(model) not in {cp_model.OPTIMAL, cp_model.FEASIBLE}:
-        return start
-    return np.array([[solver.value(take) for take in row] for row in takes]).argmax(axis=1)
-
-
-FEW = 12
-"""Largest number of elements for which the least energy is proven."""
-_CAPACITY_SCALE = 1 << 40
-"""Integer scale of capacities; the sum of all costs of a cut stays far below 2^63."""
-
-
-def label(field: Field) -> tuple[Ints, list[float]]:
-    """Labels [N] of low energy, the least one for few elements, and the energies after each move, which never rise."""
-    labels, energies = expanded(field, field.data.argmin(axis=1))
-    if len(field.data) > FEW:
-        return labels, energies
-    better, more = expanded(field, least_energy_labels(field, labels))
-    return (better, [*energies, more[-1]]) if more[-1] < energies[-1] else (labels, energies)
-
-
-def expanded(field: Field, start: Ints) -> tuple[Ints, list[float]]:
+def _expanded(field: Field, start: Ints) -> tuple[Ints, list[float]]:
     """Labels after expansions to every label, until none lowers the energy."""
     labels, energies = start.copy(), [energy(field, start)]
     idle = 0
@@ -208,3 +159,46 @@ def _cut(field: Field, labels: Ints, alpha: int, free: Ints) -> np.ndarray:
     stay = np.zeros(nodes, dtype=bool)
     stay[flow.get_source_side_min_cut()] = True
     return ~stay[:number]
+
+
+def _least_energy_labels(field: Field, start: Ints) -> Ints:
+    """Labels [N] of the least energy, or of the lowest one found within the time limit.
+
+    Args:
+        field: the field, of few elements.
+        start: [N] initial labels.
+    """
+    from ortools.sat.python import cp_model  # noqa: PLC0415 an extra
+
+    model, (elements, labels) = cp_model.CpModel(), field.data.shape
+    highest = max(float(field.data.max()), float(field.distance.max() * field.weight.max()), 1e-300)
+    scale = _MAX_INTEGER_ENERGY / highest
+
+    def integers(costs: Floats) -> list[Any]:
+        return np.rint(np.minimum(costs, elements * highest) * scale).astype(np.int64).tolist()
+
+    takes = [[model.new_bool_var("") for _ in range(labels)] for _ in range(elements)]
+    used = [model.new_bool_var("") for _ in field.cost]
+    terms, factors = list(used), integers(field.cost)
+    for element in range(elements):
+        model.add_exactly_one(takes[element])
+        terms += takes[element]
+        factors += integers(field.data[element])
+        for label in range(labels):
+            model.add_implication(takes[element][label], used[field.owner[label]])
+            model.add_hint(takes[element][label], label == start[element])
+        for other in range(element):
+            costs = integers(field.weight[element, other] * field.distance)
+            between = model.new_int_var(0, max(max(row) for row in costs), "")
+            for label in range(labels):
+                distance = cp_model.LinearExpr.weighted_sum(takes[other], costs[label])
+                model.add(between >= distance).only_enforce_if(takes[element][label])
+            terms.append(between)
+            factors.append(1)
+    model.minimize(cp_model.LinearExpr.weighted_sum(terms, factors))
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.max_deterministic_time = _TIME_LIMIT
+    if solver.solve(model) not in {cp_model.OPTIMAL, cp_model.FEASIBLE}:
+        return start
+    return np.array([[solver.value(take) for take in row] for row in takes]).argmax(axis=1)

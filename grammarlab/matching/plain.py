@@ -1,8 +1,7 @@
-"""Matches from labels without evidence: of the paper's loop, of single fits, and of k-means.
+"""Matches from labels without evidence, the choice of templates, and agreement of kinds with the ground truth.
 
-Choice of templates: as few as explain the elements, each at a cost.
-
-Agreement of kinds with the ground truth.
+Labels are those of the paper's loop, of single fits, and of k-means. As few templates are used as explain the elements,
+each at a cost.
 """
 
 from __future__ import annotations
@@ -17,9 +16,11 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.elements import Clouds, Elements, Truth, clouds_of, too_poor
 from grammarlab.matching.fit import Fits, background_cost, fit_all
 from grammarlab.matching.match import SURE, UNKNOWN, Clock, Match
-from grammarlab.matching.match_assembly import THRESHOLD, replicas
+from grammarlab.matching.match_assembly import replicas, similarity_threshold
 from grammarlab.matching.template import Template, stack
 
+_NO_FIT = "no template fits it better than random points in its box"
+"""Reason of an element without a template."""
 _OCCLUSION_COST = 4.0
 """Cost of an occluding half-plane, nats."""
 _MIN_GAIN = 6.0
@@ -28,73 +29,6 @@ _MIN_INLIER_SHARE = 0.5
 """Least fraction of inliers of a fit."""
 _TEMPLATE_COST = 4.0
 """Cost of a template, as a multiple of the logarithm of the number of elements."""
-
-
-def description(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Floats:
-    """[N, T + 1] description length of each element by each template, and by none last, nats."""
-    points = clouds.weight.sum(axis=1)
-    number = np.array([len(template.parameters) for template in templates])
-    cost = fits.cost + 0.5 * number * np.log(np.maximum(points, 2.0))[:, None] + _OCCLUSION_COST * (fits.hidden > 0.0)
-    cost = np.where(fits.inside < _MIN_INLIER_SHARE, 1e6, cost)
-    return np.concatenate([cost, background_cost(clouds)[:, None] - _MIN_GAIN], axis=1)
-
-
-def used_templates(costs: Floats) -> Ints:
-    """Indices of the templates with the shortest description of all elements, ascending; empty if none fits.
-
-    Greedy: the best one is added, removed or exchanged as long as that shortens the description.
-    """
-    price = _TEMPLATE_COST * np.log(len(costs) + 1.0)
-    number = costs.shape[1] - 1
-    used: frozenset[int] = frozenset()
-    best = _total(costs, used, price)
-    while True:
-        steps = [used ^ {template} for template in range(number)]
-        steps += [(used - {old}) | {new} for old in used for new in range(number) if new not in used]
-        totals = [_total(costs, step, price) for step in steps]
-        index = int(np.argmin(totals))
-        if totals[index] >= best - 1e-9:
-            return np.array(sorted(used), dtype=np.int64)
-        used, best = steps[index], totals[index]
-
-
-def _total(costs: Floats, used: frozenset[int], price: float) -> float:
-    return float(costs[:, [*sorted(used), -1]].min(axis=1).sum() + price * len(used))
-
-
-def agreeing(match: Match, truth: Truth) -> tuple[np.ndarray, Ints]:
-    """[N] whether the kind of each element is correct, and [N] its kind; unknown elements have a kind of their own."""
-    labels = np.where(match.kind == UNKNOWN, match.kind.max() + 1, match.kind)
-    table = np.zeros((labels.max() + 1, truth.kind.max() + 1))
-    np.add.at(table, (labels, truth.kind), 1.0)
-    table[match.kind.max() + 1 :] = 0.0
-    rows, columns = linear_sum_assignment(-table)
-    partner = np.full(len(table), -1)
-    partner[rows] = columns
-    right = (partner[labels] == truth.kind) & (match.kind != UNKNOWN)
-    return right, labels
-
-
-def compare(match: Match, truth: Truth) -> dict[str, Any]:
-    """Adjusted mutual information, number of mislabelled elements, and correct ones among the sure results.
-
-    Kinds of match and truth are paired so that most elements agree; elements of other pairs are mislabelled.
-    """
-    from sklearn.metrics import adjusted_mutual_info_score  # noqa: PLC0415 scikit-learn takes a second to load
-
-    right, labels = agreeing(match, truth)
-    sure = (match.probability >= SURE) & (match.kind != UNKNOWN)
-    return {
-        "adjusted_mutual_information": float(adjusted_mutual_info_score(truth.kind, labels)),
-        "mislabelled": int((~right).sum()),
-        "kinds": len(np.unique(truth.kind)),
-        "kinds_found": len(match.values),
-        "sure": int(sure.sum()),
-        "sure_and_right": int((sure & right).sum()),
-    }
-
-
-NO_FIT = "no template fits it better than random points in its box"
 _MAX_SIZE_RATIO = 2.0
 """Ratio to the largest template from which the unit is in doubt."""
 _MAX_KINDS = 12
@@ -126,7 +60,7 @@ def match_alone(elements: Elements, templates: Sequence[Template], kinds: int | 
     values, corner = fits.parameters[rows, owner], fits.corner[rows, owner]
     clock.lap("fitting")
     if kinds is None:
-        threshold = THRESHOLD * float(np.linalg.norm(elements.high - elements.low, axis=1).max())
+        threshold = similarity_threshold(elements)
         kind = replicas(owner, values, threshold)
     else:
         kind = _clustered(values[:, : len(templates[int(owner[0])].parameters)], kinds) if len(indices) else owner
@@ -136,21 +70,13 @@ def match_alone(elements: Elements, templates: Sequence[Template], kinds: int | 
     )
 
 
-def _clustered(values: Floats, kinds: int) -> Ints:
-    from sklearn.cluster import KMeans  # noqa: PLC0415 scikit-learn takes a second to load
-    from sklearn.metrics import silhouette_score  # noqa: PLC0415
-
-    number = len(np.unique(values, axis=0))
-
-    def cluster(count: int) -> Ints:
-        return KMeans(min(count, number), n_init=cast("Any", 10), random_state=0).fit_predict(values).astype(np.int64)
-
-    if kinds:
-        return cluster(kinds)
-    labellings = [cluster(count) for count in range(2, min(_MAX_KINDS, number - 1) + 1)]
-    return max(
-        labellings, key=lambda labels: silhouette_score(values, labels), default=np.zeros(len(values), dtype=np.int64)
-    )
+def description(clouds: Clouds, templates: Sequence[Template], fits: Fits) -> Floats:
+    """[N, T + 1] description length of each element by each template, and by none last, nats."""
+    points = clouds.weight.sum(axis=1)
+    number = np.array([len(template.parameters) for template in templates])
+    cost = fits.cost + 0.5 * number * np.log(np.maximum(points, 2.0))[:, None] + _OCCLUSION_COST * (fits.hidden > 0.0)
+    cost = np.where(fits.inside < _MIN_INLIER_SHARE, 1e6, cost)
+    return np.concatenate([cost, background_cost(clouds)[:, None] - _MIN_GAIN], axis=1)
 
 
 def unfit(clouds: Clouds, templates: Sequence[Template], is_unfit: np.ndarray) -> dict[int, str]:
@@ -159,7 +85,7 @@ def unfit(clouds: Clouds, templates: Sequence[Template], is_unfit: np.ndarray) -
     size = clouds.reach[:, 1] - clouds.reach[:, 0]
     reasons = {}
     for index in np.flatnonzero(is_unfit).tolist():
-        reasons[int(clouds.element[index])] = NO_FIT
+        reasons[int(clouds.element[index])] = _NO_FIT
         too_large = (size[index] > _MAX_SIZE_RATIO * high.max(axis=0)).any()
         if too_large or (size[index] < low.min(axis=0) / _MAX_SIZE_RATIO).all():
             across, up = size[index].tolist()
@@ -228,7 +154,7 @@ def from_labels(
     middle = (elements.low + elements.high) / 2
     posterior = np.zeros((number, len(kinds) + 1))
     posterior[:, -1] = 1.0
-    threshold = THRESHOLD * float(np.linalg.norm(elements.high - elements.low, axis=1).max())
+    threshold = similarity_threshold(elements)
     for kind_index, members in enumerate(kinds):
         for row in members.tolist():
             element = int(indices[row])
@@ -262,6 +188,74 @@ def from_labels(
     )
 
 
+def used_templates(costs: Floats) -> Ints:
+    """Indices of the templates with the shortest description of all elements, ascending; empty if none fits.
+
+    Greedy: the best one is added, removed or exchanged as long as that shortens the description.
+    """
+    price = _TEMPLATE_COST * np.log(len(costs) + 1.0)
+    number = costs.shape[1] - 1
+    used: frozenset[int] = frozenset()
+    best = _total(costs, used, price)
+    while True:
+        steps = [used ^ {template} for template in range(number)]
+        steps += [(used - {old}) | {new} for old in used for new in range(number) if new not in used]
+        totals = [_total(costs, step, price) for step in steps]
+        index = int(np.argmin(totals))
+        if totals[index] >= best - 1e-9:
+            return np.array(sorted(used), dtype=np.int64)
+        used, best = steps[index], totals[index]
+
+
+def compare(match: Match, truth: Truth) -> dict[str, Any]:
+    """Adjusted mutual information, number of mislabelled elements, and correct ones among the sure results.
+
+    Kinds of match and truth are paired so that most elements agree; elements of other pairs are mislabelled.
+    """
+    from sklearn.metrics import adjusted_mutual_info_score  # noqa: PLC0415 scikit-learn takes a second to load
+
+    right, labels = agreeing(match, truth)
+    sure = (match.probability >= SURE) & (match.kind != UNKNOWN)
+    return {
+        "adjusted_mutual_information": float(adjusted_mutual_info_score(truth.kind, labels)),
+        "mislabelled": int((~right).sum()),
+        "kinds": len(np.unique(truth.kind)),
+        "kinds_found": len(match.values),
+        "sure": int(sure.sum()),
+        "sure_and_right": int((sure & right).sum()),
+    }
+
+
+def agreeing(match: Match, truth: Truth) -> tuple[np.ndarray, Ints]:
+    """[N] whether the kind of each element is correct, and [N] its kind; unknown elements have a kind of their own."""
+    labels = np.where(match.kind == UNKNOWN, match.kind.max() + 1, match.kind)
+    table = np.zeros((labels.max() + 1, truth.kind.max() + 1))
+    np.add.at(table, (labels, truth.kind), 1.0)
+    table[match.kind.max() + 1 :] = 0.0
+    rows, columns = linear_sum_assignment(-table)
+    partner = np.full(len(table), -1)
+    partner[rows] = columns
+    right = (partner[labels] == truth.kind) & (match.kind != UNKNOWN)
+    return right, labels
+
+
+def _clustered(values: Floats, kinds: int) -> Ints:
+    from sklearn.cluster import KMeans  # noqa: PLC0415 scikit-learn takes a second to load
+    from sklearn.metrics import silhouette_score  # noqa: PLC0415
+
+    number = len(np.unique(values, axis=0))
+
+    def cluster(count: int) -> Ints:
+        return KMeans(min(count, number), n_init=cast("Any", 10), random_state=0).fit_predict(values).astype(np.int64)
+
+    if kinds:
+        return cluster(kinds)
+    labellings = [cluster(count) for count in range(2, min(_MAX_KINDS, number - 1) + 1)]
+    return max(
+        labellings, key=lambda labels: silhouette_score(values, labels), default=np.zeros(len(values), dtype=np.int64)
+    )
+
+
 def _shared(means: list[Floats], template: Ints, threshold: float) -> list[Floats]:
     """Values of kinds; those that differ by less than a threshold become equal, so that kinds share them."""
     shared = [mean.copy() for mean in means]
@@ -275,3 +269,7 @@ def _shared(means: list[Floats], template: Ints, threshold: float) -> list[Float
                 for member in np.array(members)[groups == group].tolist():
                     shared[member][parameter] = mean
     return shared
+
+
+def _total(costs: Floats, used: frozenset[int], price: float) -> float:
+    return float(costs[:, [*sorted(used), -1]].min(axis=1).sum() + price * len(used))

@@ -4,10 +4,9 @@ Minimised over K kinds that refer to A widths and B heights is
 -sum_i log[.98 sum_k pi_ik M_i(W_a(k), H_b(k)) + .02] + K/2 log n + 1.5 log n (A + B)
 by adding the best kind, EM, and then moving, merging and deleting kinds and values while that shortens the description.
 
-Rows and columns of a facade as a prior: elements of one row are often of one kind.
-
-pi_ik is proportional to pi_k prod_g (n_gk + kappa_g pi_k) / ((n_g + kappa_g) pi_k), where n_gk is the number of the
-other elements of group g that are of kind k; kappa is large for groups without information.
+Rows and columns of a facade are a prior, since elements of one row are often of one kind: pi_ik is proportional to
+pi_k prod_g (n_gk + kappa_g pi_k) / ((n_g + kappa_g) pi_k), where n_gk is the number of the other elements of group g
+that are of kind k; kappa is large for groups without information.
 """
 
 from __future__ import annotations
@@ -21,8 +20,20 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.evidence_maps import Maps
 
+_UNKNOWN_SHARE = 0.02
+"""Fraction of elements without a kind."""
+_VALUE_COST = 1.5
+"""Cost of a width or height, as a multiple of log n."""
 _SWEEPS = 8
 """Number of updates of the posterior from that of the other elements."""
+_MAX_EM_STEPS = 12
+"""Largest number of EM steps."""
+_TOLERANCE_NATS = 1e-3
+"""Least gain of a step, nats; smaller ones end the search."""
+_INITIAL_SHARES = (0.05, 0.15, 0.35)
+"""Initial shares of a new kind."""
+_MAX_ROUNDS = 40
+"""Budget of rounds of additions and of improvements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,51 +44,6 @@ class Groups:
     """[N] group of each element, -1 for none."""
     kappa: float
     """Weight of the shares of the whole facade relative to those of the group, as a number of elements."""
-
-
-def shares(fit: Floats, share: Floats, groups: tuple[Groups, ...], unknown: float) -> Floats:
-    """[N, K] prior of each kind for each element, from the posterior of the other elements of its groups.
-
-    Args:
-        fit: [N, K] evidence of each element for each kind.
-        share: [K] shares of the kinds.
-        groups: rows and columns; if empty, the prior of all elements is `share`.
-        unknown: fraction of elements without a kind.
-    """
-    prior = np.broadcast_to(share, fit.shape)
-    if not groups or not fit.shape[1]:
-        return prior
-    indicators = [_indicator(group.index) for group in groups]
-    for _ in range(_SWEEPS):
-        joint = (1.0 - unknown) * prior * fit
-        posterior = joint / (joint.sum(axis=1, keepdims=True) + unknown)
-        logs = np.log(np.maximum(share, 1e-12))[None, :].repeat(len(fit), axis=0)
-        for group, member in zip(groups, indicators, strict=True):
-            counts = member.T @ (member @ posterior) - (member.sum(axis=0)[:, None] > 0) * posterior
-            total = counts.sum(axis=1, keepdims=True)
-            logs += np.log(counts / np.maximum(share, 1e-12) + group.kappa) - np.log(total + group.kappa)
-        odds = np.exp(logs - logs.max(axis=1, keepdims=True))
-        prior = odds / odds.sum(axis=1, keepdims=True)
-    return prior
-
-
-def _indicator(index: Ints) -> Floats:
-    """[G, N] 1 for the members of each group."""
-    return (index[None, :] == np.unique(index[index >= 0])[:, None]).astype(np.float64)
-
-
-UNKNOWN = 0.02
-"""Fraction of elements without a kind."""
-VALUE_COST = 1.5
-"""Cost of a width or height, as a multiple of log n."""
-_MAX_EM_STEPS = 12
-"""Largest number of EM steps."""
-_TOLERANCE_NATS = 1e-3
-"""Least gain of a step, nats; smaller ones end the search."""
-_INITIAL_SHARES = (0.05, 0.15, 0.35)
-"""Initial shares of a new kind."""
-_MAX_ROUNDS = 40
-"""Budget of rounds of additions and of improvements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,8 +92,14 @@ def find_kinds(maps: Maps, groups: tuple[Groups, ...] = (), start: Kinds | None 
     return best
 
 
-def _length(solution: Solution) -> float:
-    return solution.length
+def nearby(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Iterator[Solution]:
+    """Different solutions one step away: one kind fewer, two values merged, another value, or one kind more."""
+    keys = {_key(solution.kinds)}
+    for proposed in (*_changes(solution.kinds), *_additions(maps, solution)):
+        neighbour = _solve(maps, groups, proposed, 4)
+        if _key(neighbour.kinds) not in keys:
+            keys.add(_key(neighbour.kinds))
+            yield neighbour
 
 
 def _solve(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds, steps: int = _MAX_EM_STEPS) -> Solution:
@@ -149,21 +121,47 @@ def _solve(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds, steps: int = _M
     return solution
 
 
-def _only(kinds: Kinds, is_selected: np.ndarray) -> Kinds:
-    share = kinds.share[is_selected]
-    return Kinds(kinds.width[is_selected], kinds.height[is_selected], share / max(float(share.sum()), 1e-9))
-
-
 def _evaluate(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds) -> Solution:
     """Posterior of given kinds, and their description length."""
     number = len(maps.evidence)
     fit = maps.evidence[:, kinds.width, kinds.height]
-    share = shares(fit, kinds.share, groups, UNKNOWN)
-    joint = np.concatenate([(1.0 - UNKNOWN) * share * fit, np.full((number, 1), UNKNOWN)], axis=1)
+    share = _shares(fit, kinds.share, groups, _UNKNOWN_SHARE)
+    joint = np.concatenate([(1.0 - _UNKNOWN_SHARE) * share * fit, np.full((number, 1), _UNKNOWN_SHARE)], axis=1)
     total = joint.sum(axis=1)
     values = len(set(kinds.width.tolist())) + len(set(kinds.height.tolist()))
-    cost = (0.5 * len(kinds) + VALUE_COST * values) * np.log(max(number, 2))
+    cost = (0.5 * len(kinds) + _VALUE_COST * values) * np.log(max(number, 2))
     return Solution(kinds, joint / total[:, None], float(cost - np.log(total).sum()))
+
+
+def _shares(fit: Floats, share: Floats, groups: tuple[Groups, ...], unknown: float) -> Floats:
+    """[N, K] prior of each kind for each element, from the posterior of the other elements of its groups.
+
+    Args:
+        fit: [N, K] evidence of each element for each kind.
+        share: [K] shares of the kinds.
+        groups: rows and columns; if empty, the prior of all elements is `share`.
+        unknown: fraction of elements without a kind.
+    """
+    prior = np.broadcast_to(share, fit.shape)
+    if not groups or not fit.shape[1]:
+        return prior
+    indicators = [_indicator(group.index) for group in groups]
+    for _ in range(_SWEEPS):
+        joint = (1.0 - unknown) * prior * fit
+        posterior = joint / (joint.sum(axis=1, keepdims=True) + unknown)
+        logs = np.log(np.maximum(share, 1e-12))[None, :].repeat(len(fit), axis=0)
+        for group, member in zip(groups, indicators, strict=True):
+            counts = member.T @ (member @ posterior) - (member.sum(axis=0)[:, None] > 0) * posterior
+            total = counts.sum(axis=1, keepdims=True)
+            logs += np.log(counts / np.maximum(share, 1e-12) + group.kappa) - np.log(total + group.kappa)
+        odds = np.exp(logs - logs.max(axis=1, keepdims=True))
+        prior = odds / odds.sum(axis=1, keepdims=True)
+    return prior
+
+
+def _indicator(index: Ints) -> Floats:
+    """[G, N] 1 for the members of each group."""
+    return (index[None, :] == np.unique(index[index >= 0])[:, None]).astype(np.float64)
 
 
 def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
@@ -181,6 +179,11 @@ def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
     return Kinds(width, height, kinds.share)
 
 
+def _only(kinds: Kinds, is_selected: np.ndarray) -> Kinds:
+    share = kinds.share[is_selected]
+    return Kinds(kinds.width[is_selected], kinds.height[is_selected], share / max(float(share.sum()), 1e-9))
+
+
 def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
     """Kinds with an additional best one: with new sizes, a known width or height, or both."""
     kinds = solution.kinds
@@ -189,7 +192,7 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
     rows = np.unique(kinds.width)
     columns = np.unique(kinds.height)
     for guess in _INITIAL_SHARES if len(kinds) else (1.0,):
-        mixed = (1.0 - UNKNOWN) * ((1.0 - guess) * fit[:, None, None] + guess * maps.evidence) + UNKNOWN
+        mixed = (1.0 - _UNKNOWN_SHARE) * ((1.0 - guess) * fit[:, None, None] + guess * maps.evidence) + _UNKNOWN_SHARE
         gain = np.log(mixed).sum(axis=0)
         for name, across, up in (
             ("new", slice(None), slice(None)),
@@ -208,6 +211,10 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
             if name not in best or part.max() > best[name][0]:
                 best[name] = float(part.max()), proposed
     return iter([proposed for _, proposed in best.values()])
+
+
+def _length(solution: Solution) -> float:
+    return solution.length
 
 
 def _improved(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Solution:
@@ -246,16 +253,6 @@ def _with(kinds: Kinds, axis: str, values: Ints) -> Kinds:
     pairs, inverse = np.unique(np.stack([width, height], axis=1), axis=0, return_inverse=True)
     share = np.bincount(inverse.reshape(-1), weights=kinds.share, minlength=len(pairs)).astype(np.float64)
     return Kinds(pairs[:, 0], pairs[:, 1], share)
-
-
-def nearby(maps: Maps, groups: tuple[Groups, ...], solution: Solution) -> Iterator[Solution]:
-    """Different solutions one step away: one kind fewer, two values merged, another value, or one kind more."""
-    keys = {_key(solution.kinds)}
-    for proposed in (*_changes(solution.kinds), *_additions(maps, solution)):
-        neighbour = _solve(maps, groups, proposed, 4)
-        if _key(neighbour.kinds) not in keys:
-            keys.add(_key(neighbour.kinds))
-            yield neighbour
 
 
 def _key(kinds: Kinds) -> tuple[tuple[int, int], ...]:

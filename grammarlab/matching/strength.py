@@ -1,6 +1,4 @@
-"""Strength of the prior of rows and columns, by likelihood.
-
-Posterior of elements, averaged over other sets of kinds that explain the scene nearly as well.
+"""Kinds with the most likely strength of the prior of rows and columns, and an averaged posterior.
 
 The posterior of the best kinds alone is overconfident: it ignores that two kinds may be one, or one may be two. Each
 solution at a distance of one step, optimised again, has the weight exp(-difference of description lengths); its kinds
@@ -19,32 +17,9 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.evidence_maps import Maps
 from grammarlab.matching.shared_kinds import Groups, Solution, find_kinds, nearby
 
-TEMPER = 0.5
+_LENGTH_FACTOR = 0.5
 """Factor on the difference in nats, since solutions two steps away are not included."""
-
-
-def averaged(maps: Maps, groups: tuple[Groups, ...], best: Solution) -> Solution:
-    """The best solution, with a posterior averaged over similar solutions."""
-    total, weight = best.posterior.copy(), 1.0
-    for other in nearby(maps, groups, best):
-        chance = float(np.exp(-TEMPER * max(other.length - best.length, 0.0)))
-        if chance > 1e-4:
-            total += chance * _renamed(other.posterior, best.posterior)
-            weight += chance
-    return replace(best, posterior=total / weight)
-
-
-def _renamed(other: Floats, best: Floats) -> Floats:
-    """[N, K + 1] a posterior [N, J + 1] in the kinds of another one; kinds without a partner count as unknown."""
-    overlap = best[:, :-1].T @ other[:, :-1]
-    rows, columns = linear_sum_assignment(-overlap)
-    named = np.zeros_like(best)
-    named[:, rows] = other[:, columns]
-    named[:, -1] = 1.0 - named[:, :-1].sum(axis=1)
-    return named
-
-
-STRENGTHS = (0.25, 1.0, 4.0, 16.0)
+_STRENGTHS = (0.25, 1.0, 4.0, 16.0)
 """Values of kappa to try, in addition to no prior."""
 _MIN_GROUPS = 2
 """Least number of groups with several elements for a prior."""
@@ -60,17 +35,38 @@ def find_kinds_with(maps: Maps, row: Ints, column: Ints) -> tuple[Solution, int]
     """
     best = plain = find_kinds(maps)
     sides = [index for index in (row, column) if _grouped(index)]
-    priors: list[tuple[Groups, ...]] = [(Groups(index, kappa),) for index, kappa in product(sides, STRENGTHS)]
+    priors: list[tuple[Groups, ...]] = [(Groups(index, kappa),) for index, kappa in product(sides, _STRENGTHS)]
     if len(sides) > 1:
-        priors.append(tuple(Groups(index, STRENGTHS[2]) for index in sides))
+        priors.append(tuple(Groups(index, _STRENGTHS[2]) for index in sides))
     chosen: tuple[Groups, ...] = ()
     for groups in priors:
         solution = find_kinds(maps, groups, plain.kinds)
         if solution.length < best.length:
             best, chosen = solution, groups
-    return averaged(maps, chosen, best), 1 + len(priors)
+    return _averaged(maps, chosen, best), 1 + len(priors)
 
 
 def _grouped(index: Ints) -> bool:
     values = index[index >= 0].tolist()
     return sum(values.count(value) > 1 for value in set(values)) >= _MIN_GROUPS
+
+
+def _averaged(maps: Maps, groups: tuple[Groups, ...], best: Solution) -> Solution:
+    """The best solution, with a posterior averaged over similar solutions."""
+    total, weight = best.posterior.copy(), 1.0
+    for other in nearby(maps, groups, best):
+        chance = float(np.exp(-_LENGTH_FACTOR * max(other.length - best.length, 0.0)))
+        if chance > 1e-4:
+            total += chance * _renamed(other.posterior, best.posterior)
+            weight += chance
+    return replace(best, posterior=total / weight)
+
+
+def _renamed(other: Floats, best: Floats) -> Floats:
+    """[N, K + 1] a posterior [N, J + 1] in the kinds of another one; kinds without a partner count as unknown."""
+    overlap = best[:, :-1].T @ other[:, :-1]
+    rows, columns = linear_sum_assignment(-overlap)
+    named = np.zeros_like(best)
+    named[:, rows] = other[:, columns]
+    named[:, -1] = 1.0 - named[:, :-1].sum(axis=1)
+    return named

@@ -1,6 +1,6 @@
 """Parser of template text; errors have line, column and caret.
 
-Expressions of template text: a constant and a coefficient for each parameter.
+Expressions are linear: a constant and a coefficient for each parameter.
 """
 
 from __future__ import annotations
@@ -21,8 +21,15 @@ from grammarlab.errors import Finding, LanguageError, Location
 from grammarlab.matching.template import Template
 
 Complain = Callable[[str, str, Token | Tree], LanguageError]
+"""Function of a code, a message and a part of the tree: the error to raise."""
+MOST_CHARACTERS = 1_000_000
+"""Largest number of characters of a text."""
+MOST_TEMPLATES, MOST_WIRES, MOST_PARAMETERS, MOST_COUNT = 1_000, 200, 12, 20
+"""Largest numbers of templates of a text, of wires and parameters of a template, and largest count."""
 _MAX_VALUE = 1e6
 """Largest value of an expression."""
+_MAX_REPEATS = 2_000
+"""Largest number of repeats of a template, including nested ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,72 +42,6 @@ class NameScope:
     """Values of counts and of counters of repeats."""
     inner: bool = False
     """Whether this is inside a repeat."""
-
-
-def evaluate(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
-    """[1 + D] constant and coefficients of an expression.
-
-    Raises:
-        LanguageError: If there are unknown names, products or quotients of parameters, divisions by 0, or huge numbers.
-    """
-    value = _value(tree, scope, complain)
-    if not (np.abs(value) <= _MAX_VALUE).all():
-        raise complain("too-large", f"expected numbers up to {_MAX_VALUE:g}", tree)
-    return value
-
-
-def _value(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
-    size = 1 + len(scope.names)
-    if tree.data == "number":
-        # A text may hold 1e999: not infinity, which times 0 is no number.
-        return np.eye(size)[0] * min(float(str(tree.children[0])), 2.0 * _MAX_VALUE)
-    if tree.data == "name":
-        return _named(cast("Token", tree.children[0]), scope, complain)
-    parts = [evaluate(child, scope, complain) for child in tree.children]
-    if tree.data == "negative":
-        return -parts[0]
-    a, b = parts
-    if tree.data == "add":
-        return a + b
-    if tree.data == "subtract":
-        return a - b
-    constant = not b[1:].any()
-    if tree.data == "divide":
-        if not constant or b[0] == 0.0:
-            raise complain("linear", "expected a divisor that is a number other than 0", tree)
-        return a / b[0]
-    if not constant and a[1:].any():
-        raise complain("linear", "expected linear expressions: one factor of a product must be a number", tree)
-    return a * b[0] if constant else b * a[0]
-
-
-def _named(name: Token, scope: NameScope, complain: Complain) -> Floats:
-    size = 1 + len(scope.names)
-    if str(name) in scope.values:
-        return np.eye(size)[0] * scope.values[str(name)]
-    if str(name) in scope.names:
-        return np.eye(size)[1 + scope.names.index(str(name))]
-    names = ", ".join((*scope.names, *scope.values)) or "none here"
-    raise complain("unknown-name", f"unknown name {str(name)!r}; expected one of {names}", name)
-
-
-def whole_number(value: Floats, node: Tree, complain: Complain) -> int:
-    """The value, if it is an integer without parameters."""
-    if value[1:].any() or value[0] != round(value[0]):
-        raise complain("whole", "expected a whole number without parameters", node)
-    return round(value[0])
-
-
-MOST_CHARACTERS = 1_000_000
-MOST_TEMPLATES, MOST_WIRES, MOST_PARAMETERS, MOST_COUNT = 1_000, 200, 12, 20
-_MAX_REPEATS = 2_000
-"""Largest number of repeats of a template, including nested ones."""
-
-
-@cache
-def _parser() -> Lark:
-    grammar = Path(__file__).with_name("templates.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", propagate_positions=True, maybe_placeholders=False)
 
 
 def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
@@ -127,6 +68,10 @@ def parse_templates(text: str, file: str = "<text>") -> tuple[Template, ...]:
         raise _error("too-deep", "expressions are nested too deep", Location(file=file), text) from error
 
 
+def _error(code: str, message: str, where: Location, text: str, hint: str = "") -> LanguageError:
+    return LanguageError((Finding("error", code, message, where, hint),), text)
+
+
 def _templates(tree: Tree, text: str, file: str) -> tuple[Template, ...]:
     templates: list[Template] = []
     names: set[str] = set()
@@ -142,10 +87,6 @@ def _templates(tree: Tree, text: str, file: str) -> tuple[Template, ...]:
     if not templates:
         raise _error("empty", "expected at least one template, found none", Location(file=file), text)
     return tuple(templates)
-
-
-def _error(code: str, message: str, where: Location, text: str, hint: str = "") -> LanguageError:
-    return LanguageError((Finding("error", code, message, where, hint),), text)
 
 
 class _TemplateReader:
@@ -181,7 +122,7 @@ class _TemplateReader:
         for statement in statements:
             if statement.data == "count":
                 first, last = (
-                    whole_number(evaluate(part, NameScope((), {}), self.error), part, self.error)
+                    _whole_number(_evaluate(part, NameScope((), {}), self.error), part, self.error)
                     for part in statement.children[1:]
                 )
                 if not 0 <= first <= last <= MOST_COUNT:
@@ -242,21 +183,23 @@ class _TemplateReader:
         )
 
     def _constant(self, tree: Tree, counts: dict[str, int]) -> float:
-        return float(evaluate(tree, NameScope((), counts), self.error)[0])
+        return float(_evaluate(tree, NameScope((), counts), self.error)[0])
 
     def _run(self, statements: list[Tree], scope: NameScope, wires: list[Floats], limits: list[Floats]) -> None:
         for statement in statements:
             if statement.data in {"line", "arc"}:
                 ends = [
-                    evaluate(part, scope, self.error) for point in statement.children[:2] for part in point.children
+                    _evaluate(part, scope, self.error) for point in statement.children[:2] for part in point.children
                 ]
-                bulge = evaluate(statement.children[2], scope, self.error) if statement.data == "arc" else 0.0 * ends[0]
+                bulge = (
+                    _evaluate(statement.children[2], scope, self.error) if statement.data == "arc" else 0.0 * ends[0]
+                )
                 wires.append(np.array([*ends, bulge]))
                 if len(wires) > MOST_WIRES:
                     raise self.error("too-many", f"expected at most {MOST_WIRES} wires", statement)
             elif statement.data == "limit":
                 first, sign, second = statement.children
-                difference = evaluate(second, scope, self.error) - evaluate(first, scope, self.error)
+                difference = _evaluate(second, scope, self.error) - _evaluate(first, scope, self.error)
                 limits.append(difference if sign == "<=" else -difference)
                 if len(limits) > MOST_WIRES:
                     raise self.error("too-many", f"expected at most {MOST_WIRES} constraints", statement)
@@ -267,7 +210,7 @@ class _TemplateReader:
 
     def _repeat(self, tree: Tree, scope: NameScope, wires: list[Floats], limits: list[Floats]) -> None:
         name, first, last, *statements = tree.children
-        low, high = (whole_number(evaluate(bound, scope, self.error), bound, self.error) for bound in (first, last))
+        low, high = (_whole_number(_evaluate(bound, scope, self.error), bound, self.error) for bound in (first, last))
         if str(name) in scope.names or str(name) in scope.values:
             raise self.error("twice", f"{str(name)!r} is already a parameter, a count or a repeat", name)
         self.num_repeats += max(high - low + 1, 1)
@@ -291,6 +234,60 @@ class _TemplateReader:
             )
 
 
+def _whole_number(value: Floats, node: Tree, complain: Complain) -> int:
+    """The value, if it is an integer without parameters."""
+    if value[1:].any() or value[0] != round(value[0]):
+        raise complain("whole", "expected a whole number without parameters", node)
+    return round(value[0])
+
+
+def _evaluate(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
+    """[1 + D] constant and coefficients of an expression.
+
+    Raises:
+        LanguageError: If there are unknown names, products or quotients of parameters, divisions by 0, or huge numbers.
+    """
+    value = _value(tree, scope, complain)
+    if not (np.abs(value) <= _MAX_VALUE).all():
+        raise complain("too-large", f"expected numbers up to {_MAX_VALUE:g}", tree)
+    return value
+
+
+def _value(tree: Tree, scope: NameScope, complain: Complain) -> Floats:
+    size = 1 + len(scope.names)
+    if tree.data == "number":
+        # A text may hold 1e999: not infinity, which times 0 is no number.
+        return np.eye(size)[0] * min(float(str(tree.children[0])), 2.0 * _MAX_VALUE)
+    if tree.data == "name":
+        return _named(cast("Token", tree.children[0]), scope, complain)
+    parts = [_evaluate(child, scope, complain) for child in tree.children]
+    if tree.data == "negative":
+        return -parts[0]
+    a, b = parts
+    if tree.data == "add":
+        return a + b
+    if tree.data == "subtract":
+        return a - b
+    constant = not b[1:].any()
+    if tree.data == "divide":
+        if not constant or b[0] == 0.0:
+            raise complain("linear", "expected a divisor that is a number other than 0", tree)
+        return a / b[0]
+    if not constant and a[1:].any():
+        raise complain("linear", "expected linear expressions: one factor of a product must be a number", tree)
+    return a * b[0] if constant else b * a[0]
+
+
+def _named(name: Token, scope: NameScope, complain: Complain) -> Floats:
+    size = 1 + len(scope.names)
+    if str(name) in scope.values:
+        return np.eye(size)[0] * scope.values[str(name)]
+    if str(name) in scope.names:
+        return np.eye(size)[1 + scope.names.index(str(name))]
+    names = ", ".join((*scope.names, *scope.values)) or "none here"
+    raise complain("unknown-name", f"unknown name {str(name)!r}; expected one of {names}", name)
+
+
 def _combinations(counts: list[tuple[str, int, int]]) -> list[dict[str, int]]:
     combinations: list[dict[str, int]] = [{}]
     for name, first, last in counts:
@@ -298,3 +295,9 @@ def _combinations(counts: list[tuple[str, int, int]]) -> list[dict[str, int]]:
             {**combination, name: value} for combination in combinations for value in range(first, last + 1)
         ]
     return combinations
+
+
+@cache
+def _parser() -> Lark:
+    grammar = Path(__file__).with_name("templates.lark").read_text(encoding="utf-8")
+    return Lark(grammar, parser="lalr", propagate_positions=True, maybe_placeholders=False)

@@ -1,7 +1,4 @@
-"""A new building: units on other grids of labels, with the rest stretched around them.
-
-A wall with its units as a facade: boxes of the elements in its cells, and the grid of the cells.
-"""
+"""A new building: units on other grids of labels, the rest stretched around them; and its walls as facades."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from grammarlab.facade.reading.annotation import annotate
 from grammarlab.facade.reading.assembling import assemble as assemble_boxes
 from grammarlab.facade.tree import Facade
 from grammarlab.synthesis.analysis.example import OUTSIDE, Example, Region
-from grammarlab.synthesis.label_grid import LabelGrid
+from grammarlab.synthesis.label_grid import LabelGrid, unnumbered
 from grammarlab.synthesis.mesh.surface import Surface, joined
 from grammarlab.synthesis.mesh.views import placed_from, plane_of
 from grammarlab.synthesis.units import BuildingCut, Knots, Stretch, row_knots
@@ -56,6 +53,15 @@ class Tiling:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class UnstitchedPieces:
+    """All pieces of a new building in place, not yet stitched."""
+
+    surface: Surface
+    first: Ints
+    """[N + 1] first point of each piece: of the rest, then of the cells of each tiling, row by row."""
+
+
 def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, regions: Ints | None = None) -> Ints:
     """[R, C, 3] wall, row and column of the unit for each cell of a grid.
 
@@ -78,23 +84,6 @@ def sources_of(walls: Sequence[Region], choice: Sequence[int], grid: LabelGrid, 
             )
             cache[key] = (wall, *walls[wall].source(label, key[2]))
         sources[row, column] = cache[key]
-    return sources
-
-
-def natural(walls: Sequence[Region], sources: Ints) -> tuple[Floats, Floats]:
-    """[C] widths and [R] heights: those of a line's most frequent unit, the first of equally frequent ones."""
-    widths = [np.diff(walls[wall].columns.line)[column] for wall, _, column in _most(sources.swapaxes(0, 1))]
-    heights = [np.diff(walls[wall].rows.line)[row] for wall, row, _ in _most(sources)]
-    return np.array(widths), np.array(heights)
-
-
-def _most(lines: Ints) -> list[tuple[int, int, int]]:
-    """The most frequent unit of each line [L, N, 3], the first in its wall of equally frequent ones."""
-    sources = []
-    for line in lines:
-        units, counts = np.unique(line, axis=0, return_counts=True)
-        wall, row, column = units[counts.argmax()].tolist()
-        sources.append((wall, row, column))
     return sources
 
 
@@ -143,30 +132,9 @@ def stretch_for(
     return Stretch((across, row_knots(main.rows.line, rows), deep))
 
 
-def region_bounds(region: Region, stretch: Stretch) -> tuple[Floats, Floats, float]:
-    """Low and high corner [2] of a region in the new building, and the depth of its wall, in its view."""
-    bounds = []
-    for axis, ends in (
-        (0, (region.low[0], region.high[0])),
-        (1, (region.low[1], region.high[1])),
-        (2, (region.plane,)),
-    ):
-        planes = [plane_of(region.side, axis, float(end)) for end in ends]
-        new = [float(stretch.along(plane.axis, np.array([plane.position]))[0]) for plane in planes]
-        bounds.append([plane_of_view(region.side, axis, position) for position in new])
-    low = np.array([bounds[0][0], bounds[1][0]])
-    return low, np.array([bounds[0][1], bounds[1][1]]), bounds[2][0]
-
-
-def plane_of_view(side: int, axis: int, position: float) -> float:
-    """Coordinate in a view of a plane of the building; the axis of the plane is that of the view's axis."""
-    sign = plane_of(side, axis, 1.0).position
-    return position * sign
-
-
 def counts_for(region: Region, stretch: Stretch) -> tuple[int, int]:
     """Number of rows and columns that fit into the bounds of a region in the new building."""
-    low, high, _ = region_bounds(region, stretch)
+    low, high, _ = _region_bounds(region, stretch)
     columns, rows = (high - low) / (region.high - region.low) * [len(region.columns), len(region.rows)]
     return max(1, round(float(rows))), max(1, round(float(columns)))
 
@@ -182,7 +150,7 @@ def tile(walls: Sequence[Region], region_index: int, grid: LabelGrid, sources: I
         stretch: stretch of the building.
     """
     region = walls[region_index]
-    low, high, plane = region_bounds(region, stretch)
+    low, high, plane = _region_bounds(region, stretch)
     lines = []
     for axis, sizes in enumerate(natural(walls, sources)):
         part = np.concatenate([[0.0], np.cumsum(sizes)]) / sizes.sum()
@@ -194,13 +162,11 @@ def tile(walls: Sequence[Region], region_index: int, grid: LabelGrid, sources: I
     )
 
 
-@dataclass(frozen=True, eq=False)
-class UnstitchedPieces:
-    """All pieces of a new building in place, not yet stitched."""
-
-    surface: Surface
-    first: Ints
-    """[N + 1] first point of each piece: of the rest, then of the cells of each tiling, row by row."""
+def natural(walls: Sequence[Region], sources: Ints) -> tuple[Floats, Floats]:
+    """[C] widths and [R] heights: those of a line's most frequent unit, the first of equally frequent ones."""
+    widths = [np.diff(walls[wall].columns.line)[column] for wall, _, column in _most(sources.swapaxes(0, 1))]
+    heights = [np.diff(walls[wall].rows.line)[row] for wall, row, _ in _most(sources)]
+    return np.array(widths), np.array(heights)
 
 
 def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> UnstitchedPieces:
@@ -233,7 +199,7 @@ def facade_of(region: Region) -> Facade:
     for row, column in np.ndindex(region.grid.labels.shape):
         elements = region.elements_in(row, column)
         boxes.append(elements)
-        names += [_plain(region.grid.names[int(region.grid.labels[row, column])])] * len(elements)
+        names += [unnumbered(region.grid.names[int(region.grid.labels[row, column])])] * len(elements)
     return _facade(np.concatenate(boxes), names, region.wall)
 
 
@@ -247,23 +213,41 @@ def facade_of_tiling(tiling: Tiling, stretch: Stretch) -> Facade:
         new_low, new_high = tiling.cell(row, column)
         part = (tiling.walls[number].elements_in(*source).reshape(-1, 2, 2) - low) / (high - low)
         boxes.append((new_low + part * (new_high - new_low)).reshape(-1, 4))
-        names += [_plain(tiling.grid.names[label])] * len(boxes[-1])
+        names += [unnumbered(tiling.grid.names[label])] * len(boxes[-1])
     wall = np.array(
-        [
-            [
-                plane_of_view(region.side, axis, float(stretch.along(plane.axis, np.array([plane.position]))[0]))
-                for axis, plane in ((axis, plane_of(region.side, axis, float(corner[axis]))) for axis in (0, 1))
-            ]
-            for corner in region.wall
-        ]
+        [[_stretched(region.side, axis, float(corner[axis]), stretch) for axis in (0, 1)] for corner in region.wall]
     )
     return _facade(np.concatenate(boxes), names, wall)
 
 
-def _plain(name: str) -> str:
-    """The name of a label without its distinguishing number."""
-    head, _, number = name.rpartition("-")
-    return head if head and number.isdigit() else name
+def _region_bounds(region: Region, stretch: Stretch) -> tuple[Floats, Floats, float]:
+    """Low and high corner [2] of a region in the new building, and the depth of its wall, in its view."""
+    bounds = []
+    for axis, ends in (
+        (0, (region.low[0], region.high[0])),
+        (1, (region.low[1], region.high[1])),
+        (2, (region.plane,)),
+    ):
+        bounds.append([_stretched(region.side, axis, float(end), stretch) for end in ends])
+    low = np.array([bounds[0][0], bounds[1][0]])
+    return low, np.array([bounds[0][1], bounds[1][1]]), bounds[2][0]
+
+
+def _stretched(side: int, axis: int, coordinate: float, stretch: Stretch) -> float:
+    """New coordinate of a plane across an axis of the view from a side, metres."""
+    plane = plane_of(side, axis, coordinate)
+    sign = plane_of(side, axis, 1.0).position
+    return float(stretch.along(plane.axis, np.array([plane.position]))[0]) * sign
+
+
+def _most(lines: Ints) -> list[tuple[int, int, int]]:
+    """The most frequent unit of each line [L, N, 3], the first in its wall of equally frequent ones."""
+    sources = []
+    for line in lines:
+        units, counts = np.unique(line, axis=0, return_counts=True)
+        wall, row, column = units[counts.argmax()].tolist()
+        sources.append((wall, row, column))
+    return sources
 
 
 def _facade(boxes: Floats, names: list[str], wall: Floats) -> Facade:

@@ -1,6 +1,6 @@
 """A new building as a stochastic grammar: buildings of other sizes with the rows and columns of its walls.
 
-Positions in the buildings of a family as CGA: each axis grows between two planes with the size of the main wall.
+Positions are CGA expressions: each axis grows between two planes with the size of the main wall.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from grammarlab.synthesis.assembly import Tiling
 from grammarlab.synthesis.building_grammar import (
     BuildingParts,
     BuildingRules,
-    Color,
     Terminal,
     halves,
     inserted_parts,
     unit_body,
 )
 from grammarlab.synthesis.grid_grammar import Units, label_pattern, write_label_family
-from grammarlab.synthesis.mesh.surface import Surface
+from grammarlab.synthesis.mesh.surface import Color, Surface
 from grammarlab.synthesis.mesh.views import VIEWS
 from grammarlab.synthesis.units import Stretch
 
-_SIZE_DIGITS, _RATE_DIGITS = 6, 9
+_DIGITS, _RATE_DIGITS = 6, 9
+"""Decimal digits of lengths, metres, and of lengths per metre of growth."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,50 +83,10 @@ class BuildingGrowth:
     def _text(self, axis: int, value: float, rate: float) -> str:
         factor = number(rate, _RATE_DIGITS)
         if factor == "0":
-            return number(value, _SIZE_DIGITS)
+            return number(value, _DIGITS)
         growth = next(axis_growth for axis_growth in self.growths if axis_growth.axis == axis)
-        start = number(value - rate * growth.usual, _SIZE_DIGITS)
+        start = number(value - rate * growth.usual, _DIGITS)
         return f"{start} + {'' if factor == '1' else f'{factor} * '}{growth.attribute}"
-
-
-def building_growth(main: Tiling, rows: KindSequence, storeys: Storeys) -> BuildingGrowth:
-    """The growth of a building with the columns and rows of its main wall, which faces z.
-
-    The two lowest rows and the highest one keep their sizes, as far as they occur in every facade.
-
-    Args:
-        main: the main wall of the building that the family is made from.
-        rows: sequence of the kinds of rows of the main wall.
-        storeys: the possible numbers of turns of its runs of rows.
-    """
-    lowest, highest = _fixed_rows(rows, storeys)
-    columns, lines = main.columns, main.rows
-    return BuildingGrowth(
-        np.array([columns[0], lines[0], main.plane]),
-        (
-            Growth(0, float(columns[0]), float(columns[-1]), WIDTH, float(columns[-1] - columns[0])),
-            Growth(1, float(lines[lowest]), float(lines[-1 - highest]), HEIGHT, float(lines[-1] - lines[0])),
-        ),
-    )
-
-
-def _fixed_rows(rows: KindSequence, storeys: Storeys) -> tuple[int, int]:
-    """Number of lowest and of highest rows that are the same in every facade."""
-    num, fewest = len(rows.kind), len(rows.kind)
-    below, above = num, num
-    if storeys.runs:
-        turns = [
-            min(run.turns, *times) for run, times in zip(storeys.runs, zip(*storeys.times, strict=True), strict=True)
-        ]
-        first, last = storeys.runs[0], storeys.runs[-1]
-        below = first.start + turns[0] * first.period
-        above = num - last.end + turns[-1] * last.period
-        fewest -= sum((run.turns - least) * run.period for run, least in zip(storeys.runs, turns, strict=True))
-    lowest = max(0, min(2, below, fewest // 2))
-    return lowest, max(0, min(1, above, fewest - 1 - lowest))
-
-
-_DIGITS = 6
 
 
 def building_family(
@@ -150,7 +110,7 @@ def building_family(
     main = tilings[0]
 
     def around(rows: KindSequence) -> Around:
-        growth = building_growth(main, rows, storeys_of(rows, *heights))
+        growth = _building_growth(main, rows, storeys_of(rows, *heights))
         return writer.around(tilings, growth)
 
     family = write_label_family(main.grid, writer.units(main), widths, heights, around)
@@ -251,3 +211,40 @@ def _repeat(lines: KindSequence) -> Repeat | None:
     free = [index for index, kind in enumerate(lines.kind) if not lines.doors[kind]]
     inner = [index for index in free if 0 < index < len(lines.kind) - 1] or free
     return Repeat(inner[len(inner) // 2], 1, 1) if inner else None
+
+
+def _building_growth(main: Tiling, rows: KindSequence, storeys: Storeys) -> BuildingGrowth:
+    """The growth of a building with the columns and rows of its main wall, which faces z.
+
+    The two lowest rows and the highest one keep their sizes, as far as they occur in every facade.
+
+    Args:
+        main: the main wall of the building that the family is made from.
+        rows: sequence of the kinds of rows of the main wall.
+        storeys: the possible numbers of turns of its runs of rows.
+    """
+    lowest, highest = _fixed_rows(rows, storeys)
+    columns, lines = main.columns, main.rows
+    return BuildingGrowth(
+        np.array([columns[0], lines[0], main.plane]),
+        (
+            Growth(0, float(columns[0]), float(columns[-1]), WIDTH, float(columns[-1] - columns[0])),
+            Growth(1, float(lines[lowest]), float(lines[-1 - highest]), HEIGHT, float(lines[-1] - lines[0])),
+        ),
+    )
+
+
+def _fixed_rows(rows: KindSequence, storeys: Storeys) -> tuple[int, int]:
+    """Number of lowest and of highest rows that are the same in every facade."""
+    num, fewest = len(rows.kind), len(rows.kind)
+    below, above = num, num
+    if storeys.runs:
+        turns = [
+            min(run.turns, *times) for run, times in zip(storeys.runs, zip(*storeys.times, strict=True), strict=True)
+        ]
+        first, last = storeys.runs[0], storeys.runs[-1]
+        below = first.start + turns[0] * first.period
+        above = num - last.end + turns[-1] * last.period
+        fewest -= sum((run.turns - least) * run.period for run, least in zip(storeys.runs, turns, strict=True))
+    lowest = max(0, min(2, below, fewest // 2))
+    return lowest, max(0, min(1, above, fewest - 1 - lowest))

@@ -1,8 +1,7 @@
 """A new building as rules: rows and columns of units, which are meshes, and the rest as one mesh.
 
-The rules make the building without stitching, accurate to the millimetre.
-
-Units and the rest of closed examples as closed solids: cuts have faces, so that neighbours touch without gaps.
+The rules make the building without stitching, accurate to the millimetre. Units and the rest of closed examples are
+closed solids: cuts have faces, so that neighbours touch without gaps.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from grammarlab.facade.grammar.rule_text import RuleNames, number, rule_name
 from grammarlab.synthesis.analysis.example import Example, Region
 from grammarlab.synthesis.assembly import Tiling
 from grammarlab.synthesis.mesh.solids import solid_of, surface_of
-from grammarlab.synthesis.mesh.surface import Surface, sliced
+from grammarlab.synthesis.mesh.surface import Color, Surface, sliced
 from grammarlab.synthesis.mesh.views import VIEWS, placed_from, seen_from
 from grammarlab.synthesis.units import SNAP, BuildingCut, Stretch, UnitStock
 
@@ -28,6 +27,8 @@ _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 _SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 _FACES = np.array([triangle for a, b, c, d in _SIDES for triangle in ((a, b, c), (a, c, d))], dtype=np.uint64)
 """[12, 3] triangles of a box, rows of `_CORNERS`, seen from outside."""
+_DIGITS = 6
+"""Decimal digits of lengths: micrometres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +51,36 @@ class BuildingParts:
         return surface.moved(seen_from(region.side, surface.points))
 
 
+@dataclass(frozen=True, slots=True)
+class Terminal:
+    """A mesh of one material that rules insert."""
+
+    name: str
+    """File name."""
+    surface: Surface
+
+
+@dataclass(frozen=True, slots=True)
+class BuildingRules:
+    """Rules and the meshes they insert."""
+
+    text: str
+    terminals: tuple[Terminal, ...]
+
+
 def parts_of(examples: Sequence[Example], stock: UnitStock) -> BuildingParts:
     """The units and the rest: as solids if all examples are closed, else open where they were cut."""
     solids: list[Manifold] = []
     rest, num_colors = stock.cut.rest, 0
-    for number, example in enumerate(examples):
+    for index, example in enumerate(examples):
         solid = solid_of(replace(example.surface, material=example.surface.material + num_colors))
         num_colors += len(example.mesh.colors)
         if solid is None:
             return BuildingParts(stock, (), stock.cut.rest)
-        for region in example.regions if number == 0 else [example.main]:
+        for region in example.regions if index == 0 else [example.main]:
             units, solid = solid.split(_box_before(region, region.low, region.high))
             solids.append(units)
-        if number == 0:
+        if index == 0:
             rest = _painted(solid)
     return BuildingParts(stock, tuple(solids), rest)
 
@@ -80,52 +98,6 @@ def halves(surface: Surface, axis: int, position: float) -> list[Surface]:
     low, high = low - 1.0, high + 1.0
     low[axis] = position
     return [_painted(half) for half in solid.split(_box(low, high)) if not half.is_empty()]
-
-
-def _box_before(region: Region, low: Floats, high: Floats) -> Manifold:
-    """The box of a rectangle in a wall, as deep as its units."""
-    ends = placed_from(region.side, np.array([[*low, region.back], [*high, region.front]]))
-    return _box(ends.min(axis=0), ends.max(axis=0))
-
-
-def _box(low: Floats, high: Floats) -> Manifold:
-    points = low + _CORNERS * (high - low)
-    return Manifold(Mesh64(points, _FACES, face_id=np.full(len(_FACES), _CUT, dtype=np.uint64)))
-
-
-def _painted(solid: Manifold) -> Surface:
-    """The surface of a piece; faces of cuts get the material of most of its other area."""
-    surface = surface_of(solid)
-    cut = surface.material == _CUT
-    if not cut.any():
-        return surface
-    a, b, c = surface.corners().swapaxes(0, 1)
-    area = np.where(cut, 0.0, np.linalg.norm(np.cross(b - a, c - a), axis=1))
-    usual = np.bincount(np.where(cut, 0, surface.material), weights=area).argmax()
-    return replace(surface, material=np.where(cut, usual, surface.material))
-
-
-_DIGITS = 6
-
-Color = tuple[float, float, float, float]
-"""Red, green, blue and opacity, 0 to 1."""
-
-
-@dataclass(frozen=True, slots=True)
-class Terminal:
-    """A mesh of one material that rules insert."""
-
-    name: str
-    """File name."""
-    surface: Surface
-
-
-@dataclass(frozen=True, slots=True)
-class BuildingRules:
-    """Rules and the meshes they insert."""
-
-    text: str
-    terminals: tuple[Terminal, ...]
 
 
 def building_rules(
@@ -160,38 +132,31 @@ def building_rules(
     return BuildingRules("\n\n".join([head, *rules]) + "\n", tuple(terminals))
 
 
-def _rows(
-    rule: str,
-    cut: BuildingCut,
-    tiling: Tiling,
-    names: RuleNames,
+def inserted_parts(
+    file: str,
+    surface: Surface,
+    placement: Callable[[Floats, Floats], tuple[str, str]],
     colors: Sequence[Color],
     terminals: list[Terminal],
-) -> list[str]:
-    """The rules of one wall: its rows, each different row, each unit."""
-    units, inverse = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
-    cell_units: Ints = inverse.reshape(tiling.grid.labels.shape)
-    unit = []
-    for wall, row, column in units.tolist():
-        grid = tiling.walls[wall].grid
-        unit.append(names.new(f"{rule}{rule_name(grid.names[grid.labels[row, column]])}"))
-    kinds: dict[tuple[int, ...], str] = {}
-    lines = [tuple(int(unit_index) for unit_index in line) for line in cell_units]
-    for line in lines:
-        if line not in kinds:
-            kinds[line] = names.new(f"{rule}Row{len(kinds) + 1}")
-    heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
-    parts = [(float(height), kinds[line]) for height, line in zip(heights, lines, strict=True)]
-    rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
-    for row, name in kinds.items():
-        split = _split([(float(width), unit[index]) for width, index in zip(widths, row, strict=True)])
-        rules.append(f"{name} -->\n    split(x) {{ {split} }}")
-    for name, source in zip(unit, units.tolist(), strict=True):
-        wall, row, column = source
-        region = tiling.walls[wall]
-        body = unit_body(cut.cells[wall][row][column], region, row, column, colors, terminals)
-        rules.append(f"{name} -->\n{body}")
-    return rules
+) -> str:
+    """CGA that inserts a surface, one mesh per material.
+
+    Args:
+        file: name of its files, without the start and the end that all share.
+        surface: the surface.
+        placement: the CGA of the position and size in the scope of a box, given by its low and high corner [3].
+        colors: colors of materials.
+        terminals: meshes so far.
+    """
+    lines = []
+    used = np.unique(surface.material).tolist()
+    for part_index, material in enumerate(used):
+        part = surface.part(surface.material == material)
+        name = f"unit-{file}{f'-{part_index}' if len(used) > 1 else ''}.glb"
+        terminals.append(Terminal(name, part))
+        position, size = placement(part.points.min(axis=0), part.points.max(axis=0))
+        lines.append(f'    [ color("{_hex(colors[material])}") t({position}) s({size}) i("{name}") Mesh. ]')
+    return "\n".join([*lines, "    NIL"])
 
 
 def unit_body(
@@ -230,40 +195,70 @@ def unit_body(
     return inserted_parts(name, surface, placement, colors, terminals)
 
 
-def inserted_parts(
-    file: str,
-    surface: Surface,
-    placement: Callable[[Floats, Floats], tuple[str, str]],
-    colors: Sequence[Color],
-    terminals: list[Terminal],
-) -> str:
-    """CGA that inserts a surface, one mesh per material.
-
-    Args:
-        file: name of its files, without the start and the end that all share.
-        surface: the surface.
-        placement: the CGA of the position and size in the scope of a box, given by its low and high corner [3].
-        colors: colors of materials.
-        terminals: meshes so far.
-    """
-    lines = []
-    used = np.unique(surface.material).tolist()
-    for part_index, material in enumerate(used):
-        part = surface.part(surface.material == material)
-        name = f"unit-{file}{f'-{part_index}' if len(used) > 1 else ''}.glb"
-        terminals.append(Terminal(name, part))
-        position, size = placement(part.points.min(axis=0), part.points.max(axis=0))
-        lines.append(f'    [ color("{_hex(colors[material])}") t({position}) s({size}) i("{name}") Mesh. ]')
-    return "\n".join([*lines, "    NIL"])
+def _painted(solid: Manifold) -> Surface:
+    """The surface of a piece; faces of cuts get the material of most of its other area."""
+    surface = surface_of(solid)
+    cut = surface.material == _CUT
+    if not cut.any():
+        return surface
+    a, b, c = surface.corners().swapaxes(0, 1)
+    area = np.where(cut, 0.0, np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    usual = np.bincount(np.where(cut, 0, surface.material), weights=area).argmax()
+    return replace(surface, material=np.where(cut, usual, surface.material))
 
 
-def _split(parts: list[tuple[float, str]]) -> str:
-    return " | ".join(f"{number(size, _DIGITS)} : {name}" for size, name in parts)
+def _box_before(region: Region, low: Floats, high: Floats) -> Manifold:
+    """The box of a rectangle in a wall, as deep as its units."""
+    ends = placed_from(region.side, np.array([[*low, region.back], [*high, region.front]]))
+    return _box(ends.min(axis=0), ends.max(axis=0))
+
+
+def _box(low: Floats, high: Floats) -> Manifold:
+    points = low + _CORNERS * (high - low)
+    return Manifold(Mesh64(points, _FACES, face_id=np.full(len(_FACES), _CUT, dtype=np.uint64)))
+
+
+def _hex(color: Color) -> str:
+    return "#" + "".join(f"{round(255 * channel):02X}" for channel in color[:3])
 
 
 def _list(values: Sequence[float] | Floats, before: Sequence[str] = ("", "", "")) -> str:
     return ", ".join(f"{head}{number(float(value), _DIGITS)}" for head, value in zip(before, values, strict=True))
 
 
-def _hex(color: Color) -> str:
-    return "#" + "".join(f"{round(255 * channel):02X}" for channel in color[:3])
+def _rows(
+    rule: str,
+    cut: BuildingCut,
+    tiling: Tiling,
+    names: RuleNames,
+    colors: Sequence[Color],
+    terminals: list[Terminal],
+) -> list[str]:
+    """The rules of one wall: its rows, each different row, each unit."""
+    units, inverse = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
+    cell_units: Ints = inverse.reshape(tiling.grid.labels.shape)
+    unit = []
+    for wall, row, column in units.tolist():
+        grid = tiling.walls[wall].grid
+        unit.append(names.new(f"{rule}{rule_name(grid.names[grid.labels[row, column]])}"))
+    kinds: dict[tuple[int, ...], str] = {}
+    lines = [tuple(int(unit_index) for unit_index in line) for line in cell_units]
+    for line in lines:
+        if line not in kinds:
+            kinds[line] = names.new(f"{rule}Row{len(kinds) + 1}")
+    heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
+    parts = [(float(height), kinds[line]) for height, line in zip(heights, lines, strict=True)]
+    rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
+    for row, name in kinds.items():
+        split = _split([(float(width), unit[index]) for width, index in zip(widths, row, strict=True)])
+        rules.append(f"{name} -->\n    split(x) {{ {split} }}")
+    for name, source in zip(unit, units.tolist(), strict=True):
+        wall, row, column = source
+        region = tiling.walls[wall]
+        body = unit_body(cut.cells[wall][row][column], region, row, column, colors, terminals)
+        rules.append(f"{name} -->\n{body}")
+    return rules
+
+
+def _split(parts: list[tuple[float, str]]) -> str:
+    return " | ".join(f"{number(size, _DIGITS)} : {name}" for size, name in parts)

@@ -1,6 +1,6 @@
-"""Pieces of a building as one surface: stitched, with common points along seams, capped where different units meet.
+"""Pieces of a building as one surface: stitched, with common points along seams, capped where units differ.
 
-Remaining open edges, closed without regard to shape: walks along them are filled with triangles.
+Remaining open edges are closed without regard to shape: walks along them are filled with triangles.
 """
 
 from __future__ import annotations
@@ -28,66 +28,10 @@ from grammarlab.synthesis.rims import smoothed
 from grammarlab.synthesis.separating import separated
 from grammarlab.synthesis.stitching import Matches, conformed, matches, nearest_pairs, seam_edges, stitched
 
-_MAX_OPEN_EDGES = 20_000
-"""Largest number of open edges; surfaces with more have large gaps, and stay open."""
-
-
-def mended(surface: Surface) -> Surface:
-    """The surface without open edges, if it has few: each closed walk along them becomes a fan of triangles.
-
-    Open edges always form closed walks, since they are the boundary of a sum of triangles.
-    """
-    edges, times = naked_edges(surface.triangles, len(surface.points))
-    if not len(edges) or times.sum() > _MAX_OPEN_EDGES:
-        return surface
-    fans = [_fan(walk) for walk in _walks(np.repeat(edges, times, axis=0))]
-    rows = np.concatenate(fans)
-    of_point = np.zeros(len(surface.points), dtype=np.int64)
-    of_point[surface.triangles.ravel()] = np.repeat(surface.material, 3)
-    return without_empty(
-        Surface(
-            surface.points,
-            np.concatenate([surface.triangles, rows]),
-            np.concatenate([surface.material, of_point[rows[:, 0]]]),
-        )
-    )
-
-
-def _walks(edges: Ints) -> list[list[int]]:
-    """Closed walks without repeated points that use every directed edge once."""
-    following: dict[int, list[int]] = {}
-    for start, end in edges.tolist():
-        following.setdefault(start, []).append(end)
-    walks = []
-    for start in sorted(following):
-        while following[start]:
-            walk, index = [start], {start: 0}
-            while True:
-                point = following[walk[-1]].pop()
-                if point in index:
-                    first = index[point]
-                    walks.append(walk[first:])
-                    for visited in walk[first + 1 :]:
-                        del index[visited]
-                    walk = walk[: first + 1]
-                    if first == 0 and not following[start]:
-                        break
-                    if first == 0:
-                        continue
-                else:
-                    index[point] = len(walk)
-                    walk.append(point)
-    return walks
-
-
-def _fan(walk: list[int]) -> Ints:
-    """Triangles whose edges are opposite to those of a walk."""
-    first, rest = walk[0], walk[1:]
-    return np.array([(first, b, a) for a, b in pairwise(rest)], dtype=np.int64).reshape(-1, 3)
-
-
 TOLERANCE = 1e-5
 """Tolerance of points on seams, and width of T-junctions that may remain, metres."""
+_MAX_OPEN_EDGES = 20_000
+"""Largest number of open edges; surfaces with more have large gaps, and stay open."""
 _MIN_REACH_M, _MAX_REACH_M, _NOISE_FACTOR = 0.005, 0.05, 4.0
 """Largest move of a point by stitching: bounds in metres, and a multiple of the noise between them."""
 _FOLD_WIDTH_M = 0.001
@@ -141,15 +85,6 @@ def closed(pieces: UnstitchedPieces, tilings: Sequence[Tiling], noise: float, *,
     return Closed(surface, int(moved.sum()), float(distance.max(initial=0.0)), sheets)
 
 
-def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
-    """The surface with mutually nearest open points of seams merged."""
-    edges = seam_edges(surface, planes, TOLERANCE)[0]
-    pairs = nearest_pairs(surface.points, np.unique(edges), edges, reach)
-    index = np.arange(len(surface.points))
-    index[pairs.moved] = pairs.target
-    return without_empty(Surface(surface.points, index[surface.triangles], surface.material))
-
-
 def seams(tilings: Sequence[Tiling]) -> list[Plane]:
     """The planes where the pieces of a building meet."""
     planes = []
@@ -174,7 +109,7 @@ def rounded(surface: Surface, *, was_closed: bool, sheets: bool) -> Surface:
     surface = welded(surface.moved(surface.points.astype(np.float32).astype(np.float64)), TOLERANCE / 10.0)
     surface = without_slivers(surface, TOLERANCE / 10.0)
     if was_closed:
-        surface = without_slivers(mended(surface), TOLERANCE / 10.0)
+        surface = without_slivers(_mended(surface), TOLERANCE / 10.0)
     return separated(without_folds(surface, _FOLD_WIDTH_M if sheets else np.inf))
 
 
@@ -224,3 +159,66 @@ def _is_adjacent(points: Floats, tiling: Tiling, axis: int, reach: float) -> Fla
         & (depth >= back - reach)
         & (depth <= front + reach)
     )
+
+
+def _nearer(surface: Surface, planes: Sequence[Plane], reach: float) -> Surface:
+    """The surface with mutually nearest open points of seams merged."""
+    edges = seam_edges(surface, planes, TOLERANCE)[0]
+    pairs = nearest_pairs(surface.points, np.unique(edges), edges, reach)
+    index = np.arange(len(surface.points))
+    index[pairs.moved] = pairs.target
+    return without_empty(Surface(surface.points, index[surface.triangles], surface.material))
+
+
+def _mended(surface: Surface) -> Surface:
+    """The surface without open edges, if it has few: each closed walk along them becomes a fan of triangles.
+
+    Open edges always form closed walks, since they are the boundary of a sum of triangles.
+    """
+    edges, times = naked_edges(surface.triangles, len(surface.points))
+    if not len(edges) or times.sum() > _MAX_OPEN_EDGES:
+        return surface
+    fans = [_fan(walk) for walk in _walks(np.repeat(edges, times, axis=0))]
+    rows = np.concatenate(fans)
+    of_point = np.zeros(len(surface.points), dtype=np.int64)
+    of_point[surface.triangles.ravel()] = np.repeat(surface.material, 3)
+    return without_empty(
+        Surface(
+            surface.points,
+            np.concatenate([surface.triangles, rows]),
+            np.concatenate([surface.material, of_point[rows[:, 0]]]),
+        )
+    )
+
+
+def _fan(walk: list[int]) -> Ints:
+    """Triangles whose edges are opposite to those of a walk."""
+    first, rest = walk[0], walk[1:]
+    return np.array([(first, b, a) for a, b in pairwise(rest)], dtype=np.int64).reshape(-1, 3)
+
+
+def _walks(edges: Ints) -> list[list[int]]:
+    """Closed walks without repeated points that use every directed edge once."""
+    following: dict[int, list[int]] = {}
+    for start, end in edges.tolist():
+        following.setdefault(start, []).append(end)
+    walks = []
+    for start in sorted(following):
+        while following[start]:
+            walk, index = [start], {start: 0}
+            while True:
+                point = following[walk[-1]].pop()
+                if point in index:
+                    first = index[point]
+                    walks.append(walk[first:])
+                    for visited in walk[first + 1 :]:
+                        del index[visited]
+                    walk = walk[: first + 1]
+                    if first == 0 and not following[start]:
+                        break
+                    if first == 0:
+                        continue
+                else:
+                    index[point] = len(walk)
+                    walk.append(point)
+    return walks

@@ -1,7 +1,4 @@
-"""Pictures of examples and results: buildings, label arrays, and both side by side.
-
-A wall from the front, in orthographic projection.
-"""
+"""Pictures of examples and results: buildings, label arrays, and walls from the front."""
 
 from __future__ import annotations
 
@@ -20,14 +17,18 @@ from grammarlab.scene import TriangleBatch
 from grammarlab.synthesis.analysis.example import Example, Region
 from grammarlab.synthesis.analysis.walls import depth_map
 from grammarlab.synthesis.label_grid import LabelGrid
-from grammarlab.synthesis.mesh.surface import Surface
+from grammarlab.synthesis.mesh.surface import Color, Surface
 from grammarlab.synthesis.mesh.views import seen_from
 
 _PIXELS = 400_000
 """Approximate number of pixels of a picture."""
 _SKY = (236, 239, 242)
+"""Color of empty pixels, 0 to 255."""
 _HALF_BRIGHTNESS_DEPTH_M = 0.35
 """Depth behind the plane of the wall at which brightness is halved, metres."""
+_VIEW = View(azimuth=28.0, elevation=16.0)
+_LARGEST = 900
+"""Largest side of a label picture, pixels."""
 
 
 def wall_picture(example: Example, region: Region) -> Image.Image:
@@ -38,9 +39,9 @@ def wall_picture(example: Example, region: Region) -> Image.Image:
     near = (high_seen[:, :2] > low).all(axis=1) & (low_seen[:, :2] < high).all(axis=1)
     near &= (high_seen[:, 2] >= region.back) & (low_seen[:, 2] <= region.front)
     rows = np.flatnonzero(near)
-    map_ = depth_map(corners[rows], _PIXELS)
-    part = map_.rows(low[1], high[1]), map_.columns(low[0], high[0])
-    triangle, depth = map_.triangle[part], map_.depth[part]
+    wall_map = depth_map(corners[rows], _PIXELS)
+    part = wall_map.rows(low[1], high[1]), wall_map.columns(low[0], high[0])
+    triangle, depth = wall_map.triangle[part], wall_map.depth[part]
     colors = np.array(example.mesh.colors)[:, :3] * 255.0
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     flat = np.abs(facing[:, 2]) / np.maximum(np.linalg.norm(facing, axis=1), 1e-12)
@@ -50,11 +51,6 @@ def wall_picture(example: Example, region: Region) -> Image.Image:
     shaded = colors[example.surface.material[chosen]] * light[..., None]
     shaded[triangle < 0] = _SKY
     return Image.fromarray(np.clip(shaded[::-1], 0, 255).astype(np.uint8))
-
-
-_VIEW = View(azimuth=28.0, elevation=16.0)
-_LARGEST = 900
-"""Largest side of a label picture, pixels."""
 
 
 def label_picture(grid: LabelGrid, cell: int = 28) -> Image.Image:
@@ -75,17 +71,9 @@ def label_picture(grid: LabelGrid, cell: int = 28) -> Image.Image:
     return page
 
 
-def _color(number: int) -> tuple[int, int, int]:
-    # Steps by the golden ratio give well separated hues for any number of labels.
-    red, green, blue = colorsys.hls_to_rgb((0.58 + 0.618034 * number) % 1.0, 0.62 - 0.12 * (number % 3 == 2), 0.5)
-    return round(255 * red), round(255 * green), round(255 * blue)
-
-
-def building_picture(
-    surface: Surface, colors: Sequence[tuple[float, float, float, float]], size: tuple[int, int] = (480, 400)
-) -> Image.Image:
+def building_picture(surface: Surface, colors: Sequence[Color], size: tuple[int, int] = (480, 400)) -> Image.Image:
     """A building from the front right."""
-    batch = triangle_batch(surface, colors)
+    batch = _triangle_batch(surface, colors)
     options = RenderOptions(
         width=size[0], height=size[1], samples=2, openness_rays=2, ground=True, view=_VIEW, look=Look()
     )
@@ -93,7 +81,13 @@ def building_picture(
     return Image.fromarray(RaycastRenderer().render(batch, camera, options))
 
 
-def triangle_batch(surface: Surface, colors: Sequence[tuple[float, float, float, float]]) -> TriangleBatch:
+def _color(number: int) -> tuple[int, int, int]:
+    # Steps by the golden ratio give well separated hues for any number of labels.
+    red, green, blue = colorsys.hls_to_rgb((0.58 + 0.618034 * number) % 1.0, 0.62 - 0.12 * (number % 3 == 2), 0.5)
+    return round(255 * red), round(255 * green), round(255 * blue)
+
+
+def _triangle_batch(surface: Surface, colors: Sequence[Color]) -> TriangleBatch:
     """A surface for renderers: flat-shaded, sorted by material."""
     order = np.argsort(surface.material, kind="stable")
     corners = surface.corners()[order]
@@ -119,6 +113,6 @@ def triangle_batch(surface: Surface, colors: Sequence[tuple[float, float, float,
     )
 
 
-def _channels(color: tuple[float, float, float, float]) -> list[float]:
+def _channels(color: Color) -> list[float]:
     red, green, blue, _ = color
     return list({**CHANNELS, "color.r": red, "color.g": green, "color.b": blue}.values())

@@ -1,7 +1,4 @@
-"""Labels of the units of a facade, in rows and columns.
-
-Wishes of a person for the labels of a new facade.
-"""
+"""Labels of the units of a facade, in rows and columns, and wishes of a person for the labels of a new one."""
 
 from __future__ import annotations
 
@@ -15,6 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from grammarlab.errors import FacadeError
 
 Rows = Literal["ground", "top", "between"]
+"""Rows of a grid: the lowest, the highest, or those between them."""
+Labels = NDArray[np.int64]
+HOLE = -1
+"""Label of an unknown cell."""
+MOST_CELLS = 40_000
+"""Largest number of cells of a grid: 200 x 200."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +62,6 @@ class Wishes:
     keep: bool = True
     """Whether a unit that occurs once on the example's ground floor, such as its door, occurs exactly once there, in
     addition to those that `fixed` puts above."""
-
-
-HOLE = -1
-"""Label of an unknown cell."""
-MOST_CELLS = 40_000
-"""Largest number of cells of a grid: 200 x 200."""
-
-Labels = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +126,16 @@ class LabelGrid:
         if name not in self.names:
             raise FacadeError(f"unknown label {name!r}; expected one of {', '.join(self.names)}.")
         return self.names.index(name)
+
+
+def unnumbered(name: str) -> str:
+    """The name of a label without its distinguishing number.
+
+    >>> unnumbered("window-2"), unnumbered("shop-window")
+    ('window', 'shop-window')
+    """
+    head, _, number = name.rpartition("-")
+    return head if head and number.isdigit() else name
 
 
 def joined(examples: Sequence[LabelGrid]) -> list[LabelGrid]:

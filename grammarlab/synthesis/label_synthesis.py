@@ -1,7 +1,4 @@
-"""New grids of labels in the style of examples, of any size.
-
-Similarity of a grid of labels and its examples, in numbers.
-"""
+"""New grids of labels in the style of examples, of any size, and their similarity to the examples in numbers."""
 
 from __future__ import annotations
 
@@ -19,6 +16,11 @@ from grammarlab.synthesis.labels.grid_search import PENALTY, expectation_maximiz
 from grammarlab.synthesis.labels.ground_floor import storey_notes, with_upper_storeys
 from grammarlab.synthesis.labels.problem import MOST_COMPARED, bordered, energy, unbordered
 
+Method = Literal["exact", "em"]
+"""Methods of synthesis, see `synthesize`."""
+NO_WISHES = Wishes()
+_MOST_RESULTS = 100
+"""Largest number of grids of one call."""
 _WINDOW = 3
 """Rows and columns of a window."""
 
@@ -36,79 +38,6 @@ class Quality:
     """Total variation distance of the labels; 0 for equal frequencies."""
     novelty: float
     """Share of the grid's windows that are in no example."""
-
-
-def quality_of(grid: Labels, examples: Sequence[LabelGrid]) -> Quality:
-    """The quality of a grid.
-
-    Windows have 3 rows and 3 columns, or fewer if a grid has fewer. Holes match any label.
-
-    Args:
-        grid: [rows, columns] labels.
-        examples: examples with the same numbering of labels.
-    """
-    height = min(_WINDOW, grid.shape[0], *(example.rows for example in examples))
-    width = min(_WINDOW, grid.shape[1], *(example.columns for example in examples))
-    windows = np.unique(_windows(grid, height, width), axis=0, return_counts=True)
-    example_windows = np.unique(
-        np.concatenate([_windows(e.labels, height, width) for e in examples]), axis=0, return_counts=True
-    )
-    differ = _differences(windows[0], example_windows[0])
-    forth = float(np.average(differ.min(axis=1), weights=windows[1]))
-    back = float(np.average(differ.min(axis=0), weights=example_windows[1]))
-    return Quality(
-        patch_similarity=1.0 - (forth + back) / (2 * height * width),
-        cooccurrence=_distance([grid], [example.labels for example in examples], pairs=True),
-        histogram=_distance([grid], [example.labels for example in examples], pairs=False),
-        novelty=float(np.average(differ.min(axis=1) > 0, weights=windows[1])),
-    )
-
-
-def _windows(labels: Labels, height: int, width: int) -> Labels:
-    """The windows of a grid, [windows, height * width]."""
-    views = np.lib.stride_tricks.sliding_window_view(labels, (height, width))
-    return views.reshape(-1, height * width)
-
-
-def _differences(a: Labels, b: Labels) -> Labels:
-    """[len(one), len(other)] number of differing labels."""
-    count = np.zeros((len(a), len(b)), dtype=np.int64)
-    for label_a, label_b in zip(a.T, b.T, strict=True):
-        count += (label_a[:, None] != label_b) & (label_a[:, None] >= 0) & (label_b >= 0)
-    return count
-
-
-def _distance(a: Sequence[Labels], b: Sequence[Labels], pairs: bool) -> float:
-    """Total variation distance of labels, or of pairs of neighbours, with horizontal and vertical pairs apart."""
-    tables = []
-    for grids in (a, b):
-        keys: dict[tuple[int, ...], float] = {}
-        for labels in grids:
-            for key in _keys(labels, pairs):
-                keys[key] = keys.get(key, 0.0) + 1.0
-        total = sum(keys.values())
-        tables.append({key: frequency / total for key, frequency in keys.items()})
-    mine, theirs = tables
-    if not mine or not theirs:  # a single cell has no neighbours
-        return float(bool(mine) != bool(theirs))
-    return sum(abs(mine.get(key, 0.0) - theirs.get(key, 0.0)) for key in {*mine, *theirs}) / 2.0
-
-
-def _keys(labels: Labels, pairs: bool) -> list[tuple[int, ...]]:
-    if not pairs:
-        return [(label,) for label in labels[labels >= 0].tolist()]
-    keys = []
-    for axis in (0, 1):
-        view = labels if axis else labels.T
-        first, second = view[:, :-1].ravel(), view[:, 1:].ravel()
-        is_known = (first >= 0) & (second >= 0)
-        keys += [(axis, *pair) for pair in zip(first[is_known].tolist(), second[is_known].tolist(), strict=True)]
-    return keys
-
-
-Method = Literal["exact", "em"]
-NO_WISHES = Wishes()
-MOST_RESULTS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,8 +102,8 @@ def synthesize(
         raise FacadeError(
             f"rows, columns: expected 1 or more, and at most {MOST_CELLS:,} cells; found {rows} x {columns}."
         )
-    if not 1 <= count <= MOST_RESULTS:
-        raise FacadeError(f"count: expected 1 to {MOST_RESULTS}, found {count}.")
+    if not 1 <= count <= _MOST_RESULTS:
+        raise FacadeError(f"count: expected 1 to {_MOST_RESULTS}, found {count}.")
     grids = joined(examples)
     example_map = _checked(regions, rows, columns, len(grids))
     plain = unbordered(grids, example_map)
@@ -224,6 +153,32 @@ def synthesize(
     ]
 
 
+def quality_of(grid: Labels, examples: Sequence[LabelGrid]) -> Quality:
+    """The quality of a grid.
+
+    Windows have 3 rows and 3 columns, or fewer if a grid has fewer. Holes match any label.
+
+    Args:
+        grid: [rows, columns] labels.
+        examples: examples with the same numbering of labels.
+    """
+    height = min(_WINDOW, grid.shape[0], *(example.rows for example in examples))
+    width = min(_WINDOW, grid.shape[1], *(example.columns for example in examples))
+    windows = np.unique(_windows(grid, height, width), axis=0, return_counts=True)
+    example_windows = np.unique(
+        np.concatenate([_windows(e.labels, height, width) for e in examples]), axis=0, return_counts=True
+    )
+    differ = _differences(windows[0], example_windows[0])
+    forth = float(np.average(differ.min(axis=1), weights=windows[1]))
+    back = float(np.average(differ.min(axis=0), weights=example_windows[1]))
+    return Quality(
+        patch_similarity=1.0 - (forth + back) / (2 * height * width),
+        cooccurrence=_distance([grid], [example.labels for example in examples], pairs=True),
+        histogram=_distance([grid], [example.labels for example in examples], pairs=False),
+        novelty=float(np.average(differ.min(axis=1) > 0, weights=windows[1])),
+    )
+
+
 def _checked(regions: Labels | None, rows: int, columns: int, examples: int) -> Labels:
     if regions is None:
         return np.full((rows, columns), -1, dtype=np.int64)
@@ -235,3 +190,45 @@ def _checked(regions: Labels | None, rows: int, columns: int, examples: int) -> 
     if values.min() < 0 or values.max() >= examples:
         raise FacadeError(f"regions: expected examples 0 to {examples - 1}, found {values.min()} to {values.max()}.")
     return values.astype(np.int64)
+
+
+def _windows(labels: Labels, height: int, width: int) -> Labels:
+    """The windows of a grid, [windows, height * width]."""
+    views = np.lib.stride_tricks.sliding_window_view(labels, (height, width))
+    return views.reshape(-1, height * width)
+
+
+def _differences(a: Labels, b: Labels) -> Labels:
+    """[len(a), len(b)] number of differing labels."""
+    count = np.zeros((len(a), len(b)), dtype=np.int64)
+    for label_a, label_b in zip(a.T, b.T, strict=True):
+        count += (label_a[:, None] != label_b) & (label_a[:, None] >= 0) & (label_b >= 0)
+    return count
+
+
+def _distance(a: Sequence[Labels], b: Sequence[Labels], pairs: bool) -> float:
+    """Total variation distance of labels, or of pairs of neighbours, with horizontal and vertical pairs apart."""
+    tables = []
+    for grids in (a, b):
+        keys: dict[tuple[int, ...], float] = {}
+        for labels in grids:
+            for key in _keys(labels, pairs):
+                keys[key] = keys.get(key, 0.0) + 1.0
+        total = sum(keys.values())
+        tables.append({key: frequency / total for key, frequency in keys.items()})
+    mine, theirs = tables
+    if not mine or not theirs:  # a single cell has no neighbours
+        return float(bool(mine) != bool(theirs))
+    return sum(abs(mine.get(key, 0.0) - theirs.get(key, 0.0)) for key in {*mine, *theirs}) / 2.0
+
+
+def _keys(labels: Labels, pairs: bool) -> list[tuple[int, ...]]:
+    if not pairs:
+        return [(label,) for label in labels[labels >= 0].tolist()]
+    keys = []
+    for axis in (0, 1):
+        view = labels if axis else labels.T
+        first, second = view[:, :-1].ravel(), view[:, 1:].ravel()
+        is_known = (first >= 0) & (second >= 0)
+        keys += [(axis, *pair) for pair in zip(first[is_known].tolist(), second[is_known].tolist(), strict=True)]
+    return keys

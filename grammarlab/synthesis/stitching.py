@@ -1,13 +1,12 @@
-"""Stitching of units that are not neighbours in the example: matching points are merged (paper 004, section 4.2).
+"""Stitching of units that are not neighbours in the example, by merging points (paper 004, section 4.2).
 
 The connection points of a side are the points of a unit on its seam. Of two sides, each point of the smaller set is
 matched with the nearest point of the larger one (Eq. 3). If the distances are similar, the largest at most `CLOSE`
-times
-the smallest, all pairs are merged; otherwise only pairs up to the mean of the smallest and the largest distance. The
-paper does not define similar. No point moves further than a reach, which depends on the noise of the example: separate
-features near each other stay separate, and caps close the gap between them.
+times the smallest, all pairs are merged; otherwise only pairs up to the mean of the smallest and the largest distance.
+The paper does not define similar. No point moves further than a reach, which depends on the noise of the example:
+separate features near each other stay separate, and caps close the gap between them.
 
-Conforming edges along seams: adjacent pieces share all points of their seam.
+Edges along seams conform: adjacent pieces share all points of their seam.
 """
 
 from __future__ import annotations
@@ -24,8 +23,20 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.synthesis.mesh.surface import Surface, naked_edges, split_edges
 from grammarlab.synthesis.mesh.views import Plane
 
+CLOSE = 1.5
+"""Ratio of the largest to the smallest distance up to which all points of a side are merged."""
 _MAX_ROUNDS = 40
 """Budget of rounds; each splits open edges at the point nearest to their middle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Matches:
+    """M pairs of points to merge."""
+
+    target: Ints
+    """[M] rows of the points that stay."""
+    moved: Ints
+    """[M] rows of the points that move onto them."""
 
 
 def conformed(surface: Surface, planes: Sequence[Plane], tolerance: float) -> Surface:
@@ -64,53 +75,6 @@ def seam_edges(surface: Surface, planes: Sequence[Plane], tolerance: float) -> t
         nearest = _next_position(start, coordinates, tolerance)
         on |= (np.abs(start - nearest) <= tolerance) & (np.abs(end - nearest) <= tolerance)
     return edges[on], times[on]
-
-
-def _next_position(values: Floats, positions: Floats, tolerance: float) -> Floats:
-    """[N] the lowest of some ascending positions not below each value; infinite if there are none."""
-    if not len(positions):
-        return np.full(len(values), np.inf)
-    return positions[np.minimum(np.searchsorted(positions, values - tolerance), len(positions) - 1)]
-
-
-def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints]:
-    """Edges with points between their ends, and for each the point nearest to its middle."""
-    empty = np.zeros(0, dtype=np.int64)
-    if not len(edges):
-        return empty, empty
-    candidates = np.unique(edges)
-    tree = KDTree(points[candidates])
-    start, end = points[edges[:, 0]], points[edges[:, 1]]
-    length = np.linalg.norm(end - start, axis=1)
-    near = tree.query_ball_point((start + end) / 2.0, length / 2.0 + tolerance, return_sorted=False)
-    count = np.array([len(neighbours) for neighbours in near])
-    edge = np.repeat(np.arange(len(edges)), count)
-    via = candidates[np.concatenate([np.asarray(neighbours, dtype=np.int64) for neighbours in near])]
-    other = (via != edges[edge, 0]) & (via != edges[edge, 1])
-    edge, via = edge[other], via[other]
-    along = end[edge] - start[edge]
-    part = ((points[via] - start[edge]) * along).sum(axis=1) / length[edge] ** 2
-    miss = np.linalg.norm(points[via] - start[edge] - part[:, None] * along, axis=1)
-    inside = np.minimum(part, 1.0 - part) * length[edge] > tolerance
-    on = (miss <= tolerance) & inside
-    edge, via, part = edge[on], via[on], part[on]
-    order = np.lexsort((via, np.abs(part - 0.5), edge))
-    first = np.append(True, np.diff(edge[order]) != 0) if len(order) else np.zeros(0, dtype=bool)
-    return edge[order][first], via[order][first]
-
-
-CLOSE = 1.5
-"""Ratio of the largest to the smallest distance up to which all points of a side are merged."""
-
-
-@dataclass(frozen=True, slots=True)
-class Matches:
-    """M pairs of points to merge."""
-
-    target: Ints
-    """[M] rows of the points that stay."""
-    moved: Ints
-    """[M] rows of the points that move onto them."""
 
 
 def matches(points: Floats, first: Ints, second: Ints, reach: float) -> Matches:
@@ -165,10 +129,6 @@ def nearest_pairs(points: Floats, rows: Ints, edges: Ints, reach: float) -> Matc
     return Matches(pairs[mutual, 0], pairs[mutual, 1])
 
 
-def _first(points: Floats) -> tuple[float, ...]:
-    return tuple(points[np.lexsort(points.T[::-1])][0].tolist())
-
-
 def stitched(points: Floats, pairs: Sequence[Matches]) -> tuple[Floats, Flags]:
     """[P, 3] points after all pairs are merged at once, in any order, and [P] whether each has moved.
 
@@ -186,3 +146,40 @@ def stitched(points: Floats, pairs: Sequence[Matches]) -> tuple[Floats, Flags]:
     chosen = order[first][group]
     merged = points[chosen]
     return merged, (merged != points).any(axis=1)
+
+
+def _next_position(values: Floats, positions: Floats, tolerance: float) -> Floats:
+    """[N] the lowest of some ascending positions not below each value; infinite if there are none."""
+    if not len(positions):
+        return np.full(len(values), np.inf)
+    return positions[np.minimum(np.searchsorted(positions, values - tolerance), len(positions) - 1)]
+
+
+def _on_edges(points: Floats, edges: Ints, tolerance: float) -> tuple[Ints, Ints]:
+    """Edges with points between their ends, and for each the point nearest to its middle."""
+    empty = np.zeros(0, dtype=np.int64)
+    if not len(edges):
+        return empty, empty
+    candidates = np.unique(edges)
+    tree = KDTree(points[candidates])
+    start, end = points[edges[:, 0]], points[edges[:, 1]]
+    length = np.linalg.norm(end - start, axis=1)
+    near = tree.query_ball_point((start + end) / 2.0, length / 2.0 + tolerance, return_sorted=False)
+    count = np.array([len(neighbours) for neighbours in near])
+    edge = np.repeat(np.arange(len(edges)), count)
+    via = candidates[np.concatenate([np.asarray(neighbours, dtype=np.int64) for neighbours in near])]
+    other = (via != edges[edge, 0]) & (via != edges[edge, 1])
+    edge, via = edge[other], via[other]
+    along = end[edge] - start[edge]
+    part = ((points[via] - start[edge]) * along).sum(axis=1) / length[edge] ** 2
+    miss = np.linalg.norm(points[via] - start[edge] - part[:, None] * along, axis=1)
+    inside = np.minimum(part, 1.0 - part) * length[edge] > tolerance
+    on = (miss <= tolerance) & inside
+    edge, via, part = edge[on], via[on], part[on]
+    order = np.lexsort((via, np.abs(part - 0.5), edge))
+    first = np.append(True, np.diff(edge[order]) != 0) if len(order) else np.zeros(0, dtype=bool)
+    return edge[order][first], via[order][first]
+
+
+def _first(points: Floats) -> tuple[float, ...]:
+    return tuple(points[np.lexsort(points.T[::-1])][0].tolist())

@@ -1,8 +1,7 @@
-"""A building cut into the units of its regions and the rest.
+"""Buildings cut into the units of their regions and the rest.
 
-Units of one or several examples, with common labels, materials and file names.
-
-Stretching of the rest of a building: each axis is stretched at the units of the main walls, and moved elsewhere.
+Units of several examples have common labels, materials and file names. The rest is stretched along each axis at the
+units of the main walls, and moved elsewhere.
 """
 
 from __future__ import annotations
@@ -14,12 +13,16 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.synthesis.analysis.example import Example, Region
-from grammarlab.synthesis.label_grid import LabelGrid, joined
-from grammarlab.synthesis.mesh.surface import Surface, sliced
+from grammarlab.synthesis.label_grid import LabelGrid, joined, unnumbered
+from grammarlab.synthesis.mesh.surface import Color, Surface, sliced
 from grammarlab.synthesis.mesh.views import plane_of, seen_from
 
 SNAP = 1e-6
 """Distance from a cutting plane within which points are moved onto it, metres."""
+_SIZE_TOLERANCE_M, _DEPTH_TOLERANCE_M = 0.02, 0.03
+"""Largest differences of the elements of equal units of two examples, metres; wider with noise."""
+_NOISE_FACTOR = 4.0
+"""Multiple of the noise by which these differences are wider."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,76 @@ class BuildingCut:
     """[regions][rows][columns] the surface in each cell, in the coordinates of its view."""
     rest: Surface
     """The surface outside of all cells, in the coordinates of the building."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnitStock:
+    """Walls and their units."""
+
+    walls: tuple[Region, ...]
+    """All walls of the first example, the main one first; then the main wall of each other example."""
+    cut: BuildingCut
+    """Cells of all walls, and the rest of the first example."""
+    choice: tuple[int, ...]
+    """For each example, the index of the wall that gives the units of the main wall."""
+    colors: tuple[Color, ...]
+    """Colors of materials."""
+
+    @property
+    def grids(self) -> list[LabelGrid]:
+        """The grid of each example's main wall."""
+        return [self.walls[wall].grid for wall in self.choice]
+
+
+@dataclass(frozen=True, slots=True)
+class Knots:
+    """Positions on an axis and their new positions; the map between them is linear."""
+
+    old: Floats
+    """[K] ascending positions, metres."""
+    new: Floats
+    """[K] ascending new positions, metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """For each axis, a piecewise linear map between knots; parts beyond the first and last knot keep their size."""
+
+    axes: tuple[Knots, Knots, Knots]
+
+    def along(self, axis: int, positions: Floats) -> Floats:
+        """[N] new positions on an axis."""
+        old, new = self.axes[axis].old, self.axes[axis].new
+        outside = np.where(positions < old[0], positions - old[0] + new[0], positions - old[-1] + new[-1])
+        return np.where((positions < old[0]) | (positions > old[-1]), outside, np.interp(positions, old, new))
+
+    def moved(self, surface: Surface) -> Surface:
+        """A stretched surface, cut at inner knots, so that points on an edge stay on it."""
+        for axis, knots in enumerate(self.axes):
+            for position in knots.old[1:-1].tolist():
+                surface = sliced(surface, axis, position, SNAP)
+        return surface.moved(np.stack([self.along(axis, surface.points[:, axis]) for axis in range(3)], axis=1))
+
+
+def stock_of(examples: Sequence[Example]) -> UnitStock:
+    """The units of examples.
+
+    Units of two examples share a label if their names are equal and their elements agree: in size to 2 cm and in depth
+    to 3 cm. Other units of equal names get different names.
+    """
+    first, *others = examples
+    cut = cut_up(first.surface, first.regions)
+    walls, cells, colors = list(first.regions), list(cut.cells), list(first.mesh.colors)
+    choice = [0]
+    for number, other in enumerate(others, start=2):
+        surface = replace(other.surface, material=other.surface.material + len(colors))
+        main = replace(other.main, name=f"{number}-{other.main.name}")
+        cells.append(cut_up(surface, [main]).cells[0])
+        colors += other.mesh.colors
+        choice.append(len(walls))
+        walls.append(main)
+    stock = UnitStock(tuple(walls), BuildingCut(tuple(cells), cut.rest), tuple(choice), tuple(colors))
+    return _named(stock) if others else stock
 
 
 def cut_up(surface: Surface, regions: Sequence[Region]) -> BuildingCut:
@@ -43,6 +116,22 @@ def cut_up(surface: Surface, regions: Sequence[Region]) -> BuildingCut:
         surface = surface.part(~is_inside)
         cells.append(_cells(part.moved(seen_from(region.side, part.points)), region))
     return BuildingCut(tuple(cells), surface)
+
+
+def row_knots(old: Floats, new: Floats) -> Knots:
+    """Knots at lines of rows: the two lowest rows and the highest one stay rows, those between them share the change.
+
+    So a ground floor, or a cornice above it, ends at the same height in a corner as in the units beside it.
+
+    Args:
+        old: [R + 1] lines of the example's rows, metres.
+        new: [S + 1] new lines, metres.
+    """
+    num_inner = min(len(old), len(new)) - 2
+    lowest = min(2, (num_inner + 1) // 2)
+    highest = min(1, num_inner - lowest)
+    indices = [0, *range(1, lowest + 1), *range(-1 - highest, -1), -1]
+    return Knots(old[indices], new[indices])
 
 
 def _framed(surface: Surface, region: Region) -> Surface:
@@ -78,52 +167,6 @@ def _strips(part: Surface, axis: int, line: Floats) -> list[Surface]:
     return [*_strips(part.part(below), axis, line[: middle + 1]), *_strips(part.part(~below), axis, line[middle:])]
 
 
-_SIZE_TOLERANCE_M, _DEPTH_TOLERANCE_M = 0.02, 0.03
-"""Largest differences of the elements of equal units of two examples, metres; wider with noise."""
-_NOISE_FACTOR = 4.0
-"""Multiple of the noise by which these differences are wider."""
-
-
-@dataclass(frozen=True, eq=False)
-class UnitStock:
-    """Walls and their units."""
-
-    walls: tuple[Region, ...]
-    """All walls of the first example, the main one first; then the main wall of each other example."""
-    cut: BuildingCut
-    """Cells of all walls, and the rest of the first example."""
-    choice: tuple[int, ...]
-    """For each example, the index of the wall that gives the units of the main wall."""
-    colors: tuple[tuple[float, float, float, float], ...]
-    """Colors of materials."""
-
-    @property
-    def grids(self) -> list[LabelGrid]:
-        """The grid of each example's main wall."""
-        return [self.walls[wall].grid for wall in self.choice]
-
-
-def stock_of(examples: Sequence[Example]) -> UnitStock:
-    """The units of examples.
-
-    Units of two examples share a label if their names are equal and their elements agree: in size to 2 cm and in depth
-    to 3 cm. Other units of equal names get different names.
-    """
-    first, *others = examples
-    cut = cut_up(first.surface, first.regions)
-    walls, cells, colors = list(first.regions), list(cut.cells), list(first.mesh.colors)
-    choice = [0]
-    for number, other in enumerate(others, start=2):
-        surface = replace(other.surface, material=other.surface.material + len(colors))
-        main = replace(other.main, name=f"{number}-{other.main.name}")
-        cells.append(cut_up(surface, [main]).cells[0])
-        colors += other.mesh.colors
-        choice.append(len(walls))
-        walls.append(main)
-    stock = UnitStock(tuple(walls), BuildingCut(tuple(cells), cut.rest), tuple(choice), tuple(colors))
-    return _named(stock) if others else stock
-
-
 def _named(stock: UnitStock) -> UnitStock:
     """The stock with one numbering of the labels of its main walls."""
     known_units: dict[str, tuple[int, int, int]] = {}
@@ -134,8 +177,10 @@ def _named(stock: UnitStock) -> UnitStock:
         for label, name in enumerate(grid.names):
             unit = (wall, *walls[wall].source(label)) if (grid.labels == label).any() else None
             # The name of another example is compared with window, window-2, window-3, ...
-            head = _head(name)
-            namesakes = [candidate for candidate in known_units if candidate not in names and _head(candidate) == head]
+            head = unnumbered(name)
+            namesakes = [
+                candidate for candidate in known_units if candidate not in names and unnumbered(candidate) == head
+            ]
             same = next(
                 (candidate for candidate in namesakes if unit and _same(stock, known_units[candidate], unit)), None
             )
@@ -151,12 +196,6 @@ def _named(stock: UnitStock) -> UnitStock:
     return replace(stock, walls=tuple(walls))
 
 
-def _head(name: str) -> str:
-    """The name of a label without its distinguishing number."""
-    head, _, number = name.rpartition("-")
-    return head if head and number.isdigit() else name
-
-
 def _same(stock: UnitStock, first: tuple[int, int, int], second: tuple[int, int, int]) -> bool:
     """Whether two cells, given by wall, row and column, have equal elements."""
     noise = _NOISE_FACTOR * max(stock.walls[source[0]].noise for source in (first, second))
@@ -170,49 +209,3 @@ def _same(stock: UnitStock, first: tuple[int, int, int], second: tuple[int, int,
     if len(sizes[0]) != len(sizes[1]) or np.abs(np.subtract(*depths)).max() > _DEPTH_TOLERANCE_M + noise:
         return False
     return bool((np.abs(sizes[0] - sizes[1]) <= _SIZE_TOLERANCE_M + noise).all())
-
-
-@dataclass(frozen=True, slots=True)
-class Knots:
-    """Positions on an axis and their new positions; the map between them is linear."""
-
-    old: Floats
-    """[K] ascending positions, metres."""
-    new: Floats
-    """[K] ascending new positions, metres."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """For each axis, a piecewise linear map between knots; parts beyond the first and last knot keep their size."""
-
-    axes: tuple[Knots, Knots, Knots]
-
-    def along(self, axis: int, positions: Floats) -> Floats:
-        """[N] new positions on an axis."""
-        old, new = self.axes[axis].old, self.axes[axis].new
-        outside = np.where(positions < old[0], positions - old[0] + new[0], positions - old[-1] + new[-1])
-        return np.where((positions < old[0]) | (positions > old[-1]), outside, np.interp(positions, old, new))
-
-    def moved(self, surface: Surface) -> Surface:
-        """A stretched surface, cut at inner knots, so that points on an edge stay on it."""
-        for axis, knots in enumerate(self.axes):
-            for position in knots.old[1:-1].tolist():
-                surface = sliced(surface, axis, position, SNAP)
-        return surface.moved(np.stack([self.along(axis, surface.points[:, axis]) for axis in range(3)], axis=1))
-
-
-def row_knots(old: Floats, new: Floats) -> Knots:
-    """Knots at lines of rows: the two lowest rows and the highest one stay rows, those between them share the change.
-
-    So a ground floor, or a cornice above it, ends at the same height in a corner as in the units beside it.
-
-    Args:
-        old: [R + 1] lines of the example's rows, metres.
-        new: [S + 1] new lines, metres.
-    """
-    num_inner = min(len(old), len(new)) - 2
-    lowest = min(2, (num_inner + 1) // 2)
-    highest = min(1, num_inner - lowest)
-    indices = [0, *range(1, lowest + 1), *range(-1 - highest, -1), -1]
-    return Knots(old[indices], new[indices])

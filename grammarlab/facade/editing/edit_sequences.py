@@ -1,7 +1,4 @@
-"""Sequences of edits, and duplicates among variations.
-
-Order of variations: good ones that look different come first.
-"""
+"""Sequences of edits without duplicates, ranked so that good and different results come first."""
 
 from __future__ import annotations
 
@@ -14,31 +11,8 @@ from grammarlab.facade.editing.grids import kinds
 from grammarlab.facade.editing.variations import Variation, unedited, vary
 from grammarlab.facade.tree import LEAF, Facade, X
 
-
-def canonical(variation: Variation, kind: Ints) -> bytes:
-    """A canonical form: equal for variations of one facade that look the same, pictures aside.
-
-    Args:
-        variation: a variation of that facade.
-        kind: [N] from `kinds.kinds` of the original facade.
-    """
-    facade = variation.facade
-    leaf_kind = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
-    visible_size = np.round(variation.visible[:, 2:] - variation.visible[:, :2], 3)
-    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, leaf_kind, visible_size))
-
-
-def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
-    """The variations without those that look like an earlier one.
-
-    Args:
-        variations: variations of one facade.
-        kind: [N] from `kinds.kinds` of the original facade.
-    """
-    first: dict[bytes, Variation] = {}
-    for variation in variations:
-        first.setdefault(canonical(variation, kind), variation)
-    return tuple(first.values())
+_POINTS_PER_SIDE = 48
+"""Number of points along each side of a facade at which two of them are compared."""
 
 
 def sequences(
@@ -82,14 +56,30 @@ def sequences(
     return variations
 
 
-def _in_step(facade: Facade, grid: str, axis: int, others: Sequence[str]) -> tuple[str, ...]:
-    """Those of some grids with as many columns (rows) as another one."""
-    count = {other.name: other.num_columns if axis == X else other.num_rows for other in facade.grids}
-    return tuple(name for name in others if count.get(name) == count[grid])
+def distinct(variations: Sequence[Variation], kind: Ints) -> tuple[Variation, ...]:
+    """The variations without those that look like an earlier one.
+
+    Args:
+        variations: variations of one facade.
+        kind: [N] from `grids.kinds` of the original facade.
+    """
+    first: dict[bytes, Variation] = {}
+    for variation in variations:
+        first.setdefault(canonical(variation, kind), variation)
+    return tuple(first.values())
 
 
-_POINTS_PER_SIDE = 48
-"""Number of points along each side of a facade at which two of them are compared."""
+def canonical(variation: Variation, kind: Ints) -> bytes:
+    """A canonical form: equal for variations of one facade that look the same, pictures aside.
+
+    Args:
+        variation: a variation of that facade.
+        kind: [N] from `grids.kinds` of the original facade.
+    """
+    facade = variation.facade
+    leaf_kind = np.where(facade.axis == LEAF, kind[np.maximum(variation.source, 0)], -1)
+    visible_size = np.round(variation.visible[:, 2:] - variation.visible[:, :2], 3)
+    return b"".join(column.tobytes() for column in (facade.parent, facade.axis, leaf_kind, visible_size))
 
 
 def ranked(
@@ -106,7 +96,7 @@ def ranked(
 
     Args:
         variations: variations of one facade.
-        kind: [N] from `kinds.kinds` of the original facade.
+        kind: [N] from `grids.kinds` of the original facade.
         energy: energy of a variation; `strain` by default.
         different: number of different ones at the start.
     """
@@ -142,6 +132,12 @@ def appearance(variation: Variation, kind: Ints) -> Ints:
     for (left, bottom), (right, top), leaf_kind in zip(begin, end, leaf_kinds, strict=True):
         raster[bottom:top, left:right] = leaf_kind
     return raster.ravel()
+
+
+def _in_step(facade: Facade, grid: str, axis: int, others: Sequence[str]) -> tuple[str, ...]:
+    """Those of some grids with as many columns (rows) as another one."""
+    count = {other.name: other.num_columns if axis == X else other.num_rows for other in facade.grids}
+    return tuple(name for name in others if count.get(name) == count[grid])
 
 
 def _farthest_first(rows: Ints, count: int) -> Ints:

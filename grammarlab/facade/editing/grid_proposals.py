@@ -1,7 +1,4 @@
-"""Grids proposed for a facade from labels, positions and sizes.
-
-One grid from several: windows of different kinds in the same columns, storey above storey.
-"""
+"""Grids proposed for a facade from labels, positions and sizes, and merged where storeys have the same columns."""
 
 from __future__ import annotations
 
@@ -17,10 +14,12 @@ from grammarlab.facade.editing.grids import arranged, is_background, kinds, topm
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.tree import LEAF, Facade, X
 
-WELL_FILLED = 0.75
+_WELL_FILLED = 0.75
 """Least share of filled places for a grid of nodes of one type, of any sizes."""
-HALF_FILLED = 0.5
+_HALF_FILLED = 0.5
 """Least share of filled places for a grid of nodes of one size."""
+_LEAST_COMMON_SHARE = 0.4
+"""Least common part of all elements of a column, as a fraction of the widest."""
 
 
 def with_proposals(facade: Facade) -> Facade:
@@ -40,15 +39,58 @@ def with_proposals(facade: Facade) -> Facade:
     return replace(facade, grids=tuple(grids))
 
 
+def unused(name: str, names: Iterable[str]) -> str:
+    """The name itself, or the first of `name 2`, `name 3`, ... that is not in use.
+
+    >>> unused("window", ["window", "window 2"])
+    'window 3'
+    """
+    used = set(names)
+    if name not in used:
+        return name
+    return next(
+        candidate for candidate in (f"{name} {number}" for number in range(2, len(used) + 3)) if candidate not in used
+    )
+
+
+def with_joint(facade: Facade) -> Facade:
+    """A facade whose largest grid is merged with all grids that continue it.
+
+    A grid continues another if both together have the columns of the one with more, a row for each row of both, fill
+    most of their places, and share the middle of each column. So storeys with other windows gain and lose the same
+    columns.
+    """
+    grids = sorted(facade.grids, key=lambda grid: -len(grid.node))
+    joint = grids.pop(0) if grids else None
+    if joint is None:
+        return facade
+    merged_names = {joint.name}
+    for grid in grids:
+        try:
+            both = arranged(facade, f"{joint.name} and {grid.name}", np.append(joint.node, grid.node))
+        except FacadeError:  # one is inside the other
+            continue
+        if (
+            both.num_columns == max(joint.num_columns, grid.num_columns)
+            and both.num_rows == joint.num_rows + grid.num_rows
+            and len(both.node) == len(joint.node) + len(grid.node)
+            and len(both.node) >= _WELL_FILLED * both.num_rows * both.num_columns
+            and _concentric(facade, both)
+        ):
+            merged_names.add(grid.name)
+            joint = both
+    return replace(facade, grids=(joint, *(grid for grid in facade.grids if grid.name not in merged_names)))
+
+
 @dataclass(frozen=True, slots=True)
 class _Candidates:
     """Possible elements of grids."""
 
     facade: Facade
     type: Ints
-    """[N] types from `kinds.types`."""
+    """[N] types from `grids.types`."""
     kind: Ints
-    """[N] kinds from `kinds.kinds`."""
+    """[N] kinds from `grids.kinds`."""
     background: NDArray[np.bool_]
     """[N] whether each node is background."""
     pure: NDArray[np.bool_]
@@ -79,12 +121,12 @@ def _groups(facade: Facade, nodes: Ints, candidates: _Candidates) -> Iterator[In
     labels = np.where(facade.label[nodes] >= 0, facade.label[nodes], -1 - candidates.type[nodes])
     for label in np.unique(labels).tolist():
         members = nodes[labels == label]
-        if _fill(facade, members) >= WELL_FILLED:
+        if _fill(facade, members) >= _WELL_FILLED:
             yield members
             continue
         member_kind = candidates.kind[members]
         for kind in np.unique(member_kind).tolist():
-            if _fill(facade, members[member_kind == kind]) >= HALF_FILLED:
+            if _fill(facade, members[member_kind == kind]) >= _HALF_FILLED:
                 yield members[member_kind == kind]
 
 
@@ -98,53 +140,6 @@ def _fill(facade: Facade, nodes: Ints) -> float:
 def _name(facade: Facade, group: Ints, grids: list[Grid]) -> str:
     name = facade.name_of(int(group[0])) or "part"
     return unused(name, [grid.name for grid in grids])
-
-
-def unused(name: str, names: Iterable[str]) -> str:
-    """The name itself, or the first of `name 2`, `name 3`, ... that is not in use.
-
-    >>> unused("window", ["window", "window 2"])
-    'window 3'
-    """
-    used = set(names)
-    if name not in used:
-        return name
-    return next(
-        candidate for candidate in (f"{name} {number}" for number in range(2, len(used) + 3)) if candidate not in used
-    )
-
-
-_LEAST_COMMON_SHARE = 0.4
-"""Least common part of all elements of a column, as a fraction of the widest."""
-
-
-def with_joint(facade: Facade) -> Facade:
-    """A facade whose largest grid is merged with all grids that continue it.
-
-    A grid continues another if both together have the columns of the one with more, a row for each row of both, fill
-    most of their places, and share the middle of each column. So storeys with other windows gain and lose the same
-    columns.
-    """
-    grids = sorted(facade.grids, key=lambda grid: -len(grid.node))
-    joint = grids.pop(0) if grids else None
-    if joint is None:
-        return facade
-    merged_names = {joint.name}
-    for grid in grids:
-        try:
-            both = arranged(facade, f"{joint.name} and {grid.name}", np.append(joint.node, grid.node))
-        except FacadeError:  # one is inside the other
-            continue
-        if (
-            both.num_columns == max(joint.num_columns, grid.num_columns)
-            and both.num_rows == joint.num_rows + grid.num_rows
-            and len(both.node) == len(joint.node) + len(grid.node)
-            and len(both.node) >= WELL_FILLED * both.num_rows * both.num_columns
-            and _concentric(facade, both)
-        ):
-            merged_names.add(grid.name)
-            joint = both
-    return replace(facade, grids=(joint, *(grid for grid in facade.grids if grid.name not in merged_names)))
 
 
 def _concentric(facade: Facade, grid: Grid) -> bool:

@@ -1,6 +1,6 @@
-"""Grids from sets of nodes, from a selection or a rectangle, and relations between grids (paper 000, section 3).
+"""Grids of a facade from sets of nodes, and relations between grids (paper 000, section 3).
 
-Similar nodes of a facade: equal structure, and equal size.
+Similar nodes have equal structure (`types`), or also nearly equal sizes (`kinds`).
 """
 
 from __future__ import annotations
@@ -17,10 +17,22 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.tree import TOLERANCE, Facade, X, Y
 
-SAME_SIZE = 0.05
-"""Largest difference of similar nodes, as a fraction of the larger width or height."""
 BACKGROUND = frozenset({"", "wall", "facade", "background"})
 """Labels, in any case, of the area between the elements of a facade."""
+_SAME_SIZE = 0.05
+"""Largest difference of similar nodes, as a fraction of the larger width or height."""
+
+
+def kinds(facade: Facade) -> Ints:
+    """[N] kind of each node: equal for nodes of one type with nearly equal widths, heights and outlines.
+
+    Ascending sizes of one type are divided where the next one is larger by more than `_SAME_SIZE`. So are the fractions
+    of boxes that outlines fill: an arch and a rectangle are of two kinds.
+    """
+    node_kind = types(facade)
+    for measure in (facade.size[:, X], facade.size[:, Y], _filled(facade)):
+        node_kind = _divided(node_kind, measure)
+    return node_kind
 
 
 def types(facade: Facade) -> Ints:
@@ -37,42 +49,50 @@ def types(facade: Facade) -> Ints:
     return node_type
 
 
-def kinds(facade: Facade) -> Ints:
-    """[N] kind of each node: equal for nodes of one type with nearly equal widths, heights and outlines.
+def toggled(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
+    """A facade with one grid changed: missing nodes are added, existing ones removed; an empty grid is deleted."""
+    members = np.setxor1d(grid_of(facade, name).node, np.asarray(nodes, dtype=np.int64))
+    return with_grid(facade, name, members) if members.size else without_grid(facade, name)
 
-    Ascending sizes of one type are divided where the next one is larger by more than `SAME_SIZE`. So are the fractions
-    of boxes that outlines fill: an arch and a rectangle are of two kinds.
+
+def grid_of(facade: Facade, name: str) -> Grid:
+    """The grid with this name.
+
+    Raises:
+        FacadeError: If there is none; the message lists the known names.
     """
-    node_kind = types(facade)
-    for measure in (facade.size[:, X], facade.size[:, Y], _filled(facade)):
-        node_kind = _divided(node_kind, measure)
-    return node_kind
+    for grid in facade.grids:
+        if grid.name == name:
+            return grid
+    names = ", ".join(grid.name for grid in facade.grids) or "none"
+    raise FacadeError(f"Unknown grid {name!r}; expected one of: {names}.")
 
 
-def is_background(facade: Facade) -> NDArray[np.bool_]:
-    """[N] whether a node's label is one of `BACKGROUND`, or empty."""
-    plain = np.array([name.lower() in BACKGROUND for name in facade.labels] + [True])
-    return plain[facade.label]
+def with_grid(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
+    """A facade with a grid of these nodes, which replaces any grid with this name."""
+    grid = arranged(facade, name, nodes)
+    if any(other.name == name for other in facade.grids):
+        return replace(facade, grids=tuple(grid if other.name == name else other for other in facade.grids))
+    return replace(facade, grids=(*facade.grids, grid))
 
 
-def _filled(facade: Facade) -> Floats:
-    """[N] the part of its box that the outline of a leaf fills; of other nodes the least of their leaves."""
-    filled = np.ones(len(facade))
-    for leaf in np.flatnonzero(np.diff(facade.outline_offsets)).tolist():
-        filled[leaf] = shapely.Polygon(facade.outline(leaf)).area
-    for node in range(len(facade) - 1, 0, -1):
-        above = facade.parent[node]
-        filled[above] = min(filled[above], filled[node])
-    return filled
+def arranged(facade: Facade, name: str, nodes: ArrayLike) -> Grid:
+    """The grid of a set of nodes: its rows from the top, its columns from the left.
 
-
-def _divided(group: Ints, size: Floats) -> Ints:
-    order = np.lexsort((size, group))
-    group, size = group[order], size[order]
-    new = (group[1:] != group[:-1]) | (size[1:] * (1.0 - SAME_SIZE) > size[:-1])
-    kind = np.empty(len(order), dtype=np.int64)
-    kind[order] = np.append(0, new.cumsum())
-    return kind
+    Raises:
+        FacadeError: If there are no nodes, unknown nodes, or nodes inside each other.
+    """
+    node = np.unique(np.asarray(nodes, dtype=np.int64))
+    if not node.size or node[0] < 0 or node[-1] >= len(facade):
+        raise FacadeError(f"Grid {name}: expected nodes from 0 to {len(facade) - 1}, found {node.tolist()[:12]}.")
+    # In preorder, the parts of a node follow it directly.
+    nested = np.flatnonzero(node[1:] < facade.end[node[:-1]])
+    if nested.size:
+        outer, inner = node[nested[0]], node[nested[0] + 1]
+        raise FacadeError(f"Grid {name}: node {inner} is a part of node {outer}; elements of a grid do not overlap.")
+    slack = TOLERANCE * facade.size[0]
+    low, high = facade.position[node] + slack, (facade.position + facade.size)[node] - slack
+    return Grid(name, node, lines(-high[:, Y], -low[:, Y]), lines(low[:, X], high[:, X]))
 
 
 def lines(low: Floats, high: Floats) -> Ints:
@@ -100,56 +120,10 @@ def lines(low: Floats, high: Floats) -> Ints:
     return np.unique(line, return_inverse=True)[1]
 
 
-def arranged(facade: Facade, name: str, nodes: ArrayLike) -> Grid:
-    """The grid of a set of nodes: its rows from the top, its columns from the left.
-
-    Raises:
-        FacadeError: If there are no nodes, unknown nodes, or nodes inside each other.
-    """
-    node = np.unique(np.asarray(nodes, dtype=np.int64))
-    if not node.size or node[0] < 0 or node[-1] >= len(facade):
-        raise FacadeError(f"Grid {name}: expected nodes from 0 to {len(facade) - 1}, found {node.tolist()[:12]}.")
-    # In preorder, the parts of a node follow it directly.
-    nested = np.flatnonzero(node[1:] < facade.end[node[:-1]])
-    if nested.size:
-        outer, inner = node[nested[0]], node[nested[0] + 1]
-        raise FacadeError(f"Grid {name}: node {inner} is a part of node {outer}; elements of a grid do not overlap.")
-    slack = TOLERANCE * facade.size[0]
-    low, high = facade.position[node] + slack, (facade.position + facade.size)[node] - slack
-    return Grid(name, node, lines(-high[:, Y], -low[:, Y]), lines(low[:, X], high[:, X]))
-
-
-def grid_of(facade: Facade, name: str) -> Grid:
-    """The grid with this name.
-
-    Raises:
-        FacadeError: If there is none; the message lists the known names.
-    """
-    for grid in facade.grids:
-        if grid.name == name:
-            return grid
-    names = ", ".join(grid.name for grid in facade.grids) or "none"
-    raise FacadeError(f"Unknown grid {name!r}; expected one of: {names}.")
-
-
-def with_grid(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
-    """A facade with a grid of these nodes, which replaces any grid with this name."""
-    grid = arranged(facade, name, nodes)
-    if any(other.name == name for other in facade.grids):
-        return replace(facade, grids=tuple(grid if other.name == name else other for other in facade.grids))
-    return replace(facade, grids=(*facade.grids, grid))
-
-
 def without_grid(facade: Facade, name: str) -> Facade:
     """A facade without one of its grids."""
     removed = grid_of(facade, name)
     return replace(facade, grids=tuple(grid for grid in facade.grids if grid is not removed))
-
-
-def toggled(facade: Facade, name: str, nodes: ArrayLike) -> Facade:
-    """A facade with one grid changed: missing nodes are added, existing ones removed; an empty grid is deleted."""
-    members = np.setxor1d(grid_of(facade, name).node, np.asarray(nodes, dtype=np.int64))
-    return with_grid(facade, name, members) if members.size else without_grid(facade, name)
 
 
 def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = None) -> Ints:
@@ -168,6 +142,12 @@ def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = N
     return topmost(facade, inside.all(axis=1) & has_label)
 
 
+def is_background(facade: Facade) -> NDArray[np.bool_]:
+    """[N] whether a node's label is one of `BACKGROUND`, or empty."""
+    plain = np.array([name.lower() in BACKGROUND for name in facade.labels] + [True])
+    return plain[facade.label]
+
+
 def topmost(facade: Facade, chosen: Flags) -> Ints:
     """The chosen nodes that are not inside another chosen one, ascending."""
     top, end = [], 0
@@ -179,7 +159,7 @@ def topmost(facade: Facade, chosen: Flags) -> Ints:
 
 
 def following(facade: Facade, name: str) -> tuple[str, ...]:
-    """The other grids with the same numbers of rows and columns and of elements of each type (`kinds.types`)."""
+    """The other grids with the same numbers of rows and columns and of elements of each type (`types`)."""
     grid, kind = grid_of(facade, name), types(facade)
 
     def counts(candidate: Grid) -> tuple[int, int, Counter[int]]:
@@ -218,6 +198,26 @@ def aligned(facade: Facade, name: str, axis: int) -> tuple[str, ...]:
             if np.array_equal(overlap > TOLERANCE * facade.size[0, axis], np.eye(len(overlap), dtype=np.bool_)):
                 names.append(other.name)
     return tuple(names)
+
+
+def _filled(facade: Facade) -> Floats:
+    """[N] the part of its box that the outline of a leaf fills; of other nodes the least of their leaves."""
+    filled = np.ones(len(facade))
+    for leaf in np.flatnonzero(np.diff(facade.outline_offsets)).tolist():
+        filled[leaf] = shapely.Polygon(facade.outline(leaf)).area
+    for node in range(len(facade) - 1, 0, -1):
+        above = facade.parent[node]
+        filled[above] = min(filled[above], filled[node])
+    return filled
+
+
+def _divided(group: Ints, size: Floats) -> Ints:
+    order = np.lexsort((size, group))
+    group, size = group[order], size[order]
+    new = (group[1:] != group[:-1]) | (size[1:] * (1.0 - _SAME_SIZE) > size[:-1])
+    kind = np.empty(len(order), dtype=np.int64)
+    kind[order] = np.append(0, new.cumsum())
+    return kind
 
 
 def _nested(facade: Facade, one: Grid, other: Grid) -> bool:

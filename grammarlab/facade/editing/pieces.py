@@ -1,7 +1,4 @@
-"""Pieces of a facade, from which an edit assembles a new tree.
-
-A facade whose nodes are copies of nodes of another one.
-"""
+"""Pieces of a facade, and the new tree of copied nodes that an edit assembles from them."""
 
 from __future__ import annotations
 
@@ -18,51 +15,8 @@ from grammarlab.facade.tree import LEAF, Facade, laid_out
 
 NEW = -1
 """Source of an inner node without a counterpart in the other facade."""
-
-
-def take(
-    facade: Facade,
-    parent: Ints,
-    axis: NDArray[np.int8],
-    source: Ints,
-    target: Floats | None = None,
-    visible: Floats | None = None,
-) -> Facade:
-    """A tree with the look of its sources: their labels, outlines and parts of pictures; it has no grids.
-
-    Args:
-        facade: the facade of the sources.
-        parent: [N] parent of each node, as in `Facade`; -1 for the root.
-        axis: [N] axis along which each node is divided, as in `Facade`.
-        source: [N] node of the other facade, or `NEW`.
-        target: [N, 2] target sizes of leaves, metres; those of the sources by default.
-        visible: [N, 4] left, bottom, right, top of the visible part of its source; all of it by default.
-    """
-    node = np.where(source >= 0, source, 0)
-    new = source < 0
-    target = facade.size[node] if target is None else target
-    position, size = laid_out(parent, axis, target)
-    window = facade.window[node]
-    if visible is not None:
-        low, extent = window[:, :2], window[:, 2:] - window[:, :2]
-        window = np.hstack([low + visible[:, :2] * extent, low + visible[:, 2:] * extent])
-    # New nodes have an outline without points.
-    counts = np.append(np.diff(facade.outline_offsets), 0)
-    offsets = np.append(facade.outline_offsets, facade.outline_offsets[-1])
-    points, outline_offsets = take_rows(offsets, np.where(new, len(counts) - 1, node))
-    return Facade(
-        parent=parent,
-        axis=axis,
-        position=position,
-        size=size,
-        label=np.where(new, -1, facade.label[node]),
-        labels=facade.labels,
-        outline_offsets=outline_offsets,
-        outline_points=facade.outline_points[points],
-        pictures=facade.pictures,
-        picture=np.where(new, -1, facade.picture[node]),
-        window=np.where(new[:, None], [0.0, 0.0, 1.0, 1.0], window),
-    )
+WHOLE = (0.0, 0.0, 1.0, 1.0)
+"""Left, bottom, right, top of the visible part of a source that is not cut."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +151,56 @@ class JoinedParts:
     """[N] whether something inside it was added or removed."""
     new_node: Ints
     """[M] new node of each node of the wall; -1 for removed ones."""
+
+
+def take(
+    facade: Facade,
+    parent: Ints,
+    axis: NDArray[np.int8],
+    source: Ints,
+    target: Floats | None = None,
+    visible: Floats | None = None,
+) -> Facade:
+    """A tree with the look of its sources: their labels, outlines and parts of pictures; it has no grids.
+
+    Args:
+        facade: the facade of the sources.
+        parent: [N] parent of each node, as in `Facade`; -1 for the root.
+        axis: [N] axis along which each node is divided, as in `Facade`.
+        source: [N] node of the other facade, or `NEW`.
+        target: [N, 2] target sizes of leaves, metres; those of the sources by default.
+        visible: [N, 4] left, bottom, right, top of the visible part of its source; all of it by default.
+    """
+    node = np.where(source >= 0, source, 0)
+    new = source < 0
+    target = facade.size[node] if target is None else target
+    position, size = laid_out(parent, axis, target)
+    window = facade.window[node]
+    if visible is not None:
+        window = part_of(window, visible)
+    # New nodes have an outline without points.
+    counts = np.append(np.diff(facade.outline_offsets), 0)
+    offsets = np.append(facade.outline_offsets, facade.outline_offsets[-1])
+    points, outline_offsets = take_rows(offsets, np.where(new, len(counts) - 1, node))
+    return Facade(
+        parent=parent,
+        axis=axis,
+        position=position,
+        size=size,
+        label=np.where(new, -1, facade.label[node]),
+        labels=facade.labels,
+        outline_offsets=outline_offsets,
+        outline_points=facade.outline_points[points],
+        pictures=facade.pictures,
+        picture=np.where(new, -1, facade.picture[node]),
+        window=np.where(new[:, None], WHOLE, window),
+    )
+
+
+def part_of(rectangle: Floats, visible: Floats) -> Floats:
+    """[N, 4] left, bottom, right, top of visible parts, given relative to rectangles [N, 4]."""
+    low, extent = rectangle[:, :2], rectangle[:, 2:] - rectangle[:, :2]
+    return np.hstack([low + visible[:, :2] * extent, low + visible[:, 2:] * extent])
 
 
 def assembled(wall: AxisView, top: FacadePart) -> JoinedParts:

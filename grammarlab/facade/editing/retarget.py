@@ -1,6 +1,7 @@
-"""A facade for another width or height, with the numbers of columns and rows that deform it least.
+"""A facade for another width or height, by repetition and removal of columns and rows.
 
-A facade for another width or height by adding or removing one column or row at a time, anywhere in the tree.
+`retarget` chooses the numbers of columns and rows that deform the facade least, with a proof. `stepwise` adds or
+removes one column or row at a time, anywhere in the tree, without a proof.
 """
 
 from __future__ import annotations
@@ -33,80 +34,21 @@ from grammarlab.facade.sizes.size_wishes import Aspect, Size, Wish, checked
 from grammarlab.facade.sizes.solve import Resized, resize
 from grammarlab.facade.tree import Facade, X, Y
 
+Build = Callable[[Repeats, Sequence[int]], Variation]
+"""Function that makes a facade with these columns, in this order, of the repeated bands."""
 MOST_STEPS = 20
 """Largest number of added or removed columns or rows along one axis."""
+OPTIMALITY_GAP = 1e-3
+"""Tolerances: relative to the least deformation, plus the energy of a deviation of each leaf by this fraction of its
+size, which is invisible."""
+EVENNESS_DEVIATION = 0.1
+"""Relative deviation of each leaf of a column that costs as much as one column too many or too few."""
 _BEAM_WIDTH = 4
 """Number of variations that are continued after each step."""
 _MAX_WORSE_STEPS = 2
 """Number of consecutive steps that may increase the deformation."""
 _MAX_LEAVES = 150_000
 """Largest number of leaves of all variations along one axis: some seconds; large facades get fewer or none."""
-
-
-def stepwise(facade: Facade, wishes: Sequence[Size], grid: str, locks: Sequence[Wish] = ()) -> Variation:
-    """The best variation found for a size: without proof, but with columns that `retarget` cannot repeat.
-
-    Continues from the few least strained variations after each step, while the deformation decreases.
-
-    Args:
-        facade: a facade with the grid.
-        wishes: target width, height, or both.
-        grid: grid whose columns and rows are added or removed, with those of the grids that follow it.
-        locks: locked properties, also of copies, except positions. No step removes the last copy of a locked part.
-    """
-    best = unedited(facade)
-    for wish in wishes:
-        best = _along(facade, best, wish, grid, locks)
-    return best
-
-
-def _along(facade: Facade, start: Variation, wish: Size, grid: str, locks: Sequence[Wish]) -> Variation:
-    also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, wish.axis))))
-    step = 1 if wish.metres > facade.size[0, wish.axis] else -1
-
-    def cost(variation: Variation) -> tuple[bool, float]:
-        solved = resize(variation.facade, [wish, *inherited(locks, variation)], origin_of(facade, variation))
-        return bool(solved.conflict), sum(solved.energy)
-
-    best, least, beam, worse, work = start, cost(start), (start,), 0, _MAX_LEAVES
-    for _ in range(MOST_STEPS):
-        beam = beam[: affordable(beam[0].facade, grid, wish.axis, work)]
-        if not beam:
-            break
-        work -= len(beam) * _effort(beam[0].facade, grid, wish.axis)
-        variations = sequences(facade, grid, wish.axis, step, also=also, start=beam)
-        candidates = [
-            candidate for candidate in variations if not candidate.missing and not lost(facade, locks, candidate)
-        ]
-        beam = tuple(sorted(candidates, key=strain)[:_BEAM_WIDTH])
-        costs = [cost(candidate) for candidate in beam]
-        worse = 0 if costs and min(costs) < least else worse + 1
-        if costs and not worse:
-            least = min(costs)
-            best = beam[costs.index(least)]
-        if not beam or worse > _MAX_WORSE_STEPS:
-            break
-    return best
-
-
-def affordable(facade: Facade, grid: str, axis: int, work: int) -> int:
-    """Number of facades like this one whose variations in a grid have this many leaves in total."""
-    return work // _effort(facade, grid, axis)
-
-
-def _effort(facade: Facade, grid: str, axis: int) -> int:
-    """Approximate number of leaves of all variations of a facade."""
-    return len(facade.leaves) * sum(1 for _ in edits(facade, (grid,), axis))
-
-
-OPTIMALITY_GAP = 1e-3
-"""Tolerances: relative to the least deformation, plus the energy of a deviation of each leaf by this fraction of its
-size, which is invisible."""
-EVENNESS_DEVIATION = 0.1
-"""Relative deviation of each leaf of a column that costs as much as one column too many or too few."""
-
-Build = Callable[[Repeats, Sequence[int]], Variation]
-"""Function that makes a facade with these columns, in this order, of the repeated bands."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,6 +145,28 @@ def retarget(
     fixed = (*wishes, *inherited(locks, variation))
     resized = resize(variation.facade, fixed, origin_of(facade, variation), weights)
     return Retargeted(variation, resized, tuple(choices))
+
+
+def stepwise(facade: Facade, wishes: Sequence[Size], grid: str, locks: Sequence[Wish] = ()) -> Variation:
+    """The best variation found for a size: without proof, but with columns that `retarget` cannot repeat.
+
+    Continues from the few least strained variations after each step, while the deformation decreases.
+
+    Args:
+        facade: a facade with the grid.
+        wishes: target width, height, or both.
+        grid: grid whose columns and rows are added or removed, with those of the grids that follow it.
+        locks: locked properties, also of copies, except positions. No step removes the last copy of a locked part.
+    """
+    best = unedited(facade)
+    for wish in wishes:
+        best = _along(facade, best, wish, grid, locks)
+    return best
+
+
+def affordable(facade: Facade, grid: str, axis: int, work: int) -> int:
+    """Number of facades like this one whose variations in a grid have this many leaves in total."""
+    return work // _effort(facade, grid, axis)
 
 
 def _chosen(
@@ -341,6 +305,11 @@ def _locked_sizes(repeats: Repeats, *, tied: bool) -> dict[int, float]:
     return sizes
 
 
+def _sums(values: Floats, groups: Sequence[Sequence[Sequence[int]]]) -> Floats:
+    """Sums of nodes' values for each group of nodes in each row of groups."""
+    return np.array([[values[list(nodes)].sum() for nodes in row] for row in groups])
+
+
 def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: int) -> list[Box]:
     """All counts of columns, one box for each possible first kind.
 
@@ -360,6 +329,35 @@ def _boxes(repeats: Repeats, rows: Sequence[SpringRows], others: float, owner: i
     return boxes
 
 
-def _sums(values: Floats, groups: Sequence[Sequence[Sequence[int]]]) -> Floats:
-    """Sums of nodes' values for each group of nodes in each row of groups."""
-    return np.array([[values[list(nodes)].sum() for nodes in row] for row in groups])
+def _along(facade: Facade, start: Variation, wish: Size, grid: str, locks: Sequence[Wish]) -> Variation:
+    also = tuple(dict.fromkeys((*following(facade, grid), *aligned(facade, grid, wish.axis))))
+    step = 1 if wish.metres > facade.size[0, wish.axis] else -1
+
+    def cost(variation: Variation) -> tuple[bool, float]:
+        solved = resize(variation.facade, [wish, *inherited(locks, variation)], origin_of(facade, variation))
+        return bool(solved.conflict), sum(solved.energy)
+
+    best, least, beam, worse, work = start, cost(start), (start,), 0, _MAX_LEAVES
+    for _ in range(MOST_STEPS):
+        beam = beam[: affordable(beam[0].facade, grid, wish.axis, work)]
+        if not beam:
+            break
+        work -= len(beam) * _effort(beam[0].facade, grid, wish.axis)
+        variations = sequences(facade, grid, wish.axis, step, also=also, start=beam)
+        candidates = [
+            candidate for candidate in variations if not candidate.missing and not lost(facade, locks, candidate)
+        ]
+        beam = tuple(sorted(candidates, key=strain)[:_BEAM_WIDTH])
+        costs = [cost(candidate) for candidate in beam]
+        worse = 0 if costs and min(costs) < least else worse + 1
+        if costs and not worse:
+            least = min(costs)
+            best = beam[costs.index(least)]
+        if not beam or worse > _MAX_WORSE_STEPS:
+            break
+    return best
+
+
+def _effort(facade: Facade, grid: str, axis: int) -> int:
+    """Approximate number of leaves of all variations of a facade."""
+    return len(facade.leaves) * sum(1 for _ in edits(facade, (grid,), axis))

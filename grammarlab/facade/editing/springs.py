@@ -1,16 +1,14 @@
-"""Numbers of repetitions for which rows of springs fit a size best: branch and bound over integers.
+"""Facades as springs: least energy of sizes along one axis, and the numbers of repetitions that fit a size best.
+
+A leaf is a spring with a preferred size and a give, parts in a row are springs in series, and parts side by side across
+are parallel springs. So each part is a spring, and the energy of a facade without grids is in closed form: grids can
+only increase it.
 
 A row of springs of length a, give q and energy e, repeated n times, plus fixed ones, has the energy e0 + sum n e + r^2
 / g with r = size - a0 - sum n a and g = q0 + sum n q. For every u it is at least e0 + sum n e + 2 u r - u^2 g. This
 bound is separable in the counts, so that its least value over any ranges of counts is known; the best u maximises it.
-Strips beside the rows are as long as the longest row; their energy follows from the range of its lengths.
-
-Parts of a facade as springs: preferred size along an axis, and give.
-
-A leaf is a spring, parts in a row are springs in series, and parts side by side across are parallel springs. So each
-part is a spring, and the energy of a facade without grids is in closed form: grids can only increase it.
-
-Least energy of sizes along one axis, of a whole facade and of the parts beside repeated bands.
+Branch and bound over the integers n uses it. Strips beside the rows are as long as the longest row; their energy
+follows from the range of its lengths.
 """
 
 from __future__ import annotations
@@ -34,6 +32,14 @@ from grammarlab.facade.tree import LEAF, Facade, X
 
 _LOCKED_GIVE = 1e-6
 """Give of a locked spring, as a fraction of its own: 0 would not allow parallel locked springs."""
+_ROUNDING = 1e-9
+"""Relative error of the energy of a solution."""
+_HALVINGS = 40
+"""Number of halvings of the range of u; any u gives a valid bound."""
+_MAX_IMPOSSIBLE = 10
+"""Number of consecutive impossible counts after which the search ends."""
+_BOXES_PER_TRIAL = 20
+"""Number of boxes that are halved per trial."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,126 +56,6 @@ class Springs:
     def energy(self, node: int, size: float) -> float:
         """Energy of a node at a size, metres."""
         return float(self.rest[node] + (size - self.length[node]) ** 2 / self.give[node])
-
-
-def springs(
-    facade: Facade, along: int, target: Floats, weight: Floats, locked: Mapping[int, float] | None = None
-) -> Springs:
-    """Each node of a facade as a spring.
-
-    Args:
-        facade: the facade.
-        along: 0 for widths, 1 for heights.
-        target: [N] target sizes of leaves, metres.
-        weight: [L] weights of leaves, from `leaf_weights`.
-        locked: locked sizes of nodes, metres; their springs have hardly any give.
-    """
-    locked = locked or {}
-    parent, axis = facade.parent.tolist(), facade.axis.tolist()
-    length, give, rest = ([0.0] * len(facade) for _ in range(3))
-    stiffness, pull, square = ([0.0] * len(facade) for _ in range(3))
-    for leaf, size, leaf_weight in zip(
-        facade.leaves.tolist(), target[facade.leaves].tolist(), weight.tolist(), strict=True
-    ):
-        length[leaf], give[leaf] = size, 1.0 / leaf_weight**2
-    for node in range(len(facade) - 1, -1, -1):
-        if axis[node] not in {LEAF, along}:
-            length[node], give[node] = pull[node] / stiffness[node], 1.0 / stiffness[node]
-            rest[node] += max(square[node] - pull[node] * length[node], 0.0)
-        if node in locked:
-            rest[node] += (locked[node] - length[node]) ** 2 / give[node]
-            length[node], give[node] = locked[node], _LOCKED_GIVE * give[node]
-        above = parent[node]
-        if node == 0:
-            break
-        rest[above] += rest[node]
-        if axis[above] == along:
-            length[above] += length[node]
-            give[above] += give[node]
-        else:
-            stiffness[above] += 1.0 / give[node]
-            pull[above] += length[node] / give[node]
-            square[above] += length[node] ** 2 / give[node]
-    return Springs(np.array(length), np.array(give), np.array(rest))
-
-
-_ROUNDING = 1e-9
-"""Relative error of the energy of a solution."""
-
-
-def origin_of(facade: Facade, variation: Variation) -> LineOrigin:
-    """Target sizes and source positions of the nodes of a variation."""
-    return LineOrigin(facade.position[variation.source], variation.target, facade.size[0])
-
-
-def least_energy(
-    facade: Facade, origin: LineOrigin, wishes: Sequence[Size], weights: Weights, row_kinds: Sequence[int]
-) -> float:
-    """Energy of the best sizes along one axis under these kinds of rows; infinite if there are none."""
-    # One unit for all variations of a facade, so that rounding errors choose the same anchors in all of them.
-    leaf, scale, along = facade.leaves, float(origin.whole.max()), wishes[0].axis
-    weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, along]
-    axis = build_axis(facade, along, origin, weight, scale)
-    model = build_model([axis], wishes, scale)
-    selected = np.isin(model.kind, row_kinds)
-    sums, is_zero = model.program.rows, model.program.is_zero[selected]
-    program = replace(model.program, rows=Sums(sums.line[selected], sums.factor[selected]), is_zero=is_zero)
-    position = program.solve(model.value[selected])
-    if position is None:
-        return np.inf
-    size = axis.lines.spans(model.lines(position)[0])[1]
-    return float(np.square(weight * (size[leaf] - origin.size[leaf, along])).sum())
-
-
-def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, row_kinds: Sequence[int]) -> float:
-    """Lower bound of the energy of the parts beside the bands, for any columns; without strips.
-
-    Of the rows for these parts, only those that do not depend on columns are kept: equal sizes, and alignment in
-    columns (for heights, rows) of a grid without elements in a band.
-
-    Args:
-        repeats: bands that can be repeated.
-        facade: facade of the original sizes.
-        wish: target of the whole facade.
-        weights: weights of deviations.
-        row_kinds: kinds of rows.
-    """
-    before, repeated = repeats.before, {*(band.node for band in repeats.bands), *repeats.strips}
-    whole = before.facade
-    parts = [part for part in whole.children[0].tolist() if part not in repeated] if 0 not in repeated else []
-    if not parts:
-        return 0.0
-    source = np.concatenate([np.arange(part, int(whole.end[part])) for part in parts])
-    if len(parts) > 1:
-        source = np.append(0, source)
-    new_index = np.full(len(whole), -1, dtype=np.int64)
-    new_index[source] = np.arange(len(source))
-    parent = new_index[whole.parent[source]]
-    parent[0] = -1
-    target = before.target[source]
-    reduced = take(whole, parent, whole.axis[source], source, target)
-    grids = [_grid_beside(grid, new_index, wish.axis) for grid in whole.grids]
-    reduced = replace(reduced, grids=tuple(grid for grid in grids if len(grid.node)))
-    origin = LineOrigin(facade.position[before.source[source]], target, facade.size[0])
-    return least_energy(reduced, origin, [wish], weights, row_kinds) * (1.0 - _ROUNDING)
-
-
-def _grid_beside(grid: Grid, new_index: Ints, along: int) -> Grid:
-    """The elements of a grid beside bands; in a line of their own if other elements of the line are in a band."""
-    is_outside = new_index[grid.node] >= 0
-    line = grid.column if along == X else grid.row
-    mixed = np.isin(line, line[~is_outside])
-    line = np.where(mixed, line.max(initial=-1) + 1 + np.arange(len(line)), line)[is_outside]
-    row, column = (grid.row[is_outside], line) if along == X else (line, grid.column[is_outside])
-    return Grid(grid.name, new_index[grid.node[is_outside]], row, column)
-
-
-_HALVINGS = 40
-"""Number of halvings of the range of u; any u gives a valid bound."""
-_MAX_IMPOSSIBLE = 10
-"""Number of consecutive impossible counts after which the search ends."""
-_BOXES_PER_TRIAL = 20
-"""Number of boxes that are halved per trial."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,6 +187,104 @@ class BestCounts:
     """Number of counts that were solved for."""
 
 
+def springs(
+    facade: Facade, along: int, target: Floats, weight: Floats, locked: Mapping[int, float] | None = None
+) -> Springs:
+    """Each node of a facade as a spring.
+
+    Args:
+        facade: the facade.
+        along: 0 for widths, 1 for heights.
+        target: [N] target sizes of leaves, metres.
+        weight: [L] weights of leaves, from `leaf_weights`.
+        locked: locked sizes of nodes, metres; their springs have hardly any give.
+    """
+    locked = locked or {}
+    parent, axis = facade.parent.tolist(), facade.axis.tolist()
+    length, give, rest = ([0.0] * len(facade) for _ in range(3))
+    stiffness, pull, square = ([0.0] * len(facade) for _ in range(3))
+    for leaf, size, leaf_weight in zip(
+        facade.leaves.tolist(), target[facade.leaves].tolist(), weight.tolist(), strict=True
+    ):
+        length[leaf], give[leaf] = size, 1.0 / leaf_weight**2
+    for node in range(len(facade) - 1, -1, -1):
+        if axis[node] not in {LEAF, along}:
+            length[node], give[node] = pull[node] / stiffness[node], 1.0 / stiffness[node]
+            rest[node] += max(square[node] - pull[node] * length[node], 0.0)
+        if node in locked:
+            rest[node] += (locked[node] - length[node]) ** 2 / give[node]
+            length[node], give[node] = locked[node], _LOCKED_GIVE * give[node]
+        above = parent[node]
+        if node == 0:
+            break
+        rest[above] += rest[node]
+        if axis[above] == along:
+            length[above] += length[node]
+            give[above] += give[node]
+        else:
+            stiffness[above] += 1.0 / give[node]
+            pull[above] += length[node] / give[node]
+            square[above] += length[node] ** 2 / give[node]
+    return Springs(np.array(length), np.array(give), np.array(rest))
+
+
+def origin_of(facade: Facade, variation: Variation) -> LineOrigin:
+    """Target sizes and source positions of the nodes of a variation."""
+    return LineOrigin(facade.position[variation.source], variation.target, facade.size[0])
+
+
+def energy_beside(repeats: Repeats, facade: Facade, wish: Size, weights: Weights, row_kinds: Sequence[int]) -> float:
+    """Lower bound of the energy of the parts beside the bands, for any columns; without strips.
+
+    Of the rows for these parts, only those that do not depend on columns are kept: equal sizes, and alignment in
+    columns (for heights, rows) of a grid without elements in a band.
+
+    Args:
+        repeats: bands that can be repeated.
+        facade: facade of the original sizes.
+        wish: target of the whole facade.
+        weights: weights of deviations.
+        row_kinds: kinds of rows.
+    """
+    before, repeated = repeats.before, {*(band.node for band in repeats.bands), *repeats.strips}
+    whole = before.facade
+    parts = [part for part in whole.children[0].tolist() if part not in repeated] if 0 not in repeated else []
+    if not parts:
+        return 0.0
+    source = np.concatenate([np.arange(part, int(whole.end[part])) for part in parts])
+    if len(parts) > 1:
+        source = np.append(0, source)
+    new_index = np.full(len(whole), -1, dtype=np.int64)
+    new_index[source] = np.arange(len(source))
+    parent = new_index[whole.parent[source]]
+    parent[0] = -1
+    target = before.target[source]
+    reduced = take(whole, parent, whole.axis[source], source, target)
+    grids = [_grid_beside(grid, new_index, wish.axis) for grid in whole.grids]
+    reduced = replace(reduced, grids=tuple(grid for grid in grids if len(grid.node)))
+    origin = LineOrigin(facade.position[before.source[source]], target, facade.size[0])
+    return least_energy(reduced, origin, [wish], weights, row_kinds) * (1.0 - _ROUNDING)
+
+
+def least_energy(
+    facade: Facade, origin: LineOrigin, wishes: Sequence[Size], weights: Weights, row_kinds: Sequence[int]
+) -> float:
+    """Energy of the best sizes along one axis under these kinds of rows; infinite if there are none."""
+    # One unit for all variations of a facade, so that rounding errors choose the same anchors in all of them.
+    leaf, scale, along = facade.leaves, float(origin.whole.max()), wishes[0].axis
+    weight = leaf_weights(origin.size[leaf], origin.whole, weights)[:, along]
+    axis = build_axis(facade, along, origin, weight, scale)
+    model = build_model([axis], wishes, scale)
+    selected = np.isin(model.kind, row_kinds)
+    sums, is_zero = model.program.rows, model.program.is_zero[selected]
+    program = replace(model.program, rows=Sums(sums.line[selected], sums.factor[selected]), is_zero=is_zero)
+    position = program.solve(model.value[selected])
+    if position is None:
+        return np.inf
+    size = axis.lines.spans(model.lines(position)[0])[1]
+    return float(np.square(weight * (size[leaf] - origin.size[leaf, along])).sum())
+
+
 def best_counts(
     boxes: Sequence[Box], solve: Callable[[int, Ints], float], start: Ints, gap: float, slack: float, most_tries: int
 ) -> BestCounts:
@@ -341,3 +325,13 @@ def best_counts(
     else:
         bound = cost
     return BestCounts(owner, best, cost, min(bound, cost), tries)
+
+
+def _grid_beside(grid: Grid, new_index: Ints, along: int) -> Grid:
+    """The elements of a grid beside bands; in a line of their own if other elements of the line are in a band."""
+    is_outside = new_index[grid.node] >= 0
+    line = grid.column if along == X else grid.row
+    mixed = np.isin(line, line[~is_outside])
+    line = np.where(mixed, line.max(initial=-1) + 1 + np.arange(len(line)), line)[is_outside]
+    row, column = (grid.row[is_outside], line) if along == X else (line, grid.column[is_outside])
+    return Grid(grid.name, new_index[grid.node[is_outside]], row, column)

@@ -1,8 +1,7 @@
 """Variations of a facade with one column or row added or removed in one of its grids (paper 000, section 4).
 
-Removal of a column: its elements, the parts of the wall without other contents, and the gap beside each.
-
-Locks of a facade in its variations: copies of locked nodes are locked.
+Removal of a column takes its elements, the parts of the wall without other contents, and the gap beside each. Copies of
+locked nodes are locked.
 """
 
 from __future__ import annotations
@@ -17,76 +16,20 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.column_insertion import Insertion, Placement, inserted, stretched, unreachable
 from grammarlab.facade.editing.grid_proposals import unused
 from grammarlab.facade.editing.grids import following, grid_of, kinds
-from grammarlab.facade.editing.pieces import NEW, AxisView, FacadePart, JoinedParts, assembled, stretched_targets, take
+from grammarlab.facade.editing.pieces import (
+    NEW,
+    WHOLE,
+    AxisView,
+    FacadePart,
+    JoinedParts,
+    assembled,
+    part_of,
+    stretched_targets,
+    take,
+)
 from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes.size_wishes import Position, Wish
 from grammarlab.facade.tree import Facade, X, check
-
-
-def removed(wall: AxisView, elements: Set[int], *, last: bool) -> FacadePart | None:
-    """The wall without some elements of its grids; None if nothing remains.
-
-    A part of a row without other elements is removed whole, with the gap up to the next element: removal is the inverse
-    of insertion. If a part contains other elements, only the removable pieces around the elements are removed;
-    otherwise the wall closes over the place.
-
-    Args:
-        wall: the edited facade.
-        elements: the elements to remove.
-        last: whether they have the highest coordinates of their grids: then the gap before them is removed first.
-    """
-    return _reduced(wall, 0, elements, -1 if last else 1)
-
-
-def _reduced(wall: AxisView, node: int, elements: Set[int], step: int) -> FacadePart | None:
-    if node in elements:
-        return None
-    if not wall.has(node, elements):
-        return wall.whole(node)
-    children = wall.children[node]
-    if wall.axis[node] != wall.along:
-        return stretched(
-            wall, node, children, [_reduced(wall, child, elements, step) for child in children], fresh=False
-        )
-    is_removed = [wall.has(child, elements) and not _has_others(wall, child, elements) for child in children]
-    gaps = [not wall.has_elements(child) for child in children]
-    for index in [index for index, drop in enumerate(is_removed) if drop]:
-        for gap in _gap_beside(index, step, gaps, is_removed):
-            is_removed[gap] = True
-    remaining = [child for child, drop in zip(children, is_removed, strict=True) if not drop]
-    return stretched(wall, node, remaining, [_reduced(wall, child, elements, step) for child in remaining], fresh=False)
-
-
-def _has_others(wall: AxisView, node: int, elements: Set[int]) -> bool:
-    """Whether a node contains elements that stay."""
-    inside = wall.elements_before[wall.end[node]] - wall.elements_before[node]
-    for element in elements:
-        if node <= element < wall.end[node]:
-            inside -= wall.elements_before[wall.end[element]] - wall.elements_before[element]
-    return inside > 0
-
-
-def _gap_beside(index: int, step: int, gaps: Sequence[bool], is_removed: Sequence[bool]) -> list[int]:
-    """The gap on one side of a removed part, up to the next element; on the other side, if there is no next element.
-
-    Without any other element, only one of both gaps is removed, so that a wall remains.
-    """
-    first, second = _gap(index, step, gaps, is_removed), _gap(index, -step, gaps, is_removed)
-    for gap, ends_at_element in (first, second):
-        if ends_at_element:
-            return gap
-    return first[0] if second[0] else []
-
-
-def _gap(index: int, step: int, gaps: Sequence[bool], is_removed: Sequence[bool]) -> tuple[list[int], bool]:
-    """The parts without elements next to a place, and whether another part follows them."""
-    gap = []
-    index += step
-    while 0 <= index < len(gaps) and gaps[index] and not is_removed[index]:
-        gap.append(index)
-        index += step
-    return gap, 0 <= index < len(gaps)
-
 
 _MAX_DEPTH = 200
 """Largest depth of a tree for edits; real facades have about ten levels."""
@@ -145,12 +88,6 @@ class Variations:
     """Each impossible edit, with the reason."""
 
 
-def unedited(facade: Facade) -> Variation:
-    """The facade itself as a variation without edits."""
-    whole = np.tile([0.0, 0.0, 1.0, 1.0], (len(facade), 1))
-    return Variation(facade, np.arange(len(facade)), facade.size.copy(), whole)
-
-
 def vary(
     start: Facade | Variation,
     grid: str,
@@ -204,6 +141,27 @@ def edits(facade: Facade, grids: Sequence[str], axis: int) -> Iterator[Edit]:
         yield from (Edit(tuple(grids), axis, line) for line in range(len(contents)))
 
 
+def unedited(facade: Facade) -> Variation:
+    """The facade itself as a variation without edits."""
+    whole = np.tile(WHOLE, (len(facade), 1))
+    return Variation(facade, np.arange(len(facade)), facade.size.copy(), whole)
+
+
+def _removed(wall: AxisView, elements: Set[int], *, last: bool) -> FacadePart | None:
+    """The wall without some elements of its grids; None if nothing remains.
+
+    A part of a row without other elements is removed whole, with the gap up to the next element: removal is the inverse
+    of insertion. If a part contains other elements, only the removable pieces around the elements are removed;
+    otherwise the wall closes over the place.
+
+    Args:
+        wall: the edited facade.
+        elements: the elements to remove.
+        last: whether they have the highest coordinates of their grids: then the gap before them is removed first.
+    """
+    return _reduced(wall, 0, elements, -1 if last else 1)
+
+
 def applied(before: Variation, edit: Edit) -> Variation:
     """A variation after one more edit.
 
@@ -211,6 +169,46 @@ def applied(before: Variation, edit: Edit) -> Variation:
         FacadeError: If the edit is not possible; with the reason.
     """
     return _applied(before, _wall(before.facade, edit.axis), edit)
+
+
+def lost(facade: Facade, locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
+    """Locks of parts of which neither a copy is left, nor a part of the same label with an equal lock.
+
+    Args:
+        facade: the original facade.
+        locks: its locks; positions are not lost, since they do not apply to variations.
+        variation: a variation of that facade.
+    """
+    remaining = {_lock_key(variation.facade, lock) for lock in inherited(locks, variation)}
+    return tuple(
+        lock
+        for lock in locks
+        if lock.node and not isinstance(lock, Position) and _lock_key(facade, lock) not in remaining
+    )
+
+
+def inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
+    """Locks of remaining nodes, and of their copies.
+
+    Cut nodes have no locks. Positions have changed, so locks of positions are dropped.
+
+    Args:
+        locks: locks of the original facade.
+        variation: a variation of that facade.
+    """
+    whole = np.isclose(variation.visible, WHOLE).all(axis=1)
+    copies: list[Wish] = []
+    for lock in locks:
+        if isinstance(lock, Position):
+            continue
+        nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
+        copies += [replace(lock, node=node) for node in nodes]
+    return tuple(copies)
+
+
+def _lines(grid: Grid, axis: int) -> Ints:
+    """[lines, places] nodes of each column, or of each row; -1 for phantoms."""
+    return grid.places().T if axis == X else grid.places()
 
 
 def _wall(facade: Facade, axis: int) -> AxisView:
@@ -241,10 +239,60 @@ def _line_removed(wall: AxisView, edit: Edit) -> FacadePart:
     lines = [_lines(grid_of(wall.facade, name), edit.axis) for name in edit.grids]
     elements = {node for grid_lines in lines for node in grid_lines[edit.line].tolist()} - {-1}
     # Rows count from the top, coordinates from the bottom.
-    top = removed(wall, elements, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
+    top = _removed(wall, elements, last=edit.line == (len(lines[0]) - 1 if edit.axis == X else 0))
     if top is None:
         raise FacadeError("The edit would remove the whole facade.")
     return top
+
+
+def _reduced(wall: AxisView, node: int, elements: Set[int], step: int) -> FacadePart | None:
+    if node in elements:
+        return None
+    if not wall.has(node, elements):
+        return wall.whole(node)
+    children = wall.children[node]
+    if wall.axis[node] != wall.along:
+        return stretched(
+            wall, node, children, [_reduced(wall, child, elements, step) for child in children], fresh=False
+        )
+    is_removed = [wall.has(child, elements) and not _has_others(wall, child, elements) for child in children]
+    gaps = [not wall.has_elements(child) for child in children]
+    for index in [index for index, drop in enumerate(is_removed) if drop]:
+        for gap in _gap_beside(index, step, gaps, is_removed):
+            is_removed[gap] = True
+    remaining = [child for child, drop in zip(children, is_removed, strict=True) if not drop]
+    return stretched(wall, node, remaining, [_reduced(wall, child, elements, step) for child in remaining], fresh=False)
+
+
+def _has_others(wall: AxisView, node: int, elements: Set[int]) -> bool:
+    """Whether a node contains elements that stay."""
+    inside = wall.elements_before[wall.end[node]] - wall.elements_before[node]
+    for element in elements:
+        if node <= element < wall.end[node]:
+            inside -= wall.elements_before[wall.end[element]] - wall.elements_before[element]
+    return inside > 0
+
+
+def _gap_beside(index: int, step: int, gaps: Sequence[bool], is_removed: Sequence[bool]) -> list[int]:
+    """The gap on one side of a removed part, up to the next element; on the other side, if there is no next element.
+
+    Without any other element, only one of both gaps is removed, so that a wall remains.
+    """
+    first, second = _gap(index, step, gaps, is_removed), _gap(index, -step, gaps, is_removed)
+    for gap, ends_at_element in (first, second):
+        if ends_at_element:
+            return gap
+    return first[0] if second[0] else []
+
+
+def _gap(index: int, step: int, gaps: Sequence[bool], is_removed: Sequence[bool]) -> tuple[list[int], bool]:
+    """The parts without elements next to a place, and whether another part follows them."""
+    gap = []
+    index += step
+    while 0 <= index < len(gaps) and gaps[index] and not is_removed[index]:
+        gap.append(index)
+        index += step
+    return gap, 0 <= index < len(gaps)
 
 
 def _line_added(wall: AxisView, edit: Edit, position: int) -> tuple[FacadePart, dict[str, Ints], list[str]]:
@@ -284,11 +332,6 @@ def _insertion(line: Sequence[int], source: int, position: int, axis: int) -> In
     return Insertion(source, anchors[0], anchors[-1], placement)
 
 
-def _lines(grid: Grid, axis: int) -> Ints:
-    """[lines, places] nodes of each column, or of each row; -1 for phantoms."""
-    return grid.places().T if axis == X else grid.places()
-
-
 def _as_facade(before: Variation, wall: AxisView, tree: JoinedParts) -> tuple[Facade, Ints, Floats, Floats]:
     """A tree as a facade without grids, with the columns `source`, `target` and `visible` of `Variation`."""
     node, axis = np.where(tree.source >= 0, tree.source, 0), wall.along
@@ -296,11 +339,9 @@ def _as_facade(before: Variation, wall: AxisView, tree: JoinedParts) -> tuple[Fa
     target[:, axis] *= tree.visible[:, 1] - tree.visible[:, 0]
     target[:, axis] = stretched_targets(wall, tree, target[:, axis])
     target[:, 1 - axis] *= tree.scale
-    part = np.tile([0.0, 0.0, 1.0, 1.0], (len(node), 1))
+    part = np.tile(WHOLE, (len(node), 1))
     part[:, [axis, axis + 2]] = tree.visible
-    visible = before.visible[node]
-    low, extent = visible[:, :2], visible[:, 2:] - visible[:, :2]
-    visible = np.hstack([low + part[:, :2] * extent, low + part[:, 2:] * extent])
+    visible = part_of(before.visible[node], part)
     source = np.where(tree.source == NEW, NEW, before.source[node])
     return take(before.facade, tree.parent, tree.axis, tree.source, target, part), source, target, visible
 
@@ -343,44 +384,6 @@ def _compressed(name: str, node: Ints, lines: Ints, cross: Ints, axis: int) -> l
     lines, cross = (np.unique(values[remaining], return_inverse=True)[1] for values in (lines, cross))
     row, column = (cross, lines) if axis == X else (lines, cross)
     return [Grid(name, node[remaining], row, column)]
-
-
-_WHOLE = [0.0, 0.0, 1.0, 1.0]
-
-
-def inherited(locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
-    """Locks of remaining nodes, and of their copies.
-
-    Cut nodes have no locks. Positions have changed, so locks of positions are dropped.
-
-    Args:
-        locks: locks of the original facade.
-        variation: a variation of that facade.
-    """
-    whole = np.isclose(variation.visible, _WHOLE).all(axis=1)
-    copies: list[Wish] = []
-    for lock in locks:
-        if isinstance(lock, Position):
-            continue
-        nodes = np.flatnonzero(whole & (variation.source == lock.node)).tolist() if lock.node else [0]
-        copies += [replace(lock, node=node) for node in nodes]
-    return tuple(copies)
-
-
-def lost(facade: Facade, locks: Sequence[Wish], variation: Variation) -> tuple[Wish, ...]:
-    """Locks of parts of which neither a copy is left, nor a part of the same label with an equal lock.
-
-    Args:
-        facade: the original facade.
-        locks: its locks; positions are not lost, since they do not apply to variations.
-        variation: a variation of that facade.
-    """
-    remaining = {_lock_key(variation.facade, lock) for lock in inherited(locks, variation)}
-    return tuple(
-        lock
-        for lock in locks
-        if lock.node and not isinstance(lock, Position) and _lock_key(facade, lock) not in remaining
-    )
 
 
 def _lock_key(facade: Facade, lock: Wish) -> tuple[int, Wish]:

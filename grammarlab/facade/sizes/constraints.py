@@ -1,12 +1,10 @@
-"""Constraints on the sizes of a facade: equations over the lines of an axis (paper 000, section 5).
+"""One axis of a facade as equations over its lines, with targets of its leaves (paper 000, section 5).
 
 Decomposition needs no rows, since lines satisfy it (`lines.py`). Alignment preserves the distance between the anchors
 of neighbours in a grid's column (along x) or row (along y); the anchors are the low edges, the centres or the high
 edges, whichever vary least. Symmetry preserves the ratio of the sizes of similar parts: in one grid, with one label,
 with nearly equal sizes. For equal sizes the ratio is 1, which is the paper's row; and a facade always satisfies its own
 rows.
-
-One axis of a facade as numbers: its lines, targets of its leaves, and constraints between them.
 """
 
 from __future__ import annotations
@@ -23,10 +21,18 @@ from grammarlab.facade.grid import Grid
 from grammarlab.facade.sizes.lines import Lines, Sums, find_lines
 from grammarlab.facade.tree import Facade, X
 
+Weights = Literal["default", "paper"]
+"""Kind of weights of deviations, see `leaf_weights`."""
 SIMILAR_SIZE_TOLERANCE = 0.1
 """Parts of one label are similar if each is larger than the next smaller one by at most this fraction."""
-ANCHORS = np.array([0.0, 0.5, 1.0])
+_ANCHORS = np.array([0.0, 0.5, 1.0])
 """The eps of Equation 2; the first is taken if all three vary equally."""
+_LEAST_SIZE_RATIO = 1e-3
+"""Least size of a leaf, as a fraction of its target."""
+_LEAST_WEIGHTED_SIZE = 1e-3
+"""Least size, as a fraction of the facade, for default weights; smaller leaves have the weight of this size."""
+_MAX_PAPER_WEIGHT = 10.0
+"""Largest weight of the paper."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,90 +45,6 @@ class Rows:
     """[R] values, in the unit of the original positions and sizes."""
     grid: Ints
     """[R] index of the grid of each row."""
-
-
-def alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats, size: Floats) -> Rows:
-    """Rows that preserve the distances of neighbouring anchors in a column (row): C_a and d_a of Equation 1.
-
-    Args:
-        grids: G grids.
-        lines: lines of the axis.
-        along: 0 for x, which aligns columns; 1 for y, which aligns rows.
-        position: [N] original positions along the axis, metres.
-        size: [N] original sizes along the axis, metres.
-    """
-    node, grid_index, group, other = _members(grids, along)
-    order = np.lexsort((other, group))
-    node, grid_index, group = node[order], grid_index[order], group[order]
-    anchors = position[node, None] + ANCHORS * size[node, None]
-    eps = ANCHORS[_least_variance(anchors, group)][group]
-    first = np.flatnonzero(group[1:] == group[:-1])
-    ahead, behind = node[first], node[first + 1]
-    share = eps[first]
-    value = position[ahead] + share * size[ahead] - position[behind] - share * size[behind]
-    # Anchors on the same lines keep their distance without a row.
-    moves = (lines.low[ahead] != lines.low[behind]) & (share < 1.0)
-    moves |= (lines.high[ahead] != lines.high[behind]) & (share > 0.0)
-    sums = lines.reach(ahead, share).minus(lines.reach(behind, share))
-    return Rows(Sums(sums.line[moves], sums.factor[moves]), value[moves], grid_index[first][moves])
-
-
-def symmetry(grids: Sequence[Grid], lines: Lines, along: int, label: Ints, size: Floats) -> Rows:
-    """Rows that preserve the ratio of the sizes of similar parts: C_s of Equation 1.
-
-    Args:
-        grids: G grids.
-        lines: lines of the axis.
-        along: 0 for widths, 1 for heights.
-        label: [N] label of each node.
-        size: [N] original sizes along the axis, metres, > 0.
-    """
-    node, grid_index, _, _ = _members(grids, along)
-    # Nodes between the same lines have equal sizes without a row.
-    _, first = np.unique(
-        np.stack([grid_index, label[node], lines.low[node], lines.high[node]]), axis=1, return_index=True
-    )
-    node, grid_index = node[first], grid_index[first]
-    order = np.lexsort((size[node], label[node], grid_index))
-    node, grid_index = node[order], grid_index[order]
-    similar = (grid_index[1:] == grid_index[:-1]) & (label[node[1:]] == label[node[:-1]])
-    similar &= size[node[1:]] <= (1.0 + SIMILAR_SIZE_TOLERANCE) * size[node[:-1]]
-    small, large = node[:-1][similar], node[1:][similar]
-    sums = lines.extent(large).minus(lines.extent(small).times(size[large] / size[small]))
-    return Rows(sums, np.zeros(len(small)), grid_index[1:][similar])
-
-
-def _members(grids: Sequence[Grid], along: int) -> tuple[Ints, Ints, Ints, Ints]:
-    """[E] of all grids: node, grid, column or row numbered over all grids, and index within it."""
-    if not grids:
-        empty = np.zeros(0, dtype=np.int64)
-        return empty, empty, empty, empty
-    node = np.concatenate([grid.node for grid in grids])
-    grid_index: Ints = np.repeat(np.arange(len(grids)), [len(grid.node) for grid in grids])
-    column, row = np.concatenate([grid.column for grid in grids]), np.concatenate([grid.row for grid in grids])
-    group, other = (column, row) if along == X else (row, column)
-    counts = np.array([grid.num_columns if along == X else grid.num_rows for grid in grids])
-    return node, grid_index, group + (np.cumsum(counts) - counts)[grid_index], other
-
-
-def _least_variance(anchors: Floats, group: Ints) -> NDArray[np.intp]:
-    """[G] index of the anchor [E, 3] that varies least within each group [E]."""
-    counts = np.maximum(np.bincount(group), 1)
-    variance = np.empty((len(counts), len(ANCHORS)))
-    for anchor in range(len(ANCHORS)):
-        mean = np.bincount(group, anchors[:, anchor]) / counts
-        variance[:, anchor] = np.bincount(group, (anchors[:, anchor] - mean[group]) ** 2)
-    # Rounding errors must not determine the choice.
-    return (variance > variance.min(axis=1, keepdims=True) + 1e-18 * np.square(anchors).max(initial=0.0)).argmin(axis=1)
-
-
-Weights = Literal["default", "paper"]
-_LEAST_SIZE_RATIO = 1e-3
-"""Least size of a leaf, as a fraction of its target."""
-_LEAST_WEIGHTED_SIZE = 1e-3
-"""Least size, as a fraction of the facade, for default weights; smaller leaves have the weight of this size."""
-_MAX_PAPER_WEIGHT = 10.0
-"""Largest weight of the paper."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,6 +118,81 @@ def build_axis(facade: Facade, along: int, origin: LineOrigin, weight: Floats, s
         weight=np.sqrt(weights),
         target=np.bincount(pair, weight**2 * size[leaf]) / weights,
         least=least,
-        alignment=alignment(facade.grids, lines, along, position, size),
-        symmetry=symmetry(facade.grids, lines, along, facade.label, size),
+        alignment=_alignment(facade.grids, lines, along, position, size),
+        symmetry=_symmetry(facade.grids, lines, along, facade.label, size),
     )
+
+
+def _alignment(grids: Sequence[Grid], lines: Lines, along: int, position: Floats, size: Floats) -> Rows:
+    """Rows that preserve the distances of neighbouring anchors in a column (row): C_a and d_a of Equation 1.
+
+    Args:
+        grids: G grids.
+        lines: lines of the axis.
+        along: 0 for x, which aligns columns; 1 for y, which aligns rows.
+        position: [N] original positions along the axis, metres.
+        size: [N] original sizes along the axis, metres.
+    """
+    node, grid_index, group, other = _members(grids, along)
+    order = np.lexsort((other, group))
+    node, grid_index, group = node[order], grid_index[order], group[order]
+    anchors = position[node, None] + _ANCHORS * size[node, None]
+    eps = _ANCHORS[_least_variance(anchors, group)][group]
+    first = np.flatnonzero(group[1:] == group[:-1])
+    ahead, behind = node[first], node[first + 1]
+    share = eps[first]
+    value = position[ahead] + share * size[ahead] - position[behind] - share * size[behind]
+    # Anchors on the same lines keep their distance without a row.
+    moves = (lines.low[ahead] != lines.low[behind]) & (share < 1.0)
+    moves |= (lines.high[ahead] != lines.high[behind]) & (share > 0.0)
+    sums = lines.reach(ahead, share).minus(lines.reach(behind, share))
+    return Rows(Sums(sums.line[moves], sums.factor[moves]), value[moves], grid_index[first][moves])
+
+
+def _members(grids: Sequence[Grid], along: int) -> tuple[Ints, Ints, Ints, Ints]:
+    """[E] of all grids: node, grid, column or row numbered over all grids, and index within it."""
+    if not grids:
+        empty = np.zeros(0, dtype=np.int64)
+        return empty, empty, empty, empty
+    node = np.concatenate([grid.node for grid in grids])
+    grid_index: Ints = np.repeat(np.arange(len(grids)), [len(grid.node) for grid in grids])
+    column, row = np.concatenate([grid.column for grid in grids]), np.concatenate([grid.row for grid in grids])
+    group, other = (column, row) if along == X else (row, column)
+    counts = np.array([grid.num_columns if along == X else grid.num_rows for grid in grids])
+    return node, grid_index, group + (np.cumsum(counts) - counts)[grid_index], other
+
+
+def _least_variance(anchors: Floats, group: Ints) -> NDArray[np.intp]:
+    """[G] index of the anchor [E, 3] that varies least within each group [E]."""
+    counts = np.maximum(np.bincount(group), 1)
+    variance = np.empty((len(counts), len(_ANCHORS)))
+    for anchor in range(len(_ANCHORS)):
+        mean = np.bincount(group, anchors[:, anchor]) / counts
+        variance[:, anchor] = np.bincount(group, (anchors[:, anchor] - mean[group]) ** 2)
+    # Rounding errors must not determine the choice.
+    return (variance > variance.min(axis=1, keepdims=True) + 1e-18 * np.square(anchors).max(initial=0.0)).argmin(axis=1)
+
+
+def _symmetry(grids: Sequence[Grid], lines: Lines, along: int, label: Ints, size: Floats) -> Rows:
+    """Rows that preserve the ratio of the sizes of similar parts: C_s of Equation 1.
+
+    Args:
+        grids: G grids.
+        lines: lines of the axis.
+        along: 0 for widths, 1 for heights.
+        label: [N] label of each node.
+        size: [N] original sizes along the axis, metres, > 0.
+    """
+    node, grid_index, _, _ = _members(grids, along)
+    # Nodes between the same lines have equal sizes without a row.
+    _, first = np.unique(
+        np.stack([grid_index, label[node], lines.low[node], lines.high[node]]), axis=1, return_index=True
+    )
+    node, grid_index = node[first], grid_index[first]
+    order = np.lexsort((size[node], label[node], grid_index))
+    node, grid_index = node[order], grid_index[order]
+    similar = (grid_index[1:] == grid_index[:-1]) & (label[node[1:]] == label[node[:-1]])
+    similar &= size[node[1:]] <= (1.0 + SIMILAR_SIZE_TOLERANCE) * size[node[:-1]]
+    small, large = node[:-1][similar], node[1:][similar]
+    sums = lines.extent(large).minus(lines.extent(small).times(size[large] / size[small]))
+    return Rows(sums, np.zeros(len(small)), grid_index[1:][similar])

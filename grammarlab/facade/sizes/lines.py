@@ -77,18 +77,6 @@ class Sums:
         return sparse.csr_array((self.factor.ravel(), self.line.ravel(), starts), shape=(len(self), num_lines))
 
 
-def stacked(sums: Sequence[Sums]) -> Sums:
-    """[K, T] concatenated lists of sums, with the number of terms of the longest."""
-    shape = sum(len(block) for block in sums), max(block.line.shape[1] for block in sums)
-    line, factor = np.zeros(shape, dtype=np.int64), np.zeros(shape)
-    start = 0
-    for block in sums:
-        line[start : start + len(block), : block.line.shape[1]] = block.line
-        factor[start : start + len(block), : block.line.shape[1]] = block.factor
-        start += len(block)
-    return Sums(line, factor)
-
-
 @dataclass(frozen=True, slots=True)
 class Lines:
     """M lines of a facade of N nodes along one axis; the first is the start of the facade."""
@@ -118,6 +106,18 @@ class Lines:
         line_position[self.high] = position + size
         line_position[self.low] = position
         return line_position
+
+
+def stacked(sums: Sequence[Sums]) -> Sums:
+    """[K, T] concatenated lists of sums, with the number of terms of the longest."""
+    shape = sum(len(block) for block in sums), max(block.line.shape[1] for block in sums)
+    line, factor = np.zeros(shape, dtype=np.int64), np.zeros(shape)
+    start = 0
+    for block in sums:
+        line[start : start + len(block), : block.line.shape[1]] = block.line
+        factor[start : start + len(block), : block.line.shape[1]] = block.factor
+        start += len(block)
+    return Sums(line, factor)
 
 
 def find_lines(parent: Ints, axis: NDArray[np.int8], along: int) -> Lines:

@@ -1,14 +1,10 @@
-"""A facade and wishes as a quadratic programme.
+"""The quadratic programme of a facade under wishes: sizes with the least deviation (Equation 1 of paper 000).
 
 The axes are independent unless a wish connects them: only with a wish for an aspect ratio, both are solved in one
-programme.
-
-The quadratic programme of Equation 1 (paper 000): sizes with the least deviation, subject to rows.
-
-Its unknowns are the positions of lines, so decomposition always holds. Lines with a constant distance by a row are one
-unknown. The optimum under the equations alone is one solve of a factorised system, and usually it is the optimum: only
-if a part would become too small, an interior-point method finds the active bounds, and the same system with these
-bounds gives accurate values. The accuracy of results is measured; the status of a solver is not used.
+programme. The unknowns are the positions of lines, so decomposition always holds. Lines with a constant distance by a
+row are one unknown. The optimum under the equations alone is one solve of a factorised system, and usually it is the
+optimum: only if a part would become too small, an interior-point method finds the active bounds, and the same system
+with these bounds gives accurate values. The accuracy of results is measured; the status of a solver is not used.
 """
 
 from __future__ import annotations
@@ -30,13 +26,20 @@ from grammarlab.facade.sizes.lines import Sums, stacked
 from grammarlab.facade.sizes.size_wishes import Aspect, Position, Size, Wish
 from grammarlab.facade.tree import Facade, X, Y
 
-EXACT_TOLERANCE = 1e-9
+SYMMETRY, ALIGNMENT, WISH = 0, 1, 2
+"""Kinds of rows, in the order of relaxation."""
+_EXACT_TOLERANCE = 1e-9
 """Largest violation of rows and bounds, as a fraction of the facade's size."""
 _APPROXIMATE_TOLERANCE = 1e-8
 """Largest violation if no accurate solution was found."""
 _REGULARISATION = 1e-8
 """Regularisation for linearly dependent rows; iterative refinement removes its effect."""
 _MOST_REFINEMENTS = 30
+"""Largest number of refinements of a solution."""
+_ZERO_LENGTH = 1e-12
+"""Largest distance, as a fraction of the facade's size, that counts as 0."""
+_NO_SUMS = Sums(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)))
+"""Sums without any row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +114,7 @@ class QuadraticProgram:
     def _solved(self, value: Floats) -> Floats | None:
         """[M] see `solve`, without merging lines."""
         position = self._under_rows(value)
-        if position is None or self.max_violation(position, value) <= EXACT_TOLERANCE:
+        if position is None or self.max_violation(position, value) <= _EXACT_TOLERANCE:
             return position
         approximate, active = self._interior_point(value)
         violation = self.max_violation(approximate, value)
@@ -119,9 +122,9 @@ class QuadraticProgram:
             return None
         rows = stacked([self.rows, Sums(self.bounds.line[active], self.bounds.factor[active])])
         exact = replace(self, rows=rows)._under_rows(np.concatenate([value, self.least[active]]))
-        if exact is None or self.max_violation(exact, value) > max(EXACT_TOLERANCE, violation):
+        if exact is None or self.max_violation(exact, value) > max(_EXACT_TOLERANCE, violation):
             return approximate
-        return exact if self.energy(exact) <= (1.0 + EXACT_TOLERANCE) * self.energy(approximate) else approximate
+        return exact if self.energy(exact) <= (1.0 + _EXACT_TOLERANCE) * self.energy(approximate) else approximate
 
     @cached_property
     def _matrix(self) -> sparse.csr_array:
@@ -165,7 +168,7 @@ class QuadraticProgram:
                 break
             solution = solution + self._factor.solve(residual)
         position = solution[:num]
-        return position if np.abs(self._matrix @ position - value).max(initial=0.0) <= EXACT_TOLERANCE else None
+        return position if np.abs(self._matrix @ position - value).max(initial=0.0) <= _EXACT_TOLERANCE else None
 
     def _interior_point(self, value: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """[M] the optimum to about eight digits, and [K] the active bounds."""
@@ -177,20 +180,6 @@ class QuadraticProgram:
         solver.solve()
         position = np.asarray(solver.result.x)
         return position, np.asarray(solver.result.z_l) > self.bounds.evaluate(position) - self.least
-
-
-def _sorted(matrix: sparse.csr_array | sparse.csc_array) -> sparse.csc_matrix:
-    """A matrix with sorted row indices, without which the solver returns wrong results."""
-    columns = sparse.csc_matrix(matrix)
-    columns.sum_duplicates()
-    return columns
-
-
-SYMMETRY, ALIGNMENT, WISH = 0, 1, 2
-"""Kinds of rows, in the order of relaxation."""
-_ZERO_LENGTH = 1e-12
-"""Largest distance, as a fraction of the facade's size, that counts as 0."""
-_NONE = Sums(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,7 +246,7 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
     value = np.concatenate(
         [*(tie.value for _, tie, _, _ in ties), _values([wishes[index] for index, _ in lengths], scale)]
     )
-    rows = stacked([_NONE, *(tie.sums.shifted(first) for _, tie, _, first in ties), *(row for _, row in lengths)])
+    rows = stacked([_NO_SUMS, *(tie.sums.shifted(first) for _, tie, _, first in ties), *(row for _, row in lengths)])
     program = QuadraticProgram(
         num_lines=firsts[-1],
         parts=stacked([sizes, pins]),
@@ -278,6 +267,13 @@ def build_model(axes: Sequence[Axis], wishes: Sequence[Wish], scale: float) -> S
         source=np.concatenate([*(tie.grid for _, tie, _, _ in ties), [index for index, _ in lengths]]).astype(np.int64),
         bound_source=np.repeat([-1, *(index for index, _ in aspects)], [len(sizes), *(2 for _ in aspects)]),
     )
+
+
+def _sorted(matrix: sparse.csr_array | sparse.csc_array) -> sparse.csc_matrix:
+    """A matrix with sorted row indices, without which the solver returns wrong results."""
+    columns = sparse.csc_matrix(matrix)
+    columns.sum_duplicates()
+    return columns
 
 
 def _values(wishes: Sequence[Wish], scale: float) -> list[float]:

@@ -1,7 +1,4 @@
-"""Alignment of words: the matrix of substrings whose columns fit each other best (paper 003, section 5.2).
-
-Matrices of alignments as text.
-"""
+"""Alignment of words: the matrix of substrings whose columns fit each other best (paper 003, section 5.2)."""
 
 from __future__ import annotations
 
@@ -17,39 +14,12 @@ from grammarlab.layers.alignment.search import Path, search
 from grammarlab.layers.alignment.spreads import Spreads
 from grammarlab.layers.design import Weights, Word
 
-Part = tuple[int, int]
-"""Index of a letter in its word, and index of the part: 0, unless columns split the letter."""
-Element = tuple[Part, ...]
-"""Parts in one row and one column; empty for a gap."""
-EMPTY_TEXT = "ε"
+Element = tuple[tuple[int, int], ...]
+"""Letters in one row and one column; empty for a gap.
 
-
-def named_columns(words: Sequence[Word], cells: Sequence[Sequence[Element]]) -> list[list[str]]:
-    """[n][m] the elements as text, see `Alignment.columns`."""
-    split = [{index for element in row for index, part in element if part} for row in cells]
-    occurs = Counter(letter.symbol for word in dict.fromkeys(words) for letter in word)
-    separator = " " if any(len(symbol) > 1 for symbol in occurs) else ""
-    numbers: dict[str, dict[tuple[tuple[str, ...], ...], int]] = {}
-    columns = []
-    for column in zip(*cells, strict=True):
-        whole = tuple(
-            tuple(word[index].symbol for index, _ in element if index not in parts)
-            for word, element, parts in zip(words, column, split, strict=True)
-        )
-        names = []
-        for word, element, parts in zip(words, column, split, strict=True):
-            texts = []
-            for index, _ in element:
-                letter, number = word[index], ""
-                if index in parts and (letter.size is not None or occurs[letter.symbol] > 1):
-                    numbering = numbers.setdefault(letter.symbol, {})
-                    number = str(numbering.setdefault(whole, len(numbering) + 1))
-                texts.append(letter.symbol + number)
-            names.append(separator.join(texts) or EMPTY_TEXT)
-        columns.append(names)
-    return columns
-
-
+Each is the index of a letter in its word, and the index of its part: 0, unless columns split the letter.
+"""
+_EMPTY_TEXT = "ε"
 _LENGTH_PRICE = 1_000_000
 """Integer weight of one unit of length."""
 _MAX_COST = 1 << 200
@@ -92,7 +62,7 @@ class Alignment:
         Parts of a letter are numbered if the numbers distinguish something: if the letter has a size, or its symbol
         occurs several times. Parts of one symbol have the same number if the elements of their columns are the same.
         """
-        return named_columns(self.words, self.cells)
+        return _named_columns(self.words, self.cells)
 
 
 @dataclass(frozen=True)
@@ -210,6 +180,32 @@ def problem_of(
         gaps=gaps,
         finest=finest,
     )
+
+
+def _named_columns(words: Sequence[Word], cells: Sequence[Sequence[Element]]) -> list[list[str]]:
+    """[n][m] the elements as text, see `Alignment.columns`."""
+    split = [{index for element in row for index, part in element if part} for row in cells]
+    occurs = Counter(letter.symbol for word in dict.fromkeys(words) for letter in word)
+    separator = " " if any(len(symbol) > 1 for symbol in occurs) else ""
+    numbers: dict[str, dict[tuple[tuple[str, ...], ...], int]] = {}
+    columns = []
+    for column in zip(*cells, strict=True):
+        whole = tuple(
+            tuple(word[index].symbol for index, _ in element if index not in parts)
+            for word, element, parts in zip(words, column, split, strict=True)
+        )
+        names = []
+        for word, element, parts in zip(words, column, split, strict=True):
+            texts = []
+            for index, _ in element:
+                letter, number = word[index], ""
+                if index in parts and (letter.size is not None or occurs[letter.symbol] > 1):
+                    numbering = numbers.setdefault(letter.symbol, {})
+                    number = str(numbering.setdefault(whole, len(numbering) + 1))
+                texts.append(letter.symbol + number)
+            names.append(separator.join(texts) or _EMPTY_TEXT)
+        columns.append(names)
+    return columns
 
 
 def _alignment(

@@ -1,6 +1,6 @@
-"""Lower bounds on the cost of aligning the remainders of two rows, for any other rows (dynamic programming).
+"""Lower bounds of the cost of an alignment: for the rest of two rows, and for size changes in one column.
 
-Lower bounds on the change of symbol sizes that makes the elements of one column equally wide.
+The bounds of two rows, by dynamic programming, hold for any other rows.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ class PairProblem:
     """Bounds of pairs, each for its largest limit so far."""
 
     def bounds(self, one: int, other: int, limit: int) -> tuple[Bounds, int]:
-        """`pair_bounds` of this limit or of a larger one that was computed before."""
+        """`_pair_bounds` of this limit or of a larger one that was computed before."""
         cached = self._bounds.get((one, other))
         if cached is not None and cached[0] >= limit:
             return cached[1], 0
-        result, num_visited = pair_bounds(self, one, other, limit)
+        result, num_visited = _pair_bounds(self, one, other, limit)
         self._bounds[one, other] = limit, result
         return result, num_visited
 
@@ -66,7 +66,44 @@ class PairProblem:
         return self.most - self.rows[row].remaining[0]
 
 
-def pair_bounds(problem: PairProblem, one: int, other: int, limit: int) -> tuple[Bounds, int]:
+class Strains:
+    """Lower bounds on the error of sizes, column by column."""
+
+    def __init__(self, problem: PairProblem) -> None:
+        self.problem = problem
+        self.costs: dict[tuple[int, int, int, int, int, int], int] = {}
+
+    def least_cost(self, states: Sequence[int], column: Sequence[RowStep]) -> int:
+        """Least cost of equal widths of the narrowest and the widest fixed element of a column from these states.
+
+        Sizes with a total difference of d become equal at a cost of at least d^2 / |c|^2, where c is the difference of
+        the counts of each symbol.
+        """
+        fixed = [
+            (step.size, row)
+            for row, step in enumerate(column)
+            if step.fixed and step.kind != EMPTY and not (self.problem.gaps and step.kind == PARTIAL)
+        ]
+        if len(fixed) < 2:
+            return 0
+        (low, narrow), (high, wide) = min(fixed), max(fixed)
+        if low == high:
+            return 0
+        key = (narrow, states[narrow], column[narrow].state, wide, states[wide], column[wide].state)
+        cost = self.costs.get(key)
+        if cost is None:
+            counts = self._symbols(narrow, states[narrow], column[narrow])
+            counts.subtract(self._symbols(wide, states[wide], column[wide]))
+            square = sum(times**2 for times in counts.values())
+            cost = self.costs[key] = int(self.problem.prices.strain * (high - low) ** 2 / square)
+        return cost
+
+    def _symbols(self, row: int, state: int, step: RowStep) -> Counter[str]:
+        word = self.problem.rows[row].word
+        return Counter(letter.symbol for letter in word[(state + 1) // 2 : (step.state + 1) // 2])
+
+
+def _pair_bounds(problem: PairProblem, one: int, other: int, limit: int) -> tuple[Bounds, int]:
     """Bounds for two rows, one < other, on paths up to a limit, and the number of visited pairs of steps."""
     pair = _Pair(problem, one, other)
     first, second = pair.first, pair.second
@@ -169,40 +206,3 @@ class _Pair:
         if one.fixed:
             return max(other.size - one.size, 0)
         return max(one.size - other.size, 0) if other.fixed else 0
-
-
-class Strains:
-    """Lower bounds on the error of sizes, column by column."""
-
-    def __init__(self, problem: PairProblem) -> None:
-        self.problem = problem
-        self.costs: dict[tuple[int, int, int, int, int, int], int] = {}
-
-    def least_cost(self, states: Sequence[int], column: Sequence[RowStep]) -> int:
-        """Least cost of equal widths of the narrowest and the widest fixed element of a column from these states.
-
-        Sizes with a total difference of d become equal at a cost of at least d^2 / |c|^2, where c is the difference of
-        the counts of each symbol.
-        """
-        fixed = [
-            (step.size, row)
-            for row, step in enumerate(column)
-            if step.fixed and step.kind != EMPTY and not (self.problem.gaps and step.kind == PARTIAL)
-        ]
-        if len(fixed) < 2:
-            return 0
-        (low, narrow), (high, wide) = min(fixed), max(fixed)
-        if low == high:
-            return 0
-        key = (narrow, states[narrow], column[narrow].state, wide, states[wide], column[wide].state)
-        cost = self.costs.get(key)
-        if cost is None:
-            counts = self._symbols(narrow, states[narrow], column[narrow])
-            counts.subtract(self._symbols(wide, states[wide], column[wide]))
-            square = sum(times**2 for times in counts.values())
-            cost = self.costs[key] = int(self.problem.prices.strain * (high - low) ** 2 / square)
-        return cost
-
-    def _symbols(self, row: int, state: int, step: RowStep) -> Counter[str]:
-        word = self.problem.rows[row].word
-        return Counter(letter.symbol for letter in word[(state + 1) // 2 : (step.state + 1) // 2])

@@ -1,10 +1,8 @@
-"""Words as rows of an alignment: the possible elements at each position of a word, in integer units of length.
+"""Words as rows of an alignment: the possible elements at each position, and the columns they form.
 
 A row is an automaton. Its state is the number of letters read, and whether the last of them, a transparent letter,
 continues in the next column. State 2p is p letters read; state 2p - 1 is the same with the last letter still open.
-States never decrease, and each matrix of an alignment is one path for each row.
-
-Columns of an alignment while it is searched for: what their elements so far allow and cost.
+States never decrease, and each matrix of an alignment is one path for each row. Lengths are in integer units.
 """
 
 from __future__ import annotations
@@ -87,6 +85,28 @@ class AlignedRow:
         return cached
 
 
+class Column(NamedTuple):
+    """A column, or the upper elements of one."""
+
+    steps: tuple[RowStep, ...]
+    low: int
+    """Smallest fixed element, units; 0 for an unexplained gap; -1 before the first."""
+    high: int
+    """Widest element, units."""
+    fixed: bool
+    opaque: bool
+    partial: int
+    """Rows with elements that cover only a part, as bits."""
+    protected: int
+    """Rows whose elements must not cover only a part, as bits."""
+    price: int
+    """Price of merged letters."""
+
+
+START = Column(steps=(), low=-1, high=0, fixed=False, opaque=False, partial=0, protected=0, price=0)
+"""A column without elements."""
+
+
 def unit_of(canvas: float) -> float:
     """Unit of length, a power of ten near 1e-11 of the canvas: decimal sizes are integers, and their sums are exact."""
     return 10.0 ** (math.floor(math.log10(canvas)) - 10)
@@ -110,6 +130,17 @@ def build_rows(words: Sequence[Word], unit: float) -> list[AlignedRow]:
 def may_be_empty(word: Word, read: int) -> bool:
     """Whether a gap is allowed between these letters: not beside attached letters, nor if a neighbour can be wider."""
     return not any(letter.attached or letter.transparent for letter in word[max(read - 1, 0) : read + 1])
+
+
+def column_size(column: Sequence[RowStep]) -> tuple[int, int, bool]:
+    """Error and width of a column, in units, and whether an element of it is fixed."""
+    low, high, fixed, opaque = -1, 0, False, False
+    for step in column:
+        if step.fixed and (step.kind != EMPTY or not opaque):
+            low = step.size if low < 0 else min(low, step.size)
+        high, opaque = max(high, step.size), opaque or step.kind == OPAQUE
+        fixed = fixed or (step.fixed and step.kind != EMPTY)
+    return (high - low if low >= 0 else 0), high, fixed
 
 
 def _steps(row: AlignedRow, state: int) -> Steps:
@@ -159,36 +190,3 @@ def _visible(row: AlignedRow, read: int) -> list[RowStep]:
         protected, loose = protected or letter.unoccludable, (*loose, index) if letter.size is None else loose
         elements.append(RowStep(size, 2 * index + 2, kind, protected, index - read, loose))
     return elements
-
-
-class Column(NamedTuple):
-    """A column, or the upper elements of one."""
-
-    steps: tuple[RowStep, ...]
-    low: int
-    """Smallest fixed element, units; 0 for an unexplained gap; -1 before the first."""
-    high: int
-    """Widest element, units."""
-    fixed: bool
-    opaque: bool
-    partial: int
-    """Rows with elements that cover only a part, as bits."""
-    protected: int
-    """Rows whose elements must not cover only a part, as bits."""
-    price: int
-    """Price of merged letters."""
-
-
-START = Column(steps=(), low=-1, high=0, fixed=False, opaque=False, partial=0, protected=0, price=0)
-"""A column without elements."""
-
-
-def column_size(column: Sequence[RowStep]) -> tuple[int, int, bool]:
-    """Error and width of a column, in units, and whether an element of it is fixed."""
-    low, high, fixed, opaque = -1, 0, False, False
-    for step in column:
-        if step.fixed and (step.kind != EMPTY or not opaque):
-            low = step.size if low < 0 else min(low, step.size)
-        high, opaque = max(high, step.size), opaque or step.kind == OPAQUE
-        fixed = fixed or (step.fixed and step.kind != EMPTY)
-    return (high - low if low >= 0 else 0), high, fixed

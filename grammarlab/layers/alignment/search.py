@@ -5,10 +5,9 @@ the first path found is the cheapest, and a tight limit keeps the bounds cheap, 
 The used length of the canvas is part of the state. Of two paths to the same state, the one that used less and costs
 less is kept.
 
-Alignments without search, for words that are too long for an exact one: all words follow the longest word.
-
-For each number of letters per column, the longest word is cut into columns. Each other word is fitted to these columns
-independently, by dynamic programming. Whether the result is an alignment is checked afterwards.
+If words are too long for an exact search, all words follow the longest one. For each number of letters per column, it
+is cut into columns. Each other word is fitted to these columns independently, by dynamic programming. Whether the
+result is an alignment is checked afterwards.
 """
 
 from __future__ import annotations
@@ -27,70 +26,6 @@ from grammarlab.layers.alignment.spreads import Spreads, Widths
 
 Path = tuple[tuple[RowStep, ...], ...]
 """[n][m] elements of columns."""
-
-
-def rough_paths(problem: PairProblem) -> Iterator[Path]:
-    """Candidate paths with ever wider columns; the rules of columns are not checked."""
-    solid = [all(letter.hides for letter in row.word) for row in problem.rows]
-    lead = max(range(len(problem.rows)), key=lambda index: (solid[index], len(problem.rows[index].word)))
-    row = problem.rows[lead]
-    letters = len(row.word)
-    for together in dict.fromkeys(-(-letters // num) for num in range(letters, 0, -1)):
-        leading = _columns(row, together)
-        if leading is None:
-            continue
-        widths = [step.size for step in leading]
-        paths = [
-            leading if index == lead else _fitted(problem, follower, widths)
-            for index, follower in enumerate(problem.rows)
-        ]
-        if all(path is not None for path in paths):
-            yield tuple(zip(*(path for path in paths if path is not None), strict=True))
-
-
-def _columns(row: AlignedRow, together: int) -> list[RowStep] | None:
-    """A row with the given number of letters per element; None if these letters cannot share an element."""
-    elements: list[RowStep] = []
-    state = 0
-    while state < row.last:
-        target_state = min(state + 2 * together, row.last)
-        steps = row.steps(state)
-        step = next(
-            (candidate for candidate in (*steps.fixed, *steps.elastic) if candidate.state == target_state), None
-        )
-        if step is None:
-            return None
-        elements.append(step)
-        state = target_state
-    return elements
-
-
-def _fitted(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> list[RowStep] | None:
-    """The elements of a row that fit columns best; None if none fit."""
-    best: dict[int, tuple[int, tuple[RowStep, ...]]] = {0: (0, ())}
-    for width in widths:
-        after: dict[int, tuple[int, tuple[RowStep, ...]]] = {}
-        for state, (cost, path) in best.items():
-            steps = row.steps(state)
-            for step in (*((steps.empty,) if steps.empty else ()), *steps.fixed, *steps.elastic):
-                error = _error(step, width)
-                if error > problem.tolerance:
-                    continue
-                # Squares spread the error over columns: a single large error may exceed the tolerance.
-                total = cost + problem.prices.error * error**2 // problem.most + problem.prices.merge * step.merged
-                if step.state not in after or total < after[step.state][0]:
-                    after[step.state] = total, (*path, step)
-        best = after
-    return list(best[row.last][1]) if row.last in best else None
-
-
-def _error(step: RowStep, width: int) -> int:
-    """Difference of the widths of an element and a column, units."""
-    if step.kind == EMPTY or step.fixed:
-        return abs(width - step.size)
-    return max(step.size - width, 0)
-
-
 _MAX_ROWS_OF_ALL_PAIRS = 6
 """Largest number of rows for which all pairs are bounded; with more rows, only pairs with the longest row are."""
 _FIRST_LIMIT_DIVISOR = 1000
@@ -113,26 +48,6 @@ class SearchResult:
     """A path found without search, if effort ran out before the first result; it may not be the cheapest."""
     steps: int = 0
     """Number of visited steps."""
-
-
-class _Node(NamedTuple):
-    """A state of all rows."""
-
-    lower_bound: int
-    """Lower bound of the cost of the cheapest path through it."""
-    ahead: int
-    """Order of nodes with the same bound: smaller is nearer to the end."""
-    number: int
-    cost: int
-    span: int
-    states: tuple[int, ...]
-    elastic: bool
-    """Whether a column takes the remaining length."""
-    widths: Widths
-    strain: int
-    """Lower bound of the cost of size changes, for the worst column only; part of `cost`."""
-    before: _Node | None
-    column: tuple[RowStep, ...]
 
 
 def search(problem: PairProblem, count: int, effort: int, cutoff: int) -> SearchResult:
@@ -172,13 +87,6 @@ def _alone(problem: PairProblem, row: AlignedRow) -> SearchResult:
         for index, (letter, size) in enumerate(zip(row.word, row.sizes, strict=True))
     )
     return SearchResult(((0, path),), 0, done=True)
-
-
-def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
-    """The cheapest valid one of the rough alignments."""
-    tree = _Tree(problem, ceiling, 1, 0, (Spreads(problem), Strains(problem) if problem.prices.strain else None))
-    valid = [(cost, path) for path in rough_paths(problem) if (cost := tree.price(path)) is not None]
-    return tuple(sorted(valid, key=itemgetter(0))[:1])
 
 
 class _Tree:
@@ -453,3 +361,92 @@ def _path(node: _Node) -> Path:
         columns.append(current.column)
         current = current.before
     return tuple(reversed(columns))
+
+
+class _Node(NamedTuple):
+    """A state of all rows."""
+
+    lower_bound: int
+    """Lower bound of the cost of the cheapest path through it."""
+    ahead: int
+    """Order of nodes with the same bound: smaller is nearer to the end."""
+    number: int
+    cost: int
+    span: int
+    states: tuple[int, ...]
+    elastic: bool
+    """Whether a column takes the remaining length."""
+    widths: Widths
+    strain: int
+    """Lower bound of the cost of size changes, for the worst column only; part of `cost`."""
+    before: _Node | None
+    column: tuple[RowStep, ...]
+
+
+def _guess(problem: PairProblem, ceiling: int) -> tuple[tuple[int, Path], ...]:
+    """The cheapest valid one of the rough alignments."""
+    tree = _Tree(problem, ceiling, 1, 0, (Spreads(problem), Strains(problem) if problem.prices.strain else None))
+    valid = [(cost, path) for path in _rough_paths(problem) if (cost := tree.price(path)) is not None]
+    return tuple(sorted(valid, key=itemgetter(0))[:1])
+
+
+def _rough_paths(problem: PairProblem) -> Iterator[Path]:
+    """Candidate paths with ever wider columns; the rules of columns are not checked."""
+    solid = [all(letter.hides for letter in row.word) for row in problem.rows]
+    lead = max(range(len(problem.rows)), key=lambda index: (solid[index], len(problem.rows[index].word)))
+    row = problem.rows[lead]
+    letters = len(row.word)
+    for together in dict.fromkeys(-(-letters // num) for num in range(letters, 0, -1)):
+        leading = _even_columns(row, together)
+        if leading is None:
+            continue
+        widths = [step.size for step in leading]
+        paths = [
+            leading if index == lead else _fitted(problem, follower, widths)
+            for index, follower in enumerate(problem.rows)
+        ]
+        if all(path is not None for path in paths):
+            yield tuple(zip(*(path for path in paths if path is not None), strict=True))
+
+
+def _even_columns(row: AlignedRow, together: int) -> list[RowStep] | None:
+    """A row with the given number of letters per element; None if these letters cannot share an element."""
+    elements: list[RowStep] = []
+    state = 0
+    while state < row.last:
+        target_state = min(state + 2 * together, row.last)
+        steps = row.steps(state)
+        step = next(
+            (candidate for candidate in (*steps.fixed, *steps.elastic) if candidate.state == target_state), None
+        )
+        if step is None:
+            return None
+        elements.append(step)
+        state = target_state
+    return elements
+
+
+def _fitted(problem: PairProblem, row: AlignedRow, widths: Sequence[int]) -> list[RowStep] | None:
+    """The elements of a row that fit columns best; None if none fit."""
+    best: dict[int, tuple[int, tuple[RowStep, ...]]] = {0: (0, ())}
+    for width in widths:
+        after: dict[int, tuple[int, tuple[RowStep, ...]]] = {}
+        for state, (cost, path) in best.items():
+            steps = row.steps(state)
+            for step in (*((steps.empty,) if steps.empty else ()), *steps.fixed, *steps.elastic):
+                error = _width_error(step, width)
+                if error > problem.tolerance:
+                    continue
+                # Squares spread the error over columns: a single large error may exceed the tolerance.
+                total = cost + problem.prices.error * error**2 // problem.most + problem.prices.merge * step.merged
+                if step.state not in after or total < after[step.state][0]:
+                    after[step.state] = total, (*path, step)
+        best = after
+    return list(best[row.last][1]) if row.last in best else None
+
+
+def _width_error(step: RowStep, width: int) -> int:
+    """Difference of the widths of an element and a column, units."""
+    if step.kind == EMPTY or step.fixed:
+        return abs(width - step.size)
+    return max(step.size - width, 0)

@@ -1,6 +1,6 @@
-"""Boxes of elements on a facade: found at holes of the wall and at points off its plane, or given.
+"""Boxes of elements on a facade, found or given, and points on their outlines.
 
-Points on the outlines of elements of a scan: the borders of the wall.
+Elements are found at holes of the wall and at points off its plane; outlines are the borders of the wall.
 """
 
 from __future__ import annotations
@@ -25,6 +25,77 @@ _BORDER_RATIO = 0.36
 """Distance of the border from the outermost points of the wall, in point distances: 0.32 to 0.40 in simulated scans."""
 _MIN_POINTS = 4
 """Least number of points of a triangulation."""
+_MIN_SIDE_M, _MAX_SIDE_M = 0.25, 6.0
+"""Least and largest side of an element, metres."""
+_MARGIN_M = 0.12
+"""Margin of a box around its element, metres."""
+_MARGIN_CELLS = 1.5
+"""Least margin in cells: a hole may fill a cell less than it covers on each side, and its outline is noisy."""
+_MAX_OUTLINE_CELLS = 2
+"""Largest distance of an outline from the empty cells of its hole, in cells: corners have cells with a few points."""
+_MIN_VISIBLE_SHARE = 0.7
+"""Least visible part of the outline of a box that its element fills; one that is joined with a shadow shows less."""
+_SIDES = ("left", "bottom", "right", "top")
+"""Columns of a table of boxes."""
+
+
+@dataclass(frozen=True, eq=False)
+class FacadePlane:
+    """A facade as points."""
+
+    points: Floats
+    """[P, 3] points along the facade, up, out of the wall; metres."""
+    edges: Floats
+    """[Q, 3] points on sharp edges of a mesh; none for a scan."""
+
+
+@dataclass(frozen=True, eq=False)
+class FoundBoxes:
+    """Elements of a facade, and the outlines of all of them."""
+
+    box: Floats
+    """[N, 4] left, bottom, right, top, metres."""
+    outline: Floats
+    """[Q, 2] points on the outlines, metres."""
+    num_repeated: int
+    """Number of boxes at the end that were found by repetition."""
+    spacing: float
+    """Distance of the points of the scan between which the outlines lie, metres; 0 for edges of a mesh."""
+
+
+def find_boxes(surface: FacadePlane) -> FoundBoxes:
+    """Elements of a facade, found by depth and by repetition.
+
+    By depth: connected parts, larger than 25 cm, with points behind or in front of the wall, or without points, that do
+    not touch its border. By repetition: at least four equal shallow parts in rows or columns, and partly hidden
+    elements that a row and a column lack.
+    """
+    cells = cells_of(surface.points)
+    shallow = np.asarray(ndimage.binary_closing(cells.raised | cells.sparse, np.ones((3, 3))), dtype=bool)
+    off = cells.empty | shallow
+    deep, flat = _parts(cells.empty, cells), _parts(shallow, cells)
+    outlined = np.array([visible_part(box, off, cells) >= _MIN_VISIBLE_SHARE for box in deep.box], dtype=bool)
+    single, ragged = (deep.box[deep.is_element & is_group] for is_group in (outlined, ~outlined))
+    is_repeated = repeated(single, cells.side)
+    firm, single = single[is_repeated], single[~is_repeated]
+    # A shallow part that repeats is more than a fragment of it that is deep.
+    others = np.flatnonzero(flat.is_element & ~overlapping(flat.box, firm))
+    others = others[repeated(np.vstack([firm, flat.box[others]]), cells.side)[len(firm) :]]
+    single = single[~overlapping(single, flat.box[others])]
+    detected = np.vstack([firm, single, flat.box[others]])
+    aligned, lacking = completed(detected, deep.box[outlined & ~deep.is_element], off, cells)
+    ragged = ragged[~overlapping(ragged, np.vstack([flat.box[others], lacking]))]
+    num_deep = len(firm) + len(single)
+    boxes = np.vstack([aligned[:num_deep], ragged, aligned[num_deep:], lacking])
+    boxes += max(_MARGIN_M, _MARGIN_CELLS * cells.side) * np.array([-1.0, -1.0, 1.0, 1.0])
+    outline = surface.edges[:, :2]
+    if not len(outline):
+        is_deep = np.bincount(flat.label.ravel(), weights=cells.empty.ravel()) > 0
+        of_flat = np.vstack([flat.box[others], lacking])
+        is_deep[flat.number[others]] = False
+        outline = np.vstack([_deep_outlines(surface, cells), borders(of_flat, shallow & ~is_deep[flat.label], cells)])
+    spacing = 0.0 if len(surface.edges) else cells.spacing
+    return FoundBoxes(boxes, outline, len(others) + len(lacking), spacing)
 
 
 def outlines(wall: Floats, other: Floats, reach: float, is_hole: Callable[[Floats], Flags]) -> Floats:
@@ -71,138 +142,6 @@ def outlines(wall: Floats, other: Floats, reach: float, is_hole: Callable[[Float
     return np.vstack([points[pairs].mean(axis=1), (middle + _BORDER_RATIO * spacing * normal)[rim]])
 
 
-def _mutual(pairs: Ints, length: Floats, number: int) -> Ints:
-    """[M, 2] the pairs [L, 2] of points that are nearest to each other."""
-    shortest = np.full(number, np.inf)
-    np.minimum.at(shortest, pairs, length[:, None])
-    return np.unique(pairs[(length[:, None] <= shortest[pairs]).all(axis=1)], axis=0)
-
-
-def _connected(links: Ints, is_start: Flags) -> Flags:
-    """[N] whether links [L, 2] connect a node with one of the starts [N]."""
-    number = len(is_start)
-    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(number, number))
-    label = connected_components(graph, directed=False)[1]
-    return np.isin(label, label[is_start])
-
-
-_MIN_SIDE_M, _MAX_SIDE_M = 0.25, 6.0
-"""Least and largest side of an element, metres."""
-_MARGIN_M = 0.12
-"""Margin of a box around its element, metres."""
-_MARGIN_CELLS = 1.5
-"""Least margin in cells: a hole may fill a cell less than it covers on each side, and its outline is noisy."""
-_MAX_OUTLINE_CELLS = 2
-"""Largest distance of an outline from the empty cells of its hole, in cells: corners have cells with a few points."""
-_MIN_VISIBLE_SHARE = 0.7
-"""Least visible part of the outline of a box that its element fills; one that is joined with a shadow shows less."""
-_SIDES = ("left", "bottom", "right", "top")
-
-
-@dataclass(frozen=True, eq=False)
-class FacadePlane:
-    """A facade as points."""
-
-    points: Floats
-    """[P, 3] points along the facade, up, out of the wall; metres."""
-    edges: Floats
-    """[Q, 3] points on sharp edges of a mesh; none for a scan."""
-
-
-@dataclass(frozen=True, eq=False)
-class FoundBoxes:
-    """Elements of a facade, and the outlines of all of them."""
-
-    box: Floats
-    """[N, 4] left, bottom, right, top, metres."""
-    outline: Floats
-    """[Q, 2] points on the outlines, metres."""
-    num_repeated: int
-    """Number of boxes at the end that were found by repetition."""
-    spacing: float
-    """Distance of the points of the scan between which the outlines lie, metres; 0 for edges of a mesh."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Parts:
-    """Connected parts of a facade that are not part of the wall, larger than 25 cm."""
-
-    label: Ints
-    """[W, H] number of the part of each cell; 0 for the wall."""
-    number: Ints
-    """[N] number of each part."""
-    box: Floats
-    """[N, 4] left, bottom, right, top, metres."""
-    is_element: Flags
-    """[N] whether they have the size of an element and do not touch the border."""
-
-
-def find_boxes(surface: FacadePlane) -> FoundBoxes:
-    """Elements of a facade, found by depth and by repetition.
-
-    By depth: connected parts, larger than 25 cm, with points behind or in front of the wall, or without points, that do
-    not touch its border. By repetition: at least four equal shallow parts in rows or columns, and partly hidden
-    elements that a row and a column lack.
-    """
-    cells = cells_of(surface.points)
-    shallow = np.asarray(ndimage.binary_closing(cells.raised | cells.sparse, np.ones((3, 3))), dtype=bool)
-    off = cells.empty | shallow
-    deep, flat = _parts(cells.empty, cells), _parts(shallow, cells)
-    outlined = np.array([visible_part(box, off, cells) >= _MIN_VISIBLE_SHARE for box in deep.box], dtype=bool)
-    single, ragged = (deep.box[deep.is_element & is_group] for is_group in (outlined, ~outlined))
-    is_repeated = repeated(single, cells.side)
-    firm, single = single[is_repeated], single[~is_repeated]
-    # A shallow part that repeats is more than a fragment of it that is deep.
-    others = np.flatnonzero(flat.is_element & ~overlapping(flat.box, firm))
-    others = others[repeated(np.vstack([firm, flat.box[others]]), cells.side)[len(firm) :]]
-    single = single[~overlapping(single, flat.box[others])]
-    detected = np.vstack([firm, single, flat.box[others]])
-    aligned, lacking = completed(detected, deep.box[outlined & ~deep.is_element], off, cells)
-    ragged = ragged[~overlapping(ragged, np.vstack([flat.box[others], lacking]))]
-    num_deep = len(firm) + len(single)
-    boxes = np.vstack([aligned[:num_deep], ragged, aligned[num_deep:], lacking])
-    boxes += max(_MARGIN_M, _MARGIN_CELLS * cells.side) * np.array([-1.0, -1.0, 1.0, 1.0])
-    outline = surface.edges[:, :2]
-    if not len(outline):
-        is_deep = np.bincount(flat.label.ravel(), weights=cells.empty.ravel()) > 0
-        of_flat = np.vstack([flat.box[others], lacking])
-        is_deep[flat.number[others]] = False
-        outline = np.vstack([_deep_outlines(surface, cells), borders(of_flat, shallow & ~is_deep[flat.label], cells)])
-    spacing = 0.0 if len(surface.edges) else cells.spacing
-    return FoundBoxes(boxes, outline, len(others) + len(lacking), spacing)
-
-
-def _parts(off: Flags, cells: Cells) -> _Parts:
-    """The connected parts of the cells [W, H] that are not part of the wall."""
-    label = np.asarray(ndimage.label(off)[0], dtype=np.int64)  # pyright: ignore[reportIndexIssue] its stub forgets the pair
-    extents = ndimage.find_objects(label)[: 10 * MOST_ELEMENTS]
-    first, last = (
-        np.array([[getattr(side, end) for side in extent] for extent in extents]).reshape(-1, 2)
-        for end in ("start", "stop")
-    )
-    size = (last - first) * cells.side
-    large = np.flatnonzero((size >= _MIN_SIDE_M).all(axis=1))
-    box = np.hstack([cells.low + first * cells.side, cells.low + last * cells.side])
-    fits = np.all((first > 0) & (last < np.array(label.shape)) & (size <= _MAX_SIDE_M), axis=1)
-    return _Parts(label, large + 1, box[large], fits[large])
-
-
-def _deep_outlines(surface: FacadePlane, cells: Cells) -> Floats:
-    flat, wall = surface.points[:, :2], np.abs(surface.points[:, 2]) < DEEP
-    # Points far inside of a hole or of the wall are left out for speed; then even the wall seems to have holes.
-    near = _grown(cells.empty, _MAX_OUTLINE_CELLS + 1) & _grown(~cells.empty, _MAX_OUTLINE_CELLS)
-    near = near[cells.indices(flat)]
-    points = outlines(
-        flat[wall & near], flat[~wall & near], cells.side, lambda positions: cells.empty[cells.indices(positions)]
-    )
-    return points[_grown(cells.empty, _MAX_OUTLINE_CELLS)[cells.indices(points)]]
-
-
-def _grown(mask: Flags, steps: int) -> Flags:
-    """[W, H] cells at most some steps from some of the cells [W, H]."""
-    return np.asarray(ndimage.binary_dilation(mask, np.ones((3, 3)), iterations=steps), dtype=bool)
-
-
 def read_boxes(content: bytes) -> Floats:
     """[N, 4] left, bottom, right, top, metres on the facade, from a table of text (`grammarlab.tables`).
 
@@ -227,6 +166,88 @@ def read_boxes(content: bytes) -> Floats:
     return np.array(boxes)
 
 
+def cut_out(points: Floats, boxes: Floats, spacing: float = 0.0, notes: tuple[str, ...] = ()) -> Elements:
+    """The points of each box, with rows and columns from the positions of the boxes; see `Elements` for the rest."""
+    order = np.argsort(points[:, 0], kind="stable")
+    across = points[order, 0]
+    clouds = []
+    for low_x, low_y, high_x, high_y in boxes.tolist():
+        column_points = points[order[np.searchsorted(across, low_x) : np.searchsorted(across, high_x, side="right")]]
+        clouds.append(column_points[(column_points[:, 1] >= low_y) & (column_points[:, 1] <= high_y)])
+    middle = (boxes[:, :2] + boxes[:, 2:]) / 2
+    size = np.median(boxes[:, 2:] - boxes[:, :2], axis=0)
+    return Elements(
+        offsets=offsets_from_counts(np.array([len(cloud) for cloud in clouds], dtype=np.int64)),
+        points=np.vstack(clouds),
+        low=boxes[:, :2],
+        high=boxes[:, 2:],
+        row=_lines(-middle[:, 1], float(size[1])),
+        column=_lines(middle[:, 0], float(size[0])),
+        spacing=spacing,
+        notes=notes,
+    )
+
+
+def _parts(off: Flags, cells: Cells) -> _Parts:
+    """The connected parts of the cells [W, H] that are not part of the wall."""
+    label = np.asarray(ndimage.label(off)[0], dtype=np.int64)  # pyright: ignore[reportIndexIssue] its stub forgets the pair
+    extents = ndimage.find_objects(label)[: 10 * MOST_ELEMENTS]
+    first, last = (
+        np.array([[getattr(side, end) for side in extent] for extent in extents]).reshape(-1, 2)
+        for end in ("start", "stop")
+    )
+    size = (last - first) * cells.side
+    large = np.flatnonzero((size >= _MIN_SIDE_M).all(axis=1))
+    box = np.hstack([cells.low + first * cells.side, cells.low + last * cells.side])
+    fits = np.all((first > 0) & (last < np.array(label.shape)) & (size <= _MAX_SIDE_M), axis=1)
+    return _Parts(label, large + 1, box[large], fits[large])
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Connected parts of a facade that are not part of the wall, larger than 25 cm."""
+
+    label: Ints
+    """[W, H] number of the part of each cell; 0 for the wall."""
+    number: Ints
+    """[N] number of each part."""
+    box: Floats
+    """[N, 4] left, bottom, right, top, metres."""
+    is_element: Flags
+    """[N] whether they have the size of an element and do not touch the border."""
+
+
+def _deep_outlines(surface: FacadePlane, cells: Cells) -> Floats:
+    flat, wall = surface.points[:, :2], np.abs(surface.points[:, 2]) < DEEP
+    # Points far inside of a hole or of the wall are left out for speed; then even the wall seems to have holes.
+    near = _grown(cells.empty, _MAX_OUTLINE_CELLS + 1) & _grown(~cells.empty, _MAX_OUTLINE_CELLS)
+    near = near[cells.indices(flat)]
+    points = outlines(
+        flat[wall & near], flat[~wall & near], cells.side, lambda positions: cells.empty[cells.indices(positions)]
+    )
+    return points[_grown(cells.empty, _MAX_OUTLINE_CELLS)[cells.indices(points)]]
+
+
+def _grown(mask: Flags, steps: int) -> Flags:
+    """[W, H] cells at most some steps from some of the cells [W, H]."""
+    return np.asarray(ndimage.binary_dilation(mask, np.ones((3, 3)), iterations=steps), dtype=bool)
+
+
+def _connected(links: Ints, is_start: Flags) -> Flags:
+    """[N] whether links [L, 2] connect a node with one of the starts [N]."""
+    number = len(is_start)
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(number, number))
+    label = connected_components(graph, directed=False)[1]
+    return np.isin(label, label[is_start])
+
+
+def _mutual(pairs: Ints, length: Floats, number: int) -> Ints:
+    """[M, 2] the pairs [L, 2] of points that are nearest to each other."""
+    shortest = np.full(number, np.inf)
+    np.minimum.at(shortest, pairs, length[:, None])
+    return np.unique(pairs[(length[:, None] <= shortest[pairs]).all(axis=1)], axis=0)
+
+
 def _columns(table: Table) -> tuple[int, ...]:
     """Indices of the columns of the sides."""
     missing = [name for name in _SIDES if table.header.count(name) != 1]
@@ -249,28 +270,6 @@ def _box(table: Table, row: TableRow, columns: tuple[int, ...], *, exact: bool) 
             f"and bottom < top, found {list(row.cells[:5])}."
         )
     return sides
-
-
-def cut_out(points: Floats, boxes: Floats, spacing: float = 0.0, notes: tuple[str, ...] = ()) -> Elements:
-    """The points of each box, with rows and columns from the positions of the boxes; see `Elements` for the rest."""
-    order = np.argsort(points[:, 0], kind="stable")
-    across = points[order, 0]
-    clouds = []
-    for low_x, low_y, high_x, high_y in boxes.tolist():
-        column_points = points[order[np.searchsorted(across, low_x) : np.searchsorted(across, high_x, side="right")]]
-        clouds.append(column_points[(column_points[:, 1] >= low_y) & (column_points[:, 1] <= high_y)])
-    middle = (boxes[:, :2] + boxes[:, 2:]) / 2
-    size = np.median(boxes[:, 2:] - boxes[:, :2], axis=0)
-    return Elements(
-        offsets=offsets_from_counts(np.array([len(cloud) for cloud in clouds], dtype=np.int64)),
-        points=np.vstack(clouds),
-        low=boxes[:, :2],
-        high=boxes[:, 2:],
-        row=_lines(-middle[:, 1], float(size[1])),
-        column=_lines(middle[:, 0], float(size[0])),
-        spacing=spacing,
-        notes=notes,
-    )
 
 
 def _lines(position: Floats, size: float) -> Ints:

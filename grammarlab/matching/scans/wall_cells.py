@@ -1,6 +1,6 @@
 """The wall of a facade as cells: where points are missing, or lie in front of or behind their surroundings.
 
-The plane of a facade in a scan, and coordinates on it.
+Points of a scan are on coordinates of the vertical planes of its facades.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from scipy import ndimage
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import FacadeError
 
+DEEP = 0.04
+"""Least distance from the wall of a point that is not part of it, metres."""
 _NUM_TRIALS = 200
 """Number of random planes."""
 _MAX_SAMPLES = 20_000
@@ -28,92 +30,6 @@ _MAX_PLANES = 4
 """Largest number of facades of a scan."""
 _MIN_SHARE = 0.05
 """Least fraction of the points of a further plane."""
-
-
-def facades(points: Floats) -> Iterator[Floats]:
-    """[P, 3] metres along the facade, up, and out of the wall, of points [P, 3] of a scan with z up.
-
-    The first facade is the vertical plane with the most points (RANSAC with a fixed seed), the next ones are those with
-    the most remaining points. The outside of a wall is the side with fewer distant points; the coordinate along it
-    starts at its left end, seen from outside.
-
-    Raises:
-        FacadeError: If there is no vertical plane.
-    """
-    if len(points) < 3:
-        raise FacadeError(f"Expected a scan of at least 3 points, found {len(points)}.")
-    random = np.random.default_rng(0)
-    middle = points.mean(axis=0)
-    sample = points[random.integers(len(points), size=min(_MAX_SAMPLES, len(points)))] - middle
-    near = max(_NEAR_RATIO * float(np.linalg.norm(np.ptp(sample, axis=0))), _MAX_DISTANCE_M)
-    remaining = sample
-    for index in range(_MAX_PLANES):
-        plane = _plane(remaining, near, random)
-        if plane is None and not index:
-            raise FacadeError(
-                "No vertical plane was found in the scan: its points lie on one line or on the ground (give `up=` if "
-                "another axis is up)."
-            )
-        if plane is None or (index and len(remaining) < _MIN_SHARE * len(sample)):
-            return
-        normal, offset = _refined(remaining, near, *plane)
-        yield _along(points - middle, points[:, 2], *_outward(sample, normal, offset))
-        remaining = remaining[np.abs(remaining @ normal - offset) > near]
-
-
-def _plane(points: Floats, near: float, random: np.random.Generator) -> tuple[Floats, float] | None:
-    """Normal and offset of the vertical plane with the most points; None if there is none."""
-    best, best_plane = 0, None
-    if len(points) < 3:
-        return None
-    for triple in points[random.integers(len(points), size=(_NUM_TRIALS, 3))]:
-        normal = np.cross(triple[1] - triple[0], triple[2] - triple[0])
-        length = float(np.linalg.norm(normal))
-        if length <= 1e-12 or abs(normal[2]) > _MAX_VERTICAL * length:
-            continue
-        normal = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
-        offset = float(normal @ triple[0])
-        count = int((np.abs(points @ normal - offset) < near).sum())
-        if count > best:
-            best, best_plane = count, (normal, offset)
-    return best_plane
-
-
-def _refined(points: Floats, near: float, normal: Floats, offset: float) -> tuple[Floats, float]:
-    """The least-squares plane of the points near a plane, within a shrinking distance."""
-    while True:
-        near_points = points[np.abs(points @ normal - offset) < near][:, :2]
-        if len(near_points) >= 3:
-            center = near_points.mean(axis=0)
-            across = np.linalg.eigh(np.cov((near_points - center).T))[1][:, 0]
-            across = across if across @ normal[:2] > 0.0 else -across
-            normal, offset = np.array([*across, 0.0]), float(across @ center)
-        if near <= _MAX_DISTANCE_M:
-            return normal, offset
-        near = max(near / 2.0, _MAX_DISTANCE_M)
-
-
-def _outward(points: Floats, normal: Floats, offset: float) -> tuple[Floats, float]:
-    """Direction out of the wall: parts behind it, such as rooms behind windows, extend farther than parts in front.
-
-    If both sides extend equally far, the coordinate that changes most along the wall grows to the right.
-    """
-    depth = points @ normal - offset
-    farther = float(depth.max() + depth.min())
-    if abs(farther) < _MAX_DISTANCE_M:
-        farther = float(normal[1] if abs(normal[1]) > abs(normal[0]) else -normal[0])
-    return (-normal, -offset) if farther > 0.0 else (normal, offset)
-
-
-def _along(moved: Floats, up: Floats, normal: Floats, offset: float) -> Floats:
-    depth = moved @ normal - offset
-    along = moved @ np.array([-normal[1], normal[0], 0.0])
-    wall = np.abs(depth) < _MAX_DISTANCE_M
-    return np.stack([along - along[wall if wall.any() else slice(None)].min(), up, depth], axis=1)
-
-
-DEEP = 0.04
-"""Least distance from the wall of a point that is not part of it, metres."""
 _MIN_RELIEF_M = 0.006
 """Least relief of a part of the wall, metres."""
 _NUM_SDS = 3.0
@@ -163,11 +79,6 @@ class Cells:
         return _indices(points, self.low, self.side, self.empty.shape)
 
 
-def _indices(points: Floats, low: Floats, side: float, shape: tuple[int, ...]) -> tuple[Ints, Ints]:
-    index = np.clip(((points - low) / side).astype(np.int64), 0, np.array(shape) - 1)
-    return index[:, 0], index[:, 1]
-
-
 def cells_of(points: Floats) -> Cells:
     """The wall of a facade with points [P, 3]: along it, up, and out of the wall, metres."""
     flat, low = points[:, :2], points[:, :2].min(axis=0)
@@ -204,8 +115,40 @@ def cells_of(points: Floats) -> Cells:
     )
 
 
-def _ratio(over: Floats, under: Floats) -> Floats:
-    return over / np.where(under > 1e-9, under, np.inf)
+def facades(points: Floats) -> Iterator[Floats]:
+    """[P, 3] metres along the facade, up, and out of the wall, of points [P, 3] of a scan with z up.
+
+    The first facade is the vertical plane with the most points (RANSAC with a fixed seed), the next ones are those with
+    the most remaining points. The outside of a wall is the side with fewer distant points; the coordinate along it
+    starts at its left end, seen from outside.
+
+    Raises:
+        FacadeError: If there is no vertical plane.
+    """
+    if len(points) < 3:
+        raise FacadeError(f"Expected a scan of at least 3 points, found {len(points)}.")
+    random = np.random.default_rng(0)
+    middle = points.mean(axis=0)
+    sample = points[random.integers(len(points), size=min(_MAX_SAMPLES, len(points)))] - middle
+    near = max(_NEAR_RATIO * float(np.linalg.norm(np.ptp(sample, axis=0))), _MAX_DISTANCE_M)
+    remaining = sample
+    for index in range(_MAX_PLANES):
+        plane = _plane(remaining, near, random)
+        if plane is None and not index:
+            raise FacadeError(
+                "No vertical plane was found in the scan: its points lie on one line or on the ground (give `up=` if "
+                "another axis is up)."
+            )
+        if plane is None or (index and len(remaining) < _MIN_SHARE * len(sample)):
+            return
+        normal, offset = _refined(remaining, near, *plane)
+        yield _along(points - middle, points[:, 2], *_outward(sample, normal, offset))
+        remaining = remaining[np.abs(remaining @ normal - offset) > near]
+
+
+def _indices(points: Floats, low: Floats, side: float, shape: tuple[int, ...]) -> tuple[Ints, Ints]:
+    index = np.clip(((points - low) / side).astype(np.int64), 0, np.array(shape) - 1)
+    return index[:, 0], index[:, 1]
 
 
 def _side(flat: Floats) -> float:
@@ -213,6 +156,10 @@ def _side(flat: Floats) -> float:
     extent = np.maximum(np.ptp(flat, axis=0), 1e-6)
     dense = float(np.sqrt(extent.prod() / max(len(flat), 1)))
     return max(2.2 * dense, 0.02, float(np.sqrt(extent.prod() / _MAX_CELLS)))
+
+
+def _ratio(over: Floats, under: Floats) -> Floats:
+    return over / np.where(under > 1e-9, under, np.inf)
 
 
 def _surroundings(values: Floats, side: float) -> Floats:
@@ -223,3 +170,54 @@ def _surroundings(values: Floats, side: float) -> Floats:
     middle = ndimage.median_filter(blocks, _NUM_BLOCKS, mode="reflect")
     coordinates = [np.clip((np.arange(length) + 0.5) / size - 0.5, 0.0, None) for length in values.shape]
     return ndimage.map_coordinates(middle, np.meshgrid(*coordinates, indexing="ij"), order=1, mode="nearest")
+
+
+def _plane(points: Floats, near: float, random: np.random.Generator) -> tuple[Floats, float] | None:
+    """Normal and offset of the vertical plane with the most points; None if there is none."""
+    best, best_plane = 0, None
+    if len(points) < 3:
+        return None
+    for triple in points[random.integers(len(points), size=(_NUM_TRIALS, 3))]:
+        normal = np.cross(triple[1] - triple[0], triple[2] - triple[0])
+        length = float(np.linalg.norm(normal))
+        if length <= 1e-12 or abs(normal[2]) > _MAX_VERTICAL * length:
+            continue
+        normal = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
+        offset = float(normal @ triple[0])
+        count = int((np.abs(points @ normal - offset) < near).sum())
+        if count > best:
+            best, best_plane = count, (normal, offset)
+    return best_plane
+
+
+def _refined(points: Floats, near: float, normal: Floats, offset: float) -> tuple[Floats, float]:
+    """The least-squares plane of the points near a plane, within a shrinking distance."""
+    while True:
+        near_points = points[np.abs(points @ normal - offset) < near][:, :2]
+        if len(near_points) >= 3:
+            center = near_points.mean(axis=0)
+            across = np.linalg.eigh(np.cov((near_points - center).T))[1][:, 0]
+            across = across if across @ normal[:2] > 0.0 else -across
+            normal, offset = np.array([*across, 0.0]), float(across @ center)
+        if near <= _MAX_DISTANCE_M:
+            return normal, offset
+        near = max(near / 2.0, _MAX_DISTANCE_M)
+
+
+def _along(moved: Floats, up: Floats, normal: Floats, offset: float) -> Floats:
+    depth = moved @ normal - offset
+    along = moved @ np.array([-normal[1], normal[0], 0.0])
+    wall = np.abs(depth) < _MAX_DISTANCE_M
+    return np.stack([along - along[wall if wall.any() else slice(None)].min(), up, depth], axis=1)
+
+
+def _outward(points: Floats, normal: Floats, offset: float) -> tuple[Floats, float]:
+    """Direction out of the wall: parts behind it, such as rooms behind windows, extend farther than parts in front.
+
+    If both sides extend equally far, the coordinate that changes most along the wall grows to the right.
+    """
+    depth = points @ normal - offset
+    farther = float(depth.max() + depth.min())
+    if abs(farther) < _MAX_DISTANCE_M:
+        farther = float(normal[1] if abs(normal[1]) > abs(normal[0]) else -normal[0])
+    return (-normal, -offset) if farther > 0.0 else (normal, offset)

@@ -1,6 +1,6 @@
 """Walls of a building: upright planes that contain much of the visible surface of one side.
 
-Depth map of a building seen from one side: depth and triangle at each pixel.
+The visible surface is a depth map: depth and triangle at each pixel.
 """
 
 from __future__ import annotations
@@ -12,17 +12,38 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints, index_in_row
 from grammarlab.synthesis.mesh.surface import Surface
 from grammarlab.synthesis.mesh.views import seen_from
 
+PIXELS = 250_000
+"""Number of pixels of the depth map of each side."""
+FACING = 0.9
+"""Least component towards the viewer of the normal of a triangle in a wall."""
+BEHIND, BEFORE = 1.0, 2.0
+"""Largest depth of recesses, and of balconies, that belong to a wall, metres."""
 _CHUNK_PIXELS = 2_000_000
 """Pixels that are processed together."""
-NOTHING = -np.inf
 _EDGE_TOLERANCE = 1e-9
 """Distance from a triangle at which pixels count as inside, pixels."""
 _MIN_DOUBLE_AREA = 1e-6
 """Twice the least area of a visible triangle, square pixels."""
+_BIN_M = 0.05
+"""Bin width of depths, metres."""
+_MIN_AREA_SHARE, _MIN_SIDE_M = 0.04, 1.5
+"""Least wall: share of the visible area of its side, and width and height, metres."""
+_MIN_GAP_PIXELS = 3
+"""Least width of a visible gap, pixels."""
+_MIN_CRACK_NOISE_M, _MAX_CRACK_RATIO = 0.001, 8.0
+"""Noise from which cracks are possible, metres, and largest ratio of the width of a crack to the noise."""
+_SD_PER_MEDIAN_DEVIATION = 1.4826
+"""Ratio of the standard deviation to the median deviation of normal noise; robust against windows near the plane."""
+_MIN_GROUND_SHARE = 0.5
+"""Least share of the width of a wall that its ground floor covers."""
+_MAX_TILT_M = 0.1
+"""Largest change of depth of a wall from end to end, metres."""
+_MAX_WALLS = 6
+"""Largest number of walls of one side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +51,7 @@ class DepthMap:
     """H x W pixels, the lowest row first, in orthographic projection."""
 
     depth: Floats
-    """[H, W] metres towards the viewer; `NOTHING` for empty pixels."""
+    """[H, W] metres towards the viewer; -inf for empty pixels."""
     triangle: Ints
     """[H, W] visible triangle, -1 for none."""
     low: Floats
@@ -52,6 +73,82 @@ class DepthMap:
         return slice(first, max(int(np.floor(ends[1])) + 1, first))
 
 
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """A wall, in the coordinates of the view from its side."""
+
+    side: int
+    depth: float
+    """Depth of its plane, metres."""
+    low: Floats
+    """[2] lower left corner, metres."""
+    high: Floats
+    """[2] upper right corner, metres."""
+    map: DepthMap
+    mask: Flags
+    """[H, W] whether each pixel of the map belongs to it."""
+    noise: float
+    """Deviation of points in its plane from it, metres."""
+
+    def tilt(self) -> float:
+        """Rotation about the vertical axis that makes it square to the view, radians; 0 if it has no effect."""
+        flat = self.mask & (np.abs(self.map.depth - self.depth) <= _MAX_TILT_M)
+        x = np.nonzero(flat)[1] * self.map.step
+        depth = self.map.depth[flat]
+        x = x - x.mean()
+        slope = float((x * (depth - depth.mean())).sum() / max((x**2).sum(), 1e-12))
+        return -float(np.arctan(slope)) if abs(slope) * (self.high[0] - self.low[0]) > _MAX_TILT_M else 0.0
+
+
+def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
+    """The walls of one side, the largest first, from a map of this many pixels."""
+    corners = seen_from(side, surface.points)[surface.triangles]
+    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(facing, axis=1)
+    view = depth_map(corners, num_pixels)
+    upright = np.append(np.abs(facing[:, 2]) >= FACING * length, False)[view.triangle] & (view.triangle >= 0)
+    remaining = upright.copy()
+    walls: list[Wall] = []
+    while remaining.any() and len(walls) < _MAX_WALLS:
+        plane = _plane(view.depth[remaining])
+        plane = float(np.median(view.depth[remaining & (np.abs(view.depth - plane) <= 1.5 * _BIN_M)]))
+        flat = remaining & (np.abs(view.depth - plane) <= _BIN_M)
+        if not flat.any():
+            break
+        plane = float(np.median(view.depth[flat]))
+        near = (view.depth >= plane - BEHIND) & (view.depth <= plane + BEFORE)
+        # Pieces of wall between windows belong together, and so do windows, which may be holes; narrow gaps are none.
+        bridged: Any = ndimage.binary_closing(near, structure=np.ones((_MIN_GAP_PIXELS, _MIN_GAP_PIXELS)))
+        labelled: Any = ndimage.label(near | bridged, structure=np.ones((3, 3)))
+        pieces, num = labelled
+        if not num:
+            break
+        sizes = np.bincount(pieces[flat], minlength=num + 1)
+        sizes[0] = 0
+        piece = pieces == int(sizes.argmax())
+        piece_flat = piece & flat
+        rows, columns = np.flatnonzero(piece_flat.any(axis=1)), np.flatnonzero(piece_flat.any(axis=0))
+        if len(rows):
+            # A ground floor in front of or behind the plane belongs to the wall.
+            under = piece[: rows[0], columns[0] : columns[-1] + 1].mean(axis=1) >= _MIN_GROUND_SHARE
+            rows[0] = np.flatnonzero(~np.append(False, under))[-1]
+        remaining &= ~piece
+        if not piece_flat.any():
+            continue
+        low = view.low + np.array([columns[0], rows[0]]) * view.step
+        high = view.low + np.array([columns[-1] + 1, rows[-1] + 1]) * view.step
+        if piece_flat.sum() < _MIN_AREA_SHARE * upright.sum() or (high - low).min() < _MIN_SIDE_M:
+            continue
+        within = np.zeros_like(piece)
+        within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
+        noise = _SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(view.depth[piece_flat] - plane)))
+        mask = within & (_filled(piece, rows[0]) | (view.triangle < 0))
+        walls.append(
+            Wall(side=side, depth=plane, low=low, high=high, map=_without_cracks(view, noise), mask=mask, noise=noise)
+        )
+    return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
+
+
 def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
     """The nearest triangle at each pixel.
 
@@ -64,7 +161,7 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
     step = float(np.sqrt(size.prod() / num_pixels))
     step = max(step, float(size.max()) / num_pixels)
     width, height = (int(extent) for extent in np.maximum(np.ceil(size / step), 1))
-    depth = np.full(width * height, NOTHING)
+    depth = np.full(width * height, -np.inf)
     triangle = np.full(width * height, -1, dtype=np.int64)
     for rows, pixel, value in _covered(corners, low, step, width, height):
         np.maximum.at(depth, pixel, value)
@@ -101,12 +198,12 @@ def _covered(corners: Floats, low: Floats, step: float, width: int, height: int)
         if not group.size:
             continue
         row = np.repeat(group, count[group])
-        y = first[row] + _within(count[group])
+        y = first[row] + index_in_row(count[group])
         start, end = _span(flat, row, y)
         start = np.maximum(np.ceil(start - _EDGE_TOLERANCE), 0.0).astype(np.int64)
         number = np.maximum(np.minimum(np.floor(end + _EDGE_TOLERANCE), width - 1).astype(np.int64) - start + 1, 0)
         at_start = corners[row, 0, 2] + along_x[row] * (start - ax[row]) + along_y[row] * (y - ay[row])
-        offset = _within(number)
+        offset = index_in_row(number)
         value: Floats = np.repeat(at_start, number) + np.repeat(along_x[row], number) * offset.astype(np.float64)
         yield np.repeat(row, number), np.repeat(y * width + start, number) + offset, value
 
@@ -125,109 +222,11 @@ def _span(flat: Floats, row: Ints, y: Ints) -> tuple[Floats, Floats]:
     return start, end
 
 
-def _within(count: Ints) -> Ints:
-    """0, 1, ... for each of several counts, concatenated."""
-    return np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-
-
-PIXELS = 250_000
-"""Number of pixels of the depth map of each side."""
-FACING = 0.9
-"""Least component towards the viewer of the normal of a triangle in a wall."""
-_BIN_M = 0.05
-"""Bin width of depths, metres."""
-BEHIND, BEFORE = 1.0, 2.0
-"""Largest depth of recesses, and of balconies, that belong to a wall, metres."""
-_MIN_AREA_SHARE, _MIN_SIDE_M = 0.04, 1.5
-"""Least wall: share of the visible area of its side, and width and height, metres."""
-_MIN_GAP_PIXELS = 3
-"""Least width of a visible gap, pixels."""
-_MIN_CRACK_NOISE_M, _MAX_CRACK_RATIO = 0.001, 8.0
-"""Noise from which cracks are possible, metres, and largest ratio of the width of a crack to the noise."""
-_SD_PER_MEDIAN_DEVIATION = 1.4826
-"""Ratio of the standard deviation to the median deviation of normal noise; robust against windows near the plane."""
-_MIN_GROUND_SHARE = 0.5
-"""Least share of the width of a wall that its ground floor covers."""
-_MAX_TILT_M = 0.1
-"""Largest change of depth of a wall from end to end, metres."""
-_MAX_WALLS = 6
-"""Largest number of walls of one side."""
-
-
-@dataclass(frozen=True, eq=False)
-class Wall:
-    """A wall, in the coordinates of the view from its side."""
-
-    side: int
-    depth: float
-    """Depth of its plane, metres."""
-    low: Floats
-    """[2] lower left corner, metres."""
-    high: Floats
-    """[2] upper right corner, metres."""
-    map: DepthMap
-    mask: Flags
-    """[H, W] whether each pixel of the map belongs to it."""
-    noise: float
-    """Deviation of points in its plane from it, metres."""
-
-    def tilt(self) -> float:
-        """Rotation about the vertical axis that makes it square to the view, radians; 0 if it has no effect."""
-        flat = self.mask & (np.abs(self.map.depth - self.depth) <= _MAX_TILT_M)
-        x = np.nonzero(flat)[1] * self.map.step
-        depth = self.map.depth[flat]
-        x = x - x.mean()
-        slope = float((x * (depth - depth.mean())).sum() / max((x**2).sum(), 1e-12))
-        return -float(np.arctan(slope)) if abs(slope) * (self.high[0] - self.low[0]) > _MAX_TILT_M else 0.0
-
-
-def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
-    """The walls of one side, the largest first, from a map of this many pixels."""
-    corners = seen_from(side, surface.points)[surface.triangles]
-    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(facing, axis=1)
-    map_ = depth_map(corners, num_pixels)
-    upright = np.append(np.abs(facing[:, 2]) >= FACING * length, False)[map_.triangle] & (map_.triangle >= 0)
-    remaining = upright.copy()
-    walls: list[Wall] = []
-    while remaining.any() and len(walls) < _MAX_WALLS:
-        plane = _plane(map_.depth[remaining])
-        plane = float(np.median(map_.depth[remaining & (np.abs(map_.depth - plane) <= 1.5 * _BIN_M)]))
-        flat = remaining & (np.abs(map_.depth - plane) <= _BIN_M)
-        if not flat.any():
-            break
-        plane = float(np.median(map_.depth[flat]))
-        near = (map_.depth >= plane - BEHIND) & (map_.depth <= plane + BEFORE)
-        # Pieces of wall between windows belong together, and so do windows, which may be holes; narrow gaps are none.
-        bridged: Any = ndimage.binary_closing(near, structure=np.ones((_MIN_GAP_PIXELS, _MIN_GAP_PIXELS)))
-        labelled: Any = ndimage.label(near | bridged, structure=np.ones((3, 3)))
-        pieces, num = labelled
-        if not num:
-            break
-        sizes = np.bincount(pieces[flat], minlength=num + 1)
-        sizes[0] = 0
-        piece = pieces == int(sizes.argmax())
-        piece_flat = piece & flat
-        rows, columns = np.flatnonzero(piece_flat.any(axis=1)), np.flatnonzero(piece_flat.any(axis=0))
-        if len(rows):
-            # A ground floor in front of or behind the plane belongs to the wall.
-            under = piece[: rows[0], columns[0] : columns[-1] + 1].mean(axis=1) >= _MIN_GROUND_SHARE
-            rows[0] = np.flatnonzero(~np.append(False, under))[-1]
-        remaining &= ~piece
-        if not piece_flat.any():
-            continue
-        low = map_.low + np.array([columns[0], rows[0]]) * map_.step
-        high = map_.low + np.array([columns[-1] + 1, rows[-1] + 1]) * map_.step
-        if piece_flat.sum() < _MIN_AREA_SHARE * upright.sum() or (high - low).min() < _MIN_SIDE_M:
-            continue
-        within = np.zeros_like(piece)
-        within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
-        noise = _SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(map_.depth[piece_flat] - plane)))
-        mask = within & (_filled(piece, rows[0]) | (map_.triangle < 0))
-        walls.append(
-            Wall(side=side, depth=plane, low=low, high=high, map=_without_cracks(map_, noise), mask=mask, noise=noise)
-        )
-    return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
+def _plane(depth: Floats) -> float:
+    """The most frequent depth, to `_BIN_M`."""
+    low = float(depth.min())
+    count = np.bincount(((depth - low) / _BIN_M).astype(np.int64), minlength=3)
+    return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN_M
 
 
 def _filled(piece: Flags, lowest: int) -> Flags:
@@ -239,17 +238,10 @@ def _filled(piece: Flags, lowest: int) -> Flags:
     return filled
 
 
-def _without_cracks(map_: DepthMap, noise: float) -> DepthMap:
+def _without_cracks(view: DepthMap, noise: float) -> DepthMap:
     """The map with narrow gaps closed.
 
     Cracks are visible only in places, and would divide a wall with noise into pieces that only touch.
     """
-    pixels = _MIN_GAP_PIXELS + int(np.ceil(_MAX_CRACK_RATIO * noise / map_.step)) * (noise > _MIN_CRACK_NOISE_M)
-    return replace(map_, depth=ndimage.grey_closing(map_.depth, (pixels, pixels)))
-
-
-def _plane(depth: Floats) -> float:
-    """The most frequent depth, to `_BIN_M`."""
-    low = float(depth.min())
-    count = np.bincount(((depth - low) / _BIN_M).astype(np.int64), minlength=3)
-    return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN_M
+    pixels = _MIN_GAP_PIXELS + int(np.ceil(_MAX_CRACK_RATIO * noise / view.step)) * (noise > _MIN_CRACK_NOISE_M)
+    return replace(view, depth=ndimage.grey_closing(view.depth, (pixels, pixels)))

@@ -1,6 +1,6 @@
 """Lower bounds of the energy: strips that choose labels independently, with prices that make them agree.
 
-Prices of labels that strips of windows pass on, so that conditions of one border reach the other.
+Strips also pass prices on to the next one, so that conditions of one border reach the other.
 """
 
 from __future__ import annotations
@@ -19,6 +19,103 @@ from grammarlab.synthesis.labels.strips import CellTargets, Costs, WindowStrips
 
 _MESSAGE_SHARE = 0.5
 """Share of its min-marginals that a strip passes on; with all of them, sweeps end at a worse bound."""
+_ROUNDING = 0.01
+"""Largest rounding error of a bound; it is subtracted before a bound is rounded up to an integer energy."""
+_MAX_ADDITIONS = 1e8
+"""Largest number of additions to solve all different strips."""
+_MAX_IDLE_STEPS = 3
+"""Steps without a better bound before steps become smaller."""
+_STEP_FACTOR = 0.7
+"""Factor on the step size after `_MAX_IDLE_STEPS` steps without a better bound."""
+
+
+@dataclass
+class Dual:
+    """Prices by subgradient steps (Lagrangian decomposition): the sum of the strips' energies bounds the grid's."""
+
+    problem: Problem
+    demands: LabelDemands
+    bound: float = -np.inf
+
+    def __post_init__(self) -> None:
+        self.strips = WindowStrips.from_problem(self.problem, range(self.problem.rows))
+        self.prices = np.zeros((self.problem.rows, WINDOW, self.problem.columns, self.problem.num_labels))
+        self.tolls: Costs = np.zeros(len(self.demands.counts))
+        self.copies = self._gathered(self.strips.inside[:, :, None].repeat(self.problem.columns, axis=2).astype(float))
+
+    @property
+    def integer_bound(self) -> int:
+        """The bound, rounded up to an integer."""
+        return ceil(self.bound - _ROUNDING) if np.isfinite(self.bound) else 0
+
+    def sweep(self, sweeps: int) -> None:
+        """Improves the prices by message passing between strips."""
+        tolls = self._tolls()
+        self.prices = swept(self.problem, self.prices + tolls, sweeps) - tolls
+
+    def steps(self, target: float, most: int) -> Iterator[Labels]:
+        """Improves the bound; yields after each step the labels that most strips choose.
+
+        Args:
+            target: energy of a known grid; steps become small as the bound approaches it.
+            most: largest number of steps.
+        """
+        scale, waited = 1.0, 0
+        for _ in range(most):
+            value, slopes, toll_slopes, labels = self._evaluated()
+            waited = 0 if value > self.bound + 1e-6 else waited + 1
+            self.bound = max(self.bound, value)
+            yield labels
+            if waited >= _MAX_IDLE_STEPS:
+                scale, waited = scale * _STEP_FACTOR, 0
+            norm = float((slopes**2).sum() + (toll_slopes**2).sum())
+            if norm < 1e-9 or target <= self.integer_bound:
+                return
+            step = scale * max(target - value, 1e-3) / norm
+            self.prices += step * slopes
+            self.tolls += step * toll_slopes
+
+    def _evaluated(self) -> tuple[float, Costs, Costs, Labels]:
+        """The bound at these prices, its subgradients by prices and tolls, and the labels that most strips choose."""
+        energies, labels = self.strips.least(self.prices + self._tolls())
+        chosen = (labels[..., None] == np.arange(self.problem.num_labels)).astype(float)
+        mean = self._gathered(chosen) / self.copies[..., None]
+        if self.demands.symmetric:
+            mean = (mean + mean[:, ::-1]) / 2
+        slopes = chosen - self._spread(mean)
+        slopes[~self.strips.inside] = 0.0
+        value = float(energies.sum())
+        toll_slopes = np.zeros(len(self.tolls))
+        for index, (label, least, most) in enumerate(self.demands.counts):
+            toll = float(self.tolls[index])
+            count = float(mean[..., label].sum())
+            target = most if toll > 0 else least if toll < 0 else min(max(count, least), most)
+            value -= toll * target
+            toll_slopes[index] = count - target
+        return value, slopes, toll_slopes, mean.argmax(axis=2)
+
+    def _tolls(self) -> Costs:
+        """[strips, 3, columns, labels] additional cost of each counted label."""
+        costs = np.zeros_like(self.prices)
+        share = self._spread(1.0 / self.copies)
+        for (label, _, _), toll in zip(self.demands.counts, self.tolls, strict=True):
+            costs[..., label] += toll * share
+        return costs
+
+    def _gathered(self, values: NDArray[np.float64]) -> Costs:
+        """[rows, columns, ...] sums over the strips that cover a cell, of [strips, 3, columns, ...]."""
+        rows = self.problem.rows
+        total = np.zeros((rows + 2, *values.shape[2:]))
+        for step in range(WINDOW):
+            total[step : step + rows] += values[:, step]
+        return total[1:-1]
+
+    def _spread(self, values: NDArray[np.float64]) -> Costs:
+        """[strips, 3, columns, ...] of [rows, columns, ...]: each strip's part; 0 outside of the grid."""
+        rows = self.problem.rows
+        ring = np.zeros((rows + 2, *values.shape[1:]))
+        ring[1:-1] = values
+        return np.stack([ring[step : step + rows] for step in range(WINDOW)], axis=1)
 
 
 def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
@@ -43,6 +140,31 @@ def swept(problem: Problem, start: Costs, sweeps: int) -> Costs:
         for row in range(problem.rows)[::step]:
             _Strip(problem, prices, row, cache, cells).pass_on(step)
     return prices
+
+
+def strips_alone(problem: Problem) -> int:
+    """Lower bound of the energy of every grid: the sum of the independent optima of all strips.
+
+    Equal strips are solved once. The bound is 0 if it would take too long.
+    """
+    first: dict[bytes, int] = {}
+    same = []
+    for row in range(problem.rows):
+        around = problem.domain[max(0, row - 1) : row + 2]
+        key = problem.kind[row].tobytes() + around.tobytes() + bytes([row == 0, row == problem.rows - 1])
+        same.append(first.setdefault(key, row))
+    if least_work(problem) * len(first) / problem.rows > _MAX_ADDITIONS:
+        return 0
+    strips = WindowStrips.from_problem(problem, list(first.values()))
+    shape = (len(first), WINDOW, problem.columns, problem.num_labels)
+    energies = dict(zip(first.values(), strips.least(np.zeros(shape))[0].tolist(), strict=True))
+    return ceil(sum(energies[row] for row in same) - _ROUNDING)
+
+
+def least_work(problem: Problem) -> float:
+    """Additions for one bound: for three rows of all strips, three consecutive patches at every column."""
+    most = max(len(patches) for patches in problem.patches)
+    return float(most) ** 3 * problem.rows * problem.columns * WINDOW
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,127 +266,3 @@ class _Strip:
             patches = self.problem.patches[kind] if kind >= 0 else np.full((1, WINDOW, WINDOW), AWAY)
             self.cache[kind, side] = _ColumnTargets.from_patches(patches, side, self.problem.num_labels)
         return self.cache[kind, side]
-
-
-_ROUNDING = 0.01
-"""Largest rounding error of a bound; it is subtracted before a bound is rounded up to an integer energy."""
-_MAX_ADDITIONS = 1e8
-"""Largest number of additions to solve all different strips."""
-_MAX_IDLE_STEPS = 3
-"""Steps without a better bound before steps become smaller."""
-_STEP_FACTOR = 0.7
-"""Factor on the step size after `_MAX_IDLE_STEPS` steps without a better bound."""
-
-
-def least_work(problem: Problem) -> float:
-    """Additions for one bound: for three rows of all strips, three consecutive patches at every column."""
-    most = max(len(patches) for patches in problem.patches)
-    return float(most) ** 3 * problem.rows * problem.columns * WINDOW
-
-
-def strips_alone(problem: Problem) -> int:
-    """Lower bound of the energy of every grid: the sum of the independent optima of all strips.
-
-    Equal strips are solved once. The bound is 0 if it would take too long.
-    """
-    first: dict[bytes, int] = {}
-    same = []
-    for row in range(problem.rows):
-        around = problem.domain[max(0, row - 1) : row + 2]
-        key = problem.kind[row].tobytes() + around.tobytes() + bytes([row == 0, row == problem.rows - 1])
-        same.append(first.setdefault(key, row))
-    if least_work(problem) * len(first) / problem.rows > _MAX_ADDITIONS:
-        return 0
-    strips = WindowStrips.from_problem(problem, list(first.values()))
-    shape = (len(first), WINDOW, problem.columns, problem.num_labels)
-    energies = dict(zip(first.values(), strips.least(np.zeros(shape))[0].tolist(), strict=True))
-    return ceil(sum(energies[row] for row in same) - _ROUNDING)
-
-
-@dataclass
-class Dual:
-    """Prices by subgradient steps (Lagrangian decomposition): the sum of the strips' energies bounds the grid's."""
-
-    problem: Problem
-    demands: LabelDemands
-    bound: float = -np.inf
-
-    def __post_init__(self) -> None:
-        self.strips = WindowStrips.from_problem(self.problem, range(self.problem.rows))
-        self.prices = np.zeros((self.problem.rows, WINDOW, self.problem.columns, self.problem.num_labels))
-        self.tolls: Costs = np.zeros(len(self.demands.counts))
-        self.copies = self._gathered(self.strips.inside[:, :, None].repeat(self.problem.columns, axis=2).astype(float))
-
-    @property
-    def integer_bound(self) -> int:
-        """The bound, rounded up to an integer."""
-        return ceil(self.bound - _ROUNDING) if np.isfinite(self.bound) else 0
-
-    def sweep(self, sweeps: int) -> None:
-        """Improves the prices by message passing between strips."""
-        tolls = self._tolls()
-        self.prices = swept(self.problem, self.prices + tolls, sweeps) - tolls
-
-    def steps(self, target: float, most: int) -> Iterator[Labels]:
-        """Improves the bound; yields after each step the labels that most strips choose.
-
-        Args:
-            target: energy of a known grid; steps become small as the bound approaches it.
-            most: largest number of steps.
-        """
-        scale, waited = 1.0, 0
-        for _ in range(most):
-            value, slopes, toll_slopes, labels = self._evaluated()
-            waited = 0 if value > self.bound + 1e-6 else waited + 1
-            self.bound = max(self.bound, value)
-            yield labels
-            if waited >= _MAX_IDLE_STEPS:
-                scale, waited = scale * _STEP_FACTOR, 0
-            norm = float((slopes**2).sum() + (toll_slopes**2).sum())
-            if norm < 1e-9 or target <= self.integer_bound:
-                return
-            step = scale * max(target - value, 1e-3) / norm
-            self.prices += step * slopes
-            self.tolls += step * toll_slopes
-
-    def _evaluated(self) -> tuple[float, Costs, Costs, Labels]:
-        """The bound at these prices, its subgradients by prices and tolls, and the labels that most strips choose."""
-        energies, labels = self.strips.least(self.prices + self._tolls())
-        chosen = (labels[..., None] == np.arange(self.problem.num_labels)).astype(float)
-        mean = self._gathered(chosen) / self.copies[..., None]
-        if self.demands.symmetric:
-            mean = (mean + mean[:, ::-1]) / 2
-        slopes = chosen - self._spread(mean)
-        slopes[~self.strips.inside] = 0.0
-        value = float(energies.sum())
-        toll_slopes = np.zeros(len(self.tolls))
-        for index, (label, least, most) in enumerate(self.demands.counts):
-            toll = float(self.tolls[index])
-            count = float(mean[..., label].sum())
-            target = most if toll > 0 else least if toll < 0 else min(max(count, least), most)
-            value -= toll * target
-            toll_slopes[index] = count - target
-        return value, slopes, toll_slopes, mean.argmax(axis=2)
-
-    def _tolls(self) -> Costs:
-        """[strips, 3, columns, labels] additional cost of each counted label."""
-        costs = np.zeros_like(self.prices)
-        share = self._spread(1.0 / self.copies)
-        for (label, _, _), toll in zip(self.demands.counts, self.tolls, strict=True):
-            costs[..., label] += toll * share
-        return costs
-
-    def _gathered(self, values: NDArray[np.float64]) -> Costs:
-        """[rows, columns, ...] sums over the strips that cover a cell, of [strips, 3, columns, ...]."""
-        rows = self.problem.rows
-        total = np.zeros((rows + 2, *values.shape[2:]))
-        for step in range(WINDOW):
-            total[step : step + rows] += values[:, step]
-        return total[1:-1]
-
-    def _spread(self, values: NDArray[np.float64]) -> Costs:
-        """[strips, 3, columns, ...] of [rows, columns, ...]: each strip's part; 0 outside of the grid."""
-        rows = self.problem.rows
-        ring = np.zeros((rows + 2, *values.shape[1:]))
-        ring[1:-1] = values
-        return np.stack([ring[step : step + rows] for step in range(WINDOW)], axis=1)

@@ -1,6 +1,6 @@
-"""Grids of small energy: grids of whole rows and columns first, then improved row by row and column by column.
+"""Grids of small energy: grids of whole rows and columns, improved line by line, and the paper's own method.
 
-The paper's synthesis: alternation of majority labels and nearest neighbourhoods.
+The paper alternates majority labels and nearest neighbourhoods (`expectation_maximization`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,18 @@ from grammarlab.synthesis.labels.demands import Domain, LabelDemands
 from grammarlab.synthesis.labels.line_search import RowWindows, best_columns, suits
 from grammarlab.synthesis.labels.problem import Problem, distances, energy, votes
 
-MOST_ITERATIONS = 100
+PENALTY = 9
+"""Energy of a cell that has to change: at least the increase by a change, since 9 windows lie over it."""
+_MOST_ITERATIONS = 100
+"""Largest number of iterations of expectation maximization."""
+_MAX_ADDITIONS = 1e8
+"""Largest number of additions for settling before the result is kept: some tenths of a second."""
+_MIN_PASSES = 2
+"""Least number of passes over all lines of a grid, for any size."""
+_TRACKED_LIMIT = 4
+"""Largest counts below this number are tracked during the choice of lines; others are not."""
+_NOISE_SUM = 0.25
+"""Sum of the noise added to the energy, over a grid, to choose among grids of equal energy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,45 +37,6 @@ class Trace:
     """[rows, columns] labels."""
     history: tuple[int, ...]
     """Energy after each iteration; it never rises."""
-
-
-def expectation_maximization(problem: Problem, seed: int, iterations: int = MOST_ITERATIONS) -> Trace:
-    """Local optimum of the energy from random initial neighbourhoods.
-
-    E step: each cell gets the majority label of the neighbourhoods over it, the lowest label of equally frequent ones.
-    M step: each window gets the nearest neighbourhood (Eq. 2), the first of equally near ones. It ends when no
-    neighbourhood changes.
-
-    Args:
-        problem: the windows, without borders for the paper's energy.
-        seed: seed of the initial neighbourhoods.
-        iterations: largest number of iterations.
-    """
-    generator = np.random.default_rng(seed)
-    sizes = np.array([len(patches) for patches in problem.patches])
-    nearest = np.where(problem.kind < 0, -1, generator.integers(0, sizes[problem.kind]))
-    history: list[int] = []
-    labels = nearest
-    for _ in range(max(1, iterations)):
-        labels = votes(problem, nearest).argmax(axis=2)
-        updated, differ = distances(problem, labels)
-        history.append(int(differ.sum()))
-        if np.array_equal(updated, nearest):
-            break
-        nearest = updated
-    return Trace(labels, tuple(history))
-
-
-_MAX_ADDITIONS = 1e8
-"""Largest number of additions for settling before the result is kept: some tenths of a second."""
-_MIN_PASSES = 2
-"""Least number of passes over all lines of a grid, for any size."""
-PENALTY = 9
-"""Energy of a cell that has to change: at least the increase by a change, since 9 windows lie over it."""
-_TRACKED_LIMIT = 4
-"""Largest counts below this number are tracked during the choice of lines; others are not."""
-_NOISE_SUM = 0.25
-"""Sum of the noise added to the energy, over a grid, to choose among grids of equal energy."""
 
 
 @dataclass
@@ -212,3 +184,30 @@ class GridSearch:
         if turned:
             return best_columns(problem.transposed(), candidates, noise.transpose(1, 0, 2), limits)
         return best_columns(problem, candidates, noise, limits, self.demands.symmetric)
+
+
+def expectation_maximization(problem: Problem, seed: int, iterations: int = _MOST_ITERATIONS) -> Trace:
+    """Local optimum of the energy from random initial neighbourhoods.
+
+    E step: each cell gets the majority label of the neighbourhoods over it, the lowest label of equally frequent ones.
+    M step: each window gets the nearest neighbourhood (Eq. 2), the first of equally near ones. It ends when no
+    neighbourhood changes.
+
+    Args:
+        problem: the windows, without borders for the paper's energy.
+        seed: seed of the initial neighbourhoods.
+        iterations: largest number of iterations.
+    """
+    generator = np.random.default_rng(seed)
+    sizes = np.array([len(patches) for patches in problem.patches])
+    nearest = np.where(problem.kind < 0, -1, generator.integers(0, sizes[problem.kind]))
+    history: list[int] = []
+    labels = nearest
+    for _ in range(max(1, iterations)):
+        labels = votes(problem, nearest).argmax(axis=2)
+        updated, differ = distances(problem, labels)
+        history.append(int(differ.sum()))
+        if np.array_equal(updated, nearest):
+            break
+        nearest = updated
+    return Trace(labels, tuple(history))

@@ -1,7 +1,4 @@
-"""One row of a grid optimised exactly, with the other rows fixed.
-
-Grids of whole columns: the best choice among candidates, exactly.
-"""
+"""Lines of a grid chosen exactly: one row with the other rows fixed, or all columns among candidates."""
 
 from __future__ import annotations
 
@@ -19,82 +16,7 @@ _MAX_COLUMN_ADDITIONS = 2e8
 """Largest number of additions for all windows at one column."""
 _FORBIDDEN_COST = 10.0
 """Cost of a cell with a forbidden label: more than its 9 windows can gain by it."""
-
-
-def best_columns(
-    problem: Problem,
-    candidates: Labels,
-    noise: Costs,
-    limits: Sequence[tuple[int, int, int]] = (),
-    symmetric: bool = False,
-) -> NDArray[np.int64]:
-    """The grid of least energy whose columns are all candidates.
-
-    Args:
-        problem: the windows and their patches.
-        candidates: [states, rows] columns.
-        noise: [rows, columns, labels] added to the energy, to choose among equal grids.
-        limits: label, least and largest count; ignored if there is no such grid.
-        symmetric: whether the columns form a palindrome.
-
-    Returns:
-        [columns] index of the candidate of each column.
-    """
-    rows = np.arange(problem.rows)
-    extra = noise + _FORBIDDEN_COST * ~problem.domain
-    state_costs = list(extra[rows[None, :], :, candidates].sum(axis=1).T)  # [columns][states]
-    cache: dict[tuple[int, ...], Costs] = {}
-    costs = []
-    for column in range(problem.columns):
-        kinds = tuple(problem.kind[:, column].tolist())
-        if kinds not in cache:
-            cache[kinds] = _triplets(problem, candidates, kinds)
-        triplets = cache[kinds]
-        triplets = triplets if column else triplets[:1]
-        costs.append(triplets if column + 1 < problem.columns else triplets[:, :, :1])
-    solve = cheapest_palindrome if symmetric else cheapest
-    if limits:
-        weight = np.stack([(candidates == label).sum(axis=1) for label, _, _ in limits], axis=1)
-        tally = SequenceTally(
-            (weight,) * problem.columns, tuple(limit[1] for limit in limits), tuple(limit[2] for limit in limits)
-        )
-        chain = solve(costs, state_costs, tally)
-        if np.isfinite(chain.cost):
-            return chain.states
-    return solve(costs, state_costs).states
-
-
-def suits(problem: Problem, candidates: Labels) -> bool:
-    """Whether there are few enough candidates."""
-    most = max(len(patches) for patches in problem.patches)
-    return float(len(candidates)) ** 3 * most * problem.rows <= _MAX_COLUMN_ADDITIONS
-
-
-def _triplets(problem: Problem, candidates: Labels, kinds: tuple[int, ...]) -> Costs:
-    """[states, states, states] energy of the windows at a column, by the states of the column and its neighbours."""
-    size = len(candidates)
-    ring = np.full((size, problem.rows + 2), AWAY, dtype=np.int64)
-    ring[:, 1:-1] = candidates
-    total = np.zeros((size, size, size), dtype=np.float32)
-    for row, kind in enumerate(kinds):
-        if kind < 0:
-            continue
-        patches = problem.patches[kind]
-        here = ring[:, row : row + WINDOW]  # [states, 3]
-        counts = np.zeros((WINDOW, size, len(patches)), dtype=np.uint8)
-        for up, right in np.ndindex(WINDOW, WINDOW):
-            target = patches[:, up, right]
-            counts[right] += (here[:, up, None] != target) & (target != AWAY)
-        before, between, after = counts
-        nearest = np.full((size, size, size), 255, dtype=np.uint8)
-        for patch in range(len(patches)):
-            pair = before[:, None, patch] + between[None, :, patch]
-            np.minimum(nearest, pair[:, :, None] + after[None, None, :, patch], out=nearest)
-        total += nearest
-    return total.astype(np.float64)
-
-
-_MAX_ADDITIONS = 3e6
+_MAX_ROW_ADDITIONS = 3e6
 """Largest number of additions for a row: beyond it, a cell only has the labels that most windows have there."""
 _MISMATCH_LIMIT = 100
 """A number of labels above that of any window."""
@@ -106,17 +28,13 @@ class RowWindows:
 
     problem: Problem
     patches: NDArray[np.int64]
-    """[kinds + 1, patches, 3, 3]; the first patch is repeated in kinds with fewer patches; the last kind has no
-    labels."""
+    """[kinds + 1, patches, 3, 3] as in `Problem.padded_patches`."""
     cache: dict[tuple[int, int, bytes], tuple[Labels, ...]] = field(default_factory=dict)
     """Cached states of the patches of a row whose cells all have the same labels."""
 
     @classmethod
     def from_problem(cls, problem: Problem) -> RowWindows:
-        most = max(len(patches) for patches in problem.patches)
-        filled = [patches[np.arange(most) % len(patches)] for patches in problem.patches]
-        filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))
-        return cls(problem, np.array(filled))
+        return cls(problem, problem.padded_patches)
 
     @property
     def work(self) -> float:
@@ -130,7 +48,7 @@ class RowWindows:
     @property
     def _most(self) -> int:
         """Largest number of labels of a cell."""
-        return max(2, min(self.problem.num_labels, int((_MAX_ADDITIONS / self._sums) ** (1 / 3))))
+        return max(2, min(self.problem.num_labels, int((_MAX_ROW_ADDITIONS / self._sums) ** (1 / 3))))
 
     def best_row(self, labels: Labels, row: int, domain: NDArray[np.bool_], noise: Costs, symmetric: bool) -> Labels:
         """The labels [columns] of a row with the least energy for fixed other rows.
@@ -213,3 +131,76 @@ class RowWindows:
         if is_uniform:
             self.cache[key] = result
         return result
+
+
+def best_columns(
+    problem: Problem,
+    candidates: Labels,
+    noise: Costs,
+    limits: Sequence[tuple[int, int, int]] = (),
+    symmetric: bool = False,
+) -> NDArray[np.int64]:
+    """The grid of least energy whose columns are all candidates.
+
+    Args:
+        problem: the windows and their patches.
+        candidates: [states, rows] columns.
+        noise: [rows, columns, labels] added to the energy, to choose among equal grids.
+        limits: label, least and largest count; ignored if there is no such grid.
+        symmetric: whether the columns form a palindrome.
+
+    Returns:
+        [columns] index of the candidate of each column.
+    """
+    rows = np.arange(problem.rows)
+    extra = noise + _FORBIDDEN_COST * ~problem.domain
+    state_costs = list(extra[rows[None, :], :, candidates].sum(axis=1).T)  # [columns][states]
+    cache: dict[tuple[int, ...], Costs] = {}
+    costs = []
+    for column in range(problem.columns):
+        kinds = tuple(problem.kind[:, column].tolist())
+        if kinds not in cache:
+            cache[kinds] = _triplets(problem, candidates, kinds)
+        triplets = cache[kinds]
+        triplets = triplets if column else triplets[:1]
+        costs.append(triplets if column + 1 < problem.columns else triplets[:, :, :1])
+    solve = cheapest_palindrome if symmetric else cheapest
+    if limits:
+        weight = np.stack([(candidates == label).sum(axis=1) for label, _, _ in limits], axis=1)
+        tally = SequenceTally(
+            (weight,) * problem.columns, tuple(limit[1] for limit in limits), tuple(limit[2] for limit in limits)
+        )
+        chain = solve(costs, state_costs, tally)
+        if np.isfinite(chain.cost):
+            return chain.states
+    return solve(costs, state_costs).states
+
+
+def suits(problem: Problem, candidates: Labels) -> bool:
+    """Whether there are few enough candidates."""
+    most = max(len(patches) for patches in problem.patches)
+    return float(len(candidates)) ** 3 * most * problem.rows <= _MAX_COLUMN_ADDITIONS
+
+
+def _triplets(problem: Problem, candidates: Labels, kinds: tuple[int, ...]) -> Costs:
+    """[states, states, states] energy of the windows at a column, by the states of the column and its neighbours."""
+    size = len(candidates)
+    ring = np.full((size, problem.rows + 2), AWAY, dtype=np.int64)
+    ring[:, 1:-1] = candidates
+    total = np.zeros((size, size, size), dtype=np.float32)
+    for row, kind in enumerate(kinds):
+        if kind < 0:
+            continue
+        patches = problem.patches[kind]
+        here = ring[:, row : row + WINDOW]  # [states, 3]
+        counts = np.zeros((WINDOW, size, len(patches)), dtype=np.uint8)
+        for up, right in np.ndindex(WINDOW, WINDOW):
+            target = patches[:, up, right]
+            counts[right] += (here[:, up, None] != target) & (target != AWAY)
+        before, between, after = counts
+        nearest = np.full((size, size, size), 255, dtype=np.uint8)
+        for patch in range(len(patches)):
+            pair = before[:, None, patch] + between[None, :, patch]
+            np.minimum(nearest, pair[:, :, None] + after[None, None, :, patch], out=nearest)
+        total += nearest
+    return total.astype(np.float64)

@@ -1,7 +1,4 @@
-"""Windows of a new grid, and the windows of the examples that each is compared with.
-
-Energy of a grid, and the nearest patch of each of its windows.
-"""
+"""Windows of a new grid, the patches of the examples that each is compared with, and the energy of a grid."""
 
 from __future__ import annotations
 
@@ -20,6 +17,8 @@ WINDOW = 3
 """Rows and columns of a window: the paper's w; centres of windows are |w / 4| = 1 cell apart."""
 AWAY = -2
 """Label of a cell of a window that is not compared: beyond a border, or a hole."""
+_MAX_COMPARISONS = 10_000_000
+"""Largest number of windows times patches that are compared at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +43,13 @@ class Problem:
     @property
     def num_labels(self) -> int:
         return self.domain.shape[2]
+
+    @property
+    def padded_patches(self) -> Labels:
+        """[kinds + 1, patches, 3, 3] patches; kinds with fewer repeat theirs, and the last kind has no labels."""
+        most = max(len(patches) for patches in self.patches)
+        padded = [patches[np.arange(most) % len(patches)] for patches in self.patches]
+        return np.array([*padded, np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64)])
 
     def transposed(self) -> Problem:
         """The problem with rows and columns exchanged."""
@@ -112,103 +118,9 @@ def unbordered(examples: Sequence[LabelGrid], regions: Labels) -> Problem:
     return Problem(kind, tuple(lists), present[regions + 1])
 
 
-def _all_labels(examples: Sequence[LabelGrid]) -> Labels:
-    return np.concatenate([example.labels.ravel() for example in examples])
-
-
-def _before(size: int) -> int:
-    """Number of cells of a window below, or left of, its centre."""
-    return (size - 1) // 2
-
-
-def _sides(size: int) -> NDArray[np.int64]:
-    """[size] borders of each row: 1 for the first, 2 for the last, 3 for both, 0 for none."""
-    sides = np.zeros(size, dtype=np.int64)
-    sides[0] |= 1
-    sides[-1] |= 2
-    return sides
-
-
-def _padded(labels: Labels) -> Labels:
-    """Windows [rows, columns, 3, 3] at the cells; `AWAY` beyond the borders and at holes."""
-    ring = np.full((labels.shape[0] + 2, labels.shape[1] + 2), AWAY, dtype=np.int64)
-    ring[1:-1, 1:-1] = np.where(labels == HOLE, AWAY, labels)
-    return np.lib.stride_tricks.sliding_window_view(ring, (WINDOW, WINDOW))
-
-
-def _windows_like(example: LabelGrid, vertical: int, horizontal: int) -> Labels:
-    """Windows [n, 3, 3] of an example at cells with these borders."""
-    windows = _padded(example.labels)[_cells_like(example, vertical, horizontal)].copy()
-    for side, index in ((1, 0), (2, 2)):  # cells beyond a border are not compared
-        if vertical & side:
-            windows[:, :, index, :] = AWAY
-        if horizontal & side:
-            windows[:, :, :, index] = AWAY
-    return windows.reshape(-1, WINDOW, WINDOW)
-
-
-def _allowed(examples: Sequence[LabelGrid], vertical: int, horizontal: int) -> NDArray[np.bool_]:
-    """[labels] labels at these borders; if all are holes, those of these rows, or of all rows of upper storeys."""
-    num_labels = len(examples[0].names)
-    lowest = 0 if vertical & 1 else 1
-    for parts in (
-        [example.labels[_cells_like(example, vertical, horizontal)] for example in examples],
-        [example.labels[_matching(_sides(example.rows), vertical, alone=1)] for example in examples],
-        [example.labels[lowest:] for example in examples],
-    ):
-        labels = _present(np.concatenate([part.ravel() for part in parts]), num_labels)
-        if labels.any():
-            return labels
-    return _present(_all_labels(examples), num_labels)
-
-
-def _cells_like(example: LabelGrid, vertical: int, horizontal: int) -> tuple[NDArray[np.int64], ...]:
-    """Index of the cells with these borders."""
-    rows = _matching(_sides(example.rows), vertical, alone=1)
-    columns = _matching(_sides(example.columns), horizontal, alone=0)
-    return np.ix_(rows, columns)
-
-
-def _matching(sides: NDArray[np.int64], borders: int, alone: int) -> NDArray[np.int64]:
-    """Rows of an example for a row with these borders.
-
-    Args:
-        sides: borders of the example's rows.
-        borders: borders of the new grid's row.
-        alone: borders that the only row of a new grid keeps if the example has several rows.
-    """
-    equal = np.flatnonzero(sides == borders)
-    if len(equal):
-        return equal
-    required = alone if borders == 3 else borders
-    return np.flatnonzero((sides & required) == required)
-
-
-def _inner(examples: Sequence[LabelGrid], height: int, width: int) -> Labels:
-    """Windows of height x width cells, padded with cells that are not compared."""
-    parts = []
-    for example in examples:
-        views = np.lib.stride_tricks.sliding_window_view(example.labels, (height, width)).reshape(-1, height, width)
-        windows = np.full((len(views), WINDOW, WINDOW), AWAY, dtype=np.int64)
-        up, right = 1 - _before(height), 1 - _before(width)
-        windows[:, up : up + height, right : right + width] = np.where(views == HOLE, AWAY, views)
-        parts.append(windows)
-    return _distinct(np.concatenate(parts))
-
-
-def _distinct(windows: Labels) -> Labels:
-    """Different windows; those with more holes than others are left out."""
-    holes = (windows == AWAY).sum(axis=(1, 2))
-    return np.unique(windows[holes == holes.min()], axis=0)
-
-
-def _present(labels: Labels, num_labels: int) -> NDArray[np.bool_]:
-    """[num_labels] whether each label occurs."""
-    return np.bincount(labels[labels >= 0].ravel(), minlength=num_labels)[:num_labels] > 0
-
-
-_MAX_COMPARISONS = 10_000_000
-"""Largest number of windows times patches that are compared at once."""
+def energy(problem: Problem, labels: Labels) -> int:
+    """E(O): number of differing labels, summed over all windows (Eq. 1)."""
+    return int(distances(problem, labels)[1].sum())
 
 
 def distances(problem: Problem, labels: Labels) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -240,11 +152,6 @@ def distances(problem: Problem, labels: Labels) -> tuple[NDArray[np.int64], NDAr
     return nearest, differ
 
 
-def energy(problem: Problem, labels: Labels) -> int:
-    """E(O): number of differing labels, summed over all windows (Eq. 1)."""
-    return int(distances(problem, labels)[1].sum())
-
-
 def votes(problem: Problem, nearest: NDArray[np.int64]) -> NDArray[np.int64]:
     """Number of windows over a cell that have each label there, if each is replaced by its nearest patch.
 
@@ -263,3 +170,98 @@ def votes(problem: Problem, nearest: NDArray[np.int64]) -> NDArray[np.int64]:
             counted = label != AWAY
             np.add.at(counts, (row[counted] + up, column[counted] + right, label[counted]), 1)
     return counts[1:-1, 1:-1]
+
+
+def _sides(size: int) -> NDArray[np.int64]:
+    """[size] borders of each row: 1 for the first, 2 for the last, 3 for both, 0 for none."""
+    sides = np.zeros(size, dtype=np.int64)
+    sides[0] |= 1
+    sides[-1] |= 2
+    return sides
+
+
+def _distinct(windows: Labels) -> Labels:
+    """Different windows; those with more holes than others are left out."""
+    holes = (windows == AWAY).sum(axis=(1, 2))
+    return np.unique(windows[holes == holes.min()], axis=0)
+
+
+def _windows_like(example: LabelGrid, vertical: int, horizontal: int) -> Labels:
+    """Windows [n, 3, 3] of an example at cells with these borders."""
+    windows = _padded(example.labels)[_cells_like(example, vertical, horizontal)].copy()
+    for side, index in ((1, 0), (2, 2)):  # cells beyond a border are not compared
+        if vertical & side:
+            windows[:, :, index, :] = AWAY
+        if horizontal & side:
+            windows[:, :, :, index] = AWAY
+    return windows.reshape(-1, WINDOW, WINDOW)
+
+
+def _padded(labels: Labels) -> Labels:
+    """Windows [rows, columns, 3, 3] at the cells; `AWAY` beyond the borders and at holes."""
+    ring = np.full((labels.shape[0] + 2, labels.shape[1] + 2), AWAY, dtype=np.int64)
+    ring[1:-1, 1:-1] = np.where(labels == HOLE, AWAY, labels)
+    return np.lib.stride_tricks.sliding_window_view(ring, (WINDOW, WINDOW))
+
+
+def _cells_like(example: LabelGrid, vertical: int, horizontal: int) -> tuple[NDArray[np.int64], ...]:
+    """Index of the cells with these borders."""
+    rows = _matching(_sides(example.rows), vertical, alone=1)
+    columns = _matching(_sides(example.columns), horizontal, alone=0)
+    return np.ix_(rows, columns)
+
+
+def _matching(sides: NDArray[np.int64], borders: int, alone: int) -> NDArray[np.int64]:
+    """Rows of an example for a row with these borders.
+
+    Args:
+        sides: borders of the example's rows.
+        borders: borders of the new grid's row.
+        alone: borders that the only row of a new grid keeps if the example has several rows.
+    """
+    equal = np.flatnonzero(sides == borders)
+    if len(equal):
+        return equal
+    required = alone if borders == 3 else borders
+    return np.flatnonzero((sides & required) == required)
+
+
+def _allowed(examples: Sequence[LabelGrid], vertical: int, horizontal: int) -> NDArray[np.bool_]:
+    """[labels] labels at these borders; if all are holes, those of these rows, or of all rows of upper storeys."""
+    num_labels = len(examples[0].names)
+    lowest = 0 if vertical & 1 else 1
+    for parts in (
+        [example.labels[_cells_like(example, vertical, horizontal)] for example in examples],
+        [example.labels[_matching(_sides(example.rows), vertical, alone=1)] for example in examples],
+        [example.labels[lowest:] for example in examples],
+    ):
+        labels = _present(np.concatenate([part.ravel() for part in parts]), num_labels)
+        if labels.any():
+            return labels
+    return _present(_all_labels(examples), num_labels)
+
+
+def _present(labels: Labels, num_labels: int) -> NDArray[np.bool_]:
+    """[num_labels] whether each label occurs."""
+    return np.bincount(labels[labels >= 0].ravel(), minlength=num_labels)[:num_labels] > 0
+
+
+def _all_labels(examples: Sequence[LabelGrid]) -> Labels:
+    return np.concatenate([example.labels.ravel() for example in examples])
+
+
+def _inner(examples: Sequence[LabelGrid], height: int, width: int) -> Labels:
+    """Windows of height x width cells, padded with cells that are not compared."""
+    parts = []
+    for example in examples:
+        views = np.lib.stride_tricks.sliding_window_view(example.labels, (height, width)).reshape(-1, height, width)
+        windows = np.full((len(views), WINDOW, WINDOW), AWAY, dtype=np.int64)
+        up, right = 1 - _before(height), 1 - _before(width)
+        windows[:, up : up + height, right : right + width] = np.where(views == HOLE, AWAY, views)
+        parts.append(windows)
+    return _distinct(np.concatenate(parts))
+
+
+def _before(size: int) -> int:
+    """Number of cells of a window below, or left of, its centre."""
+    return (size - 1) // 2

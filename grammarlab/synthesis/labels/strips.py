@@ -1,8 +1,7 @@
 """Independent rows of windows: their least energies, over all labels of the three rows that each covers.
 
-Cheapest sequence of states for costs of three consecutive states.
-
-Palindromic chains, as chains of half the length.
+The cheapest sequence of states, for costs of three consecutive states, is found by dynamic programming; palindromes are
+sequences of half the length.
 """
 
 from __future__ import annotations
@@ -18,144 +17,9 @@ from grammarlab.synthesis.label_grid import Labels
 from grammarlab.synthesis.labels.problem import AWAY, WINDOW, Problem
 
 Costs = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class SequenceTally:
-    """Sums over a sequence with upper limits, such as counts of labels."""
-
-    weight: tuple[NDArray[np.int64], ...]
-    """By position: [states, sums] contribution of each state."""
-    least: tuple[int, ...]
-    most: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Chain:
-    """A sequence of states."""
-
-    states: NDArray[np.int64]
-    """[positions] states."""
-    cost: float
-    """Infinite if no sequence is allowed."""
-
-
-def cheapest(costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
-    """The cheapest sequence, by dynamic programming over pairs of neighbours.
-
-    Args:
-        costs: by position: [states before, states here, states after] cost of three neighbours; there is one state
-            before the first position and one after the last.
-        state_costs: by position: [states] cost of a single state; infinite if it is not allowed.
-        tally: limits of sums over the sequence.
-    """
-    if tally is not None:
-        return _tallied(costs, state_costs, tally)
-    value = state_costs[0][None, :]
-    choices = []
-    for position in range(len(costs) - 1):
-        through = value[:, :, None] + costs[position]
-        choice = through.argmin(axis=0)
-        choices.append(choice)
-        value = np.take_along_axis(through, choice[None], axis=0)[0] + state_costs[position + 1][None, :]
-    last = value + costs[-1][:, :, 0]
-    before, here = np.unravel_index(int(last.argmin()), last.shape)
-    states = [int(here), int(before)]
-    for choice in reversed(choices):
-        states.append(int(choice[states[-1], states[-2]]))
-    return Chain(np.array(states[: len(costs)][::-1]), float(last[before, here]))
-
-
-def _tallied(costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally) -> Chain:
-    """The cheapest sequence with limits: the sums, capped just above each limit, are part of the state."""
-    sizes = np.array(tally.most) + 1
-    sums = np.stack([axis.ravel() for axis in np.indices(sizes.tolist())], axis=1)  # [totals, sums]
-    radix = np.concatenate([np.cumprod(sizes[::-1])[::-1][1:], [1]])
-    totals = len(sums)
-
-    def added(position: int) -> NDArray[np.int64]:
-        """[totals, states] total after a state, or `totals` if it exceeds a limit."""
-        after = sums[:, None, :] + tally.weight[position][None, :, :]
-        return np.where((after < sizes).all(axis=2), after @ radix, totals)
-
-    start = added(0)[0]
-    value = np.full((1, len(state_costs[0]), totals + 1), np.inf)
-    value[0, np.arange(len(state_costs[0])), start] = state_costs[0]
-    value[:, :, totals] = np.inf
-    choices = []
-    for position in range(len(costs) - 1):
-        through = value[:, :, None, :totals] + costs[position][:, :, :, None]
-        best, choice = through.min(axis=0), through.argmin(axis=0)  # [here, after, totals]
-        total_after = added(position + 1)
-        here, after = best.shape[:2]
-        value = np.full((here, after, totals + 1), np.inf)
-        source = np.full((here, after, totals + 1), -1)
-        for total in range(totals):
-            for state in range(after):
-                reached = total_after[total, state]
-                better = best[:, state, total] + state_costs[position + 1][state] < value[:, state, reached]
-                value[better, state, reached] = best[better, state, total] + state_costs[position + 1][state]
-                source[better, state, reached] = total
-        value[:, :, totals] = np.inf
-        choices.append((choice, source))
-    last = value[:, :, :totals] + costs[-1][:, :, :1]
-    last[:, :, (sums < np.array(tally.least)).any(axis=1)] = np.inf
-    before, here, total = (int(index) for index in np.unravel_index(int(last.argmin()), last.shape))
-    cost = float(last[before, here, total])
-    states = [here, before]
-    if np.isfinite(cost):
-        for choice, source in reversed(choices):
-            total = int(source[states[-1], states[-2], total])
-            states.append(int(choice[states[-1], states[-2], total]))
-    else:
-        states += [0] * len(choices)
-    return Chain(np.array(states[: len(costs)][::-1]), cost)
-
-
-def cheapest_palindrome(
-    costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally | None = None
-) -> Chain:
-    """The cheapest sequence whose positions k and -1 - k have the same state.
-
-    Args:
-        costs: by position: [states before, states here, states after] cost of three neighbours; all positions have the
-            same states.
-        state_costs: by position: [states] cost of a single state; infinite if it is not allowed.
-        tally: limits of sums over the sequence.
-    """
-    size = len(costs)
-    half = (size + 1) // 2
-    odd = size % 2 == 1
-    if size == 1:
-        return cheapest(costs, state_costs, tally)
-    folded = [costs[position] + costs[-1 - position].transpose(2, 1, 0) for position in range(half - 1)]
-    middle = costs[half - 1]
-    states = np.arange(middle.shape[1])
-    if odd:  # the last position is the middle: its neighbours are equal
-        last = middle[states[:, None], states[None, :], states[:, None]]
-    else:
-        after = costs[half]
-        last = middle[:, states, states] + after[states, states, :].T
-    folded_costs = [
-        state_costs[position] + (state_costs[-1 - position] if 2 * position + 1 < size else 0.0)
-        for position in range(half)
-    ]
-    chain = cheapest([*folded, last[:, :, None]], folded_costs, _doubled(tally, half, odd))
-    rest = chain.states[:-1] if odd else chain.states
-    return Chain(np.concatenate([chain.states, rest[::-1]]), chain.cost)
-
-
-def _doubled(tally: SequenceTally | None, half: int, odd: bool) -> SequenceTally | None:
-    if tally is None:
-        return None
-    weights: list[NDArray[np.int64]] = [2 * weight for weight in tally.weight[:half]]
-    if odd:
-        weights[-1] = tally.weight[half - 1]
-    return SequenceTally(tuple(weights), tally.least, tally.most)
-
-
-_PAIRS = ((0, 1), (0, 2), (1, 2))
 _Kind = TypeVar("_Kind", bound=np.generic)
+_PAIRS = ((0, 1), (0, 2), (1, 2))
+"""Pairs of the windows before, at and after a cell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,16 +41,13 @@ class WindowStrips:
 
     @classmethod
     def from_problem(cls, problem: Problem, rows: Sequence[int]) -> WindowStrips:
-        most = max(len(patches) for patches in problem.patches)
-        filled = [patches[np.arange(most) % len(patches)] for patches in problem.patches]
-        filled.append(np.full((most, WINDOW, WINDOW), AWAY, dtype=np.int64))
         chosen = np.asarray(rows, dtype=np.int64)
         kinds = np.full((len(chosen), problem.columns + 2), -1, dtype=np.int64)
         kinds[:, 1:-1] = problem.kind[chosen]
         around = chosen[:, None] + np.arange(-1, 2)
         inside = (around >= 0) & (around < problem.rows)
         allowed = problem.domain[np.clip(around, 0, problem.rows - 1)]
-        return cls(problem, chosen, np.array(filled)[kinds], allowed, inside)
+        return cls(problem, chosen, problem.padded_patches[kinds], allowed, inside)
 
     def least(self, prices: Costs) -> tuple[Costs, Labels]:
         """The least energy of each strip, and its labels.
@@ -307,8 +168,142 @@ class CellTargets:
         return best
 
 
+@dataclass(frozen=True, slots=True)
+class SequenceTally:
+    """Sums over a sequence with upper limits, such as counts of labels."""
+
+    weight: tuple[NDArray[np.int64], ...]
+    """By position: [states, sums] contribution of each state."""
+    least: tuple[int, ...]
+    most: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """A sequence of states."""
+
+    states: NDArray[np.int64]
+    """[positions] states."""
+    cost: float
+    """Infinite if no sequence is allowed."""
+
+
+def cheapest_palindrome(
+    costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally | None = None
+) -> Chain:
+    """The cheapest sequence whose positions k and -1 - k have the same state.
+
+    Args:
+        costs: by position: [states before, states here, states after] cost of three neighbours; all positions have the
+            same states.
+        state_costs: by position: [states] cost of a single state; infinite if it is not allowed.
+        tally: limits of sums over the sequence.
+    """
+    size = len(costs)
+    half = (size + 1) // 2
+    odd = size % 2 == 1
+    if size == 1:
+        return cheapest(costs, state_costs, tally)
+    folded = [costs[position] + costs[-1 - position].transpose(2, 1, 0) for position in range(half - 1)]
+    middle = costs[half - 1]
+    states = np.arange(middle.shape[1])
+    if odd:  # the last position is the middle: its neighbours are equal
+        last = middle[states[:, None], states[None, :], states[:, None]]
+    else:
+        after = costs[half]
+        last = middle[:, states, states] + after[states, states, :].T
+    folded_costs = [
+        state_costs[position] + (state_costs[-1 - position] if 2 * position + 1 < size else 0.0)
+        for position in range(half)
+    ]
+    chain = cheapest([*folded, last[:, :, None]], folded_costs, _doubled(tally, half, odd))
+    rest = chain.states[:-1] if odd else chain.states
+    return Chain(np.concatenate([chain.states, rest[::-1]]), chain.cost)
+
+
+def cheapest(costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally | None = None) -> Chain:
+    """The cheapest sequence, by dynamic programming over pairs of neighbours.
+
+    Args:
+        costs: by position: [states before, states here, states after] cost of three neighbours; there is one state
+            before the first position and one after the last.
+        state_costs: by position: [states] cost of a single state; infinite if it is not allowed.
+        tally: limits of sums over the sequence.
+    """
+    if tally is not None:
+        return _tallied(costs, state_costs, tally)
+    value = state_costs[0][None, :]
+    choices = []
+    for position in range(len(costs) - 1):
+        through = value[:, :, None] + costs[position]
+        choice = through.argmin(axis=0)
+        choices.append(choice)
+        value = np.take_along_axis(through, choice[None], axis=0)[0] + state_costs[position + 1][None, :]
+    last = value + costs[-1][:, :, 0]
+    before, here = np.unravel_index(int(last.argmin()), last.shape)
+    states = [int(here), int(before)]
+    for choice in reversed(choices):
+        states.append(int(choice[states[-1], states[-2]]))
+    return Chain(np.array(states[: len(costs)][::-1]), float(last[before, here]))
+
+
 def _axis(values: NDArray[_Kind], axis: int) -> NDArray[_Kind]:
     """[strips, states] along one of the three axes of states."""
     shape = [len(values), 1, 1, 1]
     shape[axis + 1] = values.shape[1]
     return values.reshape(shape)
+
+
+def _tallied(costs: Sequence[Costs], state_costs: Sequence[Costs], tally: SequenceTally) -> Chain:
+    """The cheapest sequence with limits: the sums, capped just above each limit, are part of the state."""
+    sizes = np.array(tally.most) + 1
+    sums = np.stack([axis.ravel() for axis in np.indices(sizes.tolist())], axis=1)  # [totals, sums]
+    radix = np.concatenate([np.cumprod(sizes[::-1])[::-1][1:], [1]])
+    totals = len(sums)
+
+    def added(position: int) -> NDArray[np.int64]:
+        """[totals, states] total after a state, or `totals` if it exceeds a limit."""
+        after = sums[:, None, :] + tally.weight[position][None, :, :]
+        return np.where((after < sizes).all(axis=2), after @ radix, totals)
+
+    start = added(0)[0]
+    value = np.full((1, len(state_costs[0]), totals + 1), np.inf)
+    value[0, np.arange(len(state_costs[0])), start] = state_costs[0]
+    value[:, :, totals] = np.inf
+    choices = []
+    for position in range(len(costs) - 1):
+        through = value[:, :, None, :totals] + costs[position][:, :, :, None]
+        best, choice = through.min(axis=0), through.argmin(axis=0)  # [here, after, totals]
+        total_after = added(position + 1)
+        here, after = best.shape[:2]
+        value = np.full((here, after, totals + 1), np.inf)
+        source = np.full((here, after, totals + 1), -1)
+        for total in range(totals):
+            for state in range(after):
+                reached = total_after[total, state]
+                better = best[:, state, total] + state_costs[position + 1][state] < value[:, state, reached]
+                value[better, state, reached] = best[better, state, total] + state_costs[position + 1][state]
+                source[better, state, reached] = total
+        value[:, :, totals] = np.inf
+        choices.append((choice, source))
+    last = value[:, :, :totals] + costs[-1][:, :, :1]
+    last[:, :, (sums < np.array(tally.least)).any(axis=1)] = np.inf
+    before, here, total = (int(index) for index in np.unravel_index(int(last.argmin()), last.shape))
+    cost = float(last[before, here, total])
+    states = [here, before]
+    if np.isfinite(cost):
+        for choice, source in reversed(choices):
+            total = int(source[states[-1], states[-2], total])
+            states.append(int(choice[states[-1], states[-2], total]))
+    else:
+        states += [0] * len(choices)
+    return Chain(np.array(states[: len(costs)][::-1]), cost)
+
+
+def _doubled(tally: SequenceTally | None, half: int, odd: bool) -> SequenceTally | None:
+    if tally is None:
+        return None
+    weights: list[NDArray[np.int64]] = [2 * weight for weight in tally.weight[:half]]
+    if odd:
+        weights[-1] = tally.weight[half - 1]
+    return SequenceTally(tuple(weights), tally.least, tally.most)

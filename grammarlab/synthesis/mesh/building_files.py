@@ -1,8 +1,7 @@
-"""Meshes of buildings from files: OBJ, PLY, GLB, glTF and OFF.
+"""Meshes of buildings from OBJ, PLY, GLB, glTF and OFF files, and surfaces as GLB files.
 
 A file may come from a stranger: its size is checked before it is read, and its decoded content before it is used.
-
-Surfaces as GLB files: one primitive per material over shared points, so that closed surfaces are read as closed.
+Written files have one primitive per material over shared points, so that closed surfaces are read as closed.
 """
 
 from __future__ import annotations
@@ -20,50 +19,20 @@ from grammarlab.errors import AssetError, FacadeError
 from grammarlab.facade.values import read_bounded
 from grammarlab.files import write_bytes
 from grammarlab.synthesis.mesh.solids import united
-from grammarlab.synthesis.mesh.surface import Surface, turns, welded, without_slivers
-
-Color = tuple[float, float, float, float]
-
-
-def write_glb(surface: Surface, colors: Sequence[Color], path: Path) -> Path:
-    """Write a surface, y up; without normals, so that points are not duplicated at edges.
-
-    Args:
-        surface: the surface.
-        colors: colors of its materials.
-        path: the file.
-    """
-    import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
-    from trimesh.visual import TextureVisuals  # noqa: PLC0415
-    from trimesh.visual.material import PBRMaterial  # noqa: PLC0415
-
-    scene: Any = trimesh.Scene()
-    for number in np.unique(surface.material).tolist():
-        part = surface.part(surface.material == number)
-        material = PBRMaterial(
-            name=f"material-{number}",
-            baseColorFactor=[round(255 * channel) for channel in colors[number]],
-            metallicFactor=0.0,
-            roughnessFactor=0.8,
-            doubleSided=True,
-        )
-        visual = TextureVisuals(material=material)
-        mesh = trimesh.Trimesh(part.points, part.triangles, visual=visual, process=False)
-        scene.add_geometry(mesh, geom_name=f"part-{number}", node_name=f"part-{number}")
-    content = scene.export(file_type="glb")
-    write_bytes(path, content)
-    return path
-
+from grammarlab.synthesis.mesh.surface import Color, Surface, turns, welded, without_slivers
 
 FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off")
-MOST_BYTES = 256 * 2**20
-MOST_TRIANGLES = 2_000_000
+"""Suffixes of files of meshes."""
+_MOST_BYTES = 256 * 2**20
+"""Largest size of a file, bytes."""
+_MOST_TRIANGLES = 2_000_000
 """Largest number of triangles: simplify larger meshes first."""
 _MAX_SIZE_M, _MIN_SIZE_M = 5_000.0, 0.01
 """Least and largest length of the longest side of a building, metres."""
 _TOLERANCE = 1e-6
 """Largest distance of equal points, as a fraction of the longest side."""
 _GREY = (0.7, 0.7, 0.68, 1.0)
+"""Color of parts without a material."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +42,8 @@ class ExampleMesh:
     surface: Surface
     origin: np.ndarray
     """[3] offset subtracted from the coordinates of the file: national coordinates are too large for a model."""
-    colors: tuple[tuple[float, float, float, float], ...]
-    """Red, green, blue and opacity of each material, 0 to 1."""
+    colors: tuple[Color, ...]
+    """Color of each material."""
     has_materials: bool
     """Whether the file defines materials."""
     num_read: int
@@ -117,6 +86,53 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     return ExampleMesh(surface, origin, tuple(colors), any(part.color for part in parts), num)
 
 
+def write_glb(surface: Surface, colors: Sequence[Color], path: Path) -> Path:
+    """Write a surface, y up; without normals, so that points are not duplicated at edges.
+
+    Args:
+        surface: the surface.
+        colors: colors of its materials.
+        path: the file.
+    """
+    import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
+    from trimesh.visual import TextureVisuals  # noqa: PLC0415
+    from trimesh.visual.material import PBRMaterial  # noqa: PLC0415
+
+    scene: Any = trimesh.Scene()
+    for number in np.unique(surface.material).tolist():
+        part = surface.part(surface.material == number)
+        material = PBRMaterial(
+            name=f"material-{number}",
+            baseColorFactor=[round(255 * channel) for channel in colors[number]],
+            metallicFactor=0.0,
+            roughnessFactor=0.8,
+            doubleSided=True,
+        )
+        visual = TextureVisuals(material=material)
+        mesh = trimesh.Trimesh(part.points, part.triangles, visual=visual, process=False)
+        scene.add_geometry(mesh, geom_name=f"part-{number}", node_name=f"part-{number}")
+    content = scene.export(file_type="glb")
+    write_bytes(path, content)
+    return path
+
+
+def _parts(path: Path, kind: str) -> list[MeshPart]:
+    """The parts of a file that have faces.
+
+    Raises:
+        FacadeError: If it is broken, too large, or has no faces.
+    """
+    try:
+        neighbours = NeighbourFiles(Path(), path.parent, _MOST_BYTES)
+        parts = read_parts(read_bounded(path, _MOST_BYTES), kind, neighbours, _MOST_TRIANGLES)
+    except AssetError as error:
+        raise FacadeError(f"{path.name} cannot be read: {error}") from error
+    with_faces = [part for part in parts if len(part.triangles)]
+    if not with_faces:
+        raise FacadeError(f"{path.name} holds no faces.")
+    return with_faces
+
+
 def _once(surface: Surface) -> Surface:
     """The surface without triangles that are there twice in one direction; in both, if all have a side for each."""
     sets, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
@@ -127,20 +143,3 @@ def _once(surface: Surface) -> Surface:
     is_first = np.zeros(len(surface), dtype=bool)
     is_first[first] = True
     return surface.part(is_first)
-
-
-def _parts(path: Path, kind: str) -> list[MeshPart]:
-    """The parts of a file that have faces.
-
-    Raises:
-        FacadeError: If it is broken, too large, or has no faces.
-    """
-    try:
-        neighbours = NeighbourFiles(Path(), path.parent, MOST_BYTES)
-        parts = read_parts(read_bounded(path, MOST_BYTES), kind, neighbours, MOST_TRIANGLES)
-    except AssetError as error:
-        raise FacadeError(f"{path.name} cannot be read: {error}") from error
-    with_faces = [part for part in parts if len(part.triangles)]
-    if not with_faces:
-        raise FacadeError(f"{path.name} holds no faces.")
-    return with_faces

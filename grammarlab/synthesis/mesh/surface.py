@@ -1,7 +1,4 @@
-"""Triangles of one building over shared points, and properties of their edges.
-
-Surfaces cut along planes, so that no triangle lies on both sides.
-"""
+"""Triangles of one building over shared points: properties of their edges, and cuts along planes."""
 
 from __future__ import annotations
 
@@ -14,6 +11,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from grammarlab.arrays import Flags, Floats, Ints
+
+Color = tuple[float, float, float, float]
+"""Red, green, blue and opacity of a material, 0 to 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +45,18 @@ class Surface:
     def corners(self) -> Floats:
         """[T, 3, 3] the points of each triangle."""
         return self.points[self.triangles]
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeNumbers:
+    """Numbers of triangles at the edges of a surface."""
+
+    boundary: int
+    """Number of edges of only one triangle."""
+    closed: bool
+    """Whether every edge has an even number of triangles."""
+    watertight: bool
+    """Whether every edge has two triangles, as other programs define it."""
 
 
 def joined(surfaces: Sequence[Surface]) -> Surface:
@@ -115,26 +127,6 @@ def without_slivers(surface: Surface, tolerance: float) -> Surface:
     return surface
 
 
-def without_folds(surface: Surface, width: float = np.inf) -> Surface:
-    """The surface without pairs of triangles over the same points that face away from each other.
-
-    Args:
-        surface: the surface.
-        width: metres; sheets of triangles that are higher stay.
-    """
-    _, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
-    kind = 2 * group.ravel() + turns(surface.triangles)
-    count = np.bincount(kind, minlength=2 * len(surface)).reshape(-1, 2)
-    order = np.argsort(kind, kind="stable")
-    rank = np.empty(len(surface), dtype=np.int64)
-    rank[order] = np.arange(len(surface)) - (np.cumsum(count.ravel()) - count.ravel())[kind[order]]
-    fold = rank < count.min(axis=1)[kind // 2]
-    a, b, c = surface.points[surface.triangles[fold]].swapaxes(0, 1)
-    longest = np.max([((y - x) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0, initial=0.0)
-    fold[fold] = (np.cross(b - a, c - a) ** 2).sum(axis=1) <= width**2 * longest
-    return surface.part(~fold)
-
-
 def split_edges(surface: Surface, start: Ints, end: Ints, via: Ints) -> Surface:
     """The surface with additional points on edges, in all triangles at these edges.
 
@@ -199,14 +191,39 @@ def split_triangles(points: Floats, triangles: Ints, edges: Ints, via: Ints) -> 
     return result[order], rows[order]
 
 
-def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
-    return ((points[a] - points[b]) ** 2).sum(axis=1)
+def without_folds(surface: Surface, width: float = np.inf) -> Surface:
+    """The surface without pairs of triangles over the same points that face away from each other.
+
+    Args:
+        surface: the surface.
+        width: metres; sheets of triangles that are higher stay.
+    """
+    _, group = np.unique(np.sort(surface.triangles, axis=1), axis=0, return_inverse=True)
+    kind = 2 * group.ravel() + turns(surface.triangles)
+    count = np.bincount(kind, minlength=2 * len(surface)).reshape(-1, 2)
+    order = np.argsort(kind, kind="stable")
+    rank = np.empty(len(surface), dtype=np.int64)
+    rank[order] = np.arange(len(surface)) - (np.cumsum(count.ravel()) - count.ravel())[kind[order]]
+    fold = rank < count.min(axis=1)[kind // 2]
+    a, b, c = surface.points[surface.triangles[fold]].swapaxes(0, 1)
+    longest = np.max([((y - x) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0, initial=0.0)
+    fold[fold] = (np.cross(b - a, c - a) ** 2).sum(axis=1) <= width**2 * longest
+    return surface.part(~fold)
 
 
 def turns(triangles: Ints) -> Ints:
     """[T] 1 for triangles whose points are in ascending order, from one of them on, and 0 for others."""
     a, b, c = triangles.T
     return ((a < b).astype(np.int64) + (b < c) + (c < a)) // 2
+
+
+def edge_numbers(surface: Surface) -> EdgeNumbers:
+    """Summary of the numbers of triangles at edges."""
+    count = edge_table(surface.triangles, len(surface.points))[1]
+    has_edges = bool(len(count))
+    return EdgeNumbers(
+        int((count == 1).sum()), has_edges and not (count % 2).any(), has_edges and bool((count == 2).all())
+    )
 
 
 def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
@@ -223,27 +240,6 @@ def edge_table(triangles: Ints, num_points: int) -> tuple[Ints, Ints, Ints]:
     sign = 2 * np.add.reduceat(upwards, first) - count if len(first) else count
     unique = edge[first]
     return np.stack([unique // number, unique % number], axis=1), count, sign
-
-
-@dataclass(frozen=True, slots=True)
-class EdgeNumbers:
-    """Numbers of triangles at the edges of a surface."""
-
-    boundary: int
-    """Number of edges of only one triangle."""
-    closed: bool
-    """Whether every edge has an even number of triangles."""
-    watertight: bool
-    """Whether every edge has two triangles, as other programs define it."""
-
-
-def edge_numbers(surface: Surface) -> EdgeNumbers:
-    """Summary of the numbers of triangles at edges."""
-    count = edge_table(surface.triangles, len(surface.points))[1]
-    has_edges = bool(len(count))
-    return EdgeNumbers(
-        int((count == 1).sum()), has_edges and not (count % 2).any(), has_edges and bool((count == 2).all())
-    )
 
 
 def naked_edges(triangles: Ints, num_points: int) -> tuple[Ints, Ints]:
@@ -290,3 +286,7 @@ def sliced(surface: Surface, axis: int, position: float, snap: float) -> Surface
         np.concatenate([surface.triangles[~crossing], triangles]),
         np.concatenate([surface.material[~crossing], surface.material[crossing][source]]),
     )
+
+
+def _squared(points: Floats, a: Ints, b: Ints) -> Floats:
+    return ((points[a] - points[b]) ** 2).sum(axis=1)
