@@ -1,6 +1,6 @@
-"""The JSON and the buffers of a glTF or GLB file.
+"""Content of glTF and GLB files: JSON, buffers, and values of accessors.
 
-Values of accessors: interleaved, sparse, normalised, or zeros (glTF 2.0, sections 3.6.2 and 5.1).
+Accessors are interleaved, sparse, normalised, or zeros (glTF 2.0, sections 3.6.2 and 5.1).
 """
 
 from __future__ import annotations
@@ -37,6 +37,8 @@ _APPEARANCE = (
     "ADOBE_materials_",
 )
 """Beginnings of the names of extensions that do not change the geometry."""
+_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 class UnreadableError(AssetError):
@@ -87,8 +89,8 @@ class GltfDocument:
         if compressed and not self._has_content(number):
             raise UnreadableError(compressed[0])
         content = self._buffer(number)
-        start = whole(view.get("byteOffset", 0), "byteOffset")
-        end = start + whole(view["byteLength"], "byteLength")
+        start = _whole(view.get("byteOffset", 0), "byteOffset")
+        end = start + _whole(view["byteLength"], "byteLength")
         if end > len(content):
             raise ValueError(f"bufferViews {index!r} ends at byte {end} of a buffer of {len(content)} bytes")
         return content, start, end, view.get("byteStride")
@@ -100,7 +102,7 @@ class GltfDocument:
         buffer = self.entry("buffers", number)
         if number not in self._buffers:
             self._buffers[number] = self._content(number, buffer.get("uri"))
-        content, length = self._buffers[number], whole(buffer["byteLength"], "byteLength")
+        content, length = self._buffers[number], _whole(buffer["byteLength"], "byteLength")
         if len(content) < length:
             raise ValueError(f"buffers {number!r} has {len(content)} bytes instead of {length}: the file is cut off")
         return content
@@ -114,56 +116,6 @@ class GltfDocument:
             return self.neighbours(unquote(uri))
         head, _, data = uri.partition(",")
         return base64.b64decode(unquote(data)) if head.endswith(";base64") else unquote_to_bytes(data)
-
-
-def parse_document(content: bytes, neighbours: Neighbours) -> GltfDocument:
-    """The document of a glTF or GLB file.
-
-    Args:
-        content: the whole file.
-        neighbours: files that it refers to.
-
-    Raises:
-        ValueError: If it is not a glTF 2.0 file.
-        UnreadableError: If it requires an extension that is not read.
-    """
-    text, binary = _chunks(content) if content[:4] == _GLB_MAGIC else (content, None)
-    document = json.loads(text)
-    version = str(document.get("asset", {}).get("version", "2.0"))
-    if not version.startswith("2."):
-        raise ValueError(f"expected version 2.0 of glTF, found {version[:20]!r}; export it again as glTF 2.0")
-    for name in document.get("extensionsRequired", []):
-        if name not in _GEOMETRIC and not name.startswith(_APPEARANCE):
-            raise UnreadableError(name[:100])
-    return GltfDocument(document, binary, neighbours)
-
-
-def whole(value: object, name: str) -> int:
-    """The value, if it is a whole number of at least 0."""
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise ValueError(f"{name} is {value!r}, expected a whole number")
-    return value
-
-
-def _chunks(content: bytes) -> tuple[bytes, bytes | None]:
-    """JSON and binary chunk of a GLB file."""
-    version, _, length, kind = struct.unpack_from("<IIII", content, 4)
-    if version != 2:
-        raise ValueError(f"expected version 2 of GLB, found {version}; export it again as glTF 2.0")
-    if kind != _JSON_CHUNK:
-        raise ValueError("its first chunk is not JSON")
-    end = 20 + length
-    if end > len(content):
-        raise ValueError("it is cut off in its JSON")
-    text, binary = content[20:end], None
-    if end + 8 <= len(content):
-        length, kind = struct.unpack_from("<II", content, end)
-        binary = content[end + 8 : end + 8 + length] if kind == _BINARY_CHUNK else None
-    return text, binary
-
-
-_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 class Accessors:
@@ -186,7 +138,7 @@ class Accessors:
     def count(self, index: object) -> int:
         """Number of rows of an accessor."""
         count = self._document.entry("accessors", index)["count"]
-        return whole(count, "the count of an accessor")
+        return _whole(count, "the count of an accessor")
 
     def is_empty(self, index: object) -> bool:
         """Whether an accessor has no content, so that all of its values are zero."""
@@ -236,7 +188,7 @@ class Accessors:
         if "sparse" not in accessor:
             return values
         sparse = accessor["sparse"]
-        num_replaced = whole(sparse["count"], "the count of a sparse accessor")
+        num_replaced = _whole(sparse["count"], "the count of a sparse accessor")
         if num_replaced > count:
             raise ValueError(f"a sparse accessor replaces {num_replaced} of {count} rows")
         index_type = np.dtype(_COMPONENTS[sparse["indices"]["componentType"]])
@@ -252,9 +204,9 @@ class Accessors:
     def _rows(self, reference: dict[str, Any], count: int, component: np.dtype[Any], width: int) -> NDArray[Any]:
         """Rows of a buffer view from an offset on."""
         content, start, end, stride = self._document.view(reference["bufferView"])
-        first = start + whole(reference.get("byteOffset", 0), "byteOffset")
+        first = start + _whole(reference.get("byteOffset", 0), "byteOffset")
         size = component.itemsize * width
-        step = size if stride is None else whole(stride, "byteStride")
+        step = size if stride is None else _whole(stride, "byteStride")
         if step < size:
             raise ValueError(f"byteStride is {step}, expected at least {size}")
         if count == 0:
@@ -262,3 +214,49 @@ class Accessors:
         if first + step * (count - 1) + size > end:
             raise ValueError(f"an accessor of {count} rows of {step} bytes does not fit into its buffer view")
         return np.ndarray((count, width), component, content, first, (step, component.itemsize))
+
+
+def parse_document(content: bytes, neighbours: Neighbours) -> GltfDocument:
+    """The document of a glTF or GLB file.
+
+    Args:
+        content: the whole file.
+        neighbours: files that it refers to.
+
+    Raises:
+        ValueError: If it is not a glTF 2.0 file.
+        UnreadableError: If it requires an extension that is not read.
+    """
+    text, binary = _chunks(content) if content[:4] == _GLB_MAGIC else (content, None)
+    document = json.loads(text)
+    version = str(document.get("asset", {}).get("version", "2.0"))
+    if not version.startswith("2."):
+        raise ValueError(f"expected version 2.0 of glTF, found {version[:20]!r}; export it again as glTF 2.0")
+    for name in document.get("extensionsRequired", []):
+        if name not in _GEOMETRIC and not name.startswith(_APPEARANCE):
+            raise UnreadableError(name[:100])
+    return GltfDocument(document, binary, neighbours)
+
+
+def _whole(value: object, name: str) -> int:
+    """The value, if it is a whole number of at least 0."""
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise ValueError(f"{name} is {value!r}, expected a whole number")
+    return value
+
+
+def _chunks(content: bytes) -> tuple[bytes, bytes | None]:
+    """JSON and binary chunk of a GLB file."""
+    version, _, length, kind = struct.unpack_from("<IIII", content, 4)
+    if version != 2:
+        raise ValueError(f"expected version 2 of GLB, found {version}; export it again as glTF 2.0")
+    if kind != _JSON_CHUNK:
+        raise ValueError("its first chunk is not JSON")
+    end = 20 + length
+    if end > len(content):
+        raise ValueError("it is cut off in its JSON")
+    text, binary = content[20:end], None
+    if end + 8 <= len(content):
+        length, kind = struct.unpack_from("<II", content, end)
+        binary = content[end + 8 : end + 8 + length] if kind == _BINARY_CHUNK else None
+    return text, binary

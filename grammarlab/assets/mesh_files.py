@@ -1,14 +1,10 @@
-"""Meshes from files: OBJ and glTF, fitted to the unit cube.
+"""Meshes of asset files in OBJ and glTF, fitted to the unit cube; parts of meshes in other formats.
 
 A file may come from a stranger: it and the files it refers to are read only from inside the asset folder, and its size
 is bounded before and after it is expanded.
 
-Meshes of any format as parts: points, triangles and colors.
-
-Candidates in an asset folder for a path in a rule.
-
 CityEngine resolves ``assets/trees/oak.obj`` from the root of a project, and ``/City/assets/trees/oak.obj`` from the
-root of a workspace of projects. Here there is one asset folder, so the folders above it are removed from such a path.
+root of a workspace of projects. Here there is one asset folder, so `meanings` removes the folders above it.
 """
 
 from __future__ import annotations
@@ -33,91 +29,10 @@ from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 
 PART_FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off", ".stl")
-
-
-def read_parts(content: bytes, suffix: str, neighbours: Neighbours, most_triangles: int) -> list[MeshPart]:
-    """Parts of a mesh in a file; those without triangles are points of a scan.
-
-    Args:
-        content: the whole file.
-        suffix: suffix of the file, one of `PART_FORMATS`.
-        neighbours: files that it refers to.
-        most_triangles: largest number of triangles.
-
-    Raises:
-        AssetError: If it is broken or too large, without the name of the file.
-    """
-    if suffix in {".glb", ".gltf"}:
-        parts = read_gltf(content, neighbours, 3 * most_triangles)
-    elif suffix == ".obj":
-        parts = read_obj(content, neighbours)
-    else:
-        parts = _read_others(content, suffix)
-    num_triangles = sum(len(part.triangles) for part in parts)
-    if num_triangles > most_triangles:
-        raise AssetError(f"it has {num_triangles:,} triangles; at most {most_triangles:,} are read: simplify it first")
-    return parts
-
-
-def without_neighbours(name: str) -> bytes:
-    """Refuse to read a file that a mesh refers to.
-
-    Raises:
-        AssetError: Always.
-    """
-    raise AssetError(f"it refers to the file {name[:100]!r}; expected a file that is complete alone, such as GLB")
-
-
-def _read_others(content: bytes, suffix: str) -> list[MeshPart]:
-    """Parts of a PLY, OFF or STL file, read by trimesh."""
-    import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
-
-    try:
-        with np.errstate(all="ignore"), _quiet(logging.getLogger("trimesh")):
-            # From memory, so that no other file is opened: only the geometry of this one counts.
-            loaded: Any = trimesh.load_scene(io.BytesIO(content), file_type=suffix[1:], process=False)
-            geometries = loaded.dump()
-    except Exception as error:  # trimesh's readers raise any exception for a broken file
-        raise AssetError(f"it is not a valid {suffix[1:].upper()} file: {error or type(error).__name__}") from error
-    return [_part(geometry) for geometry in geometries if hasattr(geometry, "vertices")]
-
-
-@contextmanager
-def _quiet(logger: logging.Logger) -> Iterator[None]:
-    """Keeps warnings of a library, with their tracebacks, from the terminal; handlers of a user's program get them."""
-    handler = logging.NullHandler()
-    logger.addHandler(handler)
-    try:
-        yield
-    finally:
-        logger.removeHandler(handler)
-
-
-def _part(geometry: Any) -> MeshPart:
-    points = np.asarray(geometry.vertices, dtype=np.float64).reshape(-1, np.shape(geometry.vertices)[-1])
-    triangles = np.asarray(getattr(geometry, "faces", ()), dtype=np.int64).reshape(-1, 3)
-    return MeshPart.of_triangles(points, triangles) if len(triangles) else MeshPart(points, triangles)
-
-
 _PROJECT_FOLDERS = frozenset({"assets", "data", "images", "maps", "models"})
 _MAX_FOLDERS = 12
 """Largest number of leading folders that are removed from a path."""
-
-
-def meanings(path: str) -> list[str]:
-    """Candidates, relative to the asset folder, for a path in a rule, most likely first.
-
-    >>> meanings("trees/oak.obj"), meanings("assets/trees/oak.obj"), meanings("/City/assets/oak.obj")
-    (['trees/oak.obj'], ['assets/trees/oak.obj', 'trees/oak.obj'], ['City/assets/oak.obj', 'assets/oak.obj', 'oak.obj'])
-    """
-    parts = path.lstrip("/").split("/")
-    if ".." in parts:
-        return ["/".join(parts)]
-    above = len(parts) - 1 if path.startswith("/") else int(len(parts) > 1 and parts[0] in _PROJECT_FOLDERS)
-    return ["/".join(parts[first:]) for first in range(min(above, _MAX_FOLDERS) + 1)]
-
-
-FORMATS = (".obj", ".glb", ".gltf")
+_ASSET_FORMATS = (".obj", ".glb", ".gltf")
 MAX_BYTES = 64 * 2**20
 """Largest size of an asset file in bytes."""
 MAX_FACES = 2_000_000
@@ -154,6 +69,30 @@ class AssetFolder:
         return self._loaded[path]
 
 
+class NeighbourFiles:
+    """Files that a mesh refers to, read only from inside a folder; together they have a bound.
+
+    Args:
+        folder: folder of the mesh, relative to the root.
+        root: nothing outside this folder is read.
+        most_bytes: largest size of all files together.
+    """
+
+    def __init__(self, folder: Path, root: Path, most_bytes: int) -> None:
+        self._folder, self._root = folder, root
+        self._rest = self._most = most_bytes
+
+    def __call__(self, name: str) -> bytes:
+        """Content of a file, by its path relative to the folder of the mesh.
+
+        Raises:
+            AssetError: If it is missing, lies outside, or the files have too many bytes.
+        """
+        content = _content(find_asset(str(self._folder / name.strip()), self._root), name, self._rest)
+        self._rest -= len(content)
+        return content
+
+
 def load_asset(path: str, root: Path) -> Asset:
     """Mesh of a file, with all its groups.
 
@@ -166,8 +105,8 @@ def load_asset(path: str, root: Path) -> Asset:
         AssetError: If it lies outside, is too large, or has no mesh.
     """
     file = find_asset(path, root)
-    if file.suffix.lower() not in FORMATS:
-        raise AssetError(f'the asset "{path}" is not a readable mesh; expected {", ".join(FORMATS)}')
+    if file.suffix.lower() not in _ASSET_FORMATS:
+        raise AssetError(f'the asset "{path}" is not a readable mesh; expected {", ".join(_ASSET_FORMATS)}')
     points, triangles = _read(file, path, root)
     low, high = points.min(axis=0), points.max(axis=0)
     size = high - low
@@ -196,6 +135,52 @@ def find_asset(path: str, root: Path) -> Path:
     return file
 
 
+def read_parts(content: bytes, suffix: str, neighbours: Neighbours, most_triangles: int) -> list[MeshPart]:
+    """Parts of a mesh in a file; those without triangles are points of a scan.
+
+    Args:
+        content: the whole file.
+        suffix: suffix of the file, one of `PART_FORMATS`.
+        neighbours: files that it refers to.
+        most_triangles: largest number of triangles.
+
+    Raises:
+        AssetError: If it is broken or too large, without the name of the file.
+    """
+    if suffix in {".glb", ".gltf"}:
+        parts = read_gltf(content, neighbours, 3 * most_triangles)
+    elif suffix == ".obj":
+        parts = read_obj(content, neighbours)
+    else:
+        parts = _read_others(content, suffix)
+    num_triangles = sum(len(part.triangles) for part in parts)
+    if num_triangles > most_triangles:
+        raise AssetError(f"it has {num_triangles:,} triangles; at most {most_triangles:,} are read: simplify it first")
+    return parts
+
+
+def without_neighbours(name: str) -> bytes:
+    """Refuse to read a file that a mesh refers to.
+
+    Raises:
+        AssetError: Always.
+    """
+    raise AssetError(f"it refers to the file {name[:100]!r}; expected a file that is complete alone, such as GLB")
+
+
+def meanings(path: str) -> list[str]:
+    """Candidates, relative to the asset folder, for a path in a rule, most likely first.
+
+    >>> meanings("trees/oak.obj"), meanings("assets/trees/oak.obj"), meanings("/City/assets/oak.obj")
+    (['trees/oak.obj'], ['assets/trees/oak.obj', 'trees/oak.obj'], ['City/assets/oak.obj', 'assets/oak.obj', 'oak.obj'])
+    """
+    parts = path.lstrip("/").split("/")
+    if ".." in parts:
+        return ["/".join(parts)]
+    above = len(parts) - 1 if path.startswith("/") else int(len(parts) > 1 and parts[0] in _PROJECT_FOLDERS)
+    return ["/".join(parts[first:]) for first in range(min(above, _MAX_FOLDERS) + 1)]
+
+
 def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
     """Path of a file inside a folder and its size in bytes; None if there is no such file."""
     try:
@@ -208,42 +193,6 @@ def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
     if not inside:
         raise AssetError(f'the asset "{path}" lies outside the asset folder')
     return file, size
-
-
-class NeighbourFiles:
-    """Files that a mesh refers to, read only from inside a folder; together they have a bound.
-
-    Args:
-        folder: folder of the mesh, relative to the root.
-        root: nothing outside this folder is read.
-        most_bytes: largest size of all files together.
-    """
-
-    def __init__(self, folder: Path, root: Path, most_bytes: int) -> None:
-        self._folder, self._root = folder, root
-        self._rest = self._most = most_bytes
-
-    def __call__(self, name: str) -> bytes:
-        """Content of a file, by its path relative to the folder of the mesh.
-
-        Raises:
-            AssetError: If it is missing, lies outside, or the files have too many bytes.
-        """
-        content = _content(find_asset(str(self._folder / name.strip()), self._root), name, self._rest)
-        self._rest -= len(content)
-        return content
-
-
-def _content(file: Path, name: str, most: int) -> bytes:
-    """Content of a file.
-
-    Raises:
-        AssetError: If it cannot be read, or has too many bytes.
-    """
-    try:
-        return read_bounded(file, most)
-    except OSError as error:
-        raise AssetError(f'the asset "{name}" cannot be read: {error.strerror or error}') from error
 
 
 def _read(file: Path, name: str, root: Path) -> tuple[Floats, Indices]:
@@ -259,3 +208,46 @@ def _read(file: Path, name: str, root: Path) -> tuple[Floats, Indices]:
     if not parts:
         raise AssetError(f'the asset "{name}" has no faces')
     return joined(parts)
+
+
+def _content(file: Path, name: str, most: int) -> bytes:
+    """Content of a file.
+
+    Raises:
+        AssetError: If it cannot be read, or has too many bytes.
+    """
+    try:
+        return read_bounded(file, most)
+    except OSError as error:
+        raise AssetError(f'the asset "{name}" cannot be read: {error.strerror or error}') from error
+
+
+def _read_others(content: bytes, suffix: str) -> list[MeshPart]:
+    """Parts of a PLY, OFF or STL file, read by trimesh."""
+    import trimesh  # noqa: PLC0415  # takes longer to import than most commands take
+
+    try:
+        with np.errstate(all="ignore"), _quiet(logging.getLogger("trimesh")):
+            # From memory, so that no other file is opened: only the geometry of this one counts.
+            loaded: Any = trimesh.load_scene(io.BytesIO(content), file_type=suffix[1:], process=False)
+            geometries = loaded.dump()
+    except Exception as error:  # trimesh's readers raise any exception for a broken file
+        raise AssetError(f"it is not a valid {suffix[1:].upper()} file: {error or type(error).__name__}") from error
+    return [_part(geometry) for geometry in geometries if hasattr(geometry, "vertices")]
+
+
+@contextmanager
+def _quiet(logger: logging.Logger) -> Iterator[None]:
+    """Keeps warnings of a library, with their tracebacks, from the terminal; handlers of a user's program get them."""
+    handler = logging.NullHandler()
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+
+
+def _part(geometry: Any) -> MeshPart:
+    points = np.asarray(geometry.vertices, dtype=np.float64).reshape(-1, np.shape(geometry.vertices)[-1])
+    triangles = np.asarray(getattr(geometry, "faces", ()), dtype=np.int64).reshape(-1, 3)
+    return MeshPart.of_triangles(points, triangles) if len(triangles) else MeshPart(points, triangles)

@@ -1,10 +1,6 @@
 """Output of the command line: results on stdout, everything else on stderr, and exit codes.
 
-Progress bar on stderr, if stderr is a terminal.
-
-A note about pictures that take longer.
-
-Advice for continuing a run that has stopped.
+Progress bars appear if stderr is a terminal. A command that has stopped prints the command that continues it.
 """
 
 from __future__ import annotations
@@ -26,6 +22,32 @@ from grammarlab.extras import named_extras
 from grammarlab.printable import printable
 
 Show = Callable[[str, int, int], None]
+FAILURE, USAGE, INTERRUPTED = 1, 2, 130
+
+
+@dataclass
+class Unfinished:
+    """Progress of a run, recorded by `note` and described by `advice` when the run stops."""
+
+    needs: str = ""
+    """Option that makes the command continue; empty if it always does."""
+    without: str = ""
+    """Option that would make the command start again."""
+    _step: tuple[str, int, int] | None = None
+
+    def note(self, task: str, done: int, total: int) -> None:
+        """Record the name of the task, the number of finished parts, and the number of all parts."""
+        self._step = task, done, total
+
+    def advice(self) -> str:
+        """The command that continues the run, with the options of the user; empty before the run has begun."""
+        if self._step is None:
+            return ""
+        task, done, total = self._step
+        words = [word for word in sys.argv[1:] if word != self.without]
+        if self.needs and self.needs not in words:
+            words.insert(words.index("--") if "--" in words else len(words), self.needs)
+        return f"stopped with {done:,} of {total:,} {task} done; go on with: {shlex.join(['grammarlab', *words])}"
 
 
 @contextmanager
@@ -54,7 +76,6 @@ def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
         yield show
 
 
-FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 _ARGUMENT = re.compile(r"`([a-z_]+)=([^`\n]{0,40})`")
 """An argument in a message of the library: ``width=``, ``unit='mm'`` or ``resume=True``, each between backticks."""
 _ARGUMENTS = frozenset(
@@ -156,12 +177,6 @@ def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from error
 
 
-def _say_with(advice: Callable[[], str], message: str) -> None:
-    say(message)
-    if words := advice():
-        say(words)
-
-
 def was_given(context: typer.Context, name: str) -> bool:
     """Whether a parameter was given on the command line."""
     source = context.get_parameter_source(name)
@@ -180,26 +195,7 @@ def note_slow_pictures() -> None:
         )
 
 
-@dataclass
-class Unfinished:
-    """Progress of a run, recorded by `note` and described by `advice` when the run stops."""
-
-    needs: str = ""
-    """Option that makes the command continue; empty if it always does."""
-    without: str = ""
-    """Option that would make the command start again."""
-    _step: tuple[str, int, int] | None = None
-
-    def note(self, task: str, done: int, total: int) -> None:
-        """Record the name of the task, the number of finished parts, and the number of all parts."""
-        self._step = task, done, total
-
-    def advice(self) -> str:
-        """The command that continues the run, with the options of the user; empty before the run has begun."""
-        if self._step is None:
-            return ""
-        task, done, total = self._step
-        words = [word for word in sys.argv[1:] if word != self.without]
-        if self.needs and self.needs not in words:
-            words.insert(words.index("--") if "--" in words else len(words), self.needs)
-        return f"stopped with {done:,} of {total:,} {task} done; go on with: {shlex.join(['grammarlab', *words])}"
+def _say_with(advice: Callable[[], str], message: str) -> None:
+    say(message)
+    if words := advice():
+        say(words)

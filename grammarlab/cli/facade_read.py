@@ -1,7 +1,4 @@
-"""``grammarlab facade read``.
-
-``grammarlab facade show``.
-"""
+"""``grammarlab facade read`` and ``grammarlab facade show``."""
 
 from __future__ import annotations
 

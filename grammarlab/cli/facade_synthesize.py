@@ -1,7 +1,4 @@
-"""``grammarlab facade synthesize``.
-
-Constraints on the labels of a new facade, from options.
-"""
+"""``grammarlab facade synthesize``, with constraints on the labels of a new facade from options."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import re
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,64 +15,11 @@ from grammarlab.cli.facade_grammar import metres
 from grammarlab.cli.file_kinds import MESH, Unit, UnitOption, Up, UpOption, expected_kind, kind_of
 from grammarlab.cli.numbers import plain_number
 from grammarlab.errors import UsageError
-from grammarlab.synthesis.label_grid import Count, Fixed, Only, Rows, Wishes
 
+if TYPE_CHECKING:
+    from grammarlab.synthesis.label_grid import Rows, Wishes
 
-def wishes_of(
-    counts: Sequence[str],
-    only: Sequence[str],
-    fixed: Sequence[str],
-    *,
-    equal_corners: bool,
-    symmetric: bool,
-    keep: bool,
-) -> Wishes:
-    """Constraints from the values of options.
-
-    Args:
-        counts: texts such as `door=1` or `shop=2:5`.
-        only: texts such as `shop=ground`.
-        fixed: texts such as `door=0,3`: row and column, from 0, at the bottom and at the left.
-        equal_corners: value of `Wishes.equal_corners`.
-        symmetric: value of `Wishes.symmetric`.
-        keep: value of `Wishes.keep`.
-
-    Raises:
-        UsageError: If a value has another form.
-    """
-    return Wishes(
-        counts=tuple(_count(text) for text in counts),
-        only=tuple(_only(text) for text in only),
-        fixed=tuple(_fixed(text) for text in fixed),
-        equal_corners=equal_corners,
-        symmetric=symmetric,
-        keep=keep,
-    )
-
-
-def _count(text: str) -> Count:
-    label, value = _parts(text, "--count", r"\d{1,6}(:\d{1,6})?", "door=1, or shop=2:5 for 2 to 5 of them")
-    least, _, most = value.partition(":")
-    return Count(label, int(least), int(most or least))
-
-
-def _only(text: str) -> Only:
-    label, value = _parts(text, "--only", "|".join(get_args(Rows)), "shop=ground, shop=top or shop=between")
-    return Only(label, next(rows for rows in get_args(Rows) if rows == value))
-
-
-def _fixed(text: str) -> Fixed:
-    label, value = _parts(text, "--fix", r"\d{1,6},\d{1,6}", "door=0,3: row and column, from 0 at the lower left")
-    row, column = value.split(",")
-    return Fixed(int(row), int(column), label)
-
-
-def _parts(text: str, option: str, pattern: str, example: str) -> tuple[str, str]:
-    """The label before the last equals sign, and the value after it."""
-    label, _, value = text.rpartition("=")
-    if not label.strip() or not re.fullmatch(pattern, value.strip(), re.ASCII):
-        raise UsageError(f"{option}: expected {example}; found {text!r:.80}.")
-    return label.strip(), value.strip()
+_ROWS: tuple[Rows, ...] = ("ground", "top", "between")
 
 
 class SynthesisMethod(StrEnum):
@@ -159,7 +103,7 @@ def synthesize(
     with friendly_errors():
         from grammarlab.runs.facade.synthesize import SynthesisRequest, synthesize_buildings
 
-        wishes = wishes_of(
+        wishes = _wishes(
             count or (), only or (), fix or (), equal_corners=equal_corners, symmetric=symmetric, keep=keep
         )
         if len(example or ()) > len(buildings):
@@ -198,6 +142,70 @@ def synthesize(
         if report["family"]:
             say(f"{report['family']['facades']:,.0f} buildings of other sizes:")
             print_result(report["family"]["file"])
+
+
+def _wishes(
+    counts: Sequence[str],
+    only: Sequence[str],
+    fixed: Sequence[str],
+    *,
+    equal_corners: bool,
+    symmetric: bool,
+    keep: bool,
+) -> Wishes:
+    """Constraints from the values of options.
+
+    Args:
+        counts: texts such as `door=1` or `shop=2:5`.
+        only: texts such as `shop=ground`.
+        fixed: texts such as `door=0,3`: row and column, from 0, at the bottom and at the left.
+        equal_corners: value of `Wishes.equal_corners`.
+        symmetric: value of `Wishes.symmetric`.
+        keep: value of `Wishes.keep`.
+
+    Raises:
+        UsageError: If a value has another form.
+    """
+    from grammarlab.synthesis.label_grid import Count, Fixed, Only, Wishes
+
+    return Wishes(
+        counts=tuple(Count(*_count(text)) for text in counts),
+        only=tuple(Only(*_only(text)) for text in only),
+        fixed=tuple(Fixed(*_fixed(text)) for text in fixed),
+        equal_corners=equal_corners,
+        symmetric=symmetric,
+        keep=keep,
+    )
+
+
+def _count(text: str) -> tuple[str, int, int]:
+    """A label, and its least and largest number of occurrences."""
+    label, value = _label_and_value(text, "--count", r"\d{1,6}(:\d{1,6})?", "door=1, or shop=2:5 for 2 to 5 of them")
+    least, _, most = value.partition(":")
+    return label, int(least), int(most or least)
+
+
+def _label_and_value(text: str, option: str, pattern: str, example: str) -> tuple[str, str]:
+    """The label before the last equals sign, and the value after it."""
+    label, _, value = text.rpartition("=")
+    if not label.strip() or not re.fullmatch(pattern, value.strip(), re.ASCII):
+        raise UsageError(f"{option}: expected {example}; found {text!r:.80}.")
+    return label.strip(), value.strip()
+
+
+def _only(text: str) -> tuple[str, Rows]:
+    """A label and its only rows."""
+    label, value = _label_and_value(text, "--only", "|".join(_ROWS), "shop=ground, shop=top or shop=between")
+    return label, next(rows for rows in _ROWS if rows == value)
+
+
+def _fixed(text: str) -> tuple[int, int, str]:
+    """Row and column of a label, and the label."""
+    label, value = _label_and_value(
+        text, "--fix", r"\d{1,6},\d{1,6}", "door=0,3: row and column, from 0 at the lower left"
+    )
+    row, column = value.split(",")
+    return int(row), int(column), label
 
 
 def _box(text: str) -> tuple[float | None, float | None, float | None]:

@@ -1,6 +1,6 @@
-"""Kinds of files given to commands on facades: errors name the kind found and the commands for it.
+"""Kinds of files given to commands on facades, and options for the unit and the up axis of meshes and scans.
 
-Options for the unit and the up axis of meshes and scans.
+Errors name the kind of the file and the commands for it.
 """
 
 from __future__ import annotations
@@ -17,35 +17,7 @@ import typer
 from grammarlab.errors import AssetError, FacadeError, GrammarlabError, UsageError
 from grammarlab.files import open_regular
 
-
-class Up(StrEnum):
-    """Up axis of a file."""
-
-    auto = "auto"
-    y = "y"
-    z = "z"
-
-    @property
-    def axis(self) -> str:
-        """The axis; empty if it is to be detected."""
-        return "" if self is Up.auto else self.value
-
-
-class Unit(StrEnum):
-    """Unit of length of a file."""
-
-    m = "m"
-    cm = "cm"
-    mm = "mm"
-    ft = "ft"
-
-
-UpOption = Annotated[Up, typer.Option("--up", help="Up axis of the file.")]
-UnitOption = Annotated[Unit, typer.Option("--unit", help="Unit of the coordinates of the file.")]
-
-
 FACADE, DESIGN, RULES, ELEMENTS, MESH, BOXES = "facade", "design", "rules", "elements", "mesh", "boxes"
-
 _WORDS = {
     FACADE: "the file of a facade (.json, as `grammarlab facade read` writes it)",
     DESIGN: "a design of layers (.toml)",
@@ -71,6 +43,34 @@ _BY_ENDING = {
 }
 _HEAD_BYTES = 64 * 1024
 """Number of bytes of a JSON file that determine its kind."""
+
+
+class Up(StrEnum):
+    """Up axis of a file."""
+
+    auto = "auto"
+    y = "y"
+    z = "z"
+
+    @property
+    def axis(self) -> str:
+        """The axis; empty if it is to be detected."""
+        return "" if self is Up.auto else self.value
+
+
+UpOption = Annotated[Up, typer.Option("--up", help="Up axis of the file.")]
+
+
+class Unit(StrEnum):
+    """Unit of length of a file."""
+
+    m = "m"
+    cm = "cm"
+    mm = "mm"
+    ft = "ft"
+
+
+UnitOption = Annotated[Unit, typer.Option("--unit", help="Unit of the coordinates of the file.")]
 
 
 @contextmanager

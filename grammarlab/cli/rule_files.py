@@ -1,9 +1,4 @@
-"""``grammarlab check``.
-
-``grammarlab format``.
-
-``grammarlab list``.
-"""
+"""Commands on rule files: ``list``, ``check`` and ``format``."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The rule graph as a picture: SVG as text, PNG through Pillow.
-
-Graph of the rules and symbols of a grammar, with a layout on a page.
-"""
+"""Graph of the rules and symbols of a grammar, laid out on a page, as a picture: SVG as text, PNG through Pillow."""
 
 from __future__ import annotations
 
@@ -20,6 +17,17 @@ from grammarlab.language.syntax.syntax_tree import Invoke, Rule, Stochastic, wal
 
 _SWEEPS = 8
 """Passes of the crossing reduction; more passes change little on graphs of a few hundred symbols."""
+_FILL = {"start": "#2f5d8a", "rule": "#dfe7f0", "stochastic": "#f4d58d", "terminal": "#e3efdc"}
+_INK = {"start": "#ffffff", "rule": "#22303c", "stochastic": "#3f3212", "terminal": "#2f4a24"}
+_LEGEND = {"start": "start rule", "rule": "rule", "stochastic": "rule with chance", "terminal": "leaf"}
+_BACKGROUND, _LINE = "#fbfaf7", "#9aa7b4"
+_BOX_HEIGHT, _ROW, _GAP, _MARGIN, _TEXT = 22, 30, 70, 24, 12
+"""Pixels: height of a box, distance of rows, space between columns, border, letter size."""
+_SCALE = 2
+"""Pixels of the PNG for each pixel of the SVG, for sharp letters."""
+_MAX_SIDE = 16_000
+"""Longest side of a PNG in pixels."""
+_Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +105,20 @@ def place_symbols(graph: RuleGraph) -> list[PlacedSymbol]:
     ]
 
 
+def save_graph(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]], path: Path) -> None:
+    """Draw placed symbols and the edges between them.
+
+    Args:
+        symbols: symbols with their places, from `place_symbols`.
+        edges: pairs of symbols.
+        path: ends in ``.svg`` or ``.png``.
+    """
+    writers = {".svg": _save_svg, ".png": _save_png}
+    if (suffix := path.suffix.lower()) not in writers:
+        raise UsageError(f"graph picture {path.name!r}: expected a name that ends in {' or '.join(writers)}.")
+    writers[suffix](_lay_out(symbols, edges), path)
+
+
 def _columns(graph: RuleGraph) -> dict[str, int]:
     """Length of the longest path to each symbol; the symbols of one recursion share a column."""
     before = graph.neighbours(forward=False)
@@ -111,18 +133,26 @@ def _mean(values: list[float], otherwise: float) -> float:
     return sum(values) / len(values) if values else otherwise
 
 
-FILL = {"start": "#2f5d8a", "rule": "#dfe7f0", "stochastic": "#f4d58d", "terminal": "#e3efdc"}
-INK = {"start": "#ffffff", "rule": "#22303c", "stochastic": "#3f3212", "terminal": "#2f4a24"}
-LEGEND = {"start": "start rule", "rule": "rule", "stochastic": "rule with chance", "terminal": "leaf"}
-BACKGROUND, LINE = "#fbfaf7", "#9aa7b4"
-BOX_HEIGHT, ROW, GAP, MARGIN, TEXT = 22, 30, 70, 24, 12
-"""Pixels: height of a box, distance of rows, space between columns, border, letter size."""
-_SCALE = 2
-"""Pixels of the PNG for each pixel of the SVG, for sharp letters."""
-_MAX_SIDE = 16_000
-"""Longest side of a PNG in pixels."""
+@dataclass(frozen=True, slots=True)
+class _Page:
+    width: float
+    height: float
+    boxes: tuple[_Box, ...]
+    curves: tuple[tuple[_Point, _Point, _Point, _Point], ...]
+    """Cubic Bezier curves."""
 
-Point = tuple[float, float]
+
+def _save_svg(page: _Page, path: Path) -> None:
+    size = f'width="{page.width:.0f}" height="{page.height:.0f}"'
+    font = f'font-family="Helvetica, Arial, sans-serif" font-size="{_TEXT}"'
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} {font}>',
+        f'<rect width="100%" height="100%" fill="{_BACKGROUND}"/>',
+        *(_svg_curve(*curve) for curve in page.curves),
+        *(_svg_box(box) for box in page.boxes),
+        "</svg>",
+    ]
+    write_text(path, "\n".join(lines) + "\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,83 +163,17 @@ class _Box:
     width: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Page:
-    width: float
-    height: float
-    boxes: tuple[_Box, ...]
-    curves: tuple[tuple[Point, Point, Point, Point], ...]
-    """Cubic Bezier curves."""
-
-
-def save_graph(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]], path: Path) -> None:
-    """Draw placed symbols and the edges between them.
-
-    Args:
-        symbols: symbols with their places, from `grammarlab.cli.rule_graph.place_symbols`.
-        edges: pairs of symbols.
-        path: ends in ``.svg`` or ``.png``.
-    """
-    writers = {".svg": _save_svg, ".png": _save_png}
-    if (suffix := path.suffix.lower()) not in writers:
-        raise UsageError(f"graph picture {path.name!r}: expected a name that ends in {' or '.join(writers)}.")
-    writers[suffix](_lay_out(symbols, edges), path)
-
-
-def _font(scale: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    return ImageFont.load_default(TEXT * scale)
-
-
-def _lay_out(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]]) -> _Page:
-    font = _font(1)
-    legend = [PlacedSymbol(text, kind, -1, 0) for kind, text in LEGEND.items()]
-    text_width = {item: font.getlength(item.symbol) + 16 for item in [*symbols, *legend]}
-    num_columns = max((s.column for s in symbols), default=-1) + 1
-    widths = [max(text_width[s] for s in symbols if s.column == column) for column in range(num_columns)]
-    lefts = np.concatenate([[0.0], np.cumsum(np.array(widths) + GAP)]) + MARGIN
-    top = MARGIN + 2 * ROW
-    boxes = {s.symbol: _Box(s, float(lefts[s.column]), top + s.row * ROW, text_width[s]) for s in symbols}
-    keys, x = [], float(MARGIN)
-    for item in legend:
-        keys.append(_Box(item, x, MARGIN, text_width[item]))
-        x += text_width[item] + 12
-    height = max((box.y for box in boxes.values()), default=MARGIN) + BOX_HEIGHT + MARGIN
-    curves = tuple(_curve(boxes[a], boxes[b]) for a, b in edges)
-    return _Page(max(float(lefts[-1]) - GAP, x) + MARGIN, height, (*keys, *boxes.values()), curves)
-
-
-def _curve(a: _Box, b: _Box) -> tuple[Point, Point, Point, Point]:
-    """A curve from the right side of a box to the left side of another; backward edges bend further out."""
-    start, end = (a.x + a.width, a.y + BOX_HEIGHT / 2), (b.x, b.y + BOX_HEIGHT / 2)
-    bow = max(GAP / 2, 0.4 * abs(end[0] - start[0]))
-    lift = -ROW if end[0] <= start[0] else 0
-    return start, (start[0] + bow, start[1] + lift), (end[0] - bow, end[1] + lift), end
-
-
-def _save_svg(page: _Page, path: Path) -> None:
-    size = f'width="{page.width:.0f}" height="{page.height:.0f}"'
-    font = f'font-family="Helvetica, Arial, sans-serif" font-size="{TEXT}"'
-    lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size} {font}>',
-        f'<rect width="100%" height="100%" fill="{BACKGROUND}"/>',
-        *(_svg_curve(*curve) for curve in page.curves),
-        *(_svg_box(box) for box in page.boxes),
-        "</svg>",
-    ]
-    write_text(path, "\n".join(lines) + "\n")
-
-
-def _svg_curve(start: Point, control_1: Point, control_2: Point, end: Point) -> str:
+def _svg_curve(start: _Point, control_1: _Point, control_2: _Point, end: _Point) -> str:
     points = " ".join(f"{x:.1f},{y:.1f}" for x, y in (control_1, control_2, end))
-    return f'<path d="M{start[0]:.1f},{start[1]:.1f} C{points}" fill="none" stroke="{LINE}"/>'
+    return f'<path d="M{start[0]:.1f},{start[1]:.1f} C{points}" fill="none" stroke="{_LINE}"/>'
 
 
 def _svg_box(box: _Box) -> str:
-    kind, middle = box.placed.kind, box.y + BOX_HEIGHT / 2 + 4
-    size = f'width="{box.width:.1f}" height="{BOX_HEIGHT}" rx="5"'
+    kind, middle = box.placed.kind, box.y + _BOX_HEIGHT / 2 + 4
+    size = f'width="{box.width:.1f}" height="{_BOX_HEIGHT}" rx="5"'
     return (
-        f'<rect x="{box.x:.1f}" y="{box.y:.1f}" {size} fill="{FILL[kind]}"/>'
-        f'<text x="{box.x + 8:.1f}" y="{middle:.1f}" fill="{INK[kind]}">{escape(box.placed.symbol)}</text>'
+        f'<rect x="{box.x:.1f}" y="{box.y:.1f}" {size} fill="{_FILL[kind]}"/>'
+        f'<text x="{box.x + 8:.1f}" y="{middle:.1f}" fill="{_INK[kind]}">{escape(box.placed.symbol)}</text>'
     )
 
 
@@ -219,18 +183,48 @@ def _save_png(page: _Page, path: Path) -> None:
         raise UsageError(
             f"the rule graph is {page.width:.0f} x {page.height:.0f} pixels, too large for a PNG: use .svg."
         )
-    image = Image.new("RGB", (round(page.width * scale), round(page.height * scale)), BACKGROUND)
+    image = Image.new("RGB", (round(page.width * scale), round(page.height * scale)), _BACKGROUND)
     draw = ImageDraw.Draw(image)
     t = np.linspace(0, 1, 33)[:, None]
     weights = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])
     for curve in page.curves:
         points = (weights @ np.array(curve) * scale).tolist()
-        draw.line([(x, y) for x, y in points], fill=LINE, width=scale, joint="curve")
+        draw.line([(x, y) for x, y in points], fill=_LINE, width=scale, joint="curve")
     font = _font(scale)
     for box in page.boxes:
-        corners = (box.x, box.y, box.x + box.width, box.y + BOX_HEIGHT)
-        draw.rounded_rectangle([value * scale for value in corners], 5 * scale, fill=FILL[box.placed.kind])
-        middle = ((box.x + 8) * scale, (box.y + BOX_HEIGHT / 2) * scale)
-        draw.text(middle, box.placed.symbol, INK[box.placed.kind], font, anchor="lm")
+        corners = (box.x, box.y, box.x + box.width, box.y + _BOX_HEIGHT)
+        draw.rounded_rectangle([value * scale for value in corners], 5 * scale, fill=_FILL[box.placed.kind])
+        middle = ((box.x + 8) * scale, (box.y + _BOX_HEIGHT / 2) * scale)
+        draw.text(middle, box.placed.symbol, _INK[box.placed.kind], font, anchor="lm")
     with atomic_file(path) as part:
         image.save(part)
+
+
+def _font(scale: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(_TEXT * scale)
+
+
+def _lay_out(symbols: Sequence[PlacedSymbol], edges: Iterable[tuple[str, str]]) -> _Page:
+    font = _font(1)
+    legend = [PlacedSymbol(text, kind, -1, 0) for kind, text in _LEGEND.items()]
+    text_width = {item: font.getlength(item.symbol) + 16 for item in [*symbols, *legend]}
+    num_columns = max((s.column for s in symbols), default=-1) + 1
+    widths = [max(text_width[s] for s in symbols if s.column == column) for column in range(num_columns)]
+    lefts = np.concatenate([[0.0], np.cumsum(np.array(widths) + _GAP)]) + _MARGIN
+    top = _MARGIN + 2 * _ROW
+    boxes = {s.symbol: _Box(s, float(lefts[s.column]), top + s.row * _ROW, text_width[s]) for s in symbols}
+    keys, x = [], float(_MARGIN)
+    for item in legend:
+        keys.append(_Box(item, x, _MARGIN, text_width[item]))
+        x += text_width[item] + 12
+    height = max((box.y for box in boxes.values()), default=_MARGIN) + _BOX_HEIGHT + _MARGIN
+    curves = tuple(_curve(boxes[a], boxes[b]) for a, b in edges)
+    return _Page(max(float(lefts[-1]) - _GAP, x) + _MARGIN, height, (*keys, *boxes.values()), curves)
+
+
+def _curve(a: _Box, b: _Box) -> tuple[_Point, _Point, _Point, _Point]:
+    """A curve from the right side of a box to the left side of another; backward edges bend further out."""
+    start, end = (a.x + a.width, a.y + _BOX_HEIGHT / 2), (b.x, b.y + _BOX_HEIGHT / 2)
+    bow = max(_GAP / 2, 0.4 * abs(end[0] - start[0]))
+    lift = -_ROW if end[0] <= start[0] else 0
+    return start, (start[0] + bow, start[1] + lift), (end[0] - bow, end[1] + lift), end

@@ -245,7 +245,8 @@ def _print_acceptance(result: RunResult) -> None:
         listing = ", ".join(f"{model.index}" for model in result.not_accepted[:MOST_NAMES])
         say(
             f"warning: none of {MAX_USUAL_TRIES:,} candidates was accepted for {len(result.not_accepted):,} models, "
-            f"such as {listing}: their best candidates are used. Liked models are too rare in this file: learn it again."
+            f"such as {listing}: their best candidates are used. "
+            "Liked models are too rare in this file: learn it again."
         )
 
 

@@ -1,7 +1,4 @@
-"""Compiler from a grammar to a `Program`.
-
-Names of the random expressions of a grammar.
-"""
+"""Compiler from a grammar to a `Program`, with the names of its random expressions."""
 
 from __future__ import annotations
 
@@ -50,50 +47,6 @@ _KINDS: dict[str, SiteKind] = {
 }
 
 
-def describe_sites(grammar: Grammar, random_places: Sequence[RandomPlace]) -> tuple[Site, ...]:
-    """Sites of a forest, with names as described by `Site.name`.
-
-    Args:
-        grammar: the grammar.
-        random_places: random places of the grammar.
-    """
-    names = _values_of_attributes(grammar, random_places)
-    per_definition = Counter(
-        random_place.owner for random_place in random_places if random_place.node.number not in names
-    )
-    attribute_names = set(names.values())
-    numbers: Counter[str] = Counter()
-    sites: list[Site] = []
-    for random_place in random_places:
-        node, owner = random_place.node, random_place.owner
-        name = names.get(node.number)
-        if name is None:
-            numbers[owner] += 1
-            plain = per_definition[owner] == 1 and owner not in attribute_names | grammar.attributes.keys()
-            name = owner if plain else f"{owner}#{numbers[owner]}"
-        choices = len(node.branches) if isinstance(node, Stochastic) else 0
-        kind = "choice" if isinstance(node, Stochastic) else _KINDS[function_name(node)]
-        sites.append(Site(name, kind, owner, node.location.line, choices))
-    return tuple(sites)
-
-
-def _values_of_attributes(grammar: Grammar, random_places: Sequence[RandomPlace]) -> dict[int, str]:
-    """Names of attributes, by the number of the random expression whose draw is the attribute's value."""
-    by_owner: dict[str, list[RandomPlace]] = {}
-    for random_place in random_places:
-        by_owner.setdefault(random_place.owner, []).append(random_place)
-    names: dict[int, str] = {}
-    for name, attribute in grammar.attributes.items():
-        inside = [random_place.node for random_place in by_owner.get(name, ()) if random_place.definition is attribute]
-        uniform = {node.number for node in inside if function_name(node) == "rand"}
-        leaves = [leaf.number if isinstance(leaf, Numbered) else -1 for leaf in alternatives(attribute.value)]
-        if uniform.issuperset(leaves):
-            names |= dict.fromkeys(leaves, name)
-        elif inside and inside[0] is attribute.value and (len(inside) == 1 or isinstance(attribute.value, Call)):
-            names[inside[0].number] = name
-    return names
-
-
 def compile_grammar(grammar: Grammar) -> Program:
     """A grammar compiled to a program, independent of models and seeds.
 
@@ -139,7 +92,7 @@ class _Compilation:
             rule_names=tuple(
                 RuleName(*branch.key, branch.branch, branch.location.line) for branch in self._numbering.branches
             ),
-            sites=describe_sites(grammar, self._numbering.random_places),
+            sites=_describe_sites(grammar, self._numbering.random_places),
             attributes={name: self._attribute(attribute) for name, attribute in grammar.attributes.items()},
             rules=tuple(self._rule(rule) for rule in grammar.rules.values()),
             order=tuple(reversed(groups(calls))),
@@ -214,6 +167,57 @@ class _Compilation:
         return frozenset((read & STATE_DEFAULTS.keys()) | (changed & self._grammar.attributes.keys()) | set(pivot))
 
 
+def _invoked(nodes: Iterable[Node]) -> Iterator[SymbolKey]:
+    """Symbols of the shapes that nodes make."""
+    for node in nodes:
+        if isinstance(node, Invoke) and node.name not in OPERATIONS:
+            yield node.name, len(node.arguments)
+
+
+def _describe_sites(grammar: Grammar, random_places: Sequence[RandomPlace]) -> tuple[Site, ...]:
+    """Sites of a forest, with names as described by `Site.name`.
+
+    Args:
+        grammar: the grammar.
+        random_places: random places of the grammar.
+    """
+    names = _values_of_attributes(grammar, random_places)
+    per_definition = Counter(
+        random_place.owner for random_place in random_places if random_place.node.number not in names
+    )
+    attribute_names = set(names.values())
+    numbers: Counter[str] = Counter()
+    sites: list[Site] = []
+    for random_place in random_places:
+        node, owner = random_place.node, random_place.owner
+        name = names.get(node.number)
+        if name is None:
+            numbers[owner] += 1
+            plain = per_definition[owner] == 1 and owner not in attribute_names | grammar.attributes.keys()
+            name = owner if plain else f"{owner}#{numbers[owner]}"
+        choices = len(node.branches) if isinstance(node, Stochastic) else 0
+        kind = "choice" if isinstance(node, Stochastic) else _KINDS[function_name(node)]
+        sites.append(Site(name, kind, owner, node.location.line, choices))
+    return tuple(sites)
+
+
+def _values_of_attributes(grammar: Grammar, random_places: Sequence[RandomPlace]) -> dict[int, str]:
+    """Names of attributes, by the number of the random expression whose draw is the attribute's value."""
+    by_owner: dict[str, list[RandomPlace]] = {}
+    for random_place in random_places:
+        by_owner.setdefault(random_place.owner, []).append(random_place)
+    names: dict[int, str] = {}
+    for name, attribute in grammar.attributes.items():
+        inside = [random_place.node for random_place in by_owner.get(name, ()) if random_place.definition is attribute]
+        uniform = {node.number for node in inside if function_name(node) == "rand"}
+        leaves = [leaf.number if isinstance(leaf, Numbered) else -1 for leaf in alternatives(attribute.value)]
+        if uniform.issuperset(leaves):
+            names |= dict.fromkeys(leaves, name)
+        elif inside and inside[0] is attribute.value and (len(inside) == 1 or isinstance(attribute.value, Call)):
+            names[inside[0].number] = name
+    return names
+
+
 def _is_random(node: Node) -> bool:
     return isinstance(node, Stochastic) or function_name(node) in VOCABULARY.draws
 
@@ -223,13 +227,6 @@ def _called(node: Node) -> SymbolKey | None:
     if isinstance(node, Call):
         return node.function, len(node.arguments)
     return (node.identifier, 0) if isinstance(node, Name) else None
-
-
-def _invoked(nodes: Iterable[Node]) -> Iterator[SymbolKey]:
-    """Symbols of the shapes that nodes make."""
-    for node in nodes:
-        if isinstance(node, Invoke) and node.name not in OPERATIONS:
-            yield node.name, len(node.arguments)
 
 
 def _spread(drawing: set, calls: Mapping) -> frozenset:

@@ -1,8 +1,7 @@
 """`derive`: a forest from a grammar and lots, or from a grammar, a number of models and a seed.
 
-The columnar engine: all shapes that wait for one rule are rewritten at once.
-
-The initial shapes of lots: a scope for each footprint, along its first edge, and its polygon as a mesh.
+The engine is columnar: all shapes that wait for one rule are rewritten at once. The initial shape of a lot has a scope
+along the first edge of the footprint, and the footprint's polygon as its mesh.
 """
 
 from __future__ import annotations
@@ -37,181 +36,10 @@ from grammarlab.geometry.meshes.primitives import quad
 from grammarlab.language.grammar import Grammar
 from grammarlab.randomness import root_keys
 
-
-def run(program: Program, workspace: Workspace, starts: Ids) -> None:
-    """Derive every model from its initial shape.
-
-    Args:
-        program: the grammar.
-        workspace: with the initial shapes as `roots`, their nodes already recorded.
-        starts: [N] number of the start rule of each model.
-
-    Raises:
-        BudgetError: If a model has too many shapes, or a recursive group of rules is too deep.
-        DerivationError: If an operation cannot be applied.
-    """
-    pending, roots = workspace.pending, workspace.roots
-    different = np.unique(starts).tolist()
-    for start in different:
-        pending[start].append(roots if len(different) == 1 else roots.take(np.flatnonzero(starts == start)))
-    for group in program.order:
-        waves = 0
-        while any(pending[rule] for rule in group):
-            if waves > workspace.budget.depth:
-                raise _too_deep(program, workspace, group)
-            waves += 1
-            for rule in group:
-                chunks, pending[rule] = pending[rule], []
-                if chunks:
-                    rewrite(program.rules[rule], concatenate(chunks, workspace.strings), workspace)
-                    _check_size(workspace, program.symbols[program.rules[rule].symbol])
-
-
-def rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
-    """Apply one rule to all its pending shapes."""
-    for operations, _, chosen in route(rule.body, shapes, workspace):
-        workspace.recorder.set_rule(chosen.node, operations.rule)
-        operations.run(chosen, workspace)
-
-
-def _check_size(workspace: Workspace, symbol: str) -> None:
-    """Refuse models that exceed their budget.
-
-    Nodes per model are counted only when one model could have exceeded it.
-    """
-    recorder, budget = workspace.recorder, workspace.budget.shapes
-    if recorder.num_nodes <= workspace.count_again_at:
-        return
-    model, count = recorder.largest_model()
-    workspace.count_again_at = recorder.num_nodes + budget - count
-    if count > budget:
-        raise BudgetError(
-            f"{workspace.lots.name(model)} has more than {budget} shapes after the rule {symbol}",
-            None,
-            "look for a rule that calls itself, directly or not, or raise the shape budget",
-        )
-
-
-def _too_deep(program: Program, workspace: Workspace, group: tuple[int, ...]) -> BudgetError:
-    names = " -> ".join(program.symbols[program.rules[rule].symbol] for rule in group)
-    waiting = next(rule for rule in group if workspace.pending[rule])
-    models = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
-    depth, model = workspace.budget.depth, workspace.lots.name(models.min())
-    return BudgetError(
-        f"the rules {names} call themselves more than {depth} times in {model}",
-        None,
-        "a recursive rule needs a case that ends it, or an expected number of successors below one",
-    )
-
-
 _UP = np.array([0.0, 1.0, 0.0])
-
-
-def initial_shapes(lots: Lots, frames: FrameTable, meshes: MeshTable) -> Shapes:
-    """[N] initial shapes of models, without any state.
-
-    Node and model ids start at 0; positions are relative to `Lots.origins`.
-    """
-    rows = np.arange(len(lots), dtype=np.int32)
-    _, corners = brought_near(lots.footprints.points, lots.footprints.offsets)
-    position, size, frame, mesh = _scopes(Footprints(corners, lots.footprints.offsets), frames, meshes)
-    on, frame = lots.footprint, frame[lots.footprint]
-    keys, material = root_keys(lots.seed, lots.model), np.zeros(len(lots), dtype=np.int32)
-    return Shapes(
-        node=rows,
-        model=rows,
-        key=keys,
-        position=position[on],
-        size=size[on],
-        frame=frame,
-        pivot=frame,
-        mesh=mesh[on],
-        material=material,
-        state={},
-        locals=(),
-    )
-
-
-def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tuple[Floats, Floats, Ids, Ids]:
-    """Position, size, frame and mesh [F] of the initial shapes on different footprints."""
-    rotation = _rotations(footprints)
-    local = _times(footprints, rotation)
-    unit, low, size = normalized(_polygons(local, footprints))
-    skew = ~np.isclose(rotation, np.eye(3), atol=1e-12).all(axis=(1, 2))
-    frame = np.zeros(len(footprints), dtype=np.int32)
-    frame[skew] = frames.add(rotation[skew])
-    mesh = np.full(len(footprints), FOOTPRINT, dtype=np.int32)
-    other_rows = np.flatnonzero(~_is_rectangle(unit))
-    if len(other_rows):
-        mesh[other_rows] = meshes.add(unit.take(other_rows))
-    return (rotation @ low[:, :, None])[:, :, 0], size, frame, mesh
-
-
-def _rotations(footprints: Footprints) -> Floats:
-    """[F, 3, 3] rotations whose x axis runs along the first edge."""
-    first = footprints.offsets[:-1]
-    x = footprints.points[first + 1] - footprints.points[first]
-    x = x / np.sqrt(np.vecdot(x, x))[:, None]
-    return np.stack([x, np.broadcast_to(_UP, x.shape), np.cross(x, _UP)], axis=2)
-
-
-def _times(footprints: Footprints, rotation: Floats) -> Floats:
-    """[P, 3] corners times the rotation [F, 3, 3] of their footprint.
-
-    There is one product per footprint, as for a single footprint, so that the last bits are the same.
-    """
-    counts = np.diff(footprints.offsets)
-    result = np.empty_like(footprints.points)
-    for count in np.unique(counts).tolist():
-        rows_of_count = np.flatnonzero(counts == count)
-        corners = footprints.offsets[rows_of_count][:, None] + np.arange(count)
-        result[corners] = footprints.points[corners] @ rotation[rows_of_count]
-    return result
-
-
-def _polygons(points: Floats, footprints: Footprints) -> Meshes:
-    """[F] meshes of one face; bridges to its holes are passed in both directions over the same points."""
-    counts = np.diff(footprints.offsets)
-    row = row_of_value(counts)
-    visited, corners = _first_visits(np.column_stack([row.astype(np.float64), footprints.points]))
-    per_mesh = np.bincount(row[visited], minlength=len(counts))
-    mesh_points = offsets_from_counts(per_mesh)
-    return Meshes(
-        points[visited],
-        corners - mesh_points[row],
-        footprints.offsets,
-        np.arange(len(counts) + 1),
-        mesh_points,
-        np.full(len(counts), UNTAGGED, dtype=np.int8),
-    )
-
-
-def _first_visits(points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Indices of the first occurrences of points [P, K], ascending, and the number of each point among them."""
-    order = np.lexsort(points.T)
-    ordered = points[order]
-    begins = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1)) if len(points) else np.zeros(0, dtype=bool)
-    first = order[begins]  # the sort is stable, so that the first of equal ones comes first
-    visited = np.sort(first)
-    numbers = np.empty(len(points), dtype=np.int64)
-    numbers[order] = np.searchsorted(visited, first)[np.cumsum(begins) - 1]
-    return visited, numbers
-
-
-def _is_rectangle(unit: Meshes) -> NDArray[np.bool_]:
-    """[F] whether meshes in the unit cube are the whole rectangle y = 0 seen from above."""
-    is_rectangle = np.diff(unit.mesh_points) == 4
-    four = np.flatnonzero(is_rectangle & (np.diff(unit.face_offsets) == 4))
-    corners = unit.points[unit.mesh_points[:-1][four][:, None] + np.arange(4)]
-    is_rectangle[:] = False
-    is_rectangle[four] = np.isclose(corners, quad().points, atol=1e-9).all(axis=(1, 2))
-    return is_rectangle
-
-
 NODES_PER_CHUNK = 400_000
 """Approximate number of nodes that `derive_chunks` holds at once: fewer cost time per call, more exceed the
 processor's caches."""
-
 _FIRST_CHUNK = 32
 """Number of models of the first chunk, whose nodes determine the size of the others."""
 
@@ -291,7 +119,7 @@ def derive(
     if len(lots):
         with np.errstate(all="ignore"):
             _evaluate_attributes(workspace)
-            run(program, workspace, starts[lots.start_rule])
+            _run(program, workspace, starts[lots.start_rule])
     recorder = workspace.recorder
     leaves = recorder.leaves(workspace.meshes, workspace.frames)
     rotations, frame = workspace.frames.used(leaves.frame)
@@ -368,6 +196,31 @@ def derive_chunks(
         size = min(len(lots) - done, max(1, int(nodes_per_chunk / per_model)))
 
 
+def initial_shapes(lots: Lots, frames: FrameTable, meshes: MeshTable) -> Shapes:
+    """[N] initial shapes of models, without any state.
+
+    Node and model ids start at 0; positions are relative to `Lots.origins`.
+    """
+    rows = np.arange(len(lots), dtype=np.int32)
+    _, corners = brought_near(lots.footprints.points, lots.footprints.offsets)
+    position, size, frame, mesh = _scopes(Footprints(corners, lots.footprints.offsets), frames, meshes)
+    on, frame = lots.footprint, frame[lots.footprint]
+    keys, material = root_keys(lots.seed, lots.model), np.zeros(len(lots), dtype=np.int32)
+    return Shapes(
+        node=rows,
+        model=rows,
+        key=keys,
+        position=position[on],
+        size=size[on],
+        frame=frame,
+        pivot=frame,
+        mesh=mesh[on],
+        material=material,
+        state={},
+        locals=(),
+    )
+
+
 def _lots(num_models: int | Lots, seed: int | None, options: LotOptions) -> Lots:
     """The given lots, or lots from a number of models and options."""
     if not isinstance(num_models, Lots):
@@ -378,16 +231,6 @@ def _lots(num_models: int | Lots, seed: int | None, options: LotOptions) -> Lots
         arguments = ", ".join([*(["seed"] if seed is not None else []), *options])
         raise UsageError(f"lots already define their models: leave out {arguments}, or give a number of models")
     return num_models
-
-
-def _folder(assets: str | Path | AssetFolder | None, grammar: Grammar | Program) -> AssetFolder | None:
-    if assets is None and isinstance(grammar, Grammar):
-        assets = grammar.assets
-    if not isinstance(assets, str | Path):
-        return assets
-    if not Path(assets).is_dir():
-        raise UsageError(f"assets: expected a folder of meshes and images, found {str(assets)!r}, which is none.")
-    return AssetFolder(Path(assets))
 
 
 def _starts(program: Program, lots: Lots) -> NDArray[np.int32]:
@@ -436,6 +279,92 @@ def _prepare(
     return workspace
 
 
+def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tuple[Floats, Floats, Ids, Ids]:
+    """Position, size, frame and mesh [F] of the initial shapes on different footprints."""
+    rotation = _rotations(footprints)
+    local = _times(footprints, rotation)
+    unit, low, size = normalized(_polygons(local, footprints))
+    skew = ~np.isclose(rotation, np.eye(3), atol=1e-12).all(axis=(1, 2))
+    frame = np.zeros(len(footprints), dtype=np.int32)
+    frame[skew] = frames.add(rotation[skew])
+    mesh = np.full(len(footprints), FOOTPRINT, dtype=np.int32)
+    other_rows = np.flatnonzero(~_is_rectangle(unit))
+    if len(other_rows):
+        mesh[other_rows] = meshes.add(unit.take(other_rows))
+    return (rotation @ low[:, :, None])[:, :, 0], size, frame, mesh
+
+
+def _rotations(footprints: Footprints) -> Floats:
+    """[F, 3, 3] rotations whose x axis runs along the first edge."""
+    first = footprints.offsets[:-1]
+    x = footprints.points[first + 1] - footprints.points[first]
+    x = x / np.sqrt(np.vecdot(x, x))[:, None]
+    return np.stack([x, np.broadcast_to(_UP, x.shape), np.cross(x, _UP)], axis=2)
+
+
+def _times(footprints: Footprints, rotation: Floats) -> Floats:
+    """[P, 3] corners times the rotation [F, 3, 3] of their footprint.
+
+    There is one product per footprint, as for a single footprint, so that the last bits are the same.
+    """
+    counts = np.diff(footprints.offsets)
+    result = np.empty_like(footprints.points)
+    for count in np.unique(counts).tolist():
+        rows_of_count = np.flatnonzero(counts == count)
+        corners = footprints.offsets[rows_of_count][:, None] + np.arange(count)
+        result[corners] = footprints.points[corners] @ rotation[rows_of_count]
+    return result
+
+
+def _polygons(points: Floats, footprints: Footprints) -> Meshes:
+    """[F] meshes of one face; bridges to its holes are passed in both directions over the same points."""
+    counts = np.diff(footprints.offsets)
+    row = row_of_value(counts)
+    visited, corners = _first_visits(np.column_stack([row.astype(np.float64), footprints.points]))
+    per_mesh = np.bincount(row[visited], minlength=len(counts))
+    mesh_points = offsets_from_counts(per_mesh)
+    return Meshes(
+        points[visited],
+        corners - mesh_points[row],
+        footprints.offsets,
+        np.arange(len(counts) + 1),
+        mesh_points,
+        np.full(len(counts), UNTAGGED, dtype=np.int8),
+    )
+
+
+def _first_visits(points: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices of the first occurrences of points [P, K], ascending, and the number of each point among them."""
+    order = np.lexsort(points.T)
+    ordered = points[order]
+    begins = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1)) if len(points) else np.zeros(0, dtype=bool)
+    first = order[begins]  # the sort is stable, so that the first of equal ones comes first
+    visited = np.sort(first)
+    numbers = np.empty(len(points), dtype=np.int64)
+    numbers[order] = np.searchsorted(visited, first)[np.cumsum(begins) - 1]
+    return visited, numbers
+
+
+def _is_rectangle(unit: Meshes) -> NDArray[np.bool_]:
+    """[F] whether meshes in the unit cube are the whole rectangle y = 0 seen from above."""
+    is_rectangle = np.diff(unit.mesh_points) == 4
+    four = np.flatnonzero(is_rectangle & (np.diff(unit.face_offsets) == 4))
+    corners = unit.points[unit.mesh_points[:-1][four][:, None] + np.arange(4)]
+    is_rectangle[:] = False
+    is_rectangle[four] = np.isclose(corners, quad().points, atol=1e-9).all(axis=(1, 2))
+    return is_rectangle
+
+
+def _folder(assets: str | Path | AssetFolder | None, grammar: Grammar | Program) -> AssetFolder | None:
+    if assets is None and isinstance(grammar, Grammar):
+        assets = grammar.assets
+    if not isinstance(assets, str | Path):
+        return assets
+    if not Path(assets).is_dir():
+        raise UsageError(f"assets: expected a folder of meshes and images, found {str(assets)!r}, which is none.")
+    return AssetFolder(Path(assets))
+
+
 def _evaluate_attributes(workspace: Workspace) -> None:
     """Evaluate every random attribute, and set the state of the initial shapes that rules read or change."""
     for attribute in workspace.attributes.values():
@@ -444,3 +373,69 @@ def _evaluate_attributes(workspace: Workspace) -> None:
     state = {name: STATE_DEFAULTS[name] for name in workspace.state_names if name in STATE_DEFAULTS}
     attributes = {name: workspace.attribute(name) for name in workspace.state_names if name in workspace.attributes}
     workspace.roots = workspace.roots._replace(state={**workspace.roots.state, **state, **attributes})
+
+
+def _run(program: Program, workspace: Workspace, starts: Ids) -> None:
+    """Derive every model from its initial shape.
+
+    Args:
+        program: the grammar.
+        workspace: with the initial shapes as `roots`, their nodes already recorded.
+        starts: [N] number of the start rule of each model.
+
+    Raises:
+        BudgetError: If a model has too many shapes, or a recursive group of rules is too deep.
+        DerivationError: If an operation cannot be applied.
+    """
+    pending, roots = workspace.pending, workspace.roots
+    different = np.unique(starts).tolist()
+    for start in different:
+        pending[start].append(roots if len(different) == 1 else roots.take(np.flatnonzero(starts == start)))
+    for group in program.order:
+        waves = 0
+        while any(pending[rule] for rule in group):
+            if waves > workspace.budget.depth:
+                raise _too_deep(program, workspace, group)
+            waves += 1
+            for rule in group:
+                chunks, pending[rule] = pending[rule], []
+                if chunks:
+                    _rewrite(program.rules[rule], concatenate(chunks, workspace.strings), workspace)
+                    _check_size(workspace, program.symbols[program.rules[rule].symbol])
+
+
+def _too_deep(program: Program, workspace: Workspace, group: tuple[int, ...]) -> BudgetError:
+    names = " -> ".join(program.symbols[program.rules[rule].symbol] for rule in group)
+    waiting = next(rule for rule in group if workspace.pending[rule])
+    models = np.concatenate([chunk.model for chunk in workspace.pending[waiting]])
+    depth, model = workspace.budget.depth, workspace.lots.name(models.min())
+    return BudgetError(
+        f"the rules {names} call themselves more than {depth} times in {model}",
+        None,
+        "a recursive rule needs a case that ends it, or an expected number of successors below one",
+    )
+
+
+def _rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
+    """Apply one rule to all its pending shapes."""
+    for operations, _, chosen in route(rule.body, shapes, workspace):
+        workspace.recorder.set_rule(chosen.node, operations.rule)
+        operations.run(chosen, workspace)
+
+
+def _check_size(workspace: Workspace, symbol: str) -> None:
+    """Refuse models that exceed their budget.
+
+    Nodes per model are counted only when one model could have exceeded it.
+    """
+    recorder, budget = workspace.recorder, workspace.budget.shapes
+    if recorder.num_nodes <= workspace.count_again_at:
+        return
+    model, count = recorder.largest_model()
+    workspace.count_again_at = recorder.num_nodes + budget - count
+    if count > budget:
+        raise BudgetError(
+            f"{workspace.lots.name(model)} has more than {budget} shapes after the rule {symbol}",
+            None,
+            "look for a rule that calls itself, directly or not, or raise the shape budget",
+        )

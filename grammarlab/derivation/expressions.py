@@ -3,8 +3,6 @@
 A compiled expression takes N shapes and returns one constant for all of them or a column [N]. Constants stay Python
 scalars, so that constant parts of a rule file cost nothing. Where the last bits could differ (division, powers,
 functions), scalars use the same array loops as columns.
-
-Operations and functions of CGA that derivations support.
 """
 
 from __future__ import annotations
@@ -53,13 +51,6 @@ from grammarlab.randomness import fold
 VOCABULARY = EngineWords(
     frozenset(OPERATIONS), frozenset(BLOCKS), frozenset(name for name, builtin in BUILTINS.items() if builtin.random)
 )
-
-
-def number_grammar(grammar: Grammar) -> Numbering:
-    """Numbering of a grammar shared by all its forests: `Forest.symbols`, `rules`, `sites`, `Nodes.child`."""
-    return Numbering.of(grammar, VOCABULARY)
-
-
 _Payload = TypeVar("_Payload")
 
 
@@ -270,33 +261,22 @@ class ExpressionCompiler:
         return call
 
 
-def _words(node: Call, builtin: Builtin | None) -> list[frozenset[str]]:
-    """Keywords of each argument of a call."""
-    count = len(node.arguments)
-    if builtin is None or not builtin.keywords:
-        return [frozenset[str]()] * count
-    forms = [form for form in functions()[node.function] if form.takes(count)]
-    keywords = [frozenset[str]().union(*(form.parameters[i].keywords for form in forms)) for i in range(count)]
-    return [words & builtin.keywords for words in keywords]
+def number_grammar(grammar: Grammar) -> Numbering:
+    """Numbering of a grammar shared by all its forests: `Forest.symbols`, `rules`, `sites`, `Nodes.child`."""
+    return Numbering.of(grammar, VOCABULARY)
 
 
-def _unknown(name: str) -> str:
-    """Error for an unknown name."""
-    prefix = name.partition(".")[0]
-    if prefix == name:
-        return f"unknown name {name}"
-    if any(attribute.startswith(f"{prefix}.") for attribute in SHAPE_ATTRIBUTES):
-        return f"the shape attribute {name} is not supported"
-    return f"{name} comes from an imported file that was not read"
-
-
-def _refusal(message: str, location: Location) -> Code:
-    """Code that raises an error when it is evaluated: a rule file may contain errors in unused parts."""
-
-    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
-        raise DerivationError(message, location, "`grammarlab check` lists everything that is wrong or not supported")
-
-    return evaluate
+def _assemble(parts: list[tuple[Rows, Value, int]], count: int, workspace: Workspace, location: Location) -> Value:
+    """One value merged from the values of branches for their rows."""
+    counts = [number for _, _, number in parts]
+    joined = join_values([value for _, value, _ in parts], counts, workspace.strings)
+    if sum(counts) != count:
+        raise DerivationError("no case applies for some shapes and there is no else", location, "add an else branch")
+    if not isinstance(joined, np.ndarray):
+        return joined
+    result = np.empty(count, dtype=joined.dtype)
+    result[np.concatenate([rows for rows, _, _ in parts if rows is not None])] = joined
+    return cast("Value", result)
 
 
 def _constant(value: Value) -> Code:
@@ -306,26 +286,6 @@ def _constant(value: Value) -> Code:
 def _apply_unary(operator: str, operand: Code, location: Location) -> Code:
     apply = UNARY[operator]
     return lambda shapes, workspace: apply(operand(shapes, workspace), location)
-
-
-def _apply_binary(operator: str, left: Code, right: Code, location: Location) -> Code:
-    apply = BINARY[operator]
-    return lambda shapes, workspace: apply(
-        left(shapes, workspace), right(shapes, workspace), workspace.strings, location
-    )
-
-
-def _apply_to_any(operator: str, left: Code, right: Code, location: Location) -> Code:
-    """A binary operator whose sides may be arrays."""
-    apply = BINARY[operator]
-
-    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
-        first, second = left(shapes, workspace), right(shapes, workspace)
-        if is_table(first) or is_table(second):
-            return array_expressions.binary(operator, first, second, workspace, location)
-        return apply(first, second, workspace.strings, location)
-
-    return evaluate
 
 
 def _short_circuit(operator: str, left: Code, right: Code, location: Location) -> Code:
@@ -354,14 +314,50 @@ def _truth(value: Value, operator: str, location: Location) -> Value:
     raise DerivationError(f"{operator} expects true or false on both sides", location)
 
 
-def _assemble(parts: list[tuple[Rows, Value, int]], count: int, workspace: Workspace, location: Location) -> Value:
-    """One value merged from the values of branches for their rows."""
-    counts = [number for _, _, number in parts]
-    joined = join_values([value for _, value, _ in parts], counts, workspace.strings)
-    if sum(counts) != count:
-        raise DerivationError("no case applies for some shapes and there is no else", location, "add an else branch")
-    if not isinstance(joined, np.ndarray):
-        return joined
-    result = np.empty(count, dtype=joined.dtype)
-    result[np.concatenate([rows for rows, _, _ in parts if rows is not None])] = joined
-    return cast("Value", result)
+def _apply_to_any(operator: str, left: Code, right: Code, location: Location) -> Code:
+    """A binary operator whose sides may be arrays."""
+    apply = BINARY[operator]
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        first, second = left(shapes, workspace), right(shapes, workspace)
+        if is_table(first) or is_table(second):
+            return array_expressions.binary(operator, first, second, workspace, location)
+        return apply(first, second, workspace.strings, location)
+
+    return evaluate
+
+
+def _apply_binary(operator: str, left: Code, right: Code, location: Location) -> Code:
+    apply = BINARY[operator]
+    return lambda shapes, workspace: apply(
+        left(shapes, workspace), right(shapes, workspace), workspace.strings, location
+    )
+
+
+def _refusal(message: str, location: Location) -> Code:
+    """Code that raises an error when it is evaluated: a rule file may contain errors in unused parts."""
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
+        raise DerivationError(message, location, "`grammarlab check` lists everything that is wrong or not supported")
+
+    return evaluate
+
+
+def _unknown(name: str) -> str:
+    """Error for an unknown name."""
+    prefix = name.partition(".")[0]
+    if prefix == name:
+        return f"unknown name {name}"
+    if any(attribute.startswith(f"{prefix}.") for attribute in SHAPE_ATTRIBUTES):
+        return f"the shape attribute {name} is not supported"
+    return f"{name} comes from an imported file that was not read"
+
+
+def _words(node: Call, builtin: Builtin | None) -> list[frozenset[str]]:
+    """Keywords of each argument of a call."""
+    count = len(node.arguments)
+    if builtin is None or not builtin.keywords:
+        return [frozenset[str]()] * count
+    forms = [form for form in functions()[node.function] if form.takes(count)]
+    keywords = [frozenset[str]().union(*(form.parameters[i].keywords for form in forms)) for i in range(count)]
+    return [words & builtin.keywords for words in keywords]

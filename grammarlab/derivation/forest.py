@@ -2,9 +2,7 @@
 
 Nodes have one row per shape that a rule was applied to, and one per leaf. Node ids are row numbers, and a parent comes
 before its children. Draws have one row per stochastic choice and random number, with its place and its
-log-density.
-
-Places in the rule text that made the shapes of a forest.
+log-density. `origin_of` returns the place in the rule text that made a node.
 """
 
 from __future__ import annotations
@@ -26,6 +24,8 @@ from grammarlab.language.numbering import Numbering
 NodeIds: TypeAlias = NDArray[np.int16 | np.int32]
 """Integers as wide as the grammar needs: int16 for at most 32,767 symbols, rules, random expressions and successors."""
 
+SiteKind: TypeAlias = Literal["choice", "uniform", "bernoulli", "file", "item"]
+
 
 @dataclass(frozen=True, slots=True)
 class RuleName:
@@ -38,9 +38,6 @@ class RuleName:
     """Index of the branch at each level of the tree, from the top; empty if the rule has no choice."""
     line: int
     """Line of the branch in the rule file, from 1."""
-
-
-SiteKind: TypeAlias = Literal["choice", "uniform", "bernoulli", "file", "item"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,12 +139,6 @@ class MissingAsset:
     """First place in the rule file that uses it."""
 
 
-def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
-    """Each missing asset once, at its first place, by path."""
-    first = {asset.path: asset for asset in sorted(missing, reverse=True)}
-    return tuple(first[path] for path in sorted(first))
-
-
 @dataclass(frozen=True, slots=True)
 class Forest:
     """The derivation trees of a batch of models of one grammar.
@@ -209,6 +200,12 @@ class RuleOrigin:
     """The successor that made it; None for the initial shape."""
     rule_at: Location | None
     """The branch of the rule that rewrote it; None for a leaf."""
+
+
+def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
+    """Each missing asset once, at its first place, by path."""
+    first = {asset.path: asset for asset in sorted(missing, reverse=True)}
+    return tuple(first[path] for path in sorted(first))
 
 
 def origin_of(forest: Forest, numbering: Numbering, node: int) -> RuleOrigin:

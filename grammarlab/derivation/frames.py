@@ -1,9 +1,7 @@
 """Orientations of scopes, interned: a frame is a base rotation times one of the 24 rotations of a cube.
 
 A shape has one integer, ``24 * base + cube``. The faces of a box and every rotation by a right angle have the same
-base, so they are table look-ups and exact to the last bit.
-
-Rotations by three angles, and the angles of rotations.
+base, so they are table look-ups and exact to the last bit. Angles of rotations are in degrees.
 """
 
 from __future__ import annotations
@@ -15,28 +13,10 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, distinct
 
-
-def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:
-    """Rotations Rz Ry Rx, about x first, by angles in degrees: [3, 3] from numbers, [N, 3, 3] with columns [N]."""
-    x, y, z = np.broadcast_arrays(*np.radians(np.broadcast_arrays(x, y, z)))
-    (cx, cy, cz), (sx, sy, sz) = (np.cos(a) for a in (x, y, z)), (np.sin(a) for a in (x, y, z))
-    rows = [
-        [cy * cz, sx * sy * cz - cx * sz, cx * sy * cz + sx * sz],
-        [cy * sz, sx * sy * sz + cx * cz, cx * sy * sz - sx * cz],
-        [-sy, sx * cy, cx * cy],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
-
-
-def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angles [N, 3] in degrees about x, y, z whose rotations Rz Ry Rx, about x first, give the matrices [N, 3, 3]."""
-    y = np.arcsin(np.clip(-rotations[:, 2, 0], -1.0, 1.0))
-    x = np.arctan2(rotations[:, 2, 1], rotations[:, 2, 2])
-    z = np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
-    return np.degrees(np.stack([x, y, z], axis=1))
-
-
 Ids = NDArray[np.int32]
+
+_TOLERANCE = 1e-12
+"""Tolerance of the entries -1, 0 and 1 of rotations by right angles."""
 
 
 def _cube_rotations() -> Floats:
@@ -53,40 +33,17 @@ def _cube_rotations() -> Floats:
 
 CUBE: Floats = _cube_rotations()
 """[24, 3, 3] the rotations that map a cube to itself; the first is the identity."""
-
 _PRODUCTS = np.einsum("aij,bjk->abik", CUBE, CUBE)
 COMPOSE: Ids = np.array(
     [[np.flatnonzero((m == CUBE).all(axis=(1, 2)))[0] for m in row] for row in _PRODUCTS], dtype=np.int32
 )
 """[24, 24] ``CUBE[COMPOSE[a, b]] == CUBE[a] @ CUBE[b]``."""
-
-
 _SOURCE: Ids = np.abs(CUBE).argmax(axis=1).astype(np.int32)
 """[24, 3] axis of the base along each axis of a rotated frame; `_SIGN` has the directions."""
 _SIGN: Floats = np.take_along_axis(CUBE, _SOURCE[:, None, :].astype(np.int64), axis=1)[:, 0, :]
-
-
 _ROWS = np.arange(3)[None, :, None]
-
-
-def cube_index(matrix: Floats) -> int:
-    """The index in `CUBE` of a rotation by right angles [3, 3]."""
-    return int(np.flatnonzero((np.abs(matrix - CUBE) < 0.5).all(axis=(1, 2)))[0])
-
-
 _CODES = np.full(27 * 8, -1, dtype=np.int32)
 _CODES[(_SOURCE @ [9, 3, 1]) * 8 + (_SIGN < 0.0) @ [4, 2, 1]] = np.arange(24)
-
-_TOLERANCE = 1e-12
-"""Tolerance of the entries -1, 0 and 1 of rotations by right angles."""
-
-
-def cube_indices(rotations: Floats) -> Ids:
-    """Indices [N] in `CUBE` of rotations [N, 3, 3], -1 for rotations that are not by right angles."""
-    rounded = np.rint(rotations)
-    code = (np.abs(rounded).argmax(axis=1) @ [9, 3, 1]) * 8 + (rounded.sum(axis=1) < 0.0) @ [4, 2, 1]
-    straight = np.abs(rotations - rounded).max(axis=(1, 2), initial=0.0) < _TOLERANCE
-    return np.where(straight, _CODES[code], np.int32(-1))
 
 
 class FrameTable:
@@ -192,3 +149,36 @@ class FrameTable:
         present[frames] = True
         index = (np.cumsum(present) - 1).astype(np.int32)
         return self.rotations(np.flatnonzero(present).astype(np.int32)), index[frames]
+
+
+def cube_index(matrix: Floats) -> int:
+    """The index in `CUBE` of a rotation by right angles [3, 3]."""
+    return int(np.flatnonzero((np.abs(matrix - CUBE) < 0.5).all(axis=(1, 2)))[0])
+
+
+def cube_indices(rotations: Floats) -> Ids:
+    """Indices [N] in `CUBE` of rotations [N, 3, 3], -1 for rotations that are not by right angles."""
+    rounded = np.rint(rotations)
+    code = (np.abs(rounded).argmax(axis=1) @ [9, 3, 1]) * 8 + (rounded.sum(axis=1) < 0.0) @ [4, 2, 1]
+    straight = np.abs(rotations - rounded).max(axis=(1, 2), initial=0.0) < _TOLERANCE
+    return np.where(straight, _CODES[code], np.int32(-1))
+
+
+def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:
+    """Rotations Rz Ry Rx, about x first, by angles in degrees: [3, 3] from numbers, [N, 3, 3] with columns [N]."""
+    x, y, z = np.broadcast_arrays(*np.radians(np.broadcast_arrays(x, y, z)))
+    (cx, cy, cz), (sx, sy, sz) = (np.cos(a) for a in (x, y, z)), (np.sin(a) for a in (x, y, z))
+    rows = [
+        [cy * cz, sx * sy * cz - cx * sz, cx * sy * cz + sx * sz],
+        [cy * sz, sx * sy * sz + cx * cz, cx * sy * sz - sx * cz],
+        [-sy, sx * cy, cx * cy],
+    ]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angles [N, 3] in degrees about x, y, z whose rotations Rz Ry Rx, about x first, give the matrices [N, 3, 3]."""
+    y = np.arcsin(np.clip(-rotations[:, 2, 0], -1.0, 1.0))
+    x = np.arctan2(rotations[:, 2, 1], rotations[:, 2, 2])
+    z = np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
+    return np.degrees(np.stack([x, y, z], axis=1))

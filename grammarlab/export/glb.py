@@ -1,6 +1,6 @@
 """GLB files: glTF 2.0 with its buffer inside, y up, metres, right-handed.
 
-GLB files that store each mesh once and refer to it from many nodes.
+A model is one mesh, or many nodes that refer to meshes which the file stores once.
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ from grammarlab.scene.triangles import CREASE_ANGLE, texture_coordinates
 
 Content: TypeAlias = Callable[[Scene, TriangleBatch, str], dict[str, Any]]
 """Function that adds a named model to a document and returns the properties of its node."""
+_INSTANCING = "EXT_mesh_gpu_instancing"
+_THINNEST = 1e-6
+"""Smallest scale of a node in metres, since readers cannot compute normals at zero."""
 
 
 @final
@@ -67,25 +70,6 @@ class GlbWriter(AbstractWriter):
         return ()
 
 
-def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> bytes:
-    """A file of one model relative to its own origin.
-
-    Args:
-        batch: the model.
-        name: name of its node.
-        assets: folder of the textures; None leaves them out.
-
-    Raises:
-        AssetError: If a texture is unusable.
-    """
-    with ExitStack() as parts:
-        stream = BytesIO()
-        document = GltfDocument(Output(stream, None, parts))
-        node = {"name": name, **merged_content(document, GltfMaterials(document, assets), batch, name)}
-        document.pack([document.add("nodes", node)], GENERATOR)
-        return stream.getvalue()
-
-
 @final
 @dataclass(frozen=True, slots=True)
 class MergedContent:
@@ -96,85 +80,7 @@ class MergedContent:
 
     def __call__(self, scene: Scene, batch: TriangleBatch, name: str) -> dict[str, Any]:
         """Add one model; the properties of its node."""
-        return merged_content(self.document, self.materials, batch, name)
-
-
-def merged_content(document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch, name: str) -> dict[str, Any]:
-    """One mesh with one primitive for each material of a model; None for a model without triangles."""
-    written = [materials.index(batch.materials, material) for material in batch.group_material.tolist()]
-    plain = np.array([not textured for _, textured in written], dtype=bool)
-    shared = iter(_shared_primitives(document, batch if plain.all() else batch.of_groups(np.flatnonzero(plain))))
-    primitives = [
-        {**(_textured_primitive(document, batch, group) if textured else next(shared)), "material": index}
-        for group, (index, textured) in enumerate(written)
-    ]
-    return {"mesh": document.add("meshes", {"name": name, "primitives": primitives})} if primitives else {}
-
-
-def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dict[str, Any]]:
-    """[G] one primitive per group; all groups share three ranges of the buffer."""
-    if len(batch.group_model) == 0:
-        return []
-    low = np.minimum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)
-    high = np.maximum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)
-    indices = group_indices(batch)
-    positions_view = document.add_array(batch.vertices, ARRAY_BUFFER)
-    normals_view = document.add_array(batch.normals, ARRAY_BUFFER)
-    indices_view = document.add_array(indices, ELEMENT_ARRAY_BUFFER)
-    primitives = []
-    vertex_ends, index_ends = batch.group_vertices.tolist(), (3 * batch.group_triangles).tolist()
-    for group in range(len(batch.group_model)):
-        start, end = vertex_ends[group : group + 2]
-        bounds = low[group], high[group]
-        attributes = {
-            "POSITION": document.add_accessor(positions_view, batch.vertices[start:end], start, bounds),
-            "NORMAL": document.add_accessor(normals_view, batch.normals[start:end], start),
-        }
-        start, end = index_ends[group : group + 2]
-        accessor = document.add_accessor(indices_view, indices[start:end], start)
-        primitives.append({"attributes": attributes, "indices": accessor})
-    return primitives
-
-
-def group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
-    """[3 T] vertices counted from the first of their own group, in the narrowest type that holds them."""
-    starts = np.repeat(batch.group_vertices[:-1], np.diff(batch.group_triangles)).astype(np.uint32)
-    largest = int(np.diff(batch.group_vertices).max())
-    dtype = np.uint16 if largest < 2**16 - 1 else np.uint32
-    return (batch.triangles - starts[:, None]).astype(dtype).ravel()
-
-
-def _textured_primitive(document: GltfDocument, batch: TriangleBatch, group: int) -> dict[str, Any]:
-    """A primitive whose triangles share no vertices, so that each can have its own texture coordinates."""
-    triangles = slice(*batch.group_triangles[group : group + 2])
-    rows = batch.triangles[triangles]
-    columns = {
-        "POSITION": batch.vertices[rows].reshape(-1, 3),
-        "NORMAL": batch.normals[rows].reshape(-1, 3),
-        "TEXCOORD_0": texture_coordinates(batch, triangles).reshape(-1, 2),
-    }
-    attributes = {}
-    for name, values in columns.items():
-        bounds = (values.min(axis=0), values.max(axis=0)) if name == "POSITION" else None
-        attributes[name] = document.add_accessor(document.add_array(values, ARRAY_BUFFER), values, 0, bounds)
-    return {"attributes": attributes}
-
-
-INSTANCING = "EXT_mesh_gpu_instancing"
-THINNEST = 1e-6
-"""Smallest scale of a node in metres, since readers cannot compute normals at zero."""
-
-
-@dataclass(frozen=True, slots=True)
-class Placements:
-    """Translation, rotation and scale of I instances, as in glTF nodes."""
-
-    translation: NDArray[np.float32]
-    """[I, 3] metres."""
-    rotation: NDArray[np.float32]
-    """[I, 4] unit quaternions x, y, z, w."""
-    scale: NDArray[np.float32]
-    """[I, 3] > 0."""
+        return _merged_content(self.document, self.materials, batch, name)
 
 
 @final
@@ -207,7 +113,7 @@ class ReusedContent:
         for material in batch.group_material.tolist():
             textured[material] = self._materials.index(scene.materials, material)[1]
         merged = batch.of_groups(np.flatnonzero(textured[batch.group_material]))
-        content = merged_content(self._document, self._materials, merged, f"{name}_textured")
+        content = _merged_content(self._document, self._materials, merged, f"{name}_textured")
         children = [self._document.add("nodes", content)] if content else []
         scene = chosen(scene, ~textured[scene.material])
 
@@ -224,7 +130,7 @@ class ReusedContent:
             )
         return {"children": children} if children else {}
 
-    def _nodes(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
+    def _nodes(self, mesh: int, placements: _Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         columns = (placements.translation, placements.rotation, placements.scale)
         rows = zip(*(column[instance_rows].tolist() for column in columns), strict=True)
         return [
@@ -234,45 +140,108 @@ class ReusedContent:
             for translation, rotation, scale in rows
         ]
 
-    def _instanced(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
+    def _instanced(self, mesh: int, placements: _Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         document = self._document
-        document.require(INSTANCING)
+        document.require(_INSTANCING)
         attributes = {}
         columns = {"TRANSLATION": placements.translation, "ROTATION": placements.rotation, "SCALE": placements.scale}
         for name, values in columns.items():
             chosen = values[instance_rows]
             attributes[name] = document.add_accessor(document.add_array(chosen), chosen, 0)
-        return [document.add("nodes", {"mesh": mesh, "extensions": {INSTANCING: {"attributes": attributes}}})]
+        return [document.add("nodes", {"mesh": mesh, "extensions": {_INSTANCING: {"attributes": attributes}}})]
 
 
-def _by_pair(
-    mesh: NDArray[np.integer], material: NDArray[np.integer], rows: NDArray[np.int64]
-) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
-    """Rows of each combination of mesh and material, in the order of their first occurrence."""
-    _, first, pair_of_row = np.unique(
-        np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_index=True, return_inverse=True
-    )
-    rank = np.empty_like(first)
-    rank[np.argsort(first)] = np.arange(len(first))
-    pair_of_row = rank[pair_of_row.ravel()]
-    rows = rows[np.argsort(pair_of_row, kind="stable")]
-    ends = offsets_from_counts(np.bincount(pair_of_row, minlength=len(first))).tolist()
-    for start, end in pairwise(ends):
-        yield (int(mesh[rows[start]]), int(material[rows[start]])), rows[start:end]
+def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> bytes:
+    """A file of one model relative to its own origin.
+
+    Args:
+        batch: the model.
+        name: name of its node.
+        assets: folder of the textures; None leaves them out.
+
+    Raises:
+        AssetError: If a texture is unusable.
+    """
+    with ExitStack() as parts:
+        stream = BytesIO()
+        document = GltfDocument(Output(stream, None, parts))
+        node = {"name": name, **_merged_content(document, GltfMaterials(document, assets), batch, name)}
+        document.pack([document.add("nodes", node)], GENERATOR)
+        return stream.getvalue()
 
 
-def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -> Placements:
-    # Imported here, since most files do not need it.
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415
+def _merged_content(
+    document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch, name: str
+) -> dict[str, Any]:
+    """Properties of the node of a model: a mesh with one primitive for each material; none for no triangles."""
+    written = [materials.index(batch.materials, material) for material in batch.group_material.tolist()]
+    plain = np.array([not textured for _, textured in written], dtype=bool)
+    shared = iter(_shared_primitives(document, batch if plain.all() else batch.of_groups(np.flatnonzero(plain))))
+    primitives = [
+        {**(_textured_primitive(document, batch, group) if textured else next(shared)), "material": index}
+        for group, (index, textured) in enumerate(written)
+    ]
+    return {"mesh": document.add("meshes", {"name": name, "primitives": primitives})} if primitives else {}
 
-    extends = np.zeros((len(shaded.mesh_triangles) - 1, 3), dtype=bool)
-    np.logical_or.at(extends, row_of_value(np.diff(shaded.mesh_vertices)), shaded.points != 0)
-    # A mesh in the plane 0 of an axis is the same at any size along it.
-    scale = np.where(~extends[mesh] & (scene.size < THINNEST), 1.0, np.maximum(scene.size, THINNEST))
-    used, frame = np.unique(scene.frame, return_inverse=True)
-    quaternion = Rotation.from_matrix(scene.frames[used]).as_quat() if len(used) else np.zeros((0, 4))
-    turned = quaternion.astype(np.float32)[frame]
-    return Placements(scene.position.astype(np.float32), turned, scale.astype(np.float32))
+
+def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dict[str, Any]]:
+    """[G] one primitive per group; all groups share three ranges of the buffer."""
+    if len(batch.group_model) == 0:
+        return []
+    low = np.minimum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)
+    high = np.maximum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)
+    indices = _group_indices(batch)
+    positions_view = document.add_array(batch.vertices, ARRAY_BUFFER)
+    normals_view = document.add_array(batch.normals, ARRAY_BUFFER)
+    indices_view = document.add_array(indices, ELEMENT_ARRAY_BUFFER)
+    primitives = []
+    vertex_ends, index_ends = batch.group_vertices.tolist(), (3 * batch.group_triangles).tolist()
+    for group in range(len(batch.group_model)):
+        start, end = vertex_ends[group : group + 2]
+        bounds = low[group], high[group]
+        attributes = {
+            "POSITION": document.add_accessor(positions_view, batch.vertices[start:end], start, bounds),
+            "NORMAL": document.add_accessor(normals_view, batch.normals[start:end], start),
+        }
+        start, end = index_ends[group : group + 2]
+        accessor = document.add_accessor(indices_view, indices[start:end], start)
+        primitives.append({"attributes": attributes, "indices": accessor})
+    return primitives
+
+
+def _group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
+    """[3 T] vertices counted from the first of their own group, in the narrowest type that holds them."""
+    starts = np.repeat(batch.group_vertices[:-1], np.diff(batch.group_triangles)).astype(np.uint32)
+    largest = int(np.diff(batch.group_vertices).max())
+    return (batch.triangles - starts[:, None]).astype(_index_type(largest)).ravel()
+
+
+def _index_type(num_vertices: int) -> type[np.unsignedinteger]:
+    """The narrowest type of indices of vertices; glTF reserves the largest number of a type."""
+    return np.uint16 if num_vertices < 2**16 - 1 else np.uint32
+
+
+def _add_array(
+    document: GltfDocument, values: np.ndarray, target: int, bounds: tuple[np.ndarray, np.ndarray] | None = None
+) -> int:
+    """Index of an accessor of all rows of an array that the document stores."""
+    return document.add_accessor(document.add_array(values, target), values, 0, bounds)
+
+
+def _textured_primitive(document: GltfDocument, batch: TriangleBatch, group: int) -> dict[str, Any]:
+    """A primitive whose triangles share no vertices, so that each can have its own texture coordinates."""
+    triangles = slice(*batch.group_triangles[group : group + 2])
+    rows = batch.triangles[triangles]
+    columns = {
+        "POSITION": batch.vertices[rows].reshape(-1, 3),
+        "NORMAL": batch.normals[rows].reshape(-1, 3),
+        "TEXCOORD_0": texture_coordinates(batch, triangles).reshape(-1, 2),
+    }
+    attributes = {}
+    for name, values in columns.items():
+        bounds = (values.min(axis=0), values.max(axis=0)) if name == "POSITION" else None
+        attributes[name] = _add_array(document, values, ARRAY_BUFFER, bounds)
+    return {"attributes": attributes}
 
 
 class _ReusedMeshes:
@@ -304,13 +273,52 @@ class _ReusedMeshes:
         key = blake2b(b"".join(part.tobytes() for part in (points, normals, corners)), digest_size=16).digest()
         if key not in self._geometry:
             attributes = {
-                "POSITION": self._accessor(points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0))),
-                "NORMAL": self._accessor(normals, ARRAY_BUFFER),
+                "POSITION": _add_array(self._document, points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0))),
+                "NORMAL": _add_array(self._document, normals, ARRAY_BUFFER),
             }
-            indices = corners.astype(np.uint16 if len(points) < 2**16 - 1 else np.uint32).ravel()
-            accessor = self._accessor(indices, ELEMENT_ARRAY_BUFFER)
+            indices = corners.astype(_index_type(len(points))).ravel()
+            accessor = _add_array(self._document, indices, ELEMENT_ARRAY_BUFFER)
             self._geometry[key] = len(self._geometry), {"attributes": attributes, "indices": accessor}
         return self._geometry[key]
 
-    def _accessor(self, values: np.ndarray, target: int, bounds: tuple[np.ndarray, np.ndarray] | None = None) -> int:
-        return self._document.add_accessor(self._document.add_array(values, target), values, 0, bounds)
+
+@dataclass(frozen=True, slots=True)
+class _Placements:
+    """Translation, rotation and scale of I instances, as in glTF nodes."""
+
+    translation: NDArray[np.float32]
+    """[I, 3] metres."""
+    rotation: NDArray[np.float32]
+    """[I, 4] unit quaternions x, y, z, w."""
+    scale: NDArray[np.float32]
+    """[I, 3] > 0."""
+
+
+def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -> _Placements:
+    # Imported here, since most files do not need it.
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415
+
+    extends = np.zeros((len(shaded.mesh_triangles) - 1, 3), dtype=bool)
+    np.logical_or.at(extends, row_of_value(np.diff(shaded.mesh_vertices)), shaded.points != 0)
+    # A mesh in the plane 0 of an axis is the same at any size along it.
+    scale = np.where(~extends[mesh] & (scene.size < _THINNEST), 1.0, np.maximum(scene.size, _THINNEST))
+    used, frame = np.unique(scene.frame, return_inverse=True)
+    quaternion = Rotation.from_matrix(scene.frames[used]).as_quat() if len(used) else np.zeros((0, 4))
+    turned = quaternion.astype(np.float32)[frame]
+    return _Placements(scene.position.astype(np.float32), turned, scale.astype(np.float32))
+
+
+def _by_pair(
+    mesh: NDArray[np.integer], material: NDArray[np.integer], rows: NDArray[np.int64]
+) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
+    """Rows of each combination of mesh and material, in the order of their first occurrence."""
+    _, first, pair_of_row = np.unique(
+        np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_index=True, return_inverse=True
+    )
+    rank = np.empty_like(first)
+    rank[np.argsort(first)] = np.arange(len(first))
+    pair_of_row = rank[pair_of_row.ravel()]
+    rows = rows[np.argsort(pair_of_row, kind="stable")]
+    ends = offsets_from_counts(np.bincount(pair_of_row, minlength=len(first))).tolist()
+    for start, end in pairwise(ends):
+        yield (int(mesh[rows[start]]), int(material[rows[start]])), rows[start:end]

@@ -1,7 +1,4 @@
-"""Model files at paths chosen by the user.
-
-What every format offers: a file that models are added to, one after the other.
-"""
+"""Model files at paths chosen by the user, and the interface of all formats: models are added one after the other."""
 
 from __future__ import annotations
 
@@ -21,6 +18,8 @@ from grammarlab.files import FULL_DISK, atomic_file
 from grammarlab.scene import Scene, TriangleBatch
 
 GENERATOR = "grammarlab"
+IN_MEMORY = 4 << 20
+"""Largest size of a part in memory, in bytes; larger parts use temporary files."""
 
 
 class AbstractWriter(abc.ABC):
@@ -47,21 +46,6 @@ class AbstractWriter(abc.ABC):
         Returns:
             Further files beside the file.
         """
-
-
-IN_MEMORY = 4 << 20
-"""Largest size of a part in memory, in bytes; larger parts use temporary files."""
-
-
-class _Part(SpooledTemporaryFile[bytes]):
-    """A temporary file whose destructor, which asks whether it is closed, works after Ctrl-C in its constructor."""
-
-    @property
-    def closed(self) -> bool:
-        try:
-            return super().closed
-        except AttributeError:
-            return True  # there is no file yet
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,3 +88,14 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a file atomically; see `whole_file`."""
     with whole_file(path) as output:
         output.stream.write(content)
+
+
+class _Part(SpooledTemporaryFile[bytes]):
+    """A temporary file whose destructor, which asks whether it is closed, works after Ctrl-C in its constructor."""
+
+    @property
+    def closed(self) -> bool:
+        try:
+            return super().closed
+        except AttributeError:
+            return True  # there is no file yet

@@ -1,6 +1,6 @@
-"""Front views of facades: pictures on the leaves that have some, elsewhere the looks of labels.
+"""Front views of facades: pictures, and SVG with one element per leaf, in metres.
 
-Facades as SVG: one element per leaf, in metres.
+Leaves that have pictures show them; other leaves have the looks of their labels.
 """
 
 from __future__ import annotations
@@ -25,66 +25,6 @@ from grammarlab.rendering.renderer import LARGEST_AREA, LARGEST_SIDE, RenderOpti
 from grammarlab.scene import TriangleBatch, triangles
 
 _DIGITS = 6
-
-
-def svg(facade: Facade) -> str:
-    """A drawing of a facade, with one unit per metre.
-
-    Each leaf is a ``rect``, a ``path`` if it has an outline, or its part of a picture, with the class of its label;
-    pictures are embedded once.
-    """
-    box = f"0 0 {_number(facade.width)} {_number(facade.height)}"
-    root = Element("svg", {"xmlns": "http://www.w3.org/2000/svg", "viewBox": box})
-    defs = SubElement(root, "defs")
-    for index, picture in enumerate(facade.pictures):
-        SubElement(
-            defs,
-            "image",
-            {
-                "id": f"picture{index}",
-                "width": "1",
-                "height": "1",
-                "preserveAspectRatio": "none",
-                "href": f"data:{_mime(picture)};base64,{base64.b64encode(picture.content).decode()}",
-            },
-        )
-    for leaf in facade.leaves.tolist():
-        _add_leaf(root, facade, leaf)
-    indent(root)
-    return tostring(root, encoding="unicode") + "\n"
-
-
-def _add_leaf(root: Element, facade: Facade, leaf: int) -> None:
-    label, outline = facade.name_of(leaf), facade.outline(leaf)
-    width, height = facade.size[leaf].tolist()
-    left, bottom = (facade.position[leaf] - facade.position[0]).tolist()
-    top = facade.height - bottom - height
-    box = {"x": _number(left), "y": _number(top), "width": _number(width), "height": _number(height)}
-    class_attribute = {"class": re.sub(r"[^A-Za-z0-9_-]+", "-", label).strip("-") or "part"}
-    if facade.picture[leaf] >= 0:
-        u, v, right, upper = facade.window[leaf].tolist()
-        view = " ".join(map(_number, (u, 1.0 - upper, right - u, upper - v)))
-        part = SubElement(root, "svg", {**class_attribute, **box, "viewBox": view, "preserveAspectRatio": "none"})
-        SubElement(part, "use", {"href": f"#picture{facade.picture[leaf]}"})
-        return
-    wall, look = look_of(""), look_of(label)
-    if not len(outline):
-        SubElement(root, "rect", {**class_attribute, **box, "fill": look.color})
-        return
-    SubElement(root, "rect", {**box, "fill": wall.color})
-    corners = np.array([left, top]) + (outline * [1.0, -1.0] + [0.0, 1.0]) * [width, height]
-    path = "M" + "L".join(f"{_number(x)} {_number(y)}" for x, y in corners.tolist()) + "Z"
-    SubElement(root, "path", {**class_attribute, "d": path, "fill": look.color})
-
-
-def _number(value: float) -> str:
-    return f"{round(value, _DIGITS):.{_DIGITS}f}".rstrip("0").rstrip(".")
-
-
-def _mime(picture: Picture) -> str:
-    return "image/png" if picture.content.startswith(b"\x89PNG") else "image/jpeg"
-
-
 _LOOK = Look(sun_azimuth=-38.0, sun_elevation=40.0, exposure=0.66)
 """Light for a wall that faces the camera, which gets less light than the sides of whole models."""
 
@@ -150,6 +90,33 @@ def picture_size(width: float, height: float, pixels_per_metre: float) -> tuple[
     return pixels
 
 
+def svg(facade: Facade) -> str:
+    """A drawing of a facade, with one unit per metre.
+
+    Each leaf is a ``rect``, a ``path`` if it has an outline, or its part of a picture, with the class of its label;
+    pictures are embedded once.
+    """
+    box = f"0 0 {_number(facade.width)} {_number(facade.height)}"
+    root = Element("svg", {"xmlns": "http://www.w3.org/2000/svg", "viewBox": box})
+    defs = SubElement(root, "defs")
+    for index, picture in enumerate(facade.pictures):
+        SubElement(
+            defs,
+            "image",
+            {
+                "id": f"picture{index}",
+                "width": "1",
+                "height": "1",
+                "preserveAspectRatio": "none",
+                "href": f"data:{_mime(picture)};base64,{base64.b64encode(picture.content).decode()}",
+            },
+        )
+    for leaf in facade.leaves.tolist():
+        _add_leaf(root, facade, leaf)
+    indent(root)
+    return tostring(root, encoding="unicode") + "\n"
+
+
 def _opened(picture: Picture) -> Image.Image:
     try:
         with Image.open(BytesIO(picture.content), formats=("PNG", "JPEG")) as image:
@@ -165,3 +132,34 @@ def _cropped(image: Image.Image, window: NDArray[np.float64], size: tuple[int, i
     if box[2] - box[0] < 1e-6 or box[3] - box[1] < 1e-6:
         return image.resize(size)
     return image.resize(size, Image.Resampling.BILINEAR, box=box, reducing_gap=None)
+
+
+def _number(value: float) -> str:
+    return f"{round(value, _DIGITS):.{_DIGITS}f}".rstrip("0").rstrip(".")
+
+
+def _mime(picture: Picture) -> str:
+    return "image/png" if picture.content.startswith(b"\x89PNG") else "image/jpeg"
+
+
+def _add_leaf(root: Element, facade: Facade, leaf: int) -> None:
+    label, outline = facade.name_of(leaf), facade.outline(leaf)
+    width, height = facade.size[leaf].tolist()
+    left, bottom = (facade.position[leaf] - facade.position[0]).tolist()
+    top = facade.height - bottom - height
+    box = {"x": _number(left), "y": _number(top), "width": _number(width), "height": _number(height)}
+    class_attribute = {"class": re.sub(r"[^A-Za-z0-9_-]+", "-", label).strip("-") or "part"}
+    if facade.picture[leaf] >= 0:
+        u, v, right, upper = facade.window[leaf].tolist()
+        view = " ".join(map(_number, (u, 1.0 - upper, right - u, upper - v)))
+        part = SubElement(root, "svg", {**class_attribute, **box, "viewBox": view, "preserveAspectRatio": "none"})
+        SubElement(part, "use", {"href": f"#picture{facade.picture[leaf]}"})
+        return
+    wall, look = look_of(""), look_of(label)
+    if not len(outline):
+        SubElement(root, "rect", {**class_attribute, **box, "fill": look.color})
+        return
+    SubElement(root, "rect", {**box, "fill": wall.color})
+    corners = np.array([left, top]) + (outline * [1.0, -1.0] + [0.0, 1.0]) * [width, height]
+    path = "M" + "L".join(f"{_number(x)} {_number(y)}" for x, y in corners.tolist()) + "Z"
+    SubElement(root, "path", {**class_attribute, "d": path, "fill": look.color})

@@ -1,8 +1,6 @@
 """Facades as JSON files, with their pictures in the same folder; docs/facades/file.md describes the format.
 
 A file may come from a stranger: its values are bounded and checked before a facade is made.
-
-Pictures of facades, as files in the same folder.
 """
 
 from __future__ import annotations
@@ -35,80 +33,15 @@ from grammarlab.facade.values import (
 )
 from grammarlab.files import rewrite_text, write_bytes, write_text
 
-MOST_BYTES = 64 * 2**20
+_MOST_PICTURE_BYTES = 64 * 2**20
+"""Largest size of the file of a picture."""
 MOST_PIXELS = 100_000_000
-_PLAIN = re.compile(r"[\w-][\w .()+-]{0,150}\.(png|jpg|jpeg)", re.IGNORECASE)
-_FORMATS = ("PNG", "JPEG")
-
-
-def is_plain(name: str) -> bool:
-    """Whether a name is that of a picture file in the same folder."""
-    return _PLAIN.fullmatch(name) is not None
-
-
-def picture_size(picture: Picture) -> tuple[int, int]:
-    """Width and height in pixels; only the head of the file is read.
-
-    Raises:
-        FacadeError: If it is not a PNG or JPEG file, or has more than `MOST_PIXELS`.
-    """
-    from PIL import Image  # noqa: PLC0415  # facades without pictures do without
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # large pictures are refused below
-            with Image.open(io.BytesIO(picture.content), formats=_FORMATS) as image:
-                width, height = image.size
-    except Exception as error:  # readers raise any exception for a broken file
-        raise FacadeError(f"The picture {shown(picture.name)} is not a PNG or JPEG file: {error}.") from error
-    if width * height > MOST_PIXELS:
-        raise FacadeError(
-            f"The picture {shown(picture.name)} has {width} x {height} pixels; expected at most {MOST_PIXELS:,}."
-        )
-    return width, height
-
-
-def load_picture(name: str, folder: Path) -> Picture:
-    """The picture with a name in a folder.
-
-    Raises:
-        FacadeError: If the name is not plain, or the file is missing, a link out of the folder, too large, or not a
-            picture.
-    """
-    if not is_plain(name):
-        raise FacadeError(
-            f"The picture {shown(name)}: expected the plain name of a .png or .jpg file in the folder of the facade."
-        )
-    path = folder / name
-    if not path.is_file() or path.resolve().parent != folder.resolve():
-        raise FacadeError(f"The picture {shown(name)} is not in the folder of the facade.")
-    picture = Picture(name, read_bounded(path, MOST_BYTES))
-    picture_size(picture)
-    return picture
-
-
-def store_pictures(pictures: Iterable[Picture], folder: Path) -> None:
-    """Write pictures into a folder, each under its name.
-
-    Raises:
-        FacadeError: If a name is not plain, or belongs to another existing file. Nothing is written then.
-    """
-    new = []
-    for picture in pictures:
-        if not is_plain(picture.name):
-            raise FacadeError(f"The picture {shown(picture.name)}: expected a plain name that ends in .png or .jpg.")
-        path = folder / picture.name
-        if not path.exists():
-            new.append(picture)
-        elif path.stat().st_size != len(picture.content) or path.read_bytes() != picture.content:
-            raise FacadeError(f"{path} exists and differs from the picture of this facade: write into another folder.")
-    for picture in new:
-        write_bytes(folder / picture.name, picture.content)
-
-
+"""Largest number of pixels of a picture."""
+_PLAIN_NAME = re.compile(r"[\w-][\w .()+-]{0,150}\.(png|jpg|jpeg)", re.IGNORECASE)
+_PICTURE_FORMATS = ("PNG", "JPEG")
 FORMAT = "grammarlab facade"
 VERSION = 1
-MOST_NODES = 1_000_000
+_MOST_NODES = 1_000_000
 _MOST_LABELS, _MOST_PICTURES, _MOST_GRIDS, _MOST_CORNERS = 1_000_000, 1_000, 10_000, 100_000
 _MOST_PLACES = 10_000_000
 """Largest number of rows times columns of a grid."""
@@ -188,6 +121,113 @@ def dumps(facade: Facade, locks: Sequence[Wish] = ()) -> str:
     return f'{{{"".join(lines)}"nodes": [\n{nodes}\n],\n"grids": [\n{grids}\n{tail}]}}\n'
 
 
+def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tuple[Facade, tuple[Wish, ...]]:
+    """The facade of a file and its locks.
+
+    Args:
+        content: the file.
+        picture_named: function that returns the picture with a name.
+
+    Raises:
+        FacadeError: If it is not a facade; with the position of the mistake.
+    """
+    document = parse_json(content)
+    if not isinstance(document, dict) or document.get("format") != FORMAT:
+        raise FacadeError(f'This is not a facade: expected an object with "format": "{FORMAT}".')
+    if document.get("version") != VERSION:
+        raise FacadeError(f"Expected version {VERSION} of the format, found {shown(document.get('version'))}.")
+    labels = _names(document.get("labels"), "labels", _MOST_LABELS)
+    pictures = _names(document.get("pictures", []), "pictures", _MOST_PICTURES)
+    entries = a_list(document.get("nodes"), "nodes", _MOST_NODES)
+    nodes = [(f"Node {index}", an_object(entry, f"Node {index}")) for index, entry in enumerate(entries)]
+    outlines = [_outline(node, where) for where, node in nodes]
+
+    def column(key: str) -> list[float]:
+        return [a_number(node.get(key), f"{where}, {key}") for where, node in nodes]
+
+    parents = [a_whole_number(node.get("parent"), f"{where}, parent", -1, len(nodes)) for where, node in nodes]
+    facade = Facade(
+        parent=np.array(parents, dtype=np.int64),
+        axis=np.array([_axis(node, where) for where, node in nodes], dtype=np.int8),
+        position=np.array([column("x"), column("y")]).T.copy(),
+        size=np.array([column("width"), column("height")]).T.copy(),
+        label=_indices(nodes, "label", labels),
+        labels=labels,
+        outline_offsets=offsets_from_counts(np.array([len(outline) for outline in outlines], dtype=np.int64)),
+        outline_points=np.vstack([np.zeros((0, 2)), *(outline for outline in outlines if len(outline))]),
+        pictures=tuple(picture_named(name) for name in pictures),
+        picture=_indices(nodes, "picture", pictures),
+        window=np.array([_window(node, where) for where, node in nodes]).reshape(-1, 4),
+        grids=_grids(document.get("grids", []), len(nodes)),
+    )
+    return check(facade), parsed_locks(document.get("locks", []), facade)
+
+
+def load_picture(name: str, folder: Path) -> Picture:
+    """The picture with a name in a folder.
+
+    Raises:
+        FacadeError: If the name is not plain, or the file is missing, a link out of the folder, too large, or not a
+            picture.
+    """
+    if not is_plain(name):
+        raise FacadeError(
+            f"The picture {shown(name)}: expected the plain name of a .png or .jpg file in the folder of the facade."
+        )
+    path = folder / name
+    if not path.is_file() or path.resolve().parent != folder.resolve():
+        raise FacadeError(f"The picture {shown(name)} is not in the folder of the facade.")
+    picture = Picture(name, read_bounded(path, _MOST_PICTURE_BYTES))
+    picture_size(picture)
+    return picture
+
+
+def store_pictures(pictures: Iterable[Picture], folder: Path) -> None:
+    """Write pictures into a folder, each under its name.
+
+    Raises:
+        FacadeError: If a name is not plain, or belongs to another existing file. Nothing is written then.
+    """
+    new = []
+    for picture in pictures:
+        if not is_plain(picture.name):
+            raise FacadeError(f"The picture {shown(picture.name)}: expected a plain name that ends in .png or .jpg.")
+        path = folder / picture.name
+        if not path.exists():
+            new.append(picture)
+        elif path.stat().st_size != len(picture.content) or path.read_bytes() != picture.content:
+            raise FacadeError(f"{path} exists and differs from the picture of this facade: write into another folder.")
+    for picture in new:
+        write_bytes(folder / picture.name, picture.content)
+
+
+def picture_size(picture: Picture) -> tuple[int, int]:
+    """Width and height in pixels; only the head of the file is read.
+
+    Raises:
+        FacadeError: If it is not a PNG or JPEG file, or has more than `MOST_PIXELS`.
+    """
+    from PIL import Image  # noqa: PLC0415  # facades without pictures do without
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # large pictures are refused below
+            with Image.open(io.BytesIO(picture.content), formats=_PICTURE_FORMATS) as image:
+                width, height = image.size
+    except Exception as error:  # readers raise any exception for a broken file
+        raise FacadeError(f"The picture {shown(picture.name)} is not a PNG or JPEG file: {error}.") from error
+    if width * height > MOST_PIXELS:
+        raise FacadeError(
+            f"The picture {shown(picture.name)} has {width} x {height} pixels; expected at most {MOST_PIXELS:,}."
+        )
+    return width, height
+
+
+def is_plain(name: str) -> bool:
+    """Whether a name is that of a picture file in the same folder."""
+    return _PLAIN_NAME.fullmatch(name) is not None
+
+
 def _line(value: object) -> str:
     return json.dumps(value, ensure_ascii=False, allow_nan=False)
 
@@ -215,53 +255,19 @@ def _grid_values(grid: Grid) -> dict[str, Any]:
     return {"name": grid.name, "elements": elements}
 
 
-def loads_locked(content: bytes, picture_named: Callable[[str], Picture]) -> tuple[Facade, tuple[Wish, ...]]:
-    """The facade of a file and its locks.
-
-    Args:
-        content: the file.
-        picture_named: function that returns the picture with a name.
-
-    Raises:
-        FacadeError: If it is not a facade; with the position of the mistake.
-    """
-    document = parse_json(content)
-    if not isinstance(document, dict) or document.get("format") != FORMAT:
-        raise FacadeError(f'This is not a facade: expected an object with "format": "{FORMAT}".')
-    if document.get("version") != VERSION:
-        raise FacadeError(f"Expected version {VERSION} of the format, found {shown(document.get('version'))}.")
-    labels = _names(document.get("labels"), "labels", _MOST_LABELS)
-    pictures = _names(document.get("pictures", []), "pictures", _MOST_PICTURES)
-    entries = a_list(document.get("nodes"), "nodes", MOST_NODES)
-    nodes = [(f"Node {index}", an_object(entry, f"Node {index}")) for index, entry in enumerate(entries)]
-    outlines = [_outline(node, where) for where, node in nodes]
-
-    def column(key: str) -> list[float]:
-        return [a_number(node.get(key), f"{where}, {key}") for where, node in nodes]
-
-    parents = [a_whole_number(node.get("parent"), f"{where}, parent", -1, len(nodes)) for where, node in nodes]
-    facade = Facade(
-        parent=np.array(parents, dtype=np.int64),
-        axis=np.array([_axis(node, where) for where, node in nodes], dtype=np.int8),
-        position=np.array([column("x"), column("y")]).T.copy(),
-        size=np.array([column("width"), column("height")]).T.copy(),
-        label=_indices(nodes, "label", labels),
-        labels=labels,
-        outline_offsets=offsets_from_counts(np.array([len(outline) for outline in outlines], dtype=np.int64)),
-        outline_points=np.vstack([np.zeros((0, 2)), *(outline for outline in outlines if len(outline))]),
-        pictures=tuple(picture_named(name) for name in pictures),
-        picture=_indices(nodes, "picture", pictures),
-        window=np.array([_window(node, where) for where, node in nodes]).reshape(-1, 4),
-        grids=_grids(document.get("grids", []), len(nodes)),
-    )
-    return check(facade), parsed_locks(document.get("locks", []), facade)
-
-
 def _names(value: Any, where: str, most: int) -> tuple[str, ...]:
     names = tuple(a_text(name, where) for name in a_list(value, where, most))
     if len(set(names)) < len(names):
         raise FacadeError(f"{where}: expected unique names.")
     return names
+
+
+def _outline(node: dict[str, Any], where: str) -> Floats:
+    corners = a_list(node.get("outline", []), f"{where}, outline", _MOST_CORNERS)
+    points = np.array([numbers(corner, f"{where}, outline", 2) for corner in corners]).reshape(-1, 2)
+    if 0 < len(points) < 3 or (np.abs(points - 0.5) > _REACH).any():
+        raise FacadeError(f"{where}, outline: expected at least 3 corners from 0 to 1.")
+    return points
 
 
 def _axis(node: dict[str, Any], where: str) -> int:
@@ -282,14 +288,6 @@ def _indices(nodes: list[tuple[str, dict[str, Any]]], key: str, names: tuple[str
                 raise FacadeError(f'{where}, {key}: {shown(name)} is not in the list "{key}s" of the file.')
             indices[number] = index_of_name[name]
     return indices
-
-
-def _outline(node: dict[str, Any], where: str) -> Floats:
-    corners = a_list(node.get("outline", []), f"{where}, outline", _MOST_CORNERS)
-    points = np.array([numbers(corner, f"{where}, outline", 2) for corner in corners]).reshape(-1, 2)
-    if 0 < len(points) < 3 or (np.abs(points - 0.5) > _REACH).any():
-        raise FacadeError(f"{where}, outline: expected at least 3 corners from 0 to 1.")
-    return points
 
 
 def _window(node: dict[str, Any], where: str) -> list[float]:
@@ -313,7 +311,7 @@ def _grid(values: dict[str, Any], where: str, num_nodes: int) -> Grid:
     elements = [an_object(entry, where) for entry in a_list(values.get("elements"), f"{where}, elements", num_nodes)]
     node, row, column = (
         np.array([a_whole_number(entry.get(key), f"{where}, {key}", 0, end) for entry in elements], dtype=np.int64)
-        for key, end in (("node", num_nodes), ("row", MOST_NODES), ("column", MOST_NODES))
+        for key, end in (("node", num_nodes), ("row", _MOST_NODES), ("column", _MOST_NODES))
     )
     grid = Grid(a_text(values.get("name"), f"{where}, name"), node, row, column)
     if (np.diff(node) <= 0).any():

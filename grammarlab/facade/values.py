@@ -1,6 +1,6 @@
-"""Values of JSON files from strangers: checked before use; errors name their position.
+"""Checked values of JSON files from strangers, and units of length and up axes of meshes and scans.
 
-Units of length and up axes of meshes and scans from other programs.
+Errors name the position of a value in its file.
 """
 
 from __future__ import annotations
@@ -17,8 +17,6 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
 """Length of units of files, metres."""
 UP_AXES = {"z": [0, 1, 2], "y": [2, 0, 1]}
 """For each axis that may be up, the columns of points [P, 3] in the order along, across and up."""
-
-
 MOST_BYTES = 128 * 2**20
 """Largest size of a file; its values may take twenty times the memory."""
 
@@ -47,10 +45,6 @@ def parse_json(content: bytes) -> Any:
         raise FacadeError("This JSON is nested too deep.") from error
     except ValueError as error:  # invalid text, encoding, or an integer of too many digits
         raise FacadeError(f"This is not valid JSON: {error}.") from error
-
-
-def _refuse(text: str) -> float:
-    raise FacadeError(f"Expected finite numbers, found {text}.")
 
 
 def an_object(value: Any, where: str) -> dict[str, Any]:
@@ -107,3 +101,7 @@ def numbers(value: Any, where: str, count: int) -> list[float]:
     if len(a_list(value, where, count)) != count:
         raise FacadeError(f"{where}: expected {count} numbers, found {shown(value)}.")
     return [a_number(number, where) for number in value]
+
+
+def _refuse(text: str) -> float:
+    raise FacadeError(f"Expected finite numbers, found {text}.")

@@ -1,17 +1,10 @@
 """Faces, edges and vertices of meshes as separate shapes, each in its own frame: CGA's ``comp``.
 
 Frames follow CGA. Face: x along its first edge, z the outward normal, origin at its first corner. Edge: x along it,
-z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x. Edges and
-vertices per face are in `grammarlab.geometry.components`.
+z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x.
 
-Edges and corners of each face separately: CGA's ``comp(fe)`` and ``comp(fv)``.
-
-Frames follow CGA. x runs along the outline in the direction of the face (for a corner: half way between its two
-edges), y is the face's normal, z points out of the face in its plane.
-
-Operations on selected components: reversing, grouping, and keeping the axes of their meshes.
-
-Classification of roof edges: eaves, hips, valleys and ridges.
+Edges and vertices per face, ``comp(fe)`` and ``comp(fv)``: x runs along the outline in the direction of the face (for a
+corner: half way between its two edges), y is the face's normal, z points out of the face in its plane.
 """
 
 from __future__ import annotations
@@ -31,41 +24,9 @@ from grammarlab.geometry.meshes.vectors import any_normal, apply, apply_transpos
 
 NO_ROOF_EDGE, EAVE, HIP, VALLEY, RIDGE = range(5)
 """Kinds of roof edges; `NO_ROOF_EDGE` for the sloped borders of an open roof."""
-
-LEVEL = 1e-6
+_LEVEL_SLOPE = 1e-6
 """Slope below which an edge is horizontal; also the share of a mesh's size below which heights are equal."""
-
-
-def roof_edges(meshes: Meshes, table: Edges) -> NDArray[np.int8]:
-    """[E] the kind of every edge, with y as the direction of up.
-
-    An eave is a horizontal edge at the bottom, on the border or along a face that points down (the ceiling of a closed
-    roof). A valley is an inside edge whose faces form a concavity, a hip another inside edge that touches an eave, a
-    ridge any other inside edge.
-    """
-    normals = face_normals(meshes)
-    start, end = meshes.points[table.start], meshes.points[table.end]
-    along = end - start
-    low, high = meshes.bounds()
-    slack = LEVEL * (high - low).max(axis=1, initial=0.0)[table.mesh]
-    at_bottom = np.maximum(start[:, 1], end[:, 1]) <= low[table.mesh, 1] + slack
-    is_level = np.abs(along[:, 1]) <= LEVEL * norm(along)
-    inside = ~table.is_boundary
-    first = normals[table.faces[:, 0]]
-    second = normals[table.faces[:, 1]]
-    looks_down = np.minimum(first[:, 1], np.where(inside, second[:, 1], 0.0)) < -LEVEL
-    eave = is_level & at_bottom & (table.is_boundary | looks_down)
-
-    touches_eave = np.zeros(len(meshes.points), bool)
-    touches_eave[table.start[eave]] = True
-    touches_eave[table.end[eave]] = True
-    concave = dot(cross(first, second), along) < -LEVEL * norm(along)
-    near_eave = touches_eave[table.start] | touches_eave[table.end]
-    kind = np.where(concave, VALLEY, np.where(near_eave, HIP, RIDGE))
-    return np.where(eave, EAVE, np.where(inside, kind, NO_ROOF_EDGE)).astype(np.int8)
-
-
-FLAT = 1e-9
+_FLAT_SHARE = 1e-9
 """Largest extent of a component that counts as flat along an axis, as a share of its size."""
 
 
@@ -98,7 +59,7 @@ class ComponentMeshes:
     is_border: NDArray[np.bool_]
     """[K] whether it is at the border of the mesh, for the selectors ``border`` and ``inside``."""
     roof_edge: NDArray[np.int8]
-    """[K] kind of roof edge, see `roof_edges`; `NO_ROOF_EDGE` for faces and vertices."""
+    """[K] `EAVE`, `HIP`, `VALLEY` or `RIDGE`; `NO_ROOF_EDGE` for other edges, faces and vertices."""
 
     def __len__(self) -> int:
         return len(self.mesh)
@@ -144,11 +105,11 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> ComponentMeshe
     first = chosen[np.cumsum(sizes) - sizes]
     normals = face_normals(meshes)
     pivot = meshes.points[meshes.corner_points()[meshes.face_offsets[:-1][first]]]
-    rotation = frames(normals[first], _first_edges(meshes)[first])
+    rotation = _frames(normals[first], _first_edges(meshes)[first])
     shapes = extract_faces(meshes, chosen, sizes)
     point_set = shapes.mesh_of_point()
     local = apply_transposed(rotation.take(point_set, axis=0), shapes.points - pivot.take(point_set, axis=0))
-    shapes, low, size = fitted(shapes.with_points(local))
+    shapes, low, size = _fitted(shapes.with_points(local))
     mesh = meshes.mesh_of_face()[first]
     return ComponentMeshes(
         mesh=mesh,
@@ -175,23 +136,19 @@ def edges(meshes: Meshes) -> ComponentMeshes:
     mean = np.where(has_length(mean), mean, first)
     start = meshes.points[table.start]
     along = meshes.points[table.end] - start
-    length = norm(along)
     rotation = _frames_along(unit(along), mean)
-    points = np.zeros((2 * len(table), 3))
-    points[1::2, 0] = length
-    size = np.zeros((len(table), 3))
-    size[:, 0] = length
+    shapes, size = _segments(norm(along))
     return ComponentMeshes(
         mesh=table.mesh,
         index=index_in_row(np.bincount(table.mesh, minlength=len(meshes))),
-        shapes=Meshes.from_polygons(points, np.full(len(table), 2)),
+        shapes=shapes,
         rotation=rotation,
         origin=start,
         pivot=start,
         size=size,
         direction=mean,
         is_border=table.is_boundary,
-        roof_edge=roof_edges(meshes, table),
+        roof_edge=_roof_edges(meshes, table),
     )
 
 
@@ -206,49 +163,51 @@ def vertices(meshes: Meshes) -> ComponentMeshes:
     for axis in range(3):
         sums[:, axis] = np.bincount(rows, normals[:, axis], num_points)
     mean = unit(sums[used])
-    at_border = np.zeros(num_points, bool)
-    at_border[table.start[table.is_boundary]] = True
-    at_border[table.end[table.is_boundary]] = True
     mesh = meshes.mesh_of_point()[used]
     count = len(used)
     return ComponentMeshes(
         mesh=mesh,
         index=index_in_row(np.bincount(mesh, minlength=len(meshes))),
         shapes=Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64)),
-        rotation=frames(mean, np.zeros((count, 3))),
+        rotation=_frames(mean, np.zeros((count, 3))),
         origin=meshes.points[used],
         pivot=meshes.points[used],
         size=np.zeros((count, 3)),
         direction=mean,
-        is_border=at_border[used],
+        is_border=_border_points(meshes, table)[used],
         roof_edge=np.full(count, NO_ROOF_EDGE, np.int8),
     )
 
 
-def _first_edges(meshes: Meshes) -> Floats:
-    """[F, 3] the first edge of each face that has a length; zero where there is none."""
-    along = corner_edges(meshes)
-    face = meshes.face_of_corner()
-    has_length = np.flatnonzero(along.any(axis=1))
-    result = np.zeros((meshes.num_faces, 3))
-    # Written in reverse order, so that the first edge of a face is kept.
-    result[face[has_length[::-1]]] = along[has_length[::-1]]
-    return result
+def face_edges(meshes: Meshes) -> ComponentMeshes:
+    """Every edge of every face, in the order of their first corners; shared edges once per face.
+
+    Bridges between an outline and its hole are left out.
+    """
+    table = edge_table(meshes)
+    rows = np.flatnonzero(table.edge_of_corner >= 0)
+    start, along, normals = _around_faces(meshes)
+    along, normals, start = along.take(rows, axis=0), normals.take(rows, axis=0), start.take(rows, axis=0)
+    parts, size = _segments(norm(along))
+    boundary = table.is_boundary[table.edge_of_corner[rows]]
+    return _beside_faces(meshes, rows, parts, along, normals, start, size, boundary)
 
 
-def frames(z: Floats, x: Floats) -> Floats:
-    """[K, 3, 3] frames with the given z axis (unit or zero) and x as near as possible to the given direction."""
-    z = np.where(has_length(z), z, any_normal(x))
-    across = unit(x - z * dot(x, z)[:, None])
-    across = np.where(has_length(across), across, any_normal(z))
-    return np.stack((across, cross(z, across), z), axis=2)
-
-
-def _frames_along(x: Floats, z: Floats) -> Floats:
-    """[K, 3, 3] frames with the given x axis (unit or zero) and z as near as possible to the given direction."""
-    turned = frames(x, z)
-    # The roles are swapped there: its z is x here, and its x is z here.
-    return np.stack((turned[:, :, 2], -turned[:, :, 1], turned[:, :, 0]), axis=2)
+def face_vertices(meshes: Meshes) -> ComponentMeshes:
+    """Every corner of every face, in their order."""
+    table = edge_table(meshes)
+    start, along, normals = _around_faces(meshes)
+    count = len(start)
+    direction = unit(along)
+    following = next_in_row(meshes.face_offsets)
+    arriving = np.empty_like(direction)
+    arriving[following] = direction
+    tangent = unit(direction + arriving)
+    # An outline that turns straight back has no tangent: the leaving edge decides.
+    tangent = np.where(has_length(tangent), tangent, direction)
+    parts = Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64))
+    border = _border_points(meshes, table)[meshes.corner_points()]
+    return _beside_faces(meshes, np.arange(count), parts, tangent, normals, start, np.zeros((count, 3)), border)
 
 
 def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
@@ -269,98 +228,12 @@ def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
     )
 
 
-def fitted(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
-    """Meshes moved so that their bounding boxes begin at zero, and their previous low corners and sizes [K, 3].
-
-    Extents that are only rounding errors become exactly zero.
-    """
-    low, high = meshes.bounds()
-    size = high - low
-    flat = size <= FLAT * size.max(axis=1, keepdims=True, initial=0.0)
-    mesh = meshes.mesh_of_point()
-    points = np.where(flat.take(mesh, axis=0), 0.0, meshes.points - low.take(mesh, axis=0))
-    return meshes.with_points(points), np.where(flat, 0.5 * (low + high), low), np.where(flat, 0.0, size)
-
-
-def face_edges(meshes: Meshes) -> ComponentMeshes:
-    """Every edge of every face, in the order of their first corners; shared edges once per face.
-
-    Bridges between an outline and its hole are left out.
-    """
-    table = edge_table(meshes)
-    rows = np.flatnonzero(table.edge_of_corner >= 0)
-    start, along, normals = _around_faces(meshes)
-    along, normals, start = along.take(rows, axis=0), normals.take(rows, axis=0), start.take(rows, axis=0)
-    length = norm(along)
-    points = np.zeros((2 * len(rows), 3))
-    points[1::2, 0] = length
-    size = np.zeros((len(rows), 3))
-    size[:, 0] = length
-    boundary = table.is_boundary[table.edge_of_corner[rows]]
-    parts = Meshes.from_polygons(points, np.full(len(rows), 2))
-    return _beside_faces(meshes, rows, parts, along, normals, start, size, boundary)
-
-
-def face_vertices(meshes: Meshes) -> ComponentMeshes:
-    """Every corner of every face, in their order."""
-    table = edge_table(meshes)
-    start, along, normals = _around_faces(meshes)
-    count = len(start)
-    direction = unit(along)
-    following = next_in_row(meshes.face_offsets)
-    arriving = np.empty_like(direction)
-    arriving[following] = direction
-    tangent = unit(direction + arriving)
-    # An outline that turns straight back has no tangent: the leaving edge decides.
-    tangent = np.where(has_length(tangent), tangent, direction)
-    at_border = np.zeros(len(meshes.points), bool)
-    at_border[table.start[table.is_boundary]] = True
-    at_border[table.end[table.is_boundary]] = True
-    parts = Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64))
-    border = at_border[meshes.corner_points()]
-    return _beside_faces(meshes, np.arange(count), parts, tangent, normals, start, np.zeros((count, 3)), border)
-
-
-def _around_faces(meshes: Meshes) -> tuple[Floats, Floats, Floats]:
-    """[C, 3] each corner, the edge that leaves it, and the normal of its face."""
-    normals = face_normals(meshes).take(meshes.face_of_corner(), axis=0)
-    return meshes.points.take(meshes.corner_points(), axis=0), corner_edges(meshes), normals
-
-
-def _beside_faces(
-    meshes: Meshes,
-    corners: Indices,
-    parts: Meshes,
-    x: Floats,
-    y: Floats,
-    start: Floats,
-    size: Floats,
-    is_border: NDArray[np.bool_],
-) -> ComponentMeshes:
-    """Components at corners [K] of faces: x along the outline, y the face's normal, z out of the face."""
-    across = frames(y, x)
-    rotation = np.stack((across[:, :, 0], across[:, :, 2], -across[:, :, 1]), axis=2)
-    mesh = meshes.mesh_of_face()[meshes.face_of_corner()[corners]]
-    return ComponentMeshes(
-        mesh=mesh,
-        index=index_in_row(np.bincount(mesh, minlength=len(meshes))),
-        shapes=parts,
-        rotation=rotation,
-        origin=start,
-        pivot=start,
-        size=size,
-        direction=rotation[:, :, 2],
-        is_border=is_border,
-        roof_edge=np.full(len(corners), NO_ROOF_EDGE, np.int8),
-    )
-
-
 def unaligned(components: ComponentMeshes) -> ComponentMeshes:
     """The same components in the axes of their meshes, with the scopes fitted to them: CGA's ``noAlign``."""
     owner = components.shapes.mesh_of_point()
     turned = apply(components.rotation.take(owner, axis=0), components.shapes.points)
     points = turned + components.origin.take(owner, axis=0)
-    shapes, low, size = fitted(components.shapes.with_points(points))
+    shapes, low, size = _fitted(components.shapes.with_points(points))
     rotation = np.broadcast_to(np.eye(3), components.rotation.shape)
     return replace(components, shapes=shapes, rotation=rotation, origin=low, pivot=low, size=size)
 
@@ -382,7 +255,7 @@ def joined(components: ComponentMeshes, sizes: Indices) -> ComponentMeshes:
     counts = np.diff(shapes.face_offsets)
     faces = np.add.reduceat(np.diff(shapes.mesh_faces), first)
     merged = Meshes.from_polygons(local[shapes.corner_points()], counts, faces)
-    fitting, low, size = fitted(merged)
+    fitting, low, size = _fitted(merged)
     chosen = components.take(first)
     return replace(chosen, shapes=fitting, origin=chosen.pivot + apply(chosen.rotation, low), size=size)
 
@@ -423,3 +296,122 @@ def upwards(components: ComponentMeshes) -> ComponentMeshes:
     far = components.pivot + components.rotation[:, :, 0] * components.size[:, :1]
     start = np.where(descends[:, None], far, components.pivot)
     return replace(components, rotation=turned, origin=start, pivot=start)
+
+
+def _frames(z: Floats, x: Floats) -> Floats:
+    """[K, 3, 3] frames with the given z axis (unit or zero) and x as near as possible to the given direction."""
+    z = np.where(has_length(z), z, any_normal(x))
+    across = unit(x - z * dot(x, z)[:, None])
+    across = np.where(has_length(across), across, any_normal(z))
+    return np.stack((across, cross(z, across), z), axis=2)
+
+
+def _first_edges(meshes: Meshes) -> Floats:
+    """[F, 3] the first edge of each face that has a length; zero where there is none."""
+    along = corner_edges(meshes)
+    face = meshes.face_of_corner()
+    has_length = np.flatnonzero(along.any(axis=1))
+    result = np.zeros((meshes.num_faces, 3))
+    # Written in reverse order, so that the first edge of a face is kept.
+    result[face[has_length[::-1]]] = along[has_length[::-1]]
+    return result
+
+
+def _fitted(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
+    """Meshes moved so that their bounding boxes begin at zero, and their previous low corners and sizes [K, 3].
+
+    Extents that are only rounding errors become exactly zero.
+    """
+    low, high = meshes.bounds()
+    size = high - low
+    flat = size <= _FLAT_SHARE * size.max(axis=1, keepdims=True, initial=0.0)
+    mesh = meshes.mesh_of_point()
+    points = np.where(flat.take(mesh, axis=0), 0.0, meshes.points - low.take(mesh, axis=0))
+    return meshes.with_points(points), np.where(flat, 0.5 * (low + high), low), np.where(flat, 0.0, size)
+
+
+def _frames_along(x: Floats, z: Floats) -> Floats:
+    """[K, 3, 3] frames with the given x axis (unit or zero) and z as near as possible to the given direction."""
+    turned = _frames(x, z)
+    # The roles are swapped there: its z is x here, and its x is z here.
+    return np.stack((turned[:, :, 2], -turned[:, :, 1], turned[:, :, 0]), axis=2)
+
+
+def _roof_edges(meshes: Meshes, table: Edges) -> NDArray[np.int8]:
+    """[E] the kind of every edge, with y as the direction of up.
+
+    An eave is a horizontal edge at the bottom, on the border or along a face that points down (the ceiling of a closed
+    roof). A valley is an inside edge whose faces form a concavity, a hip another inside edge that touches an eave, a
+    ridge any other inside edge.
+    """
+    normals = face_normals(meshes)
+    start, end = meshes.points[table.start], meshes.points[table.end]
+    along = end - start
+    low, high = meshes.bounds()
+    slack = _LEVEL_SLOPE * (high - low).max(axis=1, initial=0.0)[table.mesh]
+    at_bottom = np.maximum(start[:, 1], end[:, 1]) <= low[table.mesh, 1] + slack
+    is_level = np.abs(along[:, 1]) <= _LEVEL_SLOPE * norm(along)
+    inside = ~table.is_boundary
+    first = normals[table.faces[:, 0]]
+    second = normals[table.faces[:, 1]]
+    looks_down = np.minimum(first[:, 1], np.where(inside, second[:, 1], 0.0)) < -_LEVEL_SLOPE
+    eave = is_level & at_bottom & (table.is_boundary | looks_down)
+
+    touches_eave = np.zeros(len(meshes.points), bool)
+    touches_eave[table.start[eave]] = True
+    touches_eave[table.end[eave]] = True
+    concave = dot(cross(first, second), along) < -_LEVEL_SLOPE * norm(along)
+    near_eave = touches_eave[table.start] | touches_eave[table.end]
+    kind = np.where(concave, VALLEY, np.where(near_eave, HIP, RIDGE))
+    return np.where(eave, EAVE, np.where(inside, kind, NO_ROOF_EDGE)).astype(np.int8)
+
+
+def _segments(length: Floats) -> tuple[Meshes, Floats]:
+    """Edges along x of lengths [K] as faces of two corners, and their sizes [K, 3]."""
+    points = np.zeros((2 * len(length), 3))
+    points[1::2, 0] = length
+    size = np.zeros((len(length), 3))
+    size[:, 0] = length
+    return Meshes.from_polygons(points, np.full(len(length), 2)), size
+
+
+def _border_points(meshes: Meshes, table: Edges) -> NDArray[np.bool_]:
+    """[P] whether points are ends of edges at the border of their mesh."""
+    at_border = np.zeros(len(meshes.points), bool)
+    at_border[table.start[table.is_boundary]] = True
+    at_border[table.end[table.is_boundary]] = True
+    return at_border
+
+
+def _around_faces(meshes: Meshes) -> tuple[Floats, Floats, Floats]:
+    """[C, 3] each corner, the edge that leaves it, and the normal of its face."""
+    normals = face_normals(meshes).take(meshes.face_of_corner(), axis=0)
+    return meshes.points.take(meshes.corner_points(), axis=0), corner_edges(meshes), normals
+
+
+def _beside_faces(
+    meshes: Meshes,
+    corners: Indices,
+    parts: Meshes,
+    x: Floats,
+    y: Floats,
+    start: Floats,
+    size: Floats,
+    is_border: NDArray[np.bool_],
+) -> ComponentMeshes:
+    """Components at corners [K] of faces: x along the outline, y the face's normal, z out of the face."""
+    across = _frames(y, x)
+    rotation = np.stack((across[:, :, 0], across[:, :, 2], -across[:, :, 1]), axis=2)
+    mesh = meshes.mesh_of_face()[meshes.face_of_corner()[corners]]
+    return ComponentMeshes(
+        mesh=mesh,
+        index=index_in_row(np.bincount(mesh, minlength=len(meshes))),
+        shapes=parts,
+        rotation=rotation,
+        origin=start,
+        pivot=start,
+        size=size,
+        direction=rotation[:, :, 2],
+        is_border=is_border,
+        roof_edge=np.full(len(corners), NO_ROOF_EDGE, np.int8),
+    )

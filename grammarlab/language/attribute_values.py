@@ -1,10 +1,9 @@
-"""Values of attributes, from the command line and from files.
+"""Values of attributes, from the command line and from maps, within the ranges of their annotations.
 
-Lengths as people write them in maps: ``12 m``, ``7,5``, ``40 ft``, ``6'4"``.
+Maps write lengths with units: ``12 m``, ``7,5``, ``40 ft``, ``6'4"``.
 
-Allowed values of attributes: ``@Range(min=1, max=5)`` and ``@Enum("low", "high")``.
-
-As in CityEngine, they restrict values entered by users, not values set by rules, and nothing with ``restricted=false``.
+Annotations are ``@Range(min=1, max=5)`` and ``@Enum("low", "high")``. As in CityEngine, they restrict values entered by
+users, not values set by rules, and nothing with ``restricted=false``.
 """
 
 from __future__ import annotations
@@ -39,89 +38,28 @@ _METRES = {
     **dict.fromkeys(("in", "inch", "inches", '"', "\u2033"), 0.0254),
 }
 """Metres of each unit; the foot is the international one."""
-_LONGEST = 64
+_MAX_LENGTH_CHARACTERS = 64
 """Characters of the longest text that is a length."""
 _NUMBER = r"[-+]?\d+(?:[.,]\d+)?"
 _LENGTH = re.compile(rf"\s*({_NUMBER})\s*([a-z]*|['\"\u2032\u2033])\.?\s*", re.IGNORECASE)
 _FEET_AND_INCHES = re.compile(r"\s*(\d+)\s*(?:'|ft|\u2032)\s*(\d+(?:\.\d+)?)\s*(?:\"|in|\u2033)\s*", re.IGNORECASE)
 _THOUSANDS = re.compile(r"[-+]?\d{1,3},\d{3}")
-
-
-def length(text: str) -> float | None:
-    """A length in metres; None if a text is not a length.
-
-    A number without a unit is in metres. A comma is a decimal point, but ``1,200`` may also be twelve hundred, so it is
-    not a length.
-
-    >>> length("12 m"), length("7,5"), length("40 ft"), length("1,200"), length("about 12")
-    (12.0, 7.5, 12.192, None, None)
-    """
-    if len(text) > _LONGEST:
-        return None
-    if match := _FEET_AND_INCHES.fullmatch(text):
-        return round(float(match[1]) * 0.3048 + float(match[2]) * 0.0254, 9)
-    match = _LENGTH.fullmatch(text)
-    if match is None or match[2].lower() not in _METRES or _THOUSANDS.fullmatch(match[1]):
-        return None
-    unit = _METRES[match[2].lower()]
-    value = float(match[1].replace(",", "."))
-    return value if unit == 1.0 else round(value * unit, 9)
-
-
-def objection(attribute: Attribute, value: float | bool | str) -> str:
-    """Message about a forbidden value of an attribute, such as ``expected 1 to 5, found 9``; empty if it is allowed.
-
-    >>> from grammarlab.language.grammar import Grammar
-    >>> grammar = Grammar.parse("@Range(min=1, max=5) attr floors = 2 Lot --> NIL")
-    >>> objection(grammar.attributes["floors"], 9.0), objection(grammar.attributes["floors"], 3.0)
-    ('expected 1 to 5, found 9', '')
-    """
-    for annotation in attribute.annotations:
-        name = annotation.name.lower()
-        if any(key == "restricted" and node == Boolean(False) for key, node in annotation.arguments):
-            continue
-        expected = (
-            _beyond(annotation, value) if name == "range" else _unlisted(annotation, value) if name == "enum" else ""
-        )
-        if expected:
-            return f"expected {expected}, found {f'{value:g}' if isinstance(value, float) else value}"
-    return ""
-
-
-def _beyond(annotation: Annotation, value: float | bool | str) -> str:
-    """The range that a number violates; empty if it is inside, or there is no range."""
-    if isinstance(value, bool | str):
-        return ""
-    named = dict(annotation.arguments)
-    plain = [node for key, node in annotation.arguments if not key]
-    low, high = (named.get("min"), named.get("max")) if {"min", "max"} & named.keys() else (*plain, None, None)[:2]
-    least, most = (None if node is None else constant(node) for node in (low, high))
-    if (least is None or value >= least) and (most is None or value <= most):
-        return ""
-    if least is not None and most is not None:
-        return f"{least:g} to {most:g}"
-    return f"at most {most:g}" if least is None else f"at least {least:g}"
-
-
-def _unlisted(annotation: Annotation, value: float | bool | str) -> str:
-    """The values of an enumeration that lacks a value; empty if it has the value, or there is no enumeration."""
-    listed = [node for key, node in annotation.arguments if not key]
-    if not listed or value in [_constant_value(node) for node in listed]:
-        return ""
-    return "one of " + ", ".join(expression(node).strip('"') for node in listed)
-
-
-def _constant_value(node: Expression) -> float | bool | str | None:
-    return node.value if isinstance(node, String | Boolean | Number) else constant(node)
-
-
 AttributeValue: TypeAlias = float | bool | str
 """A plain value of an attribute."""
-
 _BOOLEANS = {"true": True, "false": False}
-_WIDEST = 60
+_MAX_SHOWN_CHARACTERS = 60
 """Characters of a value that a message shows."""
-_TRUTH = {"yes": "true", "1": "true", "no": "false", "0": "false"}
+_OTHER_BOOLEANS = {"yes": "true", "1": "true", "no": "false", "0": "false"}
+
+
+@dataclass(frozen=True, slots=True)
+class UsableProperties:
+    """Properties with the names of a grammar's attributes."""
+
+    values: Mapping[str, AttributeValue]
+    """Values of the attributes' types."""
+    problems: Mapping[str, str]
+    """Message for each property that its attribute cannot take."""
 
 
 def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, AttributeValue]:
@@ -154,16 +92,6 @@ def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, Attribu
         if problem:
             raise UsageError(f"attribute {name!r}: {problem}.")
     return values
-
-
-@dataclass(frozen=True, slots=True)
-class UsableProperties:
-    """Properties with the names of a grammar's attributes."""
-
-    values: Mapping[str, AttributeValue]
-    """Values of the attributes' types."""
-    problems: Mapping[str, str]
-    """Message for each property that its attribute cannot take."""
 
 
 def usable_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -> UsableProperties:
@@ -201,6 +129,51 @@ def fit_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -
     return dict(usable.values)
 
 
+def objection(attribute: Attribute, value: AttributeValue) -> str:
+    """Message about a forbidden value of an attribute, such as ``expected 1 to 5, found 9``; empty if it is allowed.
+
+    >>> from grammarlab.language.grammar import Grammar
+    >>> grammar = Grammar.parse("@Range(min=1, max=5) attr floors = 2 Lot --> NIL")
+    >>> objection(grammar.attributes["floors"], 9.0), objection(grammar.attributes["floors"], 3.0)
+    ('expected 1 to 5, found 9', '')
+    """
+    for annotation in attribute.annotations:
+        name = annotation.name.lower()
+        if any(key == "restricted" and node == Boolean(False) for key, node in annotation.arguments):
+            continue
+        expected = (
+            _violated_range(annotation, value)
+            if name == "range"
+            else _violated_enumeration(annotation, value)
+            if name == "enum"
+            else ""
+        )
+        if expected:
+            return f"expected {expected}, found {f'{value:g}' if isinstance(value, float) else value}"
+    return ""
+
+
+def length(text: str) -> float | None:
+    """A length in metres; None if a text is not a length.
+
+    A number without a unit is in metres. A comma is a decimal point, but ``1,200`` may also be twelve hundred, so it is
+    not a length.
+
+    >>> length("12 m"), length("7,5"), length("40 ft"), length("1,200"), length("about 12")
+    (12.0, 7.5, 12.192, None, None)
+    """
+    if len(text) > _MAX_LENGTH_CHARACTERS:
+        return None
+    if match := _FEET_AND_INCHES.fullmatch(text):
+        return round(float(match[1]) * 0.3048 + float(match[2]) * 0.0254, 9)
+    match = _LENGTH.fullmatch(text)
+    if match is None or match[2].lower() not in _METRES or _THOUSANDS.fullmatch(match[1]):
+        return None
+    unit = _METRES[match[2].lower()]
+    value = float(match[1].replace(",", "."))
+    return value if unit == 1.0 else round(value * unit, 9)
+
+
 def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
     """Value of an attribute from a text."""
     kind = _kind(name, grammar)
@@ -214,18 +187,6 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
     if number is None or not math.isfinite(number):
         raise UsageError(f"attribute {name!r}: expected a finite number, found {_excerpt(text)!r}.")
     return number
-
-
-def _excerpt(text: str) -> str:
-    return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}…"
-
-
-def _plain(text: str, kind: type | None) -> str:
-    """The text of a property without the habits of maps."""
-    if kind is Boolean:
-        return _TRUTH.get(text.strip().lower(), text)
-    metres = length(text) if kind is Number else None
-    return text if metres is None else repr(metres)
 
 
 def _kind(name: str, grammar: Grammar) -> type | None:
@@ -246,8 +207,47 @@ def _number(text: str) -> float | None:
         return None
 
 
+def _excerpt(text: str) -> str:
+    return text if len(text) <= _MAX_SHOWN_CHARACTERS else f"{text[:_MAX_SHOWN_CHARACTERS]}…"
+
+
 def _unquoted(text: str) -> str:
     return text[1:-1] if len(text) >= 2 and text[0] == text[-1] == '"' else text
+
+
+def _violated_range(annotation: Annotation, value: AttributeValue) -> str:
+    """The range that a number violates; empty if it is inside, or there is no range."""
+    if isinstance(value, bool | str):
+        return ""
+    named = dict(annotation.arguments)
+    plain = [node for key, node in annotation.arguments if not key]
+    low, high = (named.get("min"), named.get("max")) if {"min", "max"} & named.keys() else (*plain, None, None)[:2]
+    least, most = (None if node is None else constant(node) for node in (low, high))
+    if (least is None or value >= least) and (most is None or value <= most):
+        return ""
+    if least is not None and most is not None:
+        return f"{least:g} to {most:g}"
+    return f"at most {most:g}" if least is None else f"at least {least:g}"
+
+
+def _violated_enumeration(annotation: Annotation, value: AttributeValue) -> str:
+    """The values of an enumeration that lacks a value; empty if it has the value, or there is no enumeration."""
+    listed = [node for key, node in annotation.arguments if not key]
+    if not listed or value in [_constant_value(node) for node in listed]:
+        return ""
+    return "one of " + ", ".join(expression(node).strip('"') for node in listed)
+
+
+def _constant_value(node: Expression) -> AttributeValue | None:
+    return node.value if isinstance(node, String | Boolean | Number) else constant(node)
+
+
+def _plain(text: str, kind: type | None) -> str:
+    """The text of a property without the habits of maps."""
+    if kind is Boolean:
+        return _OTHER_BOOLEANS.get(text.strip().lower(), text)
+    metres = length(text) if kind is Number else None
+    return text if metres is None else repr(metres)
 
 
 def _written(value: AttributeValue) -> str:

@@ -1,7 +1,4 @@
-"""OpenGL renderer: fast for large models and large pictures.
-
-Shadows from a depth map seen from the sun.
-"""
+"""OpenGL renderer, fast for large models and large pictures; shadows come from a depth map seen from the sun."""
 
 from __future__ import annotations
 
@@ -23,53 +20,15 @@ from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
 from grammarlab.rendering.shot import Rows, Samples, Shot, develop, ground_at, outlines, paper, pixels, samples, take
 from grammarlab.scene import TriangleBatch
 
-SIDE = 1024
+_SIDE = 1024
 """Samples along each side of the map."""
-LIFT = np.float32(4.0 / SIDE)
+_LIFT = np.float32(4.0 / _SIDE)
 """Offset above a surface for shadow tests, in model units: two samples."""
-BIAS = np.float32(2.0 / SIDE)
+_BIAS = np.float32(2.0 / _SIDE)
 """Largest distance behind the depth of the map at which a point is not in shadow."""
-BLUR = 1.5
+_BLUR = 1.5
 """Radius of look-ups in the map, in samples: softness of shadows."""
-
-
-@dataclass(frozen=True, slots=True)
-class ShadowMap:
-    """Depth map of a model in the unit sphere, seen from the sun."""
-
-    camera: Camera
-    depth: AnyFloats
-    """[SIDE, SIDE] distance from the plane of the camera, 0 for nothing."""
-
-    def visibility(self, points: AnyFloats, normals: AnyFloats, spot: AnyFloats) -> AnyFloats:
-        """[N] 1 if the sun is visible from a point, otherwise 0.
-
-        Args:
-            points: [N, 3].
-            normals: [N, 3] unit vectors.
-            spot: [N] offset, in 0..1, of the look-up of each point.
-        """
-        right, up, back = self.camera.axes.astype(np.float32)
-        lifted = points + LIFT * normals
-        angle = spot * np.float32(8 * np.pi)
-        row = (1 - lifted @ up) * np.float32(SIDE / 2) + BLUR * np.sin(angle)
-        column = (1 + lifted @ right) * np.float32(SIDE / 2) + BLUR * np.cos(angle)
-        inside = (row >= 0) & (row < SIDE) & (column >= 0) & (column < SIDE)
-        depth = self.depth[np.where(inside, row, 0).astype(int), np.where(inside, column, 0).astype(int)]
-        distance = np.float32(self.camera.position @ self.camera.axes[2]) - lifted @ back
-        blocked = inside & (depth > 0) & (depth < distance - BIAS)
-        return ((normals @ back > 0) & ~blocked).astype(np.float32)
-
-
-def sun_camera(sun: AnyFloats) -> Camera:
-    """A parallel camera in the direction of the sun [3] that sees the unit sphere."""
-    back = sun.astype(np.float64) / np.linalg.norm(sun)
-    right = np.cross((0.0, 1.0, 0.0) if abs(back[1]) < 0.99 else (1.0, 0.0, 0.0), back)
-    right /= np.linalg.norm(right)
-    return Camera(3.0 * back, np.stack([right, np.cross(back, right), back]), 1.0, parallel=True)
-
-
-LARGEST_SIDE = 8192
+_LARGEST_SIDE = 8192
 """Largest number of samples along a side, supported by all current drivers."""
 
 
@@ -93,10 +52,10 @@ class OpenGLRenderer(AbstractRenderer):
             UsageError: If pyrender is missing, or the picture is too large for OpenGL.
         """
         width, height = options.width * options.samples, options.height * options.samples
-        if max(width, height) > LARGEST_SIDE:
+        if max(width, height) > _LARGEST_SIDE:
             raise UsageError(
                 f"a picture of {options.width} x {options.height} pixels is too large for OpenGL: expected at most "
-                f"{LARGEST_SIDE // options.samples} along each side. Choose the renderer 'cast'."
+                f"{_LARGEST_SIDE // options.samples} along each side. Choose the renderer 'cast'."
             )
         behind = paper(options, 0, height)
         if len(batch.triangles) == 0:
@@ -107,14 +66,50 @@ class OpenGLRenderer(AbstractRenderer):
         with painter(self.platform, batch, shot.model) as paint:
             solid = paint.buffers(shot.camera, width, height, opaque)
             front = solid if opaque.all() else paint.buffers(shot.camera, width, height, everything)
-            from_sun = sun_camera(shot.sun)
-            shadows = ShadowMap(from_sun, paint.depths(from_sun, SIDE, opaque))
+            from_sun = _sun_camera(shot.sun)
+            shadows = _ShadowMap(from_sun, paint.depths(from_sun, _SIDE, opaque))
         radiance = _radiance(shot, samples(shot.camera, options, 0, height), solid, front, shadows, behind)
         return develop(pixels(radiance, options))
 
 
+def _sun_camera(sun: AnyFloats) -> Camera:
+    """A parallel camera in the direction of the sun [3] that sees the unit sphere."""
+    back = sun.astype(np.float64) / np.linalg.norm(sun)
+    right = np.cross((0.0, 1.0, 0.0) if abs(back[1]) < 0.99 else (1.0, 0.0, 0.0), back)
+    right /= np.linalg.norm(right)
+    return Camera(3.0 * back, np.stack([right, np.cross(back, right), back]), 1.0, parallel=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _ShadowMap:
+    """Depth map of a model in the unit sphere, seen from the sun."""
+
+    camera: Camera
+    depth: AnyFloats
+    """[SIDE, SIDE] distance from the plane of the camera, 0 for nothing."""
+
+    def visibility(self, points: AnyFloats, normals: AnyFloats, spot: AnyFloats) -> AnyFloats:
+        """[N] 1 if the sun is visible from a point, otherwise 0.
+
+        Args:
+            points: [N, 3].
+            normals: [N, 3] unit vectors.
+            spot: [N] offset, in 0..1, of the look-up of each point.
+        """
+        right, up, back = self.camera.axes.astype(np.float32)
+        lifted = points + _LIFT * normals
+        angle = spot * np.float32(8 * np.pi)
+        row = (1 - lifted @ up) * np.float32(_SIDE / 2) + _BLUR * np.sin(angle)
+        column = (1 + lifted @ right) * np.float32(_SIDE / 2) + _BLUR * np.cos(angle)
+        inside = (row >= 0) & (row < _SIDE) & (column >= 0) & (column < _SIDE)
+        depth = self.depth[np.where(inside, row, 0).astype(int), np.where(inside, column, 0).astype(int)]
+        distance = np.float32(self.camera.position @ self.camera.axes[2]) - lifted @ back
+        blocked = inside & (depth > 0) & (depth < distance - _BIAS)
+        return ((normals @ back > 0) & ~blocked).astype(np.float32)
+
+
 def _radiance(
-    shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: ShadowMap, behind: AnyFloats
+    shot: Shot, rays: Samples, solid: Buffers, front: Buffers, shadows: _ShadowMap, behind: AnyFloats
 ) -> AnyFloats:
     """[N, 3] colour of each sample, linear in 0..1: the paper, opaque surfaces, and the nearest glass in front."""
     look = shot.options.look
@@ -134,17 +129,6 @@ def _radiance(
     return outlines(shot, rays, on_model, visible).darken(radiance, shot.options)
 
 
-def _light(shot: Shot, rays: Samples, rows: Rows, visible: Surfaces, shadows: ShadowMap) -> tuple[AnyFloats, AnyFloats]:
-    """Result of `shade` for the surfaces of the samples `rows` [K]."""
-    exposure = _exposure(rays, rows, visible.point, visible.flat, shadows)
-    return shade(shot.model, visible, exposure, rays.directions[rows], shot.sun, shot.options.look)
-
-
-def _exposure(rays: Samples, rows: Rows, points: AnyFloats, normals: AnyFloats, shadows: ShadowMap) -> Exposure:
-    """The light at points [K, 3] that belong to the samples `rows` [K]."""
-    return Exposure(shadows.visibility(points, normals, rays.spot[rows]), np.ones(len(rows), np.float32))
-
-
 def _surfaces(shot: Shot, rays: Samples, buffers: Buffers) -> tuple[Rows, Surfaces]:
     """Samples that show the model, and their surfaces."""
     material = buffers.material.ravel()
@@ -156,3 +140,16 @@ def _surfaces(shot: Shot, rays: Samples, buffers: Buffers) -> tuple[Rows, Surfac
     normals = unit(buffers.normal.reshape(-1, 3)[rows])
     normals *= side_of_viewer(normals, directions)
     return rows, Surfaces(points, normals, normals, material[rows])
+
+
+def _exposure(rays: Samples, rows: Rows, points: AnyFloats, normals: AnyFloats, shadows: _ShadowMap) -> Exposure:
+    """The light at points [K, 3] that belong to the samples `rows` [K]."""
+    return Exposure(shadows.visibility(points, normals, rays.spot[rows]), np.ones(len(rows), np.float32))
+
+
+def _light(
+    shot: Shot, rays: Samples, rows: Rows, visible: Surfaces, shadows: _ShadowMap
+) -> tuple[AnyFloats, AnyFloats]:
+    """Result of `shade` for the surfaces of the samples `rows` [K]."""
+    exposure = _exposure(rays, rows, visible.point, visible.flat, shadows)
+    return shade(shot.model, visible, exposure, rays.directions[rows], shot.sun, shot.options.look)

@@ -1,7 +1,4 @@
-"""Steps shared by all renderers: a model in front of the camera, the ground below it, its edges.
-
-Samples of a picture, and their conversion to pixels.
-"""
+"""Steps shared by all renderers: a model in front of the camera, ground, samples of a picture, edges and pixels."""
 
 from __future__ import annotations
 
@@ -20,6 +17,8 @@ from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.shading import srgb_from_linear
 
+Rows = NDArray[np.int64]
+
 
 @dataclass(frozen=True, slots=True)
 class Samples:
@@ -35,47 +34,6 @@ class Samples:
     """[N] 0..15, repeating every 4 x 4 samples: selects openness rays."""
     spot: AnyFloats
     """[N] in 0..1, evenly spread within each pixel: selects a point of the sun."""
-
-
-def samples(camera: Camera, options: RenderOptions, start: int, stop: int) -> Samples:
-    """The samples of the rows start..stop, which may lie outside the picture."""
-    across = options.samples
-    width = options.width * across
-    row, column = np.arange(start, stop), np.arange(width)
-    x = ((column + 0.5) / width * 2.0 - 1.0).astype(np.float32)
-    origins, directions = camera.rays(x, _heights(options, start, stop), options.width / options.height)
-    within_pixel = (row % across * across)[:, None] + column % across
-    pattern = (row % 4 * 4)[:, None] + column % 4
-    spot = (within_pixel.ravel().astype(np.float32) + np.float32(0.5)) / np.float32(across * across)
-    return Samples((len(row), width), origins, directions, pattern.ravel().astype(np.int32), spot)
-
-
-def paper(options: RenderOptions, start: int, stop: int) -> AnyFloats:
-    """[N, 3] colours of the background for samples of rows, linear in 0..1."""
-    colors = background(options.look, _heights(options, start, stop))
-    return np.repeat(colors, options.width * options.samples, axis=0)
-
-
-def pixels(radiance: AnyFloats, options: RenderOptions) -> AnyFloats:
-    """[rows, width, 3] the means of the samples [N, 3] in each pixel of whole rows."""
-    across = options.samples
-    # One axis after the other is faster than a mean over both at once.
-    lines = radiance.reshape(-1, across, options.width * across * 3).mean(axis=1)
-    return lines.reshape(-1, options.width, across, 3).mean(axis=2)
-
-
-def develop(light: AnyFloats) -> NDArray[np.uint8]:
-    """[H, W, 3] sRGB from linear 0..1."""
-    return np.rint(srgb_from_linear(light) * 255.0).astype(np.uint8)
-
-
-def _heights(options: RenderOptions, start: int, stop: int) -> AnyFloats:
-    """[stop - start] heights of rows of samples in the picture, 1 at the top to -1 at the bottom."""
-    rows = np.arange(start, stop)
-    return (1.0 - (rows + 0.5) / (options.height * options.samples) * 2.0).astype(np.float32)
-
-
-Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +75,19 @@ def take(batch: TriangleBatch, camera: Camera, options: RenderOptions, *, for_ra
     return Shot(model, camera.seen_from(model.origin, model.radius), ground, sun, options)
 
 
+def samples(camera: Camera, options: RenderOptions, start: int, stop: int) -> Samples:
+    """The samples of the rows start..stop, which may lie outside the picture."""
+    across = options.samples
+    width = options.width * across
+    row, column = np.arange(start, stop), np.arange(width)
+    x = ((column + 0.5) / width * 2.0 - 1.0).astype(np.float32)
+    origins, directions = camera.rays(x, _heights(options, start, stop), options.width / options.height)
+    within_pixel = (row % across * across)[:, None] + column % across
+    pattern = (row % 4 * 4)[:, None] + column % 4
+    spot = (within_pixel.ravel().astype(np.float32) + np.float32(0.5)) / np.float32(across * across)
+    return Samples((len(row), width), origins, directions, pattern.ravel().astype(np.int32), spot)
+
+
 def ground_at(shot: Shot, rays: Samples, rows: Rows) -> tuple[Rows, AnyFloats]:
     """Samples among `rows` that meet the ground where the model can darken it, and the points [K, 3]."""
     if not shot.options.ground:
@@ -133,6 +104,31 @@ def outlines(shot: Shot, rays: Samples, on_model: Rows, visible: Surfaces) -> Ou
     shows[on_model], points[on_model], normals[on_model] = True, visible.point, visible.normal
     shows = shows.reshape(shape)
     return Outlines(shows, find_breaks(shows, points.reshape(*shape, 3), normals.reshape(*shape, 3), _spacing(shot)))
+
+
+def paper(options: RenderOptions, start: int, stop: int) -> AnyFloats:
+    """[N, 3] colours of the background for samples of rows, linear in 0..1."""
+    colors = background(options.look, _heights(options, start, stop))
+    return np.repeat(colors, options.width * options.samples, axis=0)
+
+
+def pixels(radiance: AnyFloats, options: RenderOptions) -> AnyFloats:
+    """[rows, width, 3] the means of the samples [N, 3] in each pixel of whole rows."""
+    across = options.samples
+    # One axis after the other is faster than a mean over both at once.
+    lines = radiance.reshape(-1, across, options.width * across * 3).mean(axis=1)
+    return lines.reshape(-1, options.width, across, 3).mean(axis=2)
+
+
+def develop(light: AnyFloats) -> NDArray[np.uint8]:
+    """[H, W, 3] sRGB from linear 0..1."""
+    return np.rint(srgb_from_linear(light) * 255.0).astype(np.uint8)
+
+
+def _heights(options: RenderOptions, start: int, stop: int) -> AnyFloats:
+    """[stop - start] heights of rows of samples in the picture, 1 at the top to -1 at the bottom."""
+    rows = np.arange(start, stop)
+    return (1.0 - (rows + 0.5) / (options.height * options.samples) * 2.0).astype(np.float32)
 
 
 def _spacing(shot: Shot) -> float:

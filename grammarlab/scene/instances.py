@@ -1,7 +1,4 @@
-"""Scene: placed meshes with materials, for one model or a whole batch.
-
-Checks of a scene before it becomes a file or a picture.
-"""
+"""Scene: placed meshes with materials, for one model or a whole batch, and checks of its coordinates."""
 
 from __future__ import annotations
 
@@ -16,6 +13,9 @@ from grammarlab.derivation.lots import NEAR, origins_of
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import DerivationError, check_type
 from grammarlab.geometry.meshes.mesh import Meshes
+
+_FARTHEST = 1e9
+"""Largest coordinate in metres, far below the overflow of 32-bit arithmetic."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,48 +90,9 @@ def realize(forest: Forest) -> Scene:
     return _brought_near(scene)
 
 
-def _sorted(materials: Materials) -> tuple[Materials, NDArray[np.int32]]:
-    """Materials [K] ordered by their channels, then by their textures, and the new place of each [K]."""
-    channels = materials.channels + 0.0
-    rows = list(zip(channels.tolist(), materials.textures, strict=True))
-    order = np.array(sorted(range(len(rows)), key=rows.__getitem__), dtype=np.int32)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order), dtype=np.int32)
-    return Materials(channels[order], tuple(materials.textures[row] for row in order.tolist())), rank
-
-
-def _brought_near(scene: Scene) -> Scene:
-    """The same scene with new origins for models that rules have moved far from their origins."""
-    if len(scene) == 0 or np.abs(scene.position).max() <= NEAR:
-        return scene
-    ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
-    starts, filled = ends[:-1][np.diff(ends) > 0], np.diff(ends) > 0
-    moves = np.zeros((scene.num_models, 3))
-    moves[filled] = origins_of(
-        np.minimum.reduceat(scene.position, starts, axis=0), np.maximum.reduceat(scene.position, starts, axis=0)
-    )
-    move = moves[scene.model]
-    mapped = np.flatnonzero(scene.texture_map >= 0)
-    maps = scene.texture_maps[scene.texture_map[mapped]]
-    maps[:, :, 3] += np.einsum("nai,ni->na", maps[:, :, :3], move[mapped])
-    texture_map = scene.texture_map.copy()
-    texture_map[mapped] = np.arange(len(mapped))
-    return replace(
-        scene,
-        position=scene.position - move,
-        texture_map=texture_map,
-        texture_maps=maps,
-        origins=scene.origins + moves,
-    )
-
-
 def leaf_order(forest: Forest) -> NDArray[np.intp]:
     """The rows of the leaves of a forest in the order of the instances of its scene."""
     return _order(forest, _sorted(forest.materials)[1])
-
-
-def _order(forest: Forest, material_of_old: NDArray[np.integer]) -> NDArray[np.intp]:
-    return stable_order(forest.nodes.model[forest.leaves.node], material_of_old[forest.leaves.material])
 
 
 def stable_order(first: NDArray[np.integer], second: NDArray[np.integer]) -> NDArray[np.intp]:
@@ -145,11 +106,6 @@ def stable_order(first: NDArray[np.integer], second: NDArray[np.integer]) -> NDA
         return np.argsort(_narrow(first.astype(np.int32) * num_seconds + second), kind="stable")
     order = np.argsort(_narrow(second), kind="stable")
     return order[np.argsort(_narrow(first)[order], kind="stable")]
-
-
-def _narrow(column: NDArray[np.integer]) -> NDArray[np.integer]:
-    """The same numbers in 16 bits if they fit: NumPy sorts these by radix sort, five times faster."""
-    return column.astype(np.uint16) if column.max(initial=0) < 2**16 else column
 
 
 def scene_of_model(scene: Scene, model: int) -> Scene:
@@ -177,15 +133,11 @@ def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) 
     )
 
 
-FARTHEST = 1e9
-"""Largest coordinate in metres, far below the overflow of 32-bit arithmetic."""
-
-
 def require_finite(scene: Scene) -> None:
     """Refuse a scene with coordinates that files and pictures cannot represent.
 
     Raises:
-        DerivationError: If a coordinate is NaN, infinite or beyond `FARTHEST`; it names the first such model.
+        DerivationError: If a coordinate is NaN, infinite or beyond `_FARTHEST`; it names the first such model.
     """
     _require_within(scene, "position", scene.position)
     _require_within(scene, "size", scene.size)
@@ -226,17 +178,61 @@ def require_proper(scene: Scene) -> None:
         )
 
 
-def _within(values: np.ndarray) -> bool:
-    """Whether all are finite and within `FARTHEST`; comparisons with NaN are false."""
-    return values.size == 0 or bool(values.min() >= -FARTHEST and values.max() <= FARTHEST)
+def _sorted(materials: Materials) -> tuple[Materials, NDArray[np.int32]]:
+    """Materials [K] ordered by their channels, then by their textures, and the new place of each [K]."""
+    channels = materials.channels + 0.0
+    rows = list(zip(channels.tolist(), materials.textures, strict=True))
+    order = np.array(sorted(range(len(rows)), key=rows.__getitem__), dtype=np.int32)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order), dtype=np.int32)
+    return Materials(channels[order], tuple(materials.textures[row] for row in order.tolist())), rank
+
+
+def _order(forest: Forest, material_of_old: NDArray[np.integer]) -> NDArray[np.intp]:
+    return stable_order(forest.nodes.model[forest.leaves.node], material_of_old[forest.leaves.material])
+
+
+def _narrow(column: NDArray[np.integer]) -> NDArray[np.integer]:
+    """The same numbers in 16 bits if they fit: NumPy sorts these by radix sort, five times faster."""
+    return column.astype(np.uint16) if column.max(initial=0) < 2**16 else column
+
+
+def _brought_near(scene: Scene) -> Scene:
+    """The same scene with new origins for models that rules have moved far from their origins."""
+    if len(scene) == 0 or np.abs(scene.position).max() <= NEAR:
+        return scene
+    ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
+    starts, filled = ends[:-1][np.diff(ends) > 0], np.diff(ends) > 0
+    moves = np.zeros((scene.num_models, 3))
+    moves[filled] = origins_of(
+        np.minimum.reduceat(scene.position, starts, axis=0), np.maximum.reduceat(scene.position, starts, axis=0)
+    )
+    move = moves[scene.model]
+    mapped = np.flatnonzero(scene.texture_map >= 0)
+    maps = scene.texture_maps[scene.texture_map[mapped]]
+    maps[:, :, 3] += np.einsum("nai,ni->na", maps[:, :, :3], move[mapped])
+    texture_map = scene.texture_map.copy()
+    texture_map[mapped] = np.arange(len(mapped))
+    return replace(
+        scene,
+        position=scene.position - move,
+        texture_map=texture_map,
+        texture_maps=maps,
+        origins=scene.origins + moves,
+    )
 
 
 def _require_within(scene: Scene, name: str, values: np.ndarray) -> None:
     if _within(values):
         return
-    wrong = np.flatnonzero(~(np.abs(values).reshape(len(values), -1).max(axis=1) <= FARTHEST))[0]
+    wrong = np.flatnonzero(~(np.abs(values).reshape(len(values), -1).max(axis=1) <= _FARTHEST))[0]
     raise DerivationError(
         f"model {int(scene.model[wrong])} has a shape whose {name} is {values[wrong].tolist()}; "
-        f"expected finite numbers within {FARTHEST:g} m",
+        f"expected finite numbers within {_FARTHEST:g} m",
         hint="check for divisions by zero and for sizes that grow without bound",
     )
+
+
+def _within(values: np.ndarray) -> bool:
+    """Whether all are finite and within `_FARTHEST`; comparisons with NaN are false."""
+    return values.size == 0 or bool(values.min() >= -_FARTHEST and values.max() <= _FARTHEST)

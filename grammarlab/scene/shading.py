@@ -1,6 +1,6 @@
-"""Unique meshes as triangles with shading normals: flat facets, smooth where faces meet at less than a crease angle.
+"""Unique meshes as triangles with shading normals, and conversion between sRGB values and linear light.
 
-Conversion between sRGB values and linear light.
+Facets are flat, and smooth where faces meet at less than a crease angle.
 """
 
 from __future__ import annotations
@@ -16,28 +16,7 @@ from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.ragged import next_in_row
 from grammarlab.geometry.meshes.triangulate import triangulate
 
-
-def linear_from_srgb(color: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Linear light in 0..1 from sRGB values in 0..1 (IEC 61966-2-1).
-
-    >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(4).tolist()
-    [0.0, 0.214, 1.0]
-    """
-    color = np.clip(color, 0.0, 1.0)
-    return np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
-
-
-def srgb_from_linear(light: NDArray[np.floating]) -> NDArray[np.floating]:
-    """SRGB values in 0..1 from linear light in 0..1.
-
-    >>> srgb_from_linear(np.array([0.0, 0.214, 1.0])).round(3).tolist()
-    [0.0, 0.5, 1.0]
-    """
-    light = np.clip(light, 0.0, 1.0)
-    return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
-
-
-AXIS_TOLERANCE = 1e-9
+_AXIS_TOLERANCE = 1e-9
 """Largest distance from an axis of a normal that keeps its direction under any size along the axes."""
 
 
@@ -87,7 +66,7 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     np.minimum.at(first_corner, vertex_of_corner, np.arange(len(corner_keys)))
     vertex_key = corner_keys[first_corner]
     corner_face = corner_keys // num_points
-    normals = unit_or_up(_sums(vertex_of_corner, outward[corner_face], num_vertices))
+    normals = _unit_or_up(_sums(vertex_of_corner, outward[corner_face], num_vertices))
 
     mesh_of_face = meshes.mesh_of_face()
     mesh_vertices = offsets_from_counts(np.bincount(mesh_of_face[vertex_key // num_points], minlength=len(meshes)))
@@ -105,18 +84,24 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     )
 
 
-def unit_or_up(vectors: Floats) -> Floats:
-    """The vectors [N, 3] at length one; straight up if there is no direction."""
-    length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
-    return np.where(length[:, None] > 0, vectors / np.where(length > 0, length, 1.0)[:, None], (0.0, 1.0, 0.0))
+def linear_from_srgb(color: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Linear light in 0..1 from sRGB values in 0..1 (IEC 61966-2-1).
+
+    >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(4).tolist()
+    [0.0, 0.214, 1.0]
+    """
+    color = np.clip(color, 0.0, 1.0)
+    return np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
 
 
-def _sums(group: Ints, vectors: Floats, num_groups: int) -> Floats:
-    """[num_groups, 3] the sum of the vectors [N, 3] of each group [N]."""
-    sums = np.empty((num_groups, 3))
-    for column in range(3):
-        sums[:, column] = np.bincount(group, vectors[:, column], num_groups)
-    return sums
+def srgb_from_linear(light: NDArray[np.floating]) -> NDArray[np.floating]:
+    """SRGB values in 0..1 from linear light in 0..1.
+
+    >>> srgb_from_linear(np.array([0.0, 0.214, 1.0])).round(3).tolist()
+    [0.0, 0.5, 1.0]
+    """
+    light = np.clip(light, 0.0, 1.0)
+    return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
 
 
 def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outward: Floats, crease_angle: float) -> Ints:
@@ -128,7 +113,7 @@ def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outwar
     order = np.argsort(edge, kind="stable")
     shared = np.flatnonzero(edge[order][:-1] == edge[order][1:])
     first, second = order[shared], order[shared + 1]
-    normals = unit_or_up(outward)
+    normals = _unit_or_up(outward)
     turn = np.einsum("ij,ij->i", normals[face[first]], normals[face[second]])
     solid = np.einsum("ij,ij->i", outward, outward) > 0
     smooth = (turn > np.cos(crease_angle)) & solid[face[first]] & solid[face[second]]
@@ -136,6 +121,12 @@ def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outwar
     if len(first) == 0:
         return np.arange(num_corners, dtype=np.int64)
     return connected(num_corners, *_links(corner, following, point, first, second))
+
+
+def _unit_or_up(vectors: Floats) -> Floats:
+    """The vectors [N, 3] at length one; straight up if there is no direction."""
+    length = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return np.where(length[:, None] > 0, vectors / np.where(length > 0, length, 1.0)[:, None], (0.0, 1.0, 0.0))
 
 
 def _links(corner: Ints, following: Ints, point: Ints, first: Ints, second: Ints) -> tuple[Ints, Ints]:
@@ -150,7 +141,15 @@ def _links(corner: Ints, following: Ints, point: Ints, first: Ints, second: Ints
     )
 
 
+def _sums(group: Ints, vectors: Floats, num_groups: int) -> Floats:
+    """[num_groups, 3] the sum of the vectors [N, 3] of each group [N]."""
+    sums = np.empty((num_groups, 3))
+    for column in range(3):
+        sums[:, column] = np.bincount(group, vectors[:, column], num_groups)
+    return sums
+
+
 def _axis_aligned(normals: Floats, mesh_vertices: Ints) -> NDArray[np.bool_]:
-    aligned = np.abs(normals).max(axis=1, initial=0.0) > 1 - AXIS_TOLERANCE
+    aligned = np.abs(normals).max(axis=1, initial=0.0) > 1 - _AXIS_TOLERANCE
     slanted_before = np.concatenate([[0], np.cumsum(~aligned)])
     return slanted_before[mesh_vertices[1:]] == slanted_before[mesh_vertices[:-1]]

@@ -1,6 +1,6 @@
-"""Triangles of a scene, for files and pictures, for a whole batch at once.
+"""Triangles of a scene with their texture coordinates, for files and pictures, for a whole batch at once.
 
-Texture coordinates of triangles: from their maps, or projected along the world's axes.
+Texture coordinates come from maps, or are projected along the world's axes.
 """
 
 from __future__ import annotations
@@ -21,6 +21,10 @@ from grammarlab.scene.shading import shade
 
 CREASE_ANGLE = math.radians(30.0)
 """Largest angle between faces that are shaded as one curved surface: a cylinder of more than 12 sides is smooth."""
+_LARGEST_COORDINATE = 1e9
+"""Largest texture coordinate; larger ones are clipped so that they fit 32 bits, since no image is visible there."""
+_MANY_REPEATS = 1024.0
+"""Largest number of repeats of an image; beyond it, whole repeats are removed to keep the fraction in 32 bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,13 +160,6 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     )
 
 
-def _texture_map(scene: Scene, triangle_offsets: Ints) -> NDArray[np.int32]:
-    """[T] the map of each triangle; without maps a single number broadcast to T."""
-    if len(scene.texture_maps) == 0:
-        return np.broadcast_to(np.int32(-1), triangle_offsets[-1:])
-    return scene.texture_map.repeat(np.diff(triangle_offsets))
-
-
 def count_triangles(scene: Scene) -> Ints:
     """[num_models] number of triangles of each model, without placing them."""
     used, mesh = np.unique(scene.mesh, return_inverse=True)
@@ -179,6 +176,23 @@ def leaf_of_triangle(forest: Forest) -> Ints:
     return leaf_order(forest).repeat(count_triangles(alone))
 
 
+def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.float32]:
+    """U and v of the corners of selected triangles [T] of a batch: from their maps, or in metres without a map.
+
+    Returns:
+        [T, 3, 2] with v downwards, as in glTF; up to `_MANY_REPEATS` whole repeats are kept.
+    """
+    corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
+    coordinates = _planar_coordinates(corners).astype(np.float64)
+    mapped = np.flatnonzero(chosen >= 0)
+    if len(mapped):
+        rows = batch.texture_maps[chosen[mapped]]
+        values = np.einsum("tij,tcj->tci", rows[:, :, :3], corners[mapped]) + rows[:, None, :, 3]
+        coordinates[mapped] = np.clip(np.nan_to_num(values), -_LARGEST_COORDINATE, _LARGEST_COORDINATE) * (1.0, -1.0)
+    first = coordinates.min(axis=1, keepdims=True)
+    return (coordinates - np.where(np.abs(first) > _MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
+
+
 def _in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:
     """The instances with triangles, ordered by model, then by material."""
     model, material = scene.model, scene.material
@@ -189,30 +203,14 @@ def _in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:
     return chosen(scene, order[has_triangles[order]])
 
 
-FARTHEST = 1e9
-"""Largest coordinate; larger ones are clipped so that they fit 32 bits, since no image is visible there."""
-MANY_REPEATS = 1024.0
-"""Largest number of repeats of an image; beyond it, whole repeats are removed to keep the fraction in 32 bits."""
+def _texture_map(scene: Scene, triangle_offsets: Ints) -> NDArray[np.int32]:
+    """[T] the map of each triangle; without maps a single number broadcast to T."""
+    if len(scene.texture_maps) == 0:
+        return np.broadcast_to(np.int32(-1), triangle_offsets[-1:])
+    return scene.texture_map.repeat(np.diff(triangle_offsets))
 
 
-def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.float32]:
-    """U and v of the corners of selected triangles [T] of a batch: from their maps, or in metres without a map.
-
-    Returns:
-        [T, 3, 2] with v downwards, as in glTF; up to `MANY_REPEATS` whole repeats are kept.
-    """
-    corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
-    coordinates = planar_coordinates(corners).astype(np.float64)
-    mapped = np.flatnonzero(chosen >= 0)
-    if len(mapped):
-        rows = batch.texture_maps[chosen[mapped]]
-        values = np.einsum("tij,tcj->tci", rows[:, :, :3], corners[mapped]) + rows[:, None, :, 3]
-        coordinates[mapped] = np.clip(np.nan_to_num(values), -FARTHEST, FARTHEST) * (1.0, -1.0)
-    first = coordinates.min(axis=1, keepdims=True)
-    return (coordinates - np.where(np.abs(first) > MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
-
-
-def planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:
+def _planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:
     """Texture coordinates in metres, projected along the axis that each triangle faces most.
 
     Read from outside, u runs to the right and v down a wall, so that no image is mirrored or upside down.

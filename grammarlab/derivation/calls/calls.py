@@ -1,7 +1,4 @@
-"""Arguments and declarations of operations and built-in functions.
-
-Interface of the compiler of expressions in arguments, heads of parts and arrays.
-"""
+"""Declarations and calls of operations and built-in functions, and the interface of the compiler of their arguments."""
 
 from __future__ import annotations
 
@@ -19,21 +16,7 @@ from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.syntax.syntax_tree import Choice, Expression
 
-
-class Compiler(Protocol):
-    """Compiles the expressions of one definition."""
-
-    def expression(self, node: Expression) -> Code:
-        """Code for one expression."""
-        ...
-
-    def choice(self, choice: Choice) -> Code:
-        """Code for a choice whose leaves are expressions."""
-        ...
-
-    def with_selectors(self, selectors: frozenset[str]) -> Compiler:
-        """A compiler for expressions in which these words are selectors of a block."""
-        ...
+BuiltinFunction: TypeAlias = "Callable[[FunctionCall], Value]"
 
 
 class Argument(NamedTuple):
@@ -47,6 +30,34 @@ class Argument(NamedTuple):
     """Whether it was written ``'x``: a share of the scope's size."""
     floating: bool = False
     """Whether it was written ``~x``."""
+
+
+class Condition(NamedTuple):
+    """An expression before the colon of a part, evaluated on each component: ``top || geometry.area > 3``."""
+
+    code: Callable[[Shapes, Workspace], Value]
+    selectors: frozenset[str]
+    """The selectors that it uses; their values are in `Shapes.state` under their names."""
+    block: int
+    """Number of the block in the rule branch, for the components' random keys."""
+
+
+class Head(NamedTuple):
+    """Head of one part of a block: the text before its colon."""
+
+    argument: Argument
+    joined: bool = False
+    """Whether it was written with ``=``: one shape of all selected components, not one shape per component."""
+    group: int = -1
+    """Index of the repeated group that contains the part; -1 for none."""
+    connected: bool = False
+    """Whether it was written with ``=:``: one shape of each connected set of selected components."""
+    condition: Condition | None = None
+    """Condition for selecting a component, instead of `argument`."""
+    text: str = ""
+    """Text of the head, for blocks with selectors."""
+    block: int = -1
+    """Block of parts at random positions: the number of the block whose keys give the positions."""
 
 
 class BoundCall(NamedTuple):
@@ -115,32 +126,7 @@ class BoundCall(NamedTuple):
         return DerivationError(message, self.location, hint)
 
 
-class Condition(NamedTuple):
-    """An expression before the colon of a part, evaluated on each component: ``top || geometry.area > 3``."""
-
-    code: Callable[[Shapes, Workspace], Value]
-    selectors: frozenset[str]
-    """The selectors that it uses; their values are in `Shapes.state` under their names."""
-    block: int
-    """Number of the block in the rule branch, for the components' random keys."""
-
-
-class Head(NamedTuple):
-    """Head of one part of a block: the text before its colon."""
-
-    argument: Argument
-    joined: bool = False
-    """Whether it was written with ``=``: one shape of all selected components, not one shape per component."""
-    group: int = -1
-    """Index of the repeated group that contains the part; -1 for none."""
-    connected: bool = False
-    """Whether it was written with ``=:``: one shape of each connected set of selected components."""
-    condition: Condition | None = None
-    """Condition for selecting a component, instead of `argument`."""
-    text: str = ""
-    """Text of the head, for blocks with selectors."""
-    block: int = -1
-    """Block of parts at random positions: the number of the block whose keys give the positions."""
+OperationFunction: TypeAlias = Callable[[BoundCall], Shapes]
 
 
 class BoundPart(NamedTuple):
@@ -152,33 +138,21 @@ class BoundPart(NamedTuple):
     """[K] index among all parts of the same shape, from 0: the address of the part."""
 
 
-def selected(
-    call: BoundCall, condition: Condition, parts: Shapes, number: NDArray[np.integer], picked: Callable[[str], NDArray]
-) -> NDArray[np.bool_]:
-    """[K] whether a condition selects each component; a number selects the component with that number.
-
-    Args:
-        call: the operation with the block.
-        condition: the condition.
-        parts: [K] the components as shapes, still with the keys of the shapes that they are parts of.
-        number: [K] the place of each among all components of its shape.
-        picked: [K] the components that a selector picks.
-
-    Raises:
-        DerivationError: If the value of the condition is a string or an array.
-    """
-    words = {name: picked(name) for name in condition.selectors}
-    key = part_keys(parts.key, condition.block, number)
-    value = condition.code(parts._replace(key=key, state={**parts.state, **words}), call.workspace)
-    kind = kind_of(value)
-    if kind in ("string", ARRAY):
-        raise call.error(f"{call.name} expects selectors, numbers or conditions before the colons, found a {kind}")
-    return np.broadcast_to(value if kind == "bool" else number == np.rint(value), parts.num)
-
-
-OperationFunction: TypeAlias = Callable[[BoundCall], Shapes]
 BlockFunction: TypeAlias = Callable[[BoundCall, tuple[Head, ...]], list[BoundPart]]
-BuiltinFunction: TypeAlias = "Callable[[FunctionCall], Value]"
+
+
+class FunctionCall(NamedTuple):
+    """A built-in function about to be evaluated for N shapes."""
+
+    name: str
+    shapes: Shapes
+    arguments: tuple[Value, ...]
+    workspace: Workspace
+    address: int
+    """Number of the call in the text, for random functions."""
+    site: int
+    """Index into the sites of the forest, for random functions; -1 otherwise."""
+    location: Location
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,20 +179,6 @@ class BlockOperation:
     """Allowed words before the colons."""
 
 
-class FunctionCall(NamedTuple):
-    """A built-in function about to be evaluated for N shapes."""
-
-    name: str
-    shapes: Shapes
-    arguments: tuple[Value, ...]
-    workspace: Workspace
-    address: int
-    """Number of the call in the text, for random functions."""
-    site: int
-    """Index into the sites of the forest, for random functions; -1 otherwise."""
-    location: Location
-
-
 @dataclass(frozen=True, slots=True)
 class Builtin:
     """A built-in function."""
@@ -229,3 +189,43 @@ class Builtin:
     takes_arrays: bool = False
     keywords: frozenset[str] = frozenset()
     """Keywords, which are not looked up as names."""
+
+
+class Compiler(Protocol):
+    """Compiles the expressions of one definition."""
+
+    def expression(self, node: Expression) -> Code:
+        """Code for one expression."""
+        ...
+
+    def choice(self, choice: Choice) -> Code:
+        """Code for a choice whose leaves are expressions."""
+        ...
+
+    def with_selectors(self, selectors: frozenset[str]) -> Compiler:
+        """A compiler for expressions in which these words are selectors of a block."""
+        ...
+
+
+def selected(
+    call: BoundCall, condition: Condition, parts: Shapes, number: NDArray[np.integer], picked: Callable[[str], NDArray]
+) -> NDArray[np.bool_]:
+    """[K] whether a condition selects each component; a number selects the component with that number.
+
+    Args:
+        call: the operation with the block.
+        condition: the condition.
+        parts: [K] the components as shapes, still with the keys of the shapes that they are parts of.
+        number: [K] the place of each among all components of its shape.
+        picked: [K] the components that a selector picks.
+
+    Raises:
+        DerivationError: If the value of the condition is a string or an array.
+    """
+    words = {name: picked(name) for name in condition.selectors}
+    key = part_keys(parts.key, condition.block, number)
+    value = condition.code(parts._replace(key=key, state={**parts.state, **words}), call.workspace)
+    kind = kind_of(value)
+    if kind in ("string", ARRAY):
+        raise call.error(f"{call.name} expects selectors, numbers or conditions before the colons, found a {kind}")
+    return np.broadcast_to(value if kind == "bool" else number == np.rint(value), parts.num)

@@ -1,6 +1,4 @@
-"""Texture coordinates of moved shapes and of initial shapes.
-
-Positions of the pivots of shapes.
+"""Texture coordinates of initial shapes and of moved shapes, and the pivots that shapes move with.
 
 A pivot is the coordinate system that a scope is placed in: ``scope.t`` and ``scope.r`` count from it. Its axes are a
 column of every shape; its position is kept in `Shapes.state`, as the attributes ``pivot.p``, if the grammar reads it.
@@ -17,32 +15,26 @@ from grammarlab.derivation.state.workspace import Workspace
 
 PIVOT_POSITION = ("pivot.px", "pivot.py", "pivot.pz")
 """Metres along the axes of the initial shape, from its origin."""
+_STREET = ((True, False), (False, False), (False, True))
+"""For each set of initial shapes, whether it runs from 0 to 1, and whether u begins at the other end."""
 
 
-def pivot_position(shapes: Shapes, workspace: Workspace) -> Floats:
-    """[N, 3] positions of the pivots, from the origin of positions; on an initial shape, its scope's origin."""
-    roots = workspace.roots
-    offset = np.stack([number_column(shapes.state.get(name, 0.0), shapes.num) for name in PIVOT_POSITION], axis=1)
-    return roots.position[shapes.model] + workspace.frames.to_world(roots.frame[shapes.model], offset)
+def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
+    """Entries of `Shapes.state` of the initial shapes: the coordinates of a straight street.
 
-
-def with_pivot(shapes: Shapes, position: Floats, frame: Ids, workspace: Workspace) -> Shapes:
-    """The same shapes with pivots at positions [N, 3], with the axes of frames [N]."""
-    shapes = shapes._replace(pivot=frame)
-    if PIVOT_POSITION[0] not in workspace.state_names:
-        return shapes
-    roots = workspace.roots
-    offset = workspace.frames.to_local(roots.frame[shapes.model], position - roots.position[shapes.model])
-    return shapes._replace(state={**shapes.state, **dict(zip(PIVOT_POSITION, offset.T.copy(), strict=True))})
-
-
-def without_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
-    """The same shapes without texture coordinates."""
-    names = [map_name(uv_set) for uv_set in workspace.uv_sets]
-    if not names:
-        return shapes
-    no_maps = np.full(shapes.num, NONE, dtype=np.int32)
-    return shapes._replace(state={**shapes.state, **dict.fromkeys(names, no_maps)})
+    u runs along the first edge, v from it across the shape: in set 0 from 0 to 1, in set 1 in metres, in set 2 in
+    metres with u from the other end.
+    """
+    no_maps = np.full(roots.num, NONE, dtype=np.int32)
+    state: dict[str, Value] = {}
+    for uv_set in workspace.uv_sets:
+        state[projection_name(uv_set)] = no_maps
+        state[map_name(uv_set)] = no_maps
+        if uv_set < len(_STREET) and roots.num:
+            state[map_name(uv_set)] = workspace.texture_maps.add(
+                _street(roots, uv_set, workspace), np.ones(roots.num, dtype=bool)
+            )
+    return state
 
 
 def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
@@ -67,40 +59,30 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
     return after._replace(state=state)
 
 
-def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids:
-    """Ids [N] of maps that give points after a move the coordinates that the given maps gave before it."""
-    table, frames = workspace.texture_maps, workspace.frames
-    flat = (before.size == 0.0) | (after.size == 0.0)
-    shrink = np.where(flat, 1.0, before.size / np.where(flat, 1.0, after.size))
-    maps = table.take(ids)
-    local = np.einsum("nai,nij->naj", maps[:, :, :3], frames.rotations(before.frame)) * shrink[:, None, :]
-    moved = np.empty_like(maps)
-    moved[:, :, :3] = np.einsum("naj,nij->nai", local, frames.rotations(after.frame))
-    start = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], before.position)
-    moved[:, :, 3] = start - np.einsum("nai,ni->na", moved[:, :, :3], after.position)
-    return table.add(moved, table.was_given(ids))
+def without_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
+    """The same shapes without texture coordinates."""
+    names = [map_name(uv_set) for uv_set in workspace.uv_sets]
+    if not names:
+        return shapes
+    no_maps = np.full(shapes.num, NONE, dtype=np.int32)
+    return shapes._replace(state={**shapes.state, **dict.fromkeys(names, no_maps)})
 
 
-def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
-    """Entries of `Shapes.state` of the initial shapes: the coordinates of a straight street.
-
-    u runs along the first edge, v from it across the shape: in set 0 from 0 to 1, in set 1 in metres, in set 2 in
-    metres with u from the other end.
-    """
-    no_maps = np.full(roots.num, NONE, dtype=np.int32)
-    state: dict[str, Value] = {}
-    for uv_set in workspace.uv_sets:
-        state[projection_name(uv_set)] = no_maps
-        state[map_name(uv_set)] = no_maps
-        if uv_set < len(_STREET) and roots.num:
-            state[map_name(uv_set)] = workspace.texture_maps.add(
-                _street(roots, uv_set, workspace), np.ones(roots.num, dtype=bool)
-            )
-    return state
+def pivot_position(shapes: Shapes, workspace: Workspace) -> Floats:
+    """[N, 3] positions of the pivots, from the origin of positions; on an initial shape, its scope's origin."""
+    roots = workspace.roots
+    offset = np.stack([number_column(shapes.state.get(name, 0.0), shapes.num) for name in PIVOT_POSITION], axis=1)
+    return roots.position[shapes.model] + workspace.frames.to_world(roots.frame[shapes.model], offset)
 
 
-_STREET = ((True, False), (False, False), (False, True))
-"""For each set of initial shapes, whether it runs from 0 to 1, and whether u begins at the other end."""
+def with_pivot(shapes: Shapes, position: Floats, frame: Ids, workspace: Workspace) -> Shapes:
+    """The same shapes with pivots at positions [N, 3], with the axes of frames [N]."""
+    shapes = shapes._replace(pivot=frame)
+    if PIVOT_POSITION[0] not in workspace.state_names:
+        return shapes
+    roots = workspace.roots
+    offset = workspace.frames.to_local(roots.frame[shapes.model], position - roots.position[shapes.model])
+    return shapes._replace(state={**shapes.state, **dict(zip(PIVOT_POSITION, offset.T.copy(), strict=True))})
 
 
 def _street(roots: Shapes, uv_set: int, workspace: Workspace) -> Floats:
@@ -115,3 +97,17 @@ def _street(roots: Shapes, uv_set: int, workspace: Workspace) -> Floats:
         maps[:, row, :3] = gradient * np.reshape(share, (-1, 1))
         maps[:, row, 3] = (start - np.einsum("ni,ni->n", gradient, roots.position)) * share
     return maps
+
+
+def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids:
+    """Ids [N] of maps that give points after a move the coordinates that the given maps gave before it."""
+    table, frames = workspace.texture_maps, workspace.frames
+    flat = (before.size == 0.0) | (after.size == 0.0)
+    shrink = np.where(flat, 1.0, before.size / np.where(flat, 1.0, after.size))
+    maps = table.take(ids)
+    local = np.einsum("nai,nij->naj", maps[:, :, :3], frames.rotations(before.frame)) * shrink[:, None, :]
+    moved = np.empty_like(maps)
+    moved[:, :, :3] = np.einsum("naj,nij->nai", local, frames.rotations(after.frame))
+    start = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], before.position)
+    moved[:, :, 3] = start - np.einsum("nai,ni->na", moved[:, :, :3], after.position)
+    return table.add(moved, table.was_given(ids))

@@ -14,12 +14,9 @@ from grammarlab.derivation.functions import (
 
 BUILTINS = {
     **number_functions.BUILTINS,
-    **number_functions.RANDOM,
     **text_functions.BUILTINS,
     **array_functions.BUILTINS,
-    **text_functions.LISTS,
     **color_functions.BUILTINS,
-    **color_functions.RAMPS,
     **shape_attributes.BUILTINS,
     **asset_functions.BUILTINS,
     **asset_fitting.BUILTINS,

@@ -1,7 +1,4 @@
-"""Functions between hexadecimal colours and their parts.
-
-``colorRamp``: colours for numbers from 0 to 1.
-"""
+"""Functions between hexadecimal colours and their channels, and ``colorRamp``: colours for numbers from 0 to 1."""
 
 from __future__ import annotations
 
@@ -19,6 +16,21 @@ from grammarlab.derivation.state.shapes import Value, kind_of, number_column
 from grammarlab.errors import DerivationError
 
 _HEX = re.compile(r"#?([0-9a-fA-F]{6})([0-9a-fA-F]{2})?\Z")
+_STEPS = 36
+"""Colours of a ramp."""
+_ANCHORS = {
+    "whiteToBlack": ((0, "#ffffff"), (35, "#000000")),
+    "greenToRed": ((0, "#3ba800"), (17, "#ffff00"), (35, "#ff0000")),
+    "yellowToRed": ((0, "#f5f500"), (35, "#f50000")),
+    "redToBlue": ((0, "#c44539"), (17, "#fafcbb"), (35, "#3661cf")),
+    "orangeToBlue": ((0, "#ffc800"), (8, "#ff730f"), (17, "#ff0051"), (26, "#e800a2"), (35, "#0000ff")),
+    "brownToBlue": ((0, "#9c5621"), (17, "#ffffbf"), (35, "#218291")),
+    "spectrum": (
+        *((0, "#b952a4"), (5, "#3c53a3"), (10, "#39bfef"), (14, "#89c73d")),
+        *((20, "#fbee24"), (25, "#f16d20"), (35, "#ed2726")),
+    ),
+}
+"""Steps of each ramp with their colours; colours between steps are interpolated."""
 
 
 def parse_color(text: str) -> tuple[float, ...] | None:
@@ -74,42 +86,10 @@ def _to_hex(apply: Callable[..., str], count: int) -> Builtin:
     return Builtin(evaluate, (count, count))
 
 
-BUILTINS: dict[str, Builtin] = {
-    "colorHSVOToHex": _to_hex(_hsv_to_hex, 4),
-    "colorHSVToHex": _to_hex(_hsv_to_hex, 3),
-    "colorHexToB": _from_hex(lambda color: color[2]),
-    "colorHexToG": _from_hex(lambda color: color[1]),
-    "colorHexToH": _hsv(0),
-    "colorHexToO": _from_hex(lambda color: color[3] if len(color) > 3 else 0.0),
-    "colorHexToR": _from_hex(lambda color: color[0]),
-    "colorHexToS": _hsv(1),
-    "colorHexToV": _hsv(2),
-    "colorRGBOToHex": _to_hex(to_hex, 4),
-    "colorRGBToHex": _to_hex(to_hex, 3),
-}
-
-
-_STEPS = 36
-"""Colours of a ramp."""
-_ANCHORS = {
-    "whiteToBlack": ((0, "#ffffff"), (35, "#000000")),
-    "greenToRed": ((0, "#3ba800"), (17, "#ffff00"), (35, "#ff0000")),
-    "yellowToRed": ((0, "#f5f500"), (35, "#f50000")),
-    "redToBlue": ((0, "#c44539"), (17, "#fafcbb"), (35, "#3661cf")),
-    "orangeToBlue": ((0, "#ffc800"), (8, "#ff730f"), (17, "#ff0051"), (26, "#e800a2"), (35, "#0000ff")),
-    "brownToBlue": ((0, "#9c5621"), (17, "#ffffbf"), (35, "#218291")),
-    "spectrum": (
-        *((0, "#b952a4"), (5, "#3c53a3"), (10, "#39bfef"), (14, "#89c73d")),
-        *((20, "#fbee24"), (25, "#f16d20"), (35, "#ed2726")),
-    ),
-}
-"""Steps of each ramp with their colours; colours between steps are interpolated."""
-
-
-def color_ramp(gradient: str, value: float) -> str:
+def _color_ramp(gradient: str, value: float) -> str:
     """One of the 36 colours of a ramp: the first for 0 and below, the last for 1 and above; empty for an unknown ramp.
 
-    >>> color_ramp("yellowToRed", 0.0), color_ramp("yellowToRed", 1.0), color_ramp("rainbow", 0.5)
+    >>> _color_ramp("yellowToRed", 0.0), _color_ramp("yellowToRed", 1.0), _color_ramp("rainbow", 0.5)
     ('#f5f500', '#f50000', '')
     """
     anchors = _ANCHORS.get(gradient)
@@ -123,4 +103,17 @@ def color_ramp(gradient: str, value: float) -> str:
     return to_hex(*(a + share * (b - a) for a, b in pairs))
 
 
-RAMPS: dict[str, Builtin] = {"colorRamp": text_function(color_ramp, (2, 2))}
+BUILTINS: dict[str, Builtin] = {
+    "colorHSVOToHex": _to_hex(_hsv_to_hex, 4),
+    "colorHSVToHex": _to_hex(_hsv_to_hex, 3),
+    "colorHexToB": _from_hex(lambda color: color[2]),
+    "colorHexToG": _from_hex(lambda color: color[1]),
+    "colorHexToH": _hsv(0),
+    "colorHexToO": _from_hex(lambda color: color[3] if len(color) > 3 else 0.0),
+    "colorHexToR": _from_hex(lambda color: color[0]),
+    "colorHexToS": _hsv(1),
+    "colorHexToV": _hsv(2),
+    "colorRGBOToHex": _to_hex(to_hex, 4),
+    "colorRGBToHex": _to_hex(to_hex, 3),
+    "colorRamp": text_function(_color_ramp, (2, 2)),
+}

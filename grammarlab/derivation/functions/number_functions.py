@@ -1,8 +1,7 @@
-"""Arithmetic functions. Angles are in degrees, as in all of CGA.
+"""Arithmetic and random functions. Angles are in degrees, as in all of CGA.
 
-Single numbers use the same array loops as columns: NumPy's scalar functions may differ in the last bit.
-
-Random functions. Every draw has an address and is recorded with its log-density.
+Single numbers use the same array loops as columns: NumPy's scalar functions may differ in the last bit. Every random
+draw has an address and is recorded with its log-density.
 """
 
 from __future__ import annotations
@@ -22,17 +21,31 @@ from grammarlab.errors import DerivationError
 from grammarlab.randomness import uniforms
 
 
-def draw(call: FunctionCall) -> Floats:
+def one_of(call: FunctionCall, lists: Value) -> Value:
+    """One of the items of a list, all equally likely; empty when there is none."""
+    strings = call.workspace.strings
+    column = lists if isinstance(lists, np.ndarray) else np.full(call.shapes.num, strings.id(str(lists)))
+    codes, inverse = np.unique(column, return_inverse=True)
+    choices = [items(strings[code]) or [""] for code in codes.tolist()]
+    counts = np.array([len(choice) for choice in choices])
+    first = np.cumsum(counts) - counts
+    chosen = np.floor(_draw(call) * counts[inverse])
+    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(counts[inverse]))
+    table = strings.ids(item for choice in choices for item in choice)
+    return table[first[inverse] + chosen.astype(np.int64)]
+
+
+def _draw(call: FunctionCall) -> Floats:
     """One uniform number in [0, 1) for each shape."""
     return uniforms(call.shapes.random_key(), NUM_LANES * call.address + SITE_LANE)
 
 
-def rand(call: FunctionCall) -> Value:
+def _rand(call: FunctionCall) -> Value:
     """``rand()`` in [0, 1), ``rand(b)`` in [0, b), ``rand(a, b)`` in [a, b)."""
     bounds = [_finite(call, argument) for argument in call.arguments]
     low = bounds[0] if len(bounds) == 2 else 0.0
     high = bounds[-1] if bounds else 1.0
-    values = low + (high - low) * draw(call)
+    values = low + (high - low) * _draw(call)
     call.workspace.recorder.add_draw(call.shapes, call.site, values, _log_density(np.abs(high - low)))
     return values
 
@@ -44,16 +57,16 @@ def _log_density(extent: Floats | float) -> Floats | float:
     return -float(np.log(np.array([extent]))[0]) if extent > 0.0 else 0.0
 
 
-def p(call: FunctionCall) -> Value:
+def _bernoulli(call: FunctionCall) -> Value:
     """``p(x)``: true with probability x."""
     probability = np.clip(_finite(call, call.arguments[0]), 0.0, 1.0)
-    outcome = draw(call) < probability
+    outcome = _draw(call) < probability
     chance = np.where(outcome, probability, 1.0 - probability)
     call.workspace.recorder.add_draw(call.shapes, call.site, outcome.astype(np.float64), np.log(chance))
     return outcome
 
 
-def file_random(call: FunctionCall) -> Value:
+def _file_random(call: FunctionCall) -> Value:
     """``fileRandom("folder/*.jpg")``: one of the matching asset files, all equally likely; empty if there is none."""
     pattern = call.arguments[0]
     if not isinstance(pattern, str):
@@ -61,12 +74,12 @@ def file_random(call: FunctionCall) -> Value:
     files = matching_files(root_of(call), pattern)
     if not files:
         return ""
-    chosen = np.floor(draw(call) * len(files))
+    chosen = np.floor(_draw(call) * len(files))
     call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(len(files)))
     return call.workspace.strings.ids(files)[chosen.astype(np.int64)]
 
 
-def list_random(call: FunctionCall) -> Value:
+def _list_random(call: FunctionCall) -> Value:
     """``listRandom("a;b;c;")``: one of the items, all equally likely; empty when there is none."""
     lists = call.arguments[0]
     if kind_of(lists) != "string":
@@ -74,23 +87,13 @@ def list_random(call: FunctionCall) -> Value:
     return one_of(call, lists)
 
 
-def one_of(call: FunctionCall, lists: Value) -> Value:
-    """One of the items of a list, all equally likely; empty when there is none."""
-    strings = call.workspace.strings
-    column = lists if isinstance(lists, np.ndarray) else np.full(call.shapes.num, strings.id(str(lists)))
-    codes, inverse = np.unique(column, return_inverse=True)
-    choices = [items(strings[code]) or [""] for code in codes.tolist()]
-    counts = np.array([len(choice) for choice in choices])
-    first = np.cumsum(counts) - counts
-    chosen = np.floor(draw(call) * counts[inverse])
-    call.workspace.recorder.add_draw(call.shapes, call.site, chosen, -np.log(counts[inverse]))
-    table = strings.ids(item for choice in choices for item in choice)
-    return table[first[inverse] + chosen.astype(np.int64)]
+def _refuse_texts(call: FunctionCall, value: Value) -> None:
+    if kind_of(value) == "string":
+        raise DerivationError(f"{call.name} expected a number, found a string", call.location)
 
 
 def _finite(call: FunctionCall, value: Value) -> Floats | float:
-    if kind_of(value) == "string":
-        raise DerivationError(f"{call.name} expected a number, found a string", call.location)
+    _refuse_texts(call, value)
     if isinstance(value, float | bool) and math.isfinite(value):
         return float(value)
     column = np.atleast_1d(value)
@@ -101,15 +104,7 @@ def _finite(call: FunctionCall, value: Value) -> Floats | float:
     return column.astype(np.float64, copy=False)
 
 
-RANDOM: dict[str, Builtin] = {
-    "fileRandom": Builtin(file_random, (1, 1), random=True),
-    "listRandom": Builtin(list_random, (1, 1), random=True),
-    "p": Builtin(p, (1, 1), random=True),
-    "rand": Builtin(rand, (0, 2), random=True),
-}
-
-
-def elementwise(apply: Callable[..., NDArray], least: int, most: int | None = None) -> Builtin:
+def _elementwise(apply: Callable[..., NDArray], least: int, most: int | None = None) -> Builtin:
     """A function of numbers from a function of arrays."""
 
     def evaluate(call: FunctionCall) -> Value:
@@ -123,8 +118,7 @@ def elementwise(apply: Callable[..., NDArray], least: int, most: int | None = No
 
 
 def _numbers(call: FunctionCall, argument: Value) -> Floats:
-    if kind_of(argument) == "string":
-        raise DerivationError(f"{call.name} expected a number, found a string", call.location)
+    _refuse_texts(call, argument)
     if isinstance(argument, np.ndarray):
         return argument.astype(np.float64, copy=False)
     return np.array([float(argument)])
@@ -132,7 +126,7 @@ def _numbers(call: FunctionCall, argument: Value) -> Floats:
 
 def _chosen(numbers: Callable[..., NDArray], texts: Callable[..., str], count: int) -> Builtin:
     """A function that returns one of its arguments: of numbers, or of strings by their order."""
-    of_numbers, of_texts = elementwise(numbers, count), text_function(texts, (count, count))
+    of_numbers, of_texts = _elementwise(numbers, count), text_function(texts, (count, count))
 
     def evaluate(call: FunctionCall) -> Value:
         are_texts = kind_of(call.arguments[0]) == "string"
@@ -146,25 +140,29 @@ def _clamp(x: Floats, low: Floats, high: Floats) -> Floats:
 
 
 BUILTINS: dict[str, Builtin] = {
-    "abs": elementwise(np.abs, 1),
-    "acos": elementwise(lambda x: np.degrees(np.arccos(x)), 1),
-    "asin": elementwise(lambda x: np.degrees(np.arcsin(x)), 1),
-    "atan": elementwise(lambda x: np.degrees(np.arctan(x)), 1),
-    "atan2": elementwise(lambda y, x: np.degrees(np.arctan2(y, x)), 2),
-    "ceil": elementwise(np.ceil, 1),
+    "abs": _elementwise(np.abs, 1),
+    "acos": _elementwise(lambda x: np.degrees(np.arccos(x)), 1),
+    "asin": _elementwise(lambda x: np.degrees(np.arcsin(x)), 1),
+    "atan": _elementwise(lambda x: np.degrees(np.arctan(x)), 1),
+    "atan2": _elementwise(lambda y, x: np.degrees(np.arctan2(y, x)), 2),
+    "ceil": _elementwise(np.ceil, 1),
     "clamp": _chosen(_clamp, lambda x, low, high: min(max(x, low), high), 3),
-    "cos": elementwise(lambda x: np.cos(np.radians(x)), 1),
-    "exp": elementwise(np.exp, 1),
-    "floor": elementwise(np.floor, 1),
-    "isinf": elementwise(np.isinf, 1),
-    "isnan": elementwise(np.isnan, 1),
-    "ln": elementwise(np.log, 1),
-    "log10": elementwise(np.log10, 1),
+    "cos": _elementwise(lambda x: np.cos(np.radians(x)), 1),
+    "exp": _elementwise(np.exp, 1),
+    "fileRandom": Builtin(_file_random, (1, 1), random=True),
+    "floor": _elementwise(np.floor, 1),
+    "isinf": _elementwise(np.isinf, 1),
+    "isnan": _elementwise(np.isnan, 1),
+    "listRandom": Builtin(_list_random, (1, 1), random=True),
+    "ln": _elementwise(np.log, 1),
+    "log10": _elementwise(np.log10, 1),
     "max": _chosen(np.maximum, max, 2),
     "min": _chosen(np.minimum, min, 2),
-    "pow": elementwise(np.power, 2),
-    "rint": elementwise(np.rint, 1),
-    "sin": elementwise(lambda x: np.sin(np.radians(x)), 1),
-    "sqrt": elementwise(np.sqrt, 1),
-    "tan": elementwise(lambda x: np.tan(np.radians(x)), 1),
+    "p": Builtin(_bernoulli, (1, 1), random=True),
+    "pow": _elementwise(np.power, 2),
+    "rand": Builtin(_rand, (0, 2), random=True),
+    "rint": _elementwise(np.rint, 1),
+    "sin": _elementwise(lambda x: np.sin(np.radians(x)), 1),
+    "sqrt": _elementwise(np.sqrt, 1),
+    "tan": _elementwise(lambda x: np.tan(np.radians(x)), 1),
 }

@@ -1,7 +1,4 @@
-"""Shape attributes: properties of a shape that rules can read.
-
-``convert``: a position or an orientation in another coordinate system of a shape.
-"""
+"""Shape attributes, which are properties of a shape that rules can read, and ``convert`` between coordinate systems."""
 
 from __future__ import annotations
 
@@ -20,6 +17,29 @@ from grammarlab.derivation.state.shapes import Ids, Shapes, Value, kind_of, numb
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError
 from grammarlab.language.syntax.keywords import KEYWORDS
+
+_WORDS = frozenset().union(*(KEYWORDS[name] for name in ("axis", "system", "position_type")))
+STATE_DEFAULTS: dict[str, float | str | bool] = {
+    "split.index": 0.0,
+    "split.total": 0.0,
+    "comp.index": 0.0,
+    "comp.total": 0.0,
+    "comp.sel": "",
+    "trim.horizontal": True,
+    "trim.vertical": True,
+    **dict.fromkeys(PIVOT_POSITION, 0.0),
+    **{f"material.{name}": value for name, value in REMEMBERED.items()},
+}
+"""Entries of `Shapes.state` that operations or ``set`` change, and their values on an initial shape."""
+_AXES = "xyz"
+ASK_FOR_PIVOT = frozenset({*PIVOT_POSITION, *(f"{kind}{axis}" for kind in ("scope.t", "pivot.o") for axis in _AXES)})
+"""Readable and settable shape attributes that depend on the pivot."""
+
+
+def turn_angles(reference: Ids, frames: Ids, workspace: Workspace) -> NDArray[np.float64]:
+    """[N, 3] angles in degrees of frames [N] relative to other frames [N]."""
+    table = workspace.frames
+    return euler_angles(np.einsum("nji,njk->nik", table.rotations(reference), table.rotations(frames)))
 
 
 def _convert(call: FunctionCall) -> Value:
@@ -55,28 +75,7 @@ def _system(call: FunctionCall, name: str) -> tuple[Floats, Ids]:
     return -workspace.origins[shapes.model], np.zeros(shapes.num, dtype=np.int32)
 
 
-_WORDS = frozenset().union(*(KEYWORDS[name] for name in ("axis", "system", "position_type")))
-
 BUILTINS: dict[str, Builtin] = {"convert": Builtin(_convert, (7, 7), keywords=_WORDS)}
-
-
-STATE_DEFAULTS: dict[str, float | str | bool] = {
-    "split.index": 0.0,
-    "split.total": 0.0,
-    "comp.index": 0.0,
-    "comp.total": 0.0,
-    "comp.sel": "",
-    "trim.horizontal": True,
-    "trim.vertical": True,
-    **dict.fromkeys(PIVOT_POSITION, 0.0),
-    **{f"material.{name}": value for name, value in REMEMBERED.items()},
-}
-"""Entries of `Shapes.state` that operations or ``set`` change, and their values on an initial shape."""
-
-_AXES = "xyz"
-
-ASK_FOR_PIVOT = frozenset({*PIVOT_POSITION, *(f"{kind}{axis}" for kind in ("scope.t", "pivot.o") for axis in _AXES)})
-"""Readable and settable shape attributes that depend on the pivot."""
 
 
 def _size(axis: int) -> Code:
@@ -97,12 +96,6 @@ def _rotation(axis: int) -> Code:
 
 def _orientation(axis: int) -> Code:
     return lambda shapes, workspace: turn_angles(workspace.roots.frame[shapes.model], shapes.pivot, workspace)[:, axis]
-
-
-def turn_angles(reference: Ids, frames: Ids, workspace: Workspace) -> NDArray[np.float64]:
-    """[N, 3] angles in degrees of frames [N] relative to other frames [N]."""
-    table = workspace.frames
-    return euler_angles(np.einsum("nji,njk->nik", table.rotations(reference), table.rotations(frames)))
 
 
 def _state(name: str) -> Code:

@@ -1,6 +1,6 @@
-"""String functions and conversions between types.
+"""Functions of strings and of lists, and conversions between types.
 
-Functions of lists: strings with a semicolon after each item, as in CGA.
+Lists are strings with a semicolon after each item, as in CGA.
 """
 
 from __future__ import annotations
@@ -34,6 +34,30 @@ def text_function(apply: Callable[..., str | float | bool], num_arguments: tuple
     return Builtin(evaluate, num_arguments)
 
 
+_NULL_TEXT = text_function(lambda text: text == "\ue000")
+"""CGA's missing value among strings; among numbers it is NaN."""
+
+
+def print_value(value: Value, shapes: Shapes, workspace: Workspace) -> None:
+    """Collect the texts of ``print``, one per shape."""
+    texts = texts_of(value, workspace)
+    lines = [texts] * shapes.num if isinstance(texts, str) else [workspace.strings[text] for text in texts.tolist()]
+    workspace.recorder.add_prints(lines)
+
+
+def items(text: str) -> list[str]:
+    """The items of a list; the last one may lack its semicolon."""
+    parts = text.split(";")
+    return parts[:-1] if parts[-1] == "" else parts
+
+
+def joined(parts: list[str]) -> str:
+    """A list of these items."""
+    text = "".join(f"{part};" for part in parts)
+    check_length(len(text))
+    return text
+
+
 def _require_kinds(call: FunctionCall) -> None:
     """Refuse arguments whose types differ from CGA's table of functions; ``any`` means string here."""
     form = max(functions()[call.name], key=lambda form: len(form.parameters))
@@ -45,6 +69,16 @@ def _require_kinds(call: FunctionCall) -> None:
             raise DerivationError(
                 f"{call.name} expected a {expected} as argument {index + 1}, found a {kind}", call.location
             )
+
+
+def _value(result: str | float | bool) -> Value:
+    return result if isinstance(result, str | bool) else float(result)
+
+
+def _column(results: list[str | float | bool], inverse: np.ndarray, call: FunctionCall) -> Value:
+    if isinstance(results[0], str):
+        return call.workspace.strings.ids(str(result) for result in results)[inverse]
+    return np.array(results, dtype=bool if isinstance(results[0], bool) else np.float64)[inverse]
 
 
 def _row(call: FunctionCall, row: list[float]) -> list[str | float | bool]:
@@ -62,17 +96,7 @@ def _row(call: FunctionCall, row: list[float]) -> list[str | float | bool]:
     return arguments
 
 
-def _value(result: str | float | bool) -> Value:
-    return result if isinstance(result, str | bool) else float(result)
-
-
-def _column(results: list[str | float | bool], inverse: np.ndarray, call: FunctionCall) -> Value:
-    if isinstance(results[0], str):
-        return call.workspace.strings.ids(str(result) for result in results)[inverse]
-    return np.array(results, dtype=bool if isinstance(results[0], bool) else np.float64)[inverse]
-
-
-def to_number(text: str) -> float:
+def _to_number(text: str) -> float:
     """Number from a text; NaN if it is not a number."""
     if "_" in text or not text.isascii():  # Python reads 1_000 as 1000
         return float("nan")
@@ -85,7 +109,7 @@ def to_number(text: str) -> float:
 def _convert_to_float(call: FunctionCall) -> Value:
     value = call.arguments[0]
     if kind_of(value) == "string":
-        return text_function(to_number).evaluate(call)
+        return text_function(_to_number).evaluate(call)
     return value.astype(np.float64) if isinstance(value, np.ndarray) else float(value)
 
 
@@ -103,23 +127,12 @@ def _is_null(call: FunctionCall) -> Value:
     return np.isnan(value) if isinstance(value, np.ndarray) else bool(np.isnan(value))
 
 
-_NULL_TEXT = text_function(lambda text: text == "\ue000")
-"""CGA's missing value among strings; among numbers it is NaN."""
-
-
 def _is_true(text: str) -> bool:
-    return text.strip().lower() not in {"", "f", "false"} and to_number(text) != 0.0
+    return text.strip().lower() not in {"", "f", "false"} and _to_number(text) != 0.0
 
 
 def _convert_to_text(call: FunctionCall) -> Value:
     return texts_of(call.arguments[0], call.workspace)
-
-
-def print_value(value: Value, shapes: Shapes, workspace: Workspace) -> None:
-    """Collect the texts of ``print``, one per shape."""
-    texts = texts_of(value, workspace)
-    lines = [texts] * shapes.num if isinstance(texts, str) else [workspace.strings[text] for text in texts.tolist()]
-    workspace.recorder.add_prints(lines)
 
 
 def _print(call: FunctionCall) -> Value:
@@ -127,14 +140,14 @@ def _print(call: FunctionCall) -> Value:
     return call.arguments[0]
 
 
-def whole(number: float) -> int:
+def _whole(number: float) -> int:
     """Integer part of a number; 0 if it is not finite."""
     return int(number) if isfinite(number) else 0
 
 
 def _find(text: str, sought: str, nth: float = 0.0) -> float:
     index = -1
-    for _ in range(max(0, whole(nth)) + 1):
+    for _ in range(max(0, _whole(nth)) + 1):
         index = text.find(sought, index + 1)
         if index < 0:
             return -1.0
@@ -142,18 +155,18 @@ def _find(text: str, sought: str, nth: float = 0.0) -> float:
 
 
 def _substring(text: str, start: float, end: float) -> str:
-    return text[max(0, whole(start)) : max(0, whole(end))]
+    return text[max(0, _whole(start)) : max(0, _whole(end))]
 
 
 def _replace(text: str, old: str, new: str | float | bool) -> str:
     if not old:
         return text
-    replacement = text_of(new)
+    replacement = _text_of(new)
     check_length(len(text) + text.count(old) * (len(replacement) - len(old)))
     return text.replace(old, replacement)
 
 
-def text_of(value: str | float | bool) -> str:
+def _text_of(value: str | float | bool) -> str:
     """A constant as CGA writes it into strings."""
     return value if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else number_text(value)
 
@@ -174,6 +187,42 @@ def _range(text: str, first: str, last: str) -> str:
     return rest[: max(0, end)]
 
 
+def _fits(item: str, sought: str) -> bool:
+    """Whether an item matches a pattern; a ``*`` at the start or the end matches any text.
+
+    >>> _fits("floor_2", "*_2"), _fits("your", "*u*"), _fits("your", "u*")
+    (True, True, False)
+    """
+    core = sought.removeprefix("*")
+    at_start = core == sought
+    core, at_end = core.removesuffix("*"), not core.endswith("*")
+    if at_start and at_end:
+        return item == core
+    return item.startswith(core) if at_start else item.endswith(core) if at_end else core in item
+
+
+def _item(text: str, index: float) -> str:
+    parts = items(text)
+    return parts[_whole(index)] if 0 <= index < len(parts) else ""
+
+
+def _index(text: str, sought: str) -> float:
+    return float(next((i for i, item in enumerate(items(text)) if _fits(item, sought)), -1))
+
+
+def _remove(text: str, sought: str) -> str:
+    parts, index = items(text), _whole(_index(text, sought))
+    return joined(parts[:index] + parts[index + 1 :]) if index >= 0 else joined(parts)
+
+
+def _filtered(text: str, sought: str, fitting: bool) -> str:
+    return joined([item for item in items(text) if _fits(item, sought) == fitting])
+
+
+def _part(text: str, first: float, last: float) -> str:
+    return joined(items(text)[max(0, _whole(first)) : max(0, _whole(last))])
+
+
 BUILTINS: dict[str, Builtin] = {
     "bool": Builtin(_convert_to_bool, (1, 1)),
     "count": text_function(lambda text, sought: float(text.count(sought)), (2, 2)),
@@ -187,66 +236,9 @@ BUILTINS: dict[str, Builtin] = {
     "isNull": Builtin(_is_null, (1, 1)),
     "isnull": Builtin(_is_null, (1, 1)),
     "len": text_function(lambda text: float(len(text))),
-    "print": Builtin(_print, (1, 1), takes_arrays=True),
-    "replace": text_function(_replace, (3, 3)),
-    "str": Builtin(_convert_to_text, (1, 1), takes_arrays=True),
-    "substring": text_function(_substring, (3, 3)),
-}
-
-
-def items(text: str) -> list[str]:
-    """The items of a list; the last one may lack its semicolon."""
-    parts = text.split(";")
-    return parts[:-1] if parts[-1] == "" else parts
-
-
-def joined(parts: list[str]) -> str:
-    """A list of these items."""
-    text = "".join(f"{part};" for part in parts)
-    check_length(len(text))
-    return text
-
-
-def fits(item: str, sought: str) -> bool:
-    """Whether an item matches a pattern; a ``*`` at the start or the end matches any text.
-
-    >>> fits("floor_2", "*_2"), fits("your", "*u*"), fits("your", "u*")
-    (True, True, False)
-    """
-    core = sought.removeprefix("*")
-    at_start = core == sought
-    core, at_end = core.removesuffix("*"), not core.endswith("*")
-    if at_start and at_end:
-        return item == core
-    return item.startswith(core) if at_start else item.endswith(core) if at_end else core in item
-
-
-def _item(text: str, index: float) -> str:
-    parts = items(text)
-    return parts[whole(index)] if 0 <= index < len(parts) else ""
-
-
-def _index(text: str, sought: str) -> float:
-    return float(next((i for i, item in enumerate(items(text)) if fits(item, sought)), -1))
-
-
-def _remove(text: str, sought: str) -> str:
-    parts, index = items(text), whole(_index(text, sought))
-    return joined(parts[:index] + parts[index + 1 :]) if index >= 0 else joined(parts)
-
-
-def _filtered(text: str, sought: str, fitting: bool) -> str:
-    return joined([item for item in items(text) if fits(item, sought) == fitting])
-
-
-def _part(text: str, first: float, last: float) -> str:
-    return joined(items(text)[max(0, whole(first)) : max(0, whole(last))])
-
-
-LISTS: dict[str, Builtin] = {
     "listAdd": text_function(lambda text, item: joined([*items(text), item.removesuffix(";")]), (2, 2)),
     "listClean": text_function(lambda text: joined([item for item in items(text) if item])),
-    "listCount": text_function(lambda text, sought: float(sum(fits(item, sought) for item in items(text))), (2, 2)),
+    "listCount": text_function(lambda text, sought: float(sum(_fits(item, sought) for item in items(text))), (2, 2)),
     "listFirst": text_function(lambda text: _item(text, 0.0)),
     "listIndex": text_function(_index, (2, 2)),
     "listItem": text_function(_item, (2, 2)),
@@ -257,4 +249,8 @@ LISTS: dict[str, Builtin] = {
     "listRetainAll": text_function(lambda text, sought: _filtered(text, sought, True), (2, 2)),
     "listSize": text_function(lambda text: float(len(items(text)))),
     "listTerminate": text_function(lambda text: joined(items(text))),
+    "print": Builtin(_print, (1, 1), takes_arrays=True),
+    "replace": text_function(_replace, (3, 3)),
+    "str": Builtin(_convert_to_text, (1, 1), takes_arrays=True),
+    "substring": text_function(_substring, (3, 3)),
 }

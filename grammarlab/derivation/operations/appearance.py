@@ -1,11 +1,10 @@
-"""Operations that change the material, attributes and labels of a shape, not its placement.
+"""Operations that change materials, attributes and labels of shapes; ``set`` for placements; operations without effect.
 
-``set`` for the numbers that place a shape: ``scope.t``, ``scope.r``, ``scope.s``, ``pivot.p`` and ``pivot.o``.
+``set`` changes the numbers that place a shape: ``scope.t``, ``scope.r``, ``scope.s``, ``pivot.p`` and ``pivot.o``.
 
-Operations that change normals, or the division of a surface into faces, but not the surface.
-
-They are accepted and have no effect: concave faces are cut when they are drawn. Later operations may depend
-on the division into faces, and on no other effect of these operations; `grammarlab check` warns of each use.
+Operations that change normals, or the division of a surface into faces, but not the surface, are accepted and have no
+effect: concave faces are cut when they are drawn. Later operations may depend on the division into faces, and on no
+other effect of these operations; `grammarlab check` warns of each use.
 """
 
 from __future__ import annotations
@@ -26,74 +25,16 @@ from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.state.shapes import ARRAY, Shapes, kind_of, number_column
 from grammarlab.language.syntax.keywords import KEYWORDS
 
-PLACEMENT = frozenset(
+_PLACEMENT = frozenset(
     f"{kind}{axis}" for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o") for axis in "xyz"
 )
 """The names of these numbers."""
-
-_KEPT = Argument(1.0, relative=True)
-
-
-def set_placement(call: BoundCall, name: str, argument: Argument) -> Shapes:
-    """Shapes with one of the numbers changed and the others kept.
-
-    The scope is placed relative to the pivot, so it moves and rotates with it.
-
-    Args:
-        call: the operation.
-        name: one of `PLACEMENT`.
-        argument: metres or degrees.
-    """
-    axis = "xyz".index(name[-1])
-    if name.startswith("scope.s"):
-        return s(call._replace(arguments=tuple(argument if other == axis else _KEPT for other in range(3))))
-    return carried(call.shapes, _placed(call, name, axis, argument), call.workspace)
-
-
-def _placed(call: BoundCall, name: str, axis: int, argument: Argument) -> Shapes:
-    """Shapes moved or rotated, with their pivots or relative to them."""
-    shapes, frames, value = call.shapes, call.workspace.frames, call.column(argument)
-    pivot = pivot_position(shapes, call.workspace)
-    if name.startswith("pivot.p"):
-        initial = call.workspace.roots.frame[shapes.model]
-        start = call.workspace.roots.position[shapes.model]
-        offset = frames.to_local(initial, pivot - start)
-        offset[:, axis] = value
-        moved = start + frames.to_world(initial, offset)
-        return with_pivot(
-            shapes._replace(position=shapes.position + moved - pivot), moved, shapes.pivot, call.workspace
-        )
-    translation = frames.to_local(shapes.pivot, shapes.position - pivot)
-    if name.startswith("scope.t"):
-        translation[:, axis] = value
-        return shapes._replace(position=pivot + frames.to_world(shapes.pivot, translation))
-    reference = call.workspace.roots.frame[shapes.model] if name.startswith("pivot.o") else shapes.pivot
-    turned = shapes.pivot if name.startswith("pivot.o") else shapes.frame
-    angles = turn_angles(reference, turned, call.workspace)
-    angles[:, axis] = value
-    frame = frames.rotated(reference, euler(*angles.T))
-    if name.startswith("scope.r"):
-        return shapes._replace(frame=frame)
-    scope = frames.rotations(shapes.pivot).swapaxes(1, 2) @ frames.rotations(shapes.frame)
-    placed = shapes._replace(frame=frames.rotated(frame, scope), position=pivot + frames.to_world(frame, translation))
-    return with_pivot(placed, pivot, frame, call.workspace)
-
-
+_UNCHANGED_SIZE = Argument(1.0, relative=True)
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
 _OF_FACES = ("cleanupGeometry", "convexify")
 _OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
-
-
-def unchanged(call: BoundCall) -> Shapes:
-    """The unchanged shapes."""
-    return call.shapes
-
-
-NEUTRAL: dict[str, Operation] = {name: Operation(unchanged, _WORDS, (0, 9)) for name in (*_OF_FACES, *_OF_LOOKS)}
 CHANGE_LOOKS = frozenset(_OF_LOOKS)
 """Operations that no later shape depends on."""
-
-
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _WITHOUT_EFFECT = ("trim.", "seedian")
@@ -111,30 +52,6 @@ def color(call: BoundCall) -> Shapes:
     return _changed(call, changes)
 
 
-def _colored(call: BoundCall, argument: Argument, channels: tuple[str, str, str]) -> Shapes:
-    """Channels from a hexadecimal colour."""
-    return _changed_by_text(
-        call, argument, lambda text: dict(zip((*channels, "opacity"), _color_of(text, call), strict=False))
-    )
-
-
-def _changed_by_text(call: BoundCall, argument: Argument, changes: Callable[[str], dict[str, float | str]]) -> Shapes:
-    """Materials changed by what ``changes`` makes of a string."""
-    table, strings, text = call.workspace.materials, call.workspace.strings, call.text(argument)
-    if isinstance(text, str):
-        return call.shapes._replace(material=table.repainted(call.shapes.material, changes(text)))
-    material = table.changed_by_code(call.shapes.material, text, lambda code: changes(strings[code]))
-    return call.shapes._replace(material=material)
-
-
-def _color_of(text: str, call: BoundCall) -> tuple[float, ...]:
-    """Red, green, blue and optional opacity in 0..1."""
-    channels = parse_color(text)
-    if channels is None:
-        raise call.error(f'expected a colour like "#ff8800", found "{text}"')
-    return channels
-
-
 def texture(call: BoundCall) -> Shapes:
     """``texture(path)``: the image on the surface; an empty path removes it."""
     return _changed_by_text(call, call.arguments[0], lambda path: {"texture": path})
@@ -148,8 +65,8 @@ def set_attribute(call: BoundCall) -> Shapes:
     name, argument = str(call.arguments[0].value), call.arguments[1]
     if name in call.workspace.attributes:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
-    if name in PLACEMENT:
-        return set_placement(call, name, argument)
+    if name in _PLACEMENT:
+        return _set_placement(call, name, argument)
     if name in call.shapes.state:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name.startswith("material."):
@@ -162,33 +79,6 @@ def set_attribute(call: BoundCall) -> Shapes:
         f"set expects an attribute of this grammar or a material attribute, found {name}",
         "attributes are declared with attr; material attributes are " + ", ".join(CHANNELS),
     )
-
-
-def _set_material(call: BoundCall, name: str, argument: Argument) -> Shapes:
-    channel = _ALIASES.get(name, name)
-    if channel in CHANNELS:
-        return _changed(call, {channel: _unit(call, argument)})
-    if name in ("color.rgb", "color"):
-        return _colored(call, argument, _COLOR)
-    if name in ("emissive.rgb", "emissive"):
-        return _colored(call, argument, ("emissive.r", "emissive.g", "emissive.b"))
-    if name == "colormap":
-        return texture(call._replace(arguments=(argument,)))
-    return call.shapes
-
-
-def _unit(call: BoundCall, argument: Argument) -> float | NDArray[np.float64]:
-    """A number clamped to 0..1."""
-    number = call.number(argument)
-    return np.clip(number, 0.0, 1.0) if isinstance(number, np.ndarray) else min(max(number, 0.0), 1.0)
-
-
-def _changed(call: BoundCall, changes: dict[str, float | NDArray[np.float64]]) -> Shapes:
-    table, shapes = call.workspace.materials, call.shapes
-    constants = {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
-    if len(constants) == len(changes):
-        return shapes._replace(material=table.repainted(shapes.material, constants))
-    return shapes._replace(material=table.changed(shapes.material, changes))
 
 
 def report(call: BoundCall) -> Shapes:
@@ -228,3 +118,107 @@ OPERATIONS: dict[str, Operation] = {
     "set": Operation(set_attribute, num_arguments=(2, 2), names_target=True),
     "texture": Operation(texture, num_arguments=(1, 1)),
 }
+
+
+def _colored(call: BoundCall, argument: Argument, channels: tuple[str, str, str]) -> Shapes:
+    """Channels from a hexadecimal colour."""
+    return _changed_by_text(
+        call, argument, lambda text: dict(zip((*channels, "opacity"), _color_of(text, call), strict=False))
+    )
+
+
+def _changed_by_text(call: BoundCall, argument: Argument, changes: Callable[[str], dict[str, float | str]]) -> Shapes:
+    """Materials changed by what ``changes`` makes of a string."""
+    table, strings, text = call.workspace.materials, call.workspace.strings, call.text(argument)
+    if isinstance(text, str):
+        return call.shapes._replace(material=table.repainted(call.shapes.material, changes(text)))
+    material = table.changed_by_code(call.shapes.material, text, lambda code: changes(strings[code]))
+    return call.shapes._replace(material=material)
+
+
+def _color_of(text: str, call: BoundCall) -> tuple[float, ...]:
+    """Red, green, blue and optional opacity in 0..1."""
+    channels = parse_color(text)
+    if channels is None:
+        raise call.error(f'expected a colour like "#ff8800", found "{text}"')
+    return channels
+
+
+def _unit(call: BoundCall, argument: Argument) -> float | NDArray[np.float64]:
+    """A number clamped to 0..1."""
+    number = call.number(argument)
+    return np.clip(number, 0.0, 1.0) if isinstance(number, np.ndarray) else min(max(number, 0.0), 1.0)
+
+
+def _changed(call: BoundCall, changes: dict[str, float | NDArray[np.float64]]) -> Shapes:
+    table, shapes = call.workspace.materials, call.shapes
+    constants = {name: value for name, value in changes.items() if not isinstance(value, np.ndarray)}
+    if len(constants) == len(changes):
+        return shapes._replace(material=table.repainted(shapes.material, constants))
+    return shapes._replace(material=table.changed(shapes.material, changes))
+
+
+def _set_placement(call: BoundCall, name: str, argument: Argument) -> Shapes:
+    """Shapes with one of the numbers changed and the others kept.
+
+    The scope is placed relative to the pivot, so it moves and rotates with it.
+
+    Args:
+        call: the operation.
+        name: one of `_PLACEMENT`.
+        argument: metres or degrees.
+    """
+    axis = "xyz".index(name[-1])
+    if name.startswith("scope.s"):
+        return s(call._replace(arguments=tuple(argument if other == axis else _UNCHANGED_SIZE for other in range(3))))
+    return carried(call.shapes, _placed(call, name, axis, argument), call.workspace)
+
+
+def _placed(call: BoundCall, name: str, axis: int, argument: Argument) -> Shapes:
+    """Shapes moved or rotated, with their pivots or relative to them."""
+    shapes, frames, value = call.shapes, call.workspace.frames, call.column(argument)
+    pivot = pivot_position(shapes, call.workspace)
+    if name.startswith("pivot.p"):
+        initial = call.workspace.roots.frame[shapes.model]
+        start = call.workspace.roots.position[shapes.model]
+        offset = frames.to_local(initial, pivot - start)
+        offset[:, axis] = value
+        moved = start + frames.to_world(initial, offset)
+        return with_pivot(
+            shapes._replace(position=shapes.position + moved - pivot), moved, shapes.pivot, call.workspace
+        )
+    translation = frames.to_local(shapes.pivot, shapes.position - pivot)
+    if name.startswith("scope.t"):
+        translation[:, axis] = value
+        return shapes._replace(position=pivot + frames.to_world(shapes.pivot, translation))
+    reference = call.workspace.roots.frame[shapes.model] if name.startswith("pivot.o") else shapes.pivot
+    turned = shapes.pivot if name.startswith("pivot.o") else shapes.frame
+    angles = turn_angles(reference, turned, call.workspace)
+    angles[:, axis] = value
+    frame = frames.rotated(reference, euler(*angles.T))
+    if name.startswith("scope.r"):
+        return shapes._replace(frame=frame)
+    scope = frames.rotations(shapes.pivot).swapaxes(1, 2) @ frames.rotations(shapes.frame)
+    placed = shapes._replace(frame=frames.rotated(frame, scope), position=pivot + frames.to_world(frame, translation))
+    return with_pivot(placed, pivot, frame, call.workspace)
+
+
+def _set_material(call: BoundCall, name: str, argument: Argument) -> Shapes:
+    channel = _ALIASES.get(name, name)
+    if channel in CHANNELS:
+        return _changed(call, {channel: _unit(call, argument)})
+    if name in ("color.rgb", "color"):
+        return _colored(call, argument, _COLOR)
+    if name in ("emissive.rgb", "emissive"):
+        return _colored(call, argument, ("emissive.r", "emissive.g", "emissive.b"))
+    if name == "colormap":
+        return texture(call._replace(arguments=(argument,)))
+    return call.shapes
+
+
+def _unchanged(call: BoundCall) -> Shapes:
+    """The unchanged shapes."""
+    return call.shapes
+
+
+NEUTRAL: dict[str, Operation] = {name: Operation(_unchanged, _WORDS, (0, 9)) for name in (*_OF_FACES, *_OF_LOOKS)}

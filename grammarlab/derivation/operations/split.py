@@ -1,9 +1,4 @@
-"""``split``: a shape cut into slabs along one of its scope's axes, or between values of a texture coordinate.
-
-Sizes, numbers and indices of parts, for splits along axes and along texture coordinates.
-
-``split`` in texture space: a shape cut at values of u or v.
-"""
+"""``split``: a shape cut into slabs along one of its scope's axes, or between values of a texture coordinate."""
 
 from __future__ import annotations
 
@@ -32,73 +27,57 @@ from grammarlab.derivation.state.texture_maps import map_ids
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
-_INDICES = frozenset({"split.index", "split.total"})
-
-
-def asked_indices(workspace: Workspace) -> frozenset[str]:
-    """Those of ``split.index`` and ``split.total`` that the grammar reads."""
-    return workspace.state_names & _INDICES
-
-
-def elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:
-    """Sizes of a split of lengths [N], grouped by repeated group."""
-    elements: list[Element] = []
-    group = -1
-    for head in heads:
-        argument = head.argument
-        number = call.number(argument)
-        size = SplitSize(number * length if argument.relative else number, argument.floating)
-        if head.group < 0:
-            elements.append(size)
-        elif head.group == group and isinstance(elements[-1], SplitRepeat):
-            elements[-1] = SplitRepeat((*elements[-1].sizes, size))
-        else:
-            elements.append(SplitRepeat((size,)))
-        group = head.group
-    return elements
-
-
-def numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
-    """Index of each piece along its shape, from 0; only if it is read or a part draws."""
-    counts = [len(piece.row) for piece in pieces]
-    if shapes.key is None and not is_wanted:
-        return [np.zeros(count, np.int64) for count in counts]
-    if all(piece.is_one_each for piece in pieces):
-        return [np.full(count, index) for index, count in enumerate(counts)]
-    row = np.concatenate([piece.row for piece in pieces])
-    order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
-    per_row = np.bincount(row, minlength=shapes.num)
-    number = np.empty(len(row), np.int64)
-    number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
-    return np.split(number, np.cumsum(counts)[:-1])
-
-
-def indexed(
-    parts: Sequence[Shapes],
-    pieces: Sequence[SplitPieces],
-    numbers: Sequence[NDArray[np.int64]],
-    num_shapes: int,
-    names: frozenset[str],
-) -> list[Shapes]:
-    """Parts with their index and total, if the grammar reads them."""
-    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
-    result = []
-    for part, piece, number in zip(parts, pieces, numbers, strict=True):
-        values = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
-        result.append(part._replace(state={**part.state, **{name: values[name] for name in names}}))
-    return result
-
-
 Rows = NDArray[np.int64]
 
+_INDICES = frozenset({"split.index", "split.total"})
 _STRAIGHT = 1e-12
 """Largest component of a unit vector along other axes for which it counts as an axis."""
-
 _LIES_ALONG = {BOX: (0, 1, 2), FOOTPRINT: (0, 2), FACE: (0, 1)}
 """Axes along which a box or rectangle extends."""
+_AXES = {"x": 0, "y": 1, "z": 2}
+_WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
 
 
-def split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
+    """``split(x|y|z, adjust|noAdjust) { size : ... | ... }*``: slabs of the given sizes.
+
+    Boxes and rectangles stay boxes and rectangles; other geometry is clipped, cuts through closed meshes are closed,
+    and with ``adjust`` (the default) the scope of a part is fitted to its geometry.
+    """
+    words = call.words
+    if words and words[0] in UV_AXES:
+        return _split_between_values(call, heads)
+    axis = _AXES.get(words[0] if words else "")
+    if axis is None:
+        raise call.error("split expects x, y, z, u or v first", "for example split(x) { 2 : A | ~1 : B }")
+    shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames) if axis == 1 else call.shapes
+    if shapes is not call.shapes:
+        call = call._replace(shapes=shapes)
+    length = shapes.size[:, axis]
+    elements = _elements_of(call, heads, length)
+    along = call.workspace.frames.axis(shapes.frame, axis)
+    clipped = _needs_clipping(shapes.mesh, axis)
+    general = clipped if clipped.any() else None
+    index_names = _asked_indices(call.workspace)
+    row = in_a_row(length, elements)
+    if row is None:
+        call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
+        pieces = divide(length, elements)
+    elif general is None and not index_names and row.is_full:
+        return _slabs(shapes, axis, row, along)
+    else:
+        pieces = row.pieces()
+    numbers = _numbered(pieces, shapes, is_wanted=bool(index_names))
+    parts = [_part(call, axis, piece, along, general) for piece in pieces]
+    if index_names:
+        parts = _indexed(parts, pieces, numbers, shapes.num, index_names)
+    return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
+
+
+BLOCKS: dict[str, BlockOperation] = {"split": BlockOperation(split, _WORDS, (1, 3))}
+
+
+def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     """``split(u|v, uvSpace|unitSpace, set) { size : ... | ... }*``: parts from the smallest value to the largest.
 
     Sizes are differences of the coordinate, or with ``unitSpace`` metres on the surface. Boxes and rectangles that are
@@ -120,15 +99,53 @@ def split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Bound
     coordinate = range_of(call.shapes, uv_set, UV_AXES.index(words[0]), call.workspace)
     unit_length = coordinate.metres if words[1] == "unitSpace" else np.ones(call.shapes.num)
     length = coordinate.extent * unit_length
-    elements = elements_of(call, heads, length)
+    elements = _elements_of(call, heads, length)
     call.workspace.expanded(count_pieces(length, elements), call.shapes.num, call.location)
     pieces = divide(length, elements)
-    index_names = asked_indices(call.workspace)
-    numbers = numbered(pieces, call.shapes, is_wanted=bool(index_names))
+    index_names = _asked_indices(call.workspace)
+    numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names))
     parts = [_texture_part(call, coordinate, unit_length, piece) for piece in pieces]
     if index_names:
-        parts = indexed(parts, pieces, numbers, call.shapes.num, index_names)
+        parts = _indexed(parts, pieces, numbers, call.shapes.num, index_names)
     return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
+
+
+def _elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:
+    """Sizes of a split of lengths [N], grouped by repeated group."""
+    elements: list[Element] = []
+    group = -1
+    for head in heads:
+        argument = head.argument
+        number = call.number(argument)
+        size = SplitSize(number * length if argument.relative else number, argument.floating)
+        if head.group < 0:
+            elements.append(size)
+        elif head.group == group and isinstance(elements[-1], SplitRepeat):
+            elements[-1] = SplitRepeat((*elements[-1].sizes, size))
+        else:
+            elements.append(SplitRepeat((size,)))
+        group = head.group
+    return elements
+
+
+def _asked_indices(workspace: Workspace) -> frozenset[str]:
+    """Those of ``split.index`` and ``split.total`` that the grammar reads."""
+    return workspace.state_names & _INDICES
+
+
+def _numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
+    """Index of each piece along its shape, from 0; only if it is read or a part draws."""
+    counts = [len(piece.row) for piece in pieces]
+    if shapes.key is None and not is_wanted:
+        return [np.zeros(count, np.int64) for count in counts]
+    if all(piece.is_one_each for piece in pieces):
+        return [np.full(count, index) for index, count in enumerate(counts)]
+    row = np.concatenate([piece.row for piece in pieces])
+    order = np.lexsort((np.concatenate([piece.start for piece in pieces]), row))
+    per_row = np.bincount(row, minlength=shapes.num)
+    number = np.empty(len(row), np.int64)
+    number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
+    return np.split(number, np.cumsum(counts)[:-1])
 
 
 def _texture_part(call: BoundCall, coordinate: Range, unit_length: Floats, piece: SplitPieces) -> Shapes:
@@ -214,44 +231,27 @@ def _turned(points: Floats, axes: Floats) -> Floats:
     return np.stack([dot(axes[:, row], points) for row in range(3)], axis=1)
 
 
-_AXES = {"x": 0, "y": 1, "z": 2}
-_WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
+def _indexed(
+    parts: Sequence[Shapes],
+    pieces: Sequence[SplitPieces],
+    numbers: Sequence[NDArray[np.int64]],
+    num_shapes: int,
+    names: frozenset[str],
+) -> list[Shapes]:
+    """Parts with their index and total, if the grammar reads them."""
+    totals = np.bincount(np.concatenate([piece.row for piece in pieces]), minlength=num_shapes)
+    result = []
+    for part, piece, number in zip(parts, pieces, numbers, strict=True):
+        values = {"split.index": number.astype(np.float64), "split.total": totals[piece.row].astype(np.float64)}
+        result.append(part._replace(state={**part.state, **{name: values[name] for name in names}}))
+    return result
 
 
-def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
-    """``split(x|y|z, adjust|noAdjust) { size : ... | ... }*``: slabs of the given sizes, see `splitting`.
-
-    Boxes and rectangles stay boxes and rectangles; other geometry is clipped, cuts through closed meshes are closed,
-    and with ``adjust`` (the default) the scope of a part is fitted to its geometry.
-    """
-    words = call.words
-    if words and words[0] in UV_AXES:
-        return split_between_values(call, heads)
-    axis = _AXES.get(words[0] if words else "")
-    if axis is None:
-        raise call.error("split expects x, y, z, u or v first", "for example split(x) { 2 : A | ~1 : B }")
-    shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames) if axis == 1 else call.shapes
-    if shapes is not call.shapes:
-        call = call._replace(shapes=shapes)
-    length = shapes.size[:, axis]
-    elements = elements_of(call, heads, length)
-    along = call.workspace.frames.axis(shapes.frame, axis)
-    clipped = _needs_clipping(shapes.mesh, axis)
-    general = clipped if clipped.any() else None
-    index_names = asked_indices(call.workspace)
-    row = in_a_row(length, elements)
-    if row is None:
-        call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
-        pieces = divide(length, elements)
-    elif general is None and not index_names and row.is_full:
-        return _slabs(shapes, axis, row, along)
-    else:
-        pieces = row.pieces()
-    numbers = numbered(pieces, shapes, is_wanted=bool(index_names))
-    parts = [_part(call, axis, piece, along, general) for piece in pieces]
-    if index_names:
-        parts = indexed(parts, pieces, numbers, shapes.num, index_names)
-    return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
+def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
+    """Whether shapes need clipping: all except boxes and rectangles cut across an axis."""
+    if axis == 0:
+        return mesh > FACE
+    return (mesh > FACE) | (mesh == (FOOTPRINT if axis == 1 else FACE))
 
 
 def _slabs(shapes: Shapes, axis: int, row: SplitRow, along: Floats) -> list[BoundPart]:
@@ -292,13 +292,6 @@ def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general
     return shapes.parts(rows, position, size, frame, mesh)
 
 
-def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
-    """Whether shapes need clipping: all except boxes and rectangles cut across an axis."""
-    if axis == 0:
-        return mesh > FACE
-    return (mesh > FACE) | (mesh == (FOOTPRINT if axis == 1 else FACE))
-
-
 def _clipped(
     call: BoundCall,
     axis: int,
@@ -332,6 +325,3 @@ def _clipped(
         position[general] += call.workspace.frames.to_world(frame[general], low)
         size[general] = extent
     return position, size, mesh
-
-
-BLOCKS: dict[str, BlockOperation] = {"split": BlockOperation(split, _WORDS, (1, 3))}

@@ -1,6 +1,6 @@
-"""Bands of a facade: its columns and the piers between them, or its rows and the spandrels between them.
+"""Bands of a facade and runs of repeated bands.
 
-Runs of repeated parts.
+Bands are its columns and the piers between them, or its rows and the spandrels between them.
 """
 
 from __future__ import annotations
@@ -14,65 +14,6 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats
 from grammarlab.facade.looks import is_door, look_of
 from grammarlab.facade.tree import Facade
-
-
-class Repeat(NamedTuple):
-    """Items that are repeated `turns` times."""
-
-    start: int
-    period: int
-    turns: int
-
-    @property
-    def end(self) -> int:
-        """The index after the run."""
-        return self.start + self.period * self.turns
-
-
-def repeated_runs(items: Sequence[Hashable]) -> list[Repeat]:
-    """Runs that do not overlap, in their order: the one that saves the most items, and others with as many turns.
-
-    A split divides its room evenly among its repeats, so that repeats with different numbers of turns cannot share a
-    split.
-
-    >>> repeated_runs("abcbcbcd"), repeated_runs("abc")
-    ([Repeat(start=1, period=2, turns=3)], [])
-    >>> [run.start for run in repeated_runs("wwdwwdwww")]
-    [0, 6]
-    """
-    numbers = {item: number for number, item in enumerate(dict.fromkeys(items))}
-    column = np.array([numbers[item] for item in items], dtype=np.int64)
-    best = _longest(column)
-    return [] if best is None else _runs_of_turns(column, 0, best.turns)
-
-
-def _runs_of_turns(column: NDArray[np.int64], start: int, count: int) -> list[Repeat]:
-    """The runs with this number of turns in a range of the items."""
-    longest = _longest(column, count)
-    if longest is None:
-        return []
-    before = _runs_of_turns(column[: longest.start], start, count)
-    after = _runs_of_turns(column[longest.end :], start + longest.end, count)
-    return [*before, longest._replace(start=start + longest.start), *after]
-
-
-def _longest(column: NDArray[np.int64], turns: int = 0) -> Repeat | None:
-    """The run that saves the most items [N], with this number of turns if one is given."""
-    best = None
-    for period in range(1, len(column) // max(turns, 2) + 1):
-        equal = np.concatenate([[0], column[period:] == column[:-period], [0]]).astype(np.int8)
-        starts, ends = np.flatnonzero(np.diff(equal) == 1), np.flatnonzero(np.diff(equal) == -1)
-        if not len(starts):
-            continue
-        longest = int(np.argmax(ends - starts))
-        count = int(ends[longest] - starts[longest]) // period + 1
-        if count < max(turns, 2):
-            continue
-        run = Repeat(int(starts[longest]), period, turns or count)
-        if best is None or (run.turns - 1) * period > (best.turns - 1) * best.period:
-            best = run
-    return best
-
 
 SAME_PLACE = 1e-6
 """Largest difference of equal edges, as a fraction of the facade's size."""
@@ -91,6 +32,19 @@ class Band(NamedTuple):
     def size(self) -> float:
         """Size, metres."""
         return self.end - self.start
+
+
+class Repeat(NamedTuple):
+    """Items that are repeated `turns` times."""
+
+    start: int
+    period: int
+    turns: int
+
+    @property
+    def end(self) -> int:
+        """The index after the run."""
+        return self.start + self.period * self.turns
 
 
 def bands(facade: Facade, axis: int) -> list[Band]:
@@ -112,6 +66,23 @@ def bands(facade: Facade, axis: int) -> list[Band]:
     if len(element_extents):
         element_extents = _joined(np.concatenate([element_extents, *(extent[None] for extent in adjacent)]), least)
     return _filled(element_extents, float(facade.size[0, axis]), least)
+
+
+def repeated_runs(items: Sequence[Hashable]) -> list[Repeat]:
+    """Runs that do not overlap, in their order: the one that saves the most items, and others with as many turns.
+
+    A split divides its room evenly among its repeats, so that repeats with different numbers of turns cannot share a
+    split.
+
+    >>> repeated_runs("abcbcbcd"), repeated_runs("abc")
+    ([Repeat(start=1, period=2, turns=3)], [])
+    >>> [run.start for run in repeated_runs("wwdwwdwww")]
+    [0, 6]
+    """
+    numbers = {item: number for number, item in enumerate(dict.fromkeys(items))}
+    column = np.array([numbers[item] for item in items], dtype=np.int64)
+    best = _longest(column)
+    return [] if best is None else _runs_of_turns(column, 0, best.turns)
 
 
 def _is_flexible(facade: Facade, leaf: int) -> bool:
@@ -145,3 +116,31 @@ def _filled(element_extents: Floats, whole: float, least: float) -> list[Band]:
     if whole - position > least:
         result.append(Band(position, whole, has_elements=False))
     return result
+
+
+def _longest(column: NDArray[np.int64], turns: int = 0) -> Repeat | None:
+    """The run that saves the most items [N], with this number of turns if one is given."""
+    best = None
+    for period in range(1, len(column) // max(turns, 2) + 1):
+        equal = np.concatenate([[0], column[period:] == column[:-period], [0]]).astype(np.int8)
+        starts, ends = np.flatnonzero(np.diff(equal) == 1), np.flatnonzero(np.diff(equal) == -1)
+        if not len(starts):
+            continue
+        longest = int(np.argmax(ends - starts))
+        count = int(ends[longest] - starts[longest]) // period + 1
+        if count < max(turns, 2):
+            continue
+        run = Repeat(int(starts[longest]), period, turns or count)
+        if best is None or (run.turns - 1) * period > (best.turns - 1) * best.period:
+            best = run
+    return best
+
+
+def _runs_of_turns(column: NDArray[np.int64], start: int, count: int) -> list[Repeat]:
+    """The runs with this number of turns in a range of the items."""
+    longest = _longest(column, count)
+    if longest is None:
+        return []
+    before = _runs_of_turns(column[: longest.start], start, count)
+    after = _runs_of_turns(column[longest.end :], start + longest.end, count)
+    return [*before, longest._replace(start=start + longest.start), *after]

@@ -1,7 +1,4 @@
-"""Differences between the elements of a facade and those of its own member of its family.
-
-Differences of derived leaves and those of a facade.
-"""
+"""Differences between the leaves of a facade and the leaves that its grammar or its family derives."""
 
 from __future__ import annotations
 
@@ -24,59 +21,10 @@ from grammarlab.facade.looks import look_of
 from grammarlab.facade.tree import Facade
 from grammarlab.language.grammar import Grammar
 
-
-def leaf_error(
-    facade: Facade, grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
-) -> float:
-    """Largest difference of the sides of leaves, metres, in the first model of a grammar.
-
-    Args:
-        facade: the expected leaves.
-        grammar: a grammar of boxes whose front is in the x-y plane.
-        labels: labels of the symbols of derived leaves.
-        outlined: leaves whose meshes the grammar refers to.
-
-    Returns:
-        Infinity if leaves are missing, surplus, or of other labels.
-    """
-    boxes, names = derived_leaves(grammar, labels, outlined)
-    if len(boxes) != len(facade.leaves):
-        return np.inf
-    expected = leaf_boxes(facade)
-    nearest = np.asarray(KDTree(boxes).query(expected)[1])
-    if len(np.unique(nearest)) != len(nearest):
-        return np.inf
-    if any(names[near] != facade.name_of(leaf) for near, leaf in zip(nearest, facade.leaves.tolist(), strict=True)):
-        return np.inf
-    return float(np.abs(corners(boxes)[nearest] - corners(expected)).max())
-
-
-def derived_leaves(
-    grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
-) -> tuple[Floats, list[str]]:
-    """[D, 4] left, bottom, width and height of the leaves of the first model, and their labels; none of `AROUND`."""
-    if outlined:
-        with TemporaryDirectory() as folder:
-            store_shapes(outlined, Path(folder))
-            forest = derive(grammar, 1, seed=0, assets=Path(folder))
-    else:
-        forest = derive(grammar, 1, seed=0)
-    leaves = forest.leaves
-    # The name of a symbol without a rule ends with a full stop.
-    symbols = [forest.symbols[symbol].rstrip(".") for symbol in forest.nodes.symbol[leaves.node].tolist()]
-    is_leaf = np.array([symbol != AROUND for symbol in symbols], dtype=bool)
-    box = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
-    return box[is_leaf], [labels.get(symbol, "") for symbol in symbols if symbol != AROUND]
-
-
-def leaf_boxes(facade: Facade) -> Floats:
-    """[L, 4] left, bottom, width and height of the leaves of a facade."""
-    return np.concatenate([facade.position - facade.position[0], facade.size], axis=1)[facade.leaves]
-
-
-def corners(boxes: Floats) -> Floats:
-    """[K, 4] left, bottom, right and top of boxes."""
-    return np.concatenate([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], axis=1)
+_OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
+"""Signs of left, bottom, right and top; with them, the outermost of several is the least."""
+_Pieces = tuple[Ints, Ints, Floats]
+"""[P, 2] column and row, [P] label and [P, 2] place in them."""
 
 
 def member_error(
@@ -101,12 +49,12 @@ def member_error(
     Returns:
         Infinity if elements are missing or surplus; 0 if there are none.
     """
-    boxes, derived_names = derived_leaves(grammar, labels, outlined)
+    boxes, derived_names = _derived_leaves(grammar, labels, outlined)
     pieces = np.array([not look_of(label).is_flexible for label in derived_names], dtype=bool)
-    derived = corners(boxes[pieces])
+    derived = _box_sides(boxes[pieces])
     names = [facade.name_of(leaf) for leaf in facade.leaves.tolist()]
     things = np.array([not look_of(name).is_flexible for name in names], dtype=bool)
-    expected = corners(leaf_boxes(facade)[things])
+    expected = _box_sides(_leaf_boxes(facade)[things])
     number = {label: index for index, label in enumerate(dict.fromkeys((*names, *derived_names)))}
     found_label, label = (
         np.array(
@@ -130,13 +78,58 @@ def member_error(
     return float(np.abs(reach * _OUTWARDS - expected).max(initial=0.0))
 
 
-_OUTWARDS = np.array([1.0, 1.0, -1.0, -1.0])
-"""Signs of left, bottom, right and top; with them, the outermost of several is the least."""
+def leaf_error(
+    facade: Facade, grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
+) -> float:
+    """Largest difference of the sides of leaves, metres, in the first model of a grammar.
+
+    Args:
+        facade: the expected leaves.
+        grammar: a grammar of boxes whose front is in the x-y plane.
+        labels: labels of the symbols of derived leaves.
+        outlined: leaves whose meshes the grammar refers to.
+
+    Returns:
+        Infinity if leaves are missing, surplus, or of other labels.
+    """
+    boxes, names = _derived_leaves(grammar, labels, outlined)
+    if len(boxes) != len(facade.leaves):
+        return np.inf
+    expected = _leaf_boxes(facade)
+    nearest = np.asarray(KDTree(boxes).query(expected)[1])
+    if len(np.unique(nearest)) != len(nearest):
+        return np.inf
+    if any(names[near] != facade.name_of(leaf) for near, leaf in zip(nearest, facade.leaves.tolist(), strict=True)):
+        return np.inf
+    return float(np.abs(_box_sides(boxes)[nearest] - _box_sides(expected)).max())
 
 
-def _own_edges(lines: KindSequence) -> Floats:
-    """[B + 1] metres at which the columns or rows of the facade's own member begin and end."""
-    return np.cumsum([0.0, *(lines.size[kind] for kind in lines.kind)])
+def _derived_leaves(
+    grammar: Grammar, labels: Mapping[str, str], outlined: Collection[OutlinedLeaf] = ()
+) -> tuple[Floats, list[str]]:
+    """[D, 4] left, bottom, width and height of the leaves of the first model, and their labels; none of `AROUND`."""
+    if outlined:
+        with TemporaryDirectory() as folder:
+            store_shapes(outlined, Path(folder))
+            forest = derive(grammar, 1, seed=0, assets=Path(folder))
+    else:
+        forest = derive(grammar, 1, seed=0)
+    leaves = forest.leaves
+    # The name of a symbol without a rule ends with a full stop.
+    symbols = [forest.symbols[symbol].rstrip(".") for symbol in forest.nodes.symbol[leaves.node].tolist()]
+    is_leaf = np.array([symbol != AROUND for symbol in symbols], dtype=bool)
+    box = np.concatenate([leaves.position[:, :2], leaves.size[:, :2]], axis=1)
+    return box[is_leaf], [labels.get(symbol, "") for symbol in symbols if symbol != AROUND]
+
+
+def _box_sides(boxes: Floats) -> Floats:
+    """[K, 4] left, bottom, right and top of boxes."""
+    return np.concatenate([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], axis=1)
+
+
+def _leaf_boxes(facade: Facade) -> Floats:
+    """[L, 4] left, bottom, width and height of the leaves of a facade."""
+    return np.concatenate([facade.position - facade.position[0], facade.size], axis=1)[facade.leaves]
 
 
 def _cut(box: Floats, edges: list[Floats], least: Floats) -> tuple[Ints, Ints]:
@@ -150,6 +143,11 @@ def _cut(box: Floats, edges: list[Floats], least: Floats) -> tuple[Ints, Ints]:
     return rows[:, 0], rows[:, 1:]
 
 
+def _own_edges(lines: KindSequence) -> Floats:
+    """[B + 1] metres at which the columns or rows of the facade's own member begin and end."""
+    return np.cumsum([0.0, *(lines.size[kind] for kind in lines.kind)])
+
+
 def _bands(box: Floats, edges: list[Floats]) -> Ints:
     """[P, 2] the column and row in which the middles of boxes [P, 4] are."""
     middle = _middle(box)
@@ -157,22 +155,8 @@ def _bands(box: Floats, edges: list[Floats]) -> Ints:
     return np.stack(bands, axis=1)
 
 
-def _clipped(box: Floats, edges: list[Floats], band: Ints) -> Floats:
-    low, high = _starts(edges, band), _starts(edges, band + 1)
-    return np.hstack([np.maximum(box[:, :2], low), np.minimum(box[:, 2:], high)])
-
-
-def _starts(edges: list[Floats], band: Ints) -> Floats:
-    """[P, 2] left and bottom of columns and rows."""
-    return np.stack([edges[axis][band[:, axis]] for axis in range(2)], axis=1)
-
-
 def _middle(box: Floats) -> Floats:
     return (box[:, :2] + box[:, 2:]) / 2.0
-
-
-_Pieces = tuple[Ints, Ints, Floats]
-"""[P, 2] column and row, [P] label and [P, 2] place in them."""
 
 
 def _pairs(first_pieces: _Pieces, second_pieces: _Pieces) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -190,3 +174,13 @@ def _pairs(first_pieces: _Pieces, second_pieces: _Pieces) -> tuple[NDArray[np.in
         first.append(first_rows[rows])
         second.append(second_rows[columns])
     return np.concatenate(first), np.concatenate(second)
+
+
+def _starts(edges: list[Floats], band: Ints) -> Floats:
+    """[P, 2] left and bottom of columns and rows."""
+    return np.stack([edges[axis][band[:, axis]] for axis in range(2)], axis=1)
+
+
+def _clipped(box: Floats, edges: list[Floats], band: Ints) -> Floats:
+    low, high = _starts(edges, band), _starts(edges, band + 1)
+    return np.hstack([np.maximum(box[:, :2], low), np.minimum(box[:, 2:], high)])

@@ -1,8 +1,7 @@
 """The family of a facade as a stochastic CGA grammar: columns and rows of its kinds in other numbers, on one grid.
 
-Leaves of a family as rules: boxes or meshes, with the picture that they show in the facade.
-
-The facade itself as a member of its family: its own columns and rows, whether or not they are among the choices.
+Leaves are boxes or meshes, with the picture that they show in the facade. The facade is a member of its family: its own
+columns and rows are derived for comparison, whether or not they are among the choices.
 """
 
 from __future__ import annotations
@@ -37,75 +36,14 @@ from grammarlab.facade.tree import LEAF, Facade
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
-Outline = tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class FacadeLeaves:
-    """Writer of the leaves of a facade. Each leaf lays its own window of the picture on its box."""
-
-    facade: Facade
-    meshes: dict[Outline, OutlinedLeaf | None] = field(default_factory=dict)
-    """Mesh by outline; None for an outline that is written as its box."""
-
-    def body(self, cell: Cell) -> str:
-        """The operations that make a thing, which has no parts."""
-        setup = self._projection(cell.shows) if cell.shows else ""
-        if cell.outline not in self.meshes:
-            self.meshes[cell.outline] = outlined_leaf(np.array(cell.outline)) if cell.outline else None
-        mesh, pictured = self.meshes[cell.outline], bool(setup)
-        body = mesh.body(cell.label, pictured=pictured) if mesh else leaf_body(cell.label, pictured=pictured)
-        return f"{setup} {body}".lstrip()
-
-    @property
-    def outlined(self) -> tuple[OutlinedLeaf, ...]:
-        """Those whose meshes the rules refer to."""
-        return tuple(mesh for mesh in self.meshes.values() if mesh)
-
-    def _projection(self, shows: PictureWindow) -> str:
-        low, high = np.array(shows.low), np.array(shows.high)
-        return window_projection(picture_file(self.facade, shows.picture), low, high - low)
-
-
-def own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks]:
-    """The choices of a family restricted to those of the original facade."""
-    times = tuple(run.turns for run in storeys.runs)
-    height = sum(pattern.rows.size[kind] for kind in pattern.rows.kind)
-    return Storeys(storeys.runs, (times,), (height,)), _own_walk(pattern.columns, walks)
-
-
-def _own_walk(columns: KindSequence, walks: Walks) -> Walks:
-    states, gaps, gap, doors = [], [], -1, 0
-    for kind in columns.kind:
-        if not columns.has_elements[kind]:
-            gap = kind
-            continue
-        doors += columns.doors[kind]
-        states.append(WalkState(kind, doors, len(states) + 1))
-        gaps.append(gap)
-        gap = -1
-    steps = {
-        state: (WalkStep(1.0, between, to),) for (state, to), between in zip(pairwise(states), gaps[1:], strict=True)
-    }
-    size = sum(columns.size[kind] for kind in columns.kind)
-    end = states[-1]
-    return Walks(
-        before=walks.before,
-        after=walks.after,
-        start=states[0],
-        steps=steps | {end: ()},
-        end={end: 1.0},
-        sizes={end.columns: (size, size)},
-        total=1.0,
-    )
-
-
+_Outline = tuple[tuple[float, float], ...]
 STRETCH = 0.05
 """Largest relative difference of equal elements in the facade; in its family they have one size."""
 _DIGITS = 6
-
 Range = tuple[float, float]
 """Least and largest, metres."""
+WIDTH, HEIGHT = "facadeWidth", "facadeHeight"
+"""Attributes with the size of a facade, metres, for the rules around it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,10 +80,6 @@ class Around:
     """Names of all these rules."""
 
 
-WIDTH, HEIGHT = "facadeWidth", "facadeHeight"
-"""Attributes with the size of a facade, metres, for the rules around it."""
-
-
 def write_family(facade: Facade, widths: Range, heights: Range, stretch: float = STRETCH) -> WrittenFamily:
     """The family of a facade, as rules whose every derivation is a facade of the same grid.
 
@@ -165,7 +99,7 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     """
     pattern = pattern_of(facade, stretch)
     storeys, column_walks = _storeys_and_walks(pattern, widths, heights)
-    leaves = FacadeLeaves(facade)
+    leaves = _FacadeLeaves(facade)
     written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=column_walks, leaf=leaves.body).write()
     error = _own_error(facade, pattern, storeys, column_walks)
     return replace(written, error=error, outlined=leaves.outlined)
@@ -207,12 +141,31 @@ def _storeys_and_walks(pattern: KindPattern, widths: Range, heights: Range) -> t
     return storeys, column_walks
 
 
-def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, column_walks: Walks) -> float | None:
-    leaves = FacadeLeaves(facade)
-    own_storeys, own_walks = own_member(pattern, storeys, column_walks)
-    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body)
-    error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
-    return error if isfinite(error) else None
+@dataclass(frozen=True, slots=True)
+class _FacadeLeaves:
+    """Writer of the leaves of a facade. Each leaf lays its own window of the picture on its box."""
+
+    facade: Facade
+    meshes: dict[_Outline, OutlinedLeaf | None] = field(default_factory=dict)
+    """Mesh by outline; None for an outline that is written as its box."""
+
+    def body(self, cell: Cell) -> str:
+        """The operations that make a thing, which has no parts."""
+        setup = self._projection(cell.shows) if cell.shows else ""
+        if cell.outline not in self.meshes:
+            self.meshes[cell.outline] = outlined_leaf(np.array(cell.outline)) if cell.outline else None
+        mesh, pictured = self.meshes[cell.outline], bool(setup)
+        body = mesh.body(cell.label, pictured=pictured) if mesh else leaf_body(cell.label, pictured=pictured)
+        return f"{setup} {body}".lstrip()
+
+    @property
+    def outlined(self) -> tuple[OutlinedLeaf, ...]:
+        """Those whose meshes the rules refer to."""
+        return tuple(mesh for mesh in self.meshes.values() if mesh)
+
+    def _projection(self, shows: PictureWindow) -> str:
+        low, high = np.array(shows.low), np.array(shows.high)
+        return window_projection(picture_file(self.facade, shows.picture), low, high - low)
 
 
 @dataclass
@@ -415,3 +368,44 @@ def _choice(name: str, probabilities: Listed[float], ways: Listed[str]) -> str:
     *first, last = zip(probabilities, ways, strict=True)
     lines = [f"{number(100.0 * probability, _DIGITS)}% : {way}" for probability, way in first]
     return f"{name} -->\n" + "\n".join([*lines, f"else : {last[1]}"])
+
+
+def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, column_walks: Walks) -> float | None:
+    leaves = _FacadeLeaves(facade)
+    own_storeys, own_walks = _own_member(pattern, storeys, column_walks)
+    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body)
+    error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
+    return error if isfinite(error) else None
+
+
+def _own_member(pattern: KindPattern, storeys: Storeys, walks: Walks) -> tuple[Storeys, Walks]:
+    """The choices of a family restricted to those of the original facade."""
+    times = tuple(run.turns for run in storeys.runs)
+    height = sum(pattern.rows.size[kind] for kind in pattern.rows.kind)
+    return Storeys(storeys.runs, (times,), (height,)), _own_walk(pattern.columns, walks)
+
+
+def _own_walk(columns: KindSequence, walks: Walks) -> Walks:
+    states, gaps, gap, doors = [], [], -1, 0
+    for kind in columns.kind:
+        if not columns.has_elements[kind]:
+            gap = kind
+            continue
+        doors += columns.doors[kind]
+        states.append(WalkState(kind, doors, len(states) + 1))
+        gaps.append(gap)
+        gap = -1
+    steps = {
+        state: (WalkStep(1.0, between, to),) for (state, to), between in zip(pairwise(states), gaps[1:], strict=True)
+    }
+    size = sum(columns.size[kind] for kind in columns.kind)
+    end = states[-1]
+    return Walks(
+        before=walks.before,
+        after=walks.after,
+        start=states[0],
+        steps=steps | {end: ()},
+        end={end: 1.0},
+        sizes={end.columns: (size, size)},
+        total=1.0,
+    )

@@ -1,8 +1,6 @@
-"""Leaves that are not rectangles as rules: meshes in the folder of assets, fitted into the box of the leaf.
+"""Looks of leaves in rules: parts of pictures, and meshes of leaves that are not rectangles.
 
-Positions of pictures on the nodes of a facade, and their CGA text.
-
-Leaves that are not rectangles, as meshes: the element itself, and the rest of its box.
+Meshes are files in the folder of assets, fitted into the box of the leaf: the element itself, and the rest of its box.
 """
 
 from __future__ import annotations
@@ -29,9 +27,16 @@ from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.triangulate import keyhole, triangulate
 
-SAME = 1e-7
+_SAME_WINDOW = 1e-7
 """Largest difference of the windows of two leaves that show one picture, as a fraction of the picture."""
 _MAP_DIGITS = 12
+_MIN_AREA = 1e-9
+"""Least area of a piece of a box; smaller pieces are left out."""
+UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""[3, 3] rotation of prisms over the plane of x and z to that of x and y, with y towards the viewer."""
+_MAX_GAP = 1e-9
+"""Largest gap between an outline and the sides of its box, as a fraction; larger ones are written as boxes."""
+_MESH_DIGITS = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,109 +47,6 @@ class ShownPictures:
     """[N] index into the pictures of the facade; -1 for nodes with none, or with several."""
     window: Floats
     """[N, 4] left, bottom, right, top of the picture's part on the whole facade, if the picture were continued."""
-
-
-def shown_pictures(facade: Facade) -> ShownPictures:
-    """The picture of every node: a node has the picture of its children, if they share one in one position."""
-    picture, window = np.where(facade.axis == LEAF, facade.picture, -1), _extended(facade)
-    for node in range(len(facade) - 1, -1, -1):
-        parts = facade.children[node]
-        if not len(parts) or picture[parts[0]] < 0:
-            continue
-        if (picture[parts] == picture[parts[0]]).all() and np.ptp(window[parts], axis=0).max() <= SAME:
-            picture[node], window[node] = picture[parts[0]], window[parts[0]]
-    return ShownPictures(picture, window)
-
-
-def _extended(facade: Facade) -> Floats:
-    """[N, 4] the window of each node, extended from its box to that of the facade."""
-    low, size = facade.window[:, :2], facade.window[:, 2:] - facade.window[:, :2]
-    scale = size / facade.size
-    first = low - (facade.position - facade.position[0]) * scale
-    return np.concatenate([first, first + facade.size[0] * scale], axis=1)
-
-
-def picture_file(facade: Facade, picture: int) -> str:
-    """The file name of a picture in rules."""
-    names = [re.sub(r"[^A-Za-z0-9._-]", "_", entry.name).lstrip(".-") for entry in facade.pictures[: picture + 1]]
-    return f"{picture}_{names[-1]}" if names[-1] in names[:-1] else names[-1]
-
-
-def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
-    """The operations that set up a picture on a node, for ``projectUV`` below it; empty if it cannot be shown."""
-    offset = (facade.position[node] - facade.position[0]) / facade.size[0]
-    part = facade.size[node] / facade.size[0]
-    low, whole = shows.window[node, :2], shows.window[node, 2:] - shows.window[node, :2]
-    return window_projection(picture_file(facade, int(shows.picture[node])), low + offset * whole, part * whole)
-
-
-def window_projection(file: str, first: Floats, extent: Floats) -> str:
-    """The operations that lay a window of a picture on a rectangle; empty for one that has no area.
-
-    Args:
-        file: name of the picture in the folder of assets.
-        first: [2] left and bottom of the window, as parts of the picture.
-        extent: [2] width and height of the window.
-    """
-    if (np.abs(extent) < SAME).any():
-        return ""
-    sizes = ", ".join(f"'{number(value, _MAP_DIGITS)}" for value in (1.0 / extent).tolist())
-    offsets = ", ".join(f"'{number(value, _MAP_DIGITS)}" for value in (first / extent).tolist())
-    return f'texture("{file}") setupProjection(0, scope.xy, {sizes}, {offsets})'
-
-
-def store_as_assets(facade: Facade, folder: Path) -> None:
-    """Write the pictures of a facade into a folder of assets, under their names in rules and scenes.
-
-    Raises:
-        FacadeError: If a file of such a name exists with another picture; nothing is written then.
-    """
-    names = [picture_file(facade, index) for index in range(len(facade.pictures))]
-    store_pictures((replace(picture, name=name) for picture, name in zip(facade.pictures, names, strict=True)), folder)
-
-
-_LEAST_AREA = 1e-9
-"""Least area of a piece of a box; smaller pieces are left out."""
-
-UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""[3, 3] rotation of prisms over the plane of x and z to that of x and y, with y towards the viewer."""
-
-
-def prisms(outline: Floats) -> tuple[Meshes, Meshes]:
-    """Prisms of height 1 over an outline, and over the rest of the unit square.
-
-    Args:
-        outline: [P, 2] corners in 0 to 1, v up; parts outside the square are clipped.
-
-    Returns:
-        The meshes of the pieces of each, with u along x and v against z, to be rotated by `UPRIGHT`.
-    """
-    square = box(0.0, 0.0, 1.0, 1.0)
-    inside = make_valid(Polygon(outline)).intersection(square)
-    return _prisms(inside), _prisms(square.difference(inside))
-
-
-def _prisms(shape: BaseGeometry) -> Meshes:
-    rings = list(_rings(shape))
-    if not rings:
-        return Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, dtype=np.int64))
-    flat = np.concatenate(rings)
-    points = np.column_stack([flat[:, 0], np.zeros(len(flat)), 1.0 - flat[:, 1]])
-    return extrude(Meshes.from_polygons(points, np.array([len(ring) for ring in rings])), np.ones(len(rings)))
-
-
-def _rings(shape: BaseGeometry) -> Iterator[Floats]:
-    """[n, 2] one closed walk around each polygon of a shape and its holes."""
-    for piece in getattr(shape, "geoms", [shape]):
-        if isinstance(piece, Polygon) and piece.area > _LEAST_AREA:
-            turned = orient(piece)
-            rings = [np.asarray(ring.coords)[:-1] for ring in (turned.exterior, *turned.interiors)]
-            yield np.concatenate(rings)[keyhole(rings)]
-
-
-_WHOLE = 1e-9
-"""Largest gap between an outline and the sides of its box, as a fraction; larger ones are written as boxes."""
-_DIGITS = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,10 +78,75 @@ class OutlinedLeaf:
         if self.around is None or look_of(label).is_flexible:
             return body
         low, size = self.around.low.tolist(), self.around.size.tolist()
-        move = f"t('{number(low[0], _DIGITS)}, '{number(low[1], _DIGITS)}, 0)"
-        scope = f"s('{number(size[0], _DIGITS)}, '{number(size[1], _DIGITS)}, {number(THICKNESS, 3)})"
+        move = f"t('{number(low[0], _MESH_DIGITS)}, '{number(low[1], _MESH_DIGITS)}, 0)"
+        scope = f"s('{number(size[0], _MESH_DIGITS)}, '{number(size[1], _MESH_DIGITS)}, {number(THICKNESS, 3)})"
         wall = leaf_body("", pictured=pictured, geometry=f'i("{self.around.file}")', scope=scope)
         return f"[ {move} {wall} {AROUND}. ] {body}"
+
+
+def shown_pictures(facade: Facade) -> ShownPictures:
+    """The picture of every node: a node has the picture of its children, if they share one in one position."""
+    picture, window = np.where(facade.axis == LEAF, facade.picture, -1), _extended(facade)
+    for node in range(len(facade) - 1, -1, -1):
+        parts = facade.children[node]
+        if not len(parts) or picture[parts[0]] < 0:
+            continue
+        if (picture[parts] == picture[parts[0]]).all() and np.ptp(window[parts], axis=0).max() <= _SAME_WINDOW:
+            picture[node], window[node] = picture[parts[0]], window[parts[0]]
+    return ShownPictures(picture, window)
+
+
+def picture_file(facade: Facade, picture: int) -> str:
+    """The file name of a picture in rules."""
+    names = [re.sub(r"[^A-Za-z0-9._-]", "_", entry.name).lstrip(".-") for entry in facade.pictures[: picture + 1]]
+    return f"{picture}_{names[-1]}" if names[-1] in names[:-1] else names[-1]
+
+
+def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
+    """The operations that set up a picture on a node, for ``projectUV`` below it; empty if it cannot be shown."""
+    offset = (facade.position[node] - facade.position[0]) / facade.size[0]
+    part = facade.size[node] / facade.size[0]
+    low, whole = shows.window[node, :2], shows.window[node, 2:] - shows.window[node, :2]
+    return window_projection(picture_file(facade, int(shows.picture[node])), low + offset * whole, part * whole)
+
+
+def window_projection(file: str, first: Floats, extent: Floats) -> str:
+    """The operations that lay a window of a picture on a rectangle; empty for one that has no area.
+
+    Args:
+        file: name of the picture in the folder of assets.
+        first: [2] left and bottom of the window, as parts of the picture.
+        extent: [2] width and height of the window.
+    """
+    if (np.abs(extent) < _SAME_WINDOW).any():
+        return ""
+    sizes = ", ".join(f"'{number(value, _MAP_DIGITS)}" for value in (1.0 / extent).tolist())
+    offsets = ", ".join(f"'{number(value, _MAP_DIGITS)}" for value in (first / extent).tolist())
+    return f'texture("{file}") setupProjection(0, scope.xy, {sizes}, {offsets})'
+
+
+def store_as_assets(facade: Facade, folder: Path) -> None:
+    """Write the pictures of a facade into a folder of assets, under their names in rules and scenes.
+
+    Raises:
+        FacadeError: If a file of such a name exists with another picture; nothing is written then.
+    """
+    names = [picture_file(facade, index) for index in range(len(facade.pictures))]
+    store_pictures((replace(picture, name=name) for picture, name in zip(facade.pictures, names, strict=True)), folder)
+
+
+def prisms(outline: Floats) -> tuple[Meshes, Meshes]:
+    """Prisms of height 1 over an outline, and over the rest of the unit square.
+
+    Args:
+        outline: [P, 2] corners in 0 to 1, v up; parts outside the square are clipped.
+
+    Returns:
+        The meshes of the pieces of each, with u along x and v against z, to be rotated by `UPRIGHT`.
+    """
+    square = box(0.0, 0.0, 1.0, 1.0)
+    inside = make_valid(Polygon(outline)).intersection(square)
+    return _prisms_over(inside), _prisms_over(square.difference(inside))
 
 
 def outlined_leaves(facade: Facade) -> dict[int, OutlinedLeaf]:
@@ -198,8 +165,8 @@ def outlined_leaves(facade: Facade) -> dict[int, OutlinedLeaf]:
 
 def outlined_leaf(outline: Floats) -> OutlinedLeaf | None:
     """Meshes of a leaf with an outline [P, 2]; None if the outline misses a side of the box."""
-    inside, rest = (_shape(prism) for prism in prisms(outline))
-    if inside is None or np.abs([inside.low, inside.size - 1.0]).max() > _WHOLE:
+    inside, rest = (_mesh_shape(prism) for prism in prisms(outline))
+    if inside is None or np.abs([inside.low, inside.size - 1.0]).max() > _MAX_GAP:
         return None
     return OutlinedLeaf(inside, rest)
 
@@ -211,14 +178,42 @@ def store_shapes(leaves: Iterable[OutlinedLeaf], folder: Path) -> None:
         write_text(folder / file, text)
 
 
-def _shape(pieces: Meshes) -> Shape | None:
+def _extended(facade: Facade) -> Floats:
+    """[N, 4] the window of each node, extended from its box to that of the facade."""
+    low, size = facade.window[:, :2], facade.window[:, 2:] - facade.window[:, :2]
+    scale = size / facade.size
+    first = low - (facade.position - facade.position[0]) * scale
+    return np.concatenate([first, first + facade.size[0] * scale], axis=1)
+
+
+def _prisms_over(shape: BaseGeometry) -> Meshes:
+    rings = list(_rings(shape))
+    if not rings:
+        return Meshes.from_polygons(np.zeros((0, 3)), np.zeros(0, dtype=np.int64))
+    flat = np.concatenate(rings)
+    points = np.column_stack([flat[:, 0], np.zeros(len(flat)), 1.0 - flat[:, 1]])
+    return extrude(Meshes.from_polygons(points, np.array([len(ring) for ring in rings])), np.ones(len(rings)))
+
+
+def _rings(shape: BaseGeometry) -> Iterator[Floats]:
+    """[n, 2] one closed walk around each polygon of a shape and its holes."""
+    for piece in getattr(shape, "geoms", [shape]):
+        if isinstance(piece, Polygon) and piece.area > _MIN_AREA:
+            turned = orient(piece)
+            rings = [np.asarray(ring.coords)[:-1] for ring in (turned.exterior, *turned.interiors)]
+            yield np.concatenate(rings)[keyhole(rings)]
+
+
+def _mesh_shape(pieces: Meshes) -> Shape | None:
     """Prisms of `prisms` as one mesh in the unit cube, with y up and z to the front; None if there are none."""
     if not len(pieces):
         return None
     points = np.column_stack([pieces.points[:, 0], 1.0 - pieces.points[:, 2], pieces.points[:, 1]])
     low = points.min(axis=0)
     size = np.ptp(points, axis=0)
-    lines = [f"v {' '.join(number(value, _DIGITS) for value in point)}" for point in ((points - low) / size).tolist()]
+    lines = [
+        f"v {' '.join(number(value, _MESH_DIGITS) for value in point)}" for point in ((points - low) / size).tolist()
+    ]
     lines += [f"f {a} {b} {c}" for a, b, c in (triangulate(pieces)[0] + 1).tolist()]
     text = "\n".join(lines) + "\n"
     return Shape(f"outline_{crc32(text.encode()):08x}.obj", text, low[:2], size[:2])

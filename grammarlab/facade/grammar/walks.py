@@ -1,10 +1,8 @@
 """Sequences of columns and their probabilities: walks through the kinds of a facade's columns.
 
-A walk begins with the facade's first column and ends with its last; it only has transitions that occur in the facade,
-and its doors are as many and in the same order. All lengths are equally likely; among walks of one length, the
-probability grows with the frequencies of the transitions in the facade.
-
-Kinds of columns and rows of a facade that look alike.
+Columns or rows of one kind look alike. A walk begins with the facade's first column and ends with its last; it only has
+transitions that occur in the facade, and its doors are as many and in the same order. All lengths are equally likely;
+among walks of one length, the probability grows with the frequencies of the transitions in the facade.
 """
 
 from __future__ import annotations
@@ -19,8 +17,10 @@ from grammarlab.facade.grammar.contents import Cell, alike, cell_of, nodes_betwe
 from grammarlab.facade.looks import is_door
 from grammarlab.facade.tree import Facade, X, Y
 
-WALL_STRETCH = 1.0 / 3.0
+_WALL_STRETCH = 1.0 / 3.0
 """Largest relative difference of walls between equal elements."""
+LONGEST = 60
+"""Largest number of columns of a walk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,94 +50,6 @@ class KindPattern:
     """Rows from the bottom up."""
     cells: tuple[tuple[Cell, ...], ...]
     """[row kinds][column kinds] content at each crossing."""
-
-
-def pattern_of(facade: Facade, stretch: float) -> KindPattern:
-    """The pattern of a facade.
-
-    Args:
-        facade: the facade.
-        stretch: largest relative difference of equal elements.
-    """
-    across, up = bands(facade, X), bands(facade, Y)
-    joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
-    while len(joined) < len(across):
-        across = joined
-        joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
-    cells = _cells(facade, across, up)
-    columns = _column_kinds(across, cells, stretch)
-    rows = _kinds(up, stretch, lambda a, b: all(map(alike, cells[a], cells[b], [stretch] * len(across))))
-    first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
-    first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
-    return KindPattern(
-        _sequence(columns, across, [[row[index] for row in cells] for index in first_column]),
-        _sequence(rows, up, [cells[index] for index in first_row]),
-        tuple(tuple(cells[row][column] for column in first_column) for row in first_row),
-    )
-
-
-def _cells(facade: Facade, across: list[Band], up: list[Band]) -> list[list[Cell]]:
-    """[rows][columns] content at each crossing of bands."""
-    least = (SAME_PLACE * facade.size[0]).tolist()
-    cells = []
-    for row in up:
-        nodes = nodes_between(facade, Y, row.start, row.end, least[Y])
-        corners = [((column.start, row.start), (column.end, row.end)) for column in across]
-        cells.append([cell_of(facade, nodes, low, high, least) for low, high in corners])
-    return cells
-
-
-def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -> list[int]:
-    return _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
-
-
-def _joined(columns: list[Band], kinds: list[int]) -> list[Band]:
-    """The bands, with each repeated group of several columns, such as a bay of windows, merged into one."""
-    for run in repeated_runs(kinds):
-        if sum(band.has_elements for band in columns[run.start : run.start + run.period]) > 1:
-            turns = range(run.start, run.end, run.period)
-            bays = [Band(columns[k].start, columns[k + run.period - 1].end, has_elements=True) for k in turns]
-            return [*columns[: run.start], *bays, *columns[run.end :]]
-    return columns
-
-
-def _kinds(pieces: list[Band], stretch: float, is_same: Callable[[int, int], bool]) -> list[int]:
-    """[B] the kind of each band. Walls may differ more in size, but each wall at an end has its own kind."""
-    kinds: list[int] = []
-    first: list[int] = []
-    """The first band of each kind."""
-    ends = {0, len(pieces) - 1}
-    for index, band in enumerate(pieces):
-        for earlier in first:
-            other = pieces[earlier]
-            if band.has_elements != other.has_elements or (
-                not band.has_elements and (index in ends or earlier in ends)
-            ):
-                continue
-            differ = stretch if band.has_elements else WALL_STRETCH
-            if abs(band.size - other.size) <= differ * max(band.size, other.size) and is_same(earlier, index):
-                kinds.append(kinds[earlier])
-                break
-        else:
-            kinds.append(len(first))
-            first.append(index)
-    return kinds
-
-
-def _sequence(kinds: list[int], pieces: list[Band], cells: list[list[Cell]]) -> KindSequence:
-    """The bands as kinds, with the cells of the first of each."""
-    size, has_elements = [], []
-    for kind in range(max(kinds) + 1):
-        those = [band for band, band_kind in zip(pieces, kinds, strict=True) if band_kind == kind]
-        has_elements.append(those[0].has_elements)
-        size.append(those[0].size if those[0].has_elements else sum(band.size for band in those) / len(those))
-    doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
-    edges = (pieces[0].start, *(band.end for band in pieces))
-    return KindSequence(tuple(kinds), tuple(size), tuple(has_elements), tuple(doors), edges=edges)
-
-
-LONGEST = 60
-"""Largest number of columns of a walk."""
 
 
 class WalkState(NamedTuple):
@@ -179,26 +91,6 @@ class Walks:
     """Number of different walks."""
 
 
-class _Move(NamedTuple):
-    """A transition between kinds of columns."""
-
-    gap: int
-    kind: int
-    length: float
-    """Width of pier and column, metres."""
-
-
-class _Reach(NamedTuple):
-    """The walks from the first column to a state."""
-
-    least: float
-    """Width of the narrowest one, metres."""
-    most: float
-    weight: float
-    """Sum over walks of the products of their transitions' frequencies in the facade."""
-    walks: float
-
-
 def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
     """The walks whose width is certainly within a range; None if there are none.
 
@@ -221,34 +113,28 @@ def narrowest(columns: KindSequence, up_to: float) -> list[float]:
     return [] if result is None else [least for least, _ in result.sizes.values()]
 
 
-def _moves(columns: KindSequence) -> dict[int, Counter[_Move]]:
-    """Frequency of each transition between kinds in the facade, with the pier between them."""
-    moves: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.has_elements[kind]}
-    last, gap = -1, -1
-    for kind in columns.kind:
-        if not columns.has_elements[kind]:
-            gap = kind
-            continue
-        if last >= 0:
-            moves[last][_move(columns, gap, kind)] += 1
-        last, gap = kind, -1
-    return moves
+def pattern_of(facade: Facade, stretch: float) -> KindPattern:
+    """The pattern of a facade.
 
-
-def _move(columns: KindSequence, gap: int, kind: int) -> _Move:
-    return _Move(gap, kind, columns.size[kind] + (columns.size[gap] if gap >= 0 else 0.0))
-
-
-def _with_repeats(columns: KindSequence) -> dict[int, Counter[_Move]]:
-    """Frequencies of `_moves`, with a transition from every column without a door to itself, except those at an end."""
-    moves_of_kind = _moves(columns)
-    usual = Counter(move.gap for moves in moves_of_kind.values() for move in moves).most_common(1)
-    end = columns.kind[0] if not columns.has_elements[columns.kind[0]] else -1
-    gap = usual[0][0] if usual else end
-    for kind, moves in moves_of_kind.items():
-        if not columns.doors[kind] and kind not in columns.ends:
-            moves[_move(columns, next((move.gap for move in moves), gap), kind)] += 1
-    return moves_of_kind
+    Args:
+        facade: the facade.
+        stretch: largest relative difference of equal elements.
+    """
+    across, up = bands(facade, X), bands(facade, Y)
+    joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    while len(joined) < len(across):
+        across = joined
+        joined = _joined(across, _column_kinds(across, _cells(facade, across, up), stretch))
+    cells = _cells(facade, across, up)
+    columns = _column_kinds(across, cells, stretch)
+    rows = _kinds(up, stretch, lambda a, b: all(map(alike, cells[a], cells[b], [stretch] * len(across))))
+    first_column = [columns.index(kind) for kind in range(max(columns) + 1)]
+    first_row = [rows.index(kind) for kind in range(max(rows) + 1)]
+    return KindPattern(
+        _sequence(columns, across, [[row[index] for row in cells] for index in first_column]),
+        _sequence(rows, up, [cells[index] for index in first_row]),
+        tuple(tuple(cells[row][column] for column in first_column) for row in first_row),
+    )
 
 
 def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, high: float) -> Walks | None:
@@ -300,6 +186,15 @@ def _walks(columns: KindSequence, moves: dict[int, Counter[_Move]], low: float, 
     )
 
 
+class _Move(NamedTuple):
+    """A transition between kinds of columns."""
+
+    gap: int
+    kind: int
+    length: float
+    """Width of pier and column, metres."""
+
+
 _Following = Callable[[WalkState], Iterator[tuple[_Move, int, WalkState]]]
 
 
@@ -337,3 +232,104 @@ def _reached(start: WalkState, following: _Following, first: float, high: float)
             break
         reached, layer = reached | after, after
     return reached
+
+
+class _Reach(NamedTuple):
+    """The walks from the first column to a state."""
+
+    least: float
+    """Width of the narrowest one, metres."""
+    most: float
+    weight: float
+    """Sum over walks of the products of their transitions' frequencies in the facade."""
+    walks: float
+
+
+def _moves(columns: KindSequence) -> dict[int, Counter[_Move]]:
+    """Frequency of each transition between kinds in the facade, with the pier between them."""
+    moves: dict[int, Counter[_Move]] = {kind: Counter() for kind in columns.kind if columns.has_elements[kind]}
+    last, gap = -1, -1
+    for kind in columns.kind:
+        if not columns.has_elements[kind]:
+            gap = kind
+            continue
+        if last >= 0:
+            moves[last][_move(columns, gap, kind)] += 1
+        last, gap = kind, -1
+    return moves
+
+
+def _move(columns: KindSequence, gap: int, kind: int) -> _Move:
+    return _Move(gap, kind, columns.size[kind] + (columns.size[gap] if gap >= 0 else 0.0))
+
+
+def _with_repeats(columns: KindSequence) -> dict[int, Counter[_Move]]:
+    """Frequencies of `_moves`, with a transition from every column without a door to itself, except those at an end."""
+    moves_of_kind = _moves(columns)
+    usual = Counter(move.gap for moves in moves_of_kind.values() for move in moves).most_common(1)
+    end = columns.kind[0] if not columns.has_elements[columns.kind[0]] else -1
+    gap = usual[0][0] if usual else end
+    for kind, moves in moves_of_kind.items():
+        if not columns.doors[kind] and kind not in columns.ends:
+            moves[_move(columns, next((move.gap for move in moves), gap), kind)] += 1
+    return moves_of_kind
+
+
+def _joined(columns: list[Band], kinds: list[int]) -> list[Band]:
+    """The bands, with each repeated group of several columns, such as a bay of windows, merged into one."""
+    for run in repeated_runs(kinds):
+        if sum(band.has_elements for band in columns[run.start : run.start + run.period]) > 1:
+            turns = range(run.start, run.end, run.period)
+            bays = [Band(columns[k].start, columns[k + run.period - 1].end, has_elements=True) for k in turns]
+            return [*columns[: run.start], *bays, *columns[run.end :]]
+    return columns
+
+
+def _column_kinds(across: list[Band], cells: list[list[Cell]], stretch: float) -> list[int]:
+    return _kinds(across, stretch, lambda a, b: all(alike(row[a], row[b], stretch) for row in cells))
+
+
+def _kinds(pieces: list[Band], stretch: float, is_same: Callable[[int, int], bool]) -> list[int]:
+    """[B] the kind of each band. Walls may differ more in size, but each wall at an end has its own kind."""
+    kinds: list[int] = []
+    first: list[int] = []
+    """The first band of each kind."""
+    ends = {0, len(pieces) - 1}
+    for index, band in enumerate(pieces):
+        for earlier in first:
+            other = pieces[earlier]
+            if band.has_elements != other.has_elements or (
+                not band.has_elements and (index in ends or earlier in ends)
+            ):
+                continue
+            differ = stretch if band.has_elements else _WALL_STRETCH
+            if abs(band.size - other.size) <= differ * max(band.size, other.size) and is_same(earlier, index):
+                kinds.append(kinds[earlier])
+                break
+        else:
+            kinds.append(len(first))
+            first.append(index)
+    return kinds
+
+
+def _cells(facade: Facade, across: list[Band], up: list[Band]) -> list[list[Cell]]:
+    """[rows][columns] content at each crossing of bands."""
+    least = (SAME_PLACE * facade.size[0]).tolist()
+    cells = []
+    for row in up:
+        nodes = nodes_between(facade, Y, row.start, row.end, least[Y])
+        corners = [((column.start, row.start), (column.end, row.end)) for column in across]
+        cells.append([cell_of(facade, nodes, low, high, least) for low, high in corners])
+    return cells
+
+
+def _sequence(kinds: list[int], pieces: list[Band], cells: list[list[Cell]]) -> KindSequence:
+    """The bands as kinds, with the cells of the first of each."""
+    size, has_elements = [], []
+    for kind in range(max(kinds) + 1):
+        those = [band for band, band_kind in zip(pieces, kinds, strict=True) if band_kind == kind]
+        has_elements.append(those[0].has_elements)
+        size.append(those[0].size if those[0].has_elements else sum(band.size for band in those) / len(those))
+    doors = [any(is_door(thing) for cell in column for thing in cell.things()) for column in cells]
+    edges = (pieces[0].start, *(band.end for band in pieces))
+    return KindSequence(tuple(kinds), tuple(size), tuple(has_elements), tuple(doors), edges=edges)

@@ -1,6 +1,6 @@
 """A facade in metres from labelled boxes: snapped, trimmed where they overlap, filled with wall, cut into a tree.
 
-Snapping: nearly equal coordinates of sides become equal, so that boxes touch and are aligned.
+Snapping makes nearly equal coordinates of sides equal, so that boxes touch and are aligned.
 """
 
 from __future__ import annotations
@@ -17,84 +17,6 @@ from grammarlab.facade.reading.cutting import cut, pinwheel_text
 from grammarlab.facade.reading.filling import WALL, PinwheelError, fill
 from grammarlab.facade.reading.overlaps import VisiblePieces, uncovered
 from grammarlab.facade.tree import LEAF, Facade, Picture, X, Y, check
-
-
-@dataclass(frozen=True, slots=True)
-class Snapped:
-    """N boxes with sides on few lines."""
-
-    low: Ints
-    """[N, 2] line of the left and of the lower side of each box."""
-    high: Ints
-    """[N, 2] line of the right and of the upper side; greater than that of `low`."""
-    lines: tuple[Floats, Floats]
-    """Coordinates of the lines across x and across y, ascending."""
-    moved: float
-    """Largest move of a side, in the units of the boxes."""
-
-
-def snap(low: Floats, high: Floats, frame: Floats, tolerance: float) -> Snapped:
-    """Boxes with sides on few lines: all sides of a line lie within the tolerance, and the line is at their median.
-
-    Coordinates are divided recursively at their largest gap, until those of each part lie within the tolerance and no
-    box has both of its sides there; so even a thin box keeps a size above 0. Boxes that touch exactly and lines with
-    distances above the tolerance are unchanged, to the last bit.
-
-    Args:
-        low: [N, 2] lower left corners, inside the frame.
-        high: [N, 2] upper right corners, larger than `low`.
-        frame: [2, 2] lower left and upper right corner of the facade, which do not move.
-        tolerance: largest distance of sides on one line, in the units of the boxes, >= 0.
-    """
-    low, high = np.vstack([low, frame[:1]]), np.vstack([high, frame[1:]])
-    sides = [_snapped_axis(low[:, axis], high[:, axis], tolerance) for axis in (0, 1)]
-    lows, highs = np.stack([side[0] for side in sides], axis=1), np.stack([side[1] for side in sides], axis=1)
-    lines = sides[0][2], sides[1][2]
-    moved = max(
-        float(np.abs(lines[axis][line_index[:, axis]] - before[:, axis]).max())
-        for axis in (0, 1)
-        for line_index, before in ((lows, low), (highs, high))
-    )
-    return Snapped(lows[:-1], highs[:-1], lines, moved)
-
-
-def _snapped_axis(low: Floats, high: Floats, tolerance: float) -> tuple[Ints, Ints, Floats]:
-    """Lines of the lower [N] and higher [N] sides along one axis, and their coordinates; the last box is the frame."""
-    sides = np.concatenate([low, high])
-    order = np.argsort(sides, kind="stable")
-    values, box = sides[order], order % len(low)
-    starts = _starts(values, _other_side_before(box), tolerance)
-    lines = np.array([np.median(part) for part in np.split(values, starts[1:])])
-    lines[0], lines[-1] = low[-1], high[-1]
-    line = np.empty(len(sides), dtype=np.int64)
-    line[order] = np.searchsorted(starts, np.arange(len(sides)), side="right") - 1
-    return line[: len(low)], line[len(low) :], lines
-
-
-def _other_side_before(box: Ints) -> Ints:
-    """[2 N] position of the other side of the same box if it comes first, else -1."""
-    sides = np.argsort(box, kind="stable").reshape(-1, 2)
-    before = np.full(len(box), -1)
-    before[sides[:, 1]] = sides[:, 0]
-    return before
-
-
-def _starts(values: Floats, before: Ints, tolerance: float) -> Ints:
-    """Index of the first value of each line, for ascending values [K]."""
-    gaps = np.diff(values)
-    wide = np.concatenate([[0], 1 + np.flatnonzero(gaps > tolerance), [len(values)]])
-    starts, parts = [], list(zip(wide[:-1].tolist(), wide[1:].tolist(), strict=True))
-    while parts:
-        first, end = parts.pop()
-        if values[end - 1] - values[first] <= tolerance and before[first:end].max() < first:
-            starts.append(first)
-            continue
-        inside = gaps[first : end - 1]
-        largest = np.flatnonzero(inside == inside.max())
-        middle = first + 1 + int(largest[len(largest) // 2])
-        parts += [(first, middle), (middle, end)]
-    return np.sort(np.array(starts))
-
 
 DRAWN_TOLERANCE, MEASURED_TOLERANCE = 0.01, 0.001
 """Tolerances for boxes drawn on pictures and for boxes in metres, as fractions of the shorter side of the facade."""
@@ -119,6 +41,20 @@ class Assembled:
     """Largest move of a side by snapping, metres."""
     notes: tuple[str, ...]
     """Notes for the user, one sentence each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Snapped:
+    """N boxes with sides on few lines."""
+
+    low: Ints
+    """[N, 2] line of the left and of the lower side of each box."""
+    high: Ints
+    """[N, 2] line of the right and of the upper side; greater than that of `low`."""
+    lines: tuple[Floats, Floats]
+    """Coordinates of the lines across x and across y, ascending."""
+    moved: float
+    """Largest move of a side, in the units of the boxes."""
 
 
 def assemble(
@@ -181,14 +117,29 @@ def assemble(
     return Assembled(check(facade), snapped.moved, (*annotation.notes, *notes))
 
 
-def _split_notes(source: Ints, pieces: VisiblePieces, names: list[str], number: Ints) -> list[str]:
-    """Names of boxes that were cut although they should be kept whole."""
-    parts = np.bincount(source[source != WALL], minlength=len(names))
-    cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
-    if not cut_up:
-        return []
-    listing = ", ".join(f"{names[box]} {number[box]}" for box in cut_up[:8])
-    return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {listing}{', …' if len(cut_up) > 8 else ''}"]
+def snap(low: Floats, high: Floats, frame: Floats, tolerance: float) -> Snapped:
+    """Boxes with sides on few lines: all sides of a line lie within the tolerance, and the line is at their median.
+
+    Coordinates are divided recursively at their largest gap, until those of each part lie within the tolerance and no
+    box has both of its sides there; so even a thin box keeps a size above 0. Boxes that touch exactly and lines with
+    distances above the tolerance are unchanged, to the last bit.
+
+    Args:
+        low: [N, 2] lower left corners, inside the frame.
+        high: [N, 2] upper right corners, larger than `low`.
+        frame: [2, 2] lower left and upper right corner of the facade, which do not move.
+        tolerance: largest distance of sides on one line, in the units of the boxes, >= 0.
+    """
+    low, high = np.vstack([low, frame[:1]]), np.vstack([high, frame[1:]])
+    sides = [_snapped_axis(low[:, axis], high[:, axis], tolerance) for axis in (0, 1)]
+    lows, highs = np.stack([side[0] for side in sides], axis=1), np.stack([side[1] for side in sides], axis=1)
+    lines = sides[0][2], sides[1][2]
+    moved = max(
+        float(np.abs(lines[axis][line_index[:, axis]] - before[:, axis]).max())
+        for axis in (0, 1)
+        for line_index, before in ((lows, low), (highs, high))
+    )
+    return Snapped(lows[:-1], highs[:-1], lines, moved)
 
 
 def _scale(
@@ -224,10 +175,58 @@ def _scale(
     return shape * np.array([across or up, up or across]), notes
 
 
+def _snapped_axis(low: Floats, high: Floats, tolerance: float) -> tuple[Ints, Ints, Floats]:
+    """Lines of the lower [N] and higher [N] sides along one axis, and their coordinates; the last box is the frame."""
+    sides = np.concatenate([low, high])
+    order = np.argsort(sides, kind="stable")
+    values, box = sides[order], order % len(low)
+    starts = _line_starts(values, _other_side_before(box), tolerance)
+    lines = np.array([np.median(part) for part in np.split(values, starts[1:])])
+    lines[0], lines[-1] = low[-1], high[-1]
+    line = np.empty(len(sides), dtype=np.int64)
+    line[order] = np.searchsorted(starts, np.arange(len(sides)), side="right") - 1
+    return line[: len(low)], line[len(low) :], lines
+
+
+def _line_starts(values: Floats, before: Ints, tolerance: float) -> Ints:
+    """Index of the first value of each line, for ascending values [K]."""
+    gaps = np.diff(values)
+    wide = np.concatenate([[0], 1 + np.flatnonzero(gaps > tolerance), [len(values)]])
+    starts, parts = [], list(zip(wide[:-1].tolist(), wide[1:].tolist(), strict=True))
+    while parts:
+        first, end = parts.pop()
+        if values[end - 1] - values[first] <= tolerance and before[first:end].max() < first:
+            starts.append(first)
+            continue
+        inside = gaps[first : end - 1]
+        largest = np.flatnonzero(inside == inside.max())
+        middle = first + 1 + int(largest[len(largest) // 2])
+        parts += [(first, middle), (middle, end)]
+    return np.sort(np.array(starts))
+
+
+def _other_side_before(box: Ints) -> Ints:
+    """[2 N] position of the other side of the same box if it comes first, else -1."""
+    sides = np.argsort(box, kind="stable").reshape(-1, 2)
+    before = np.full(len(box), -1)
+    before[sides[:, 1]] = sides[:, 0]
+    return before
+
+
 def _corners(boxes: Ints, lines: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """Lower left and upper right corners [N, 2] of boxes [N, 4] given by line indices."""
     low = np.stack([lines[X][boxes[:, 0]], lines[Y][boxes[:, 1]]], axis=1)
     return low, np.stack([lines[X][boxes[:, 2]], lines[Y][boxes[:, 3]]], axis=1)
+
+
+def _split_notes(source: Ints, pieces: VisiblePieces, names: list[str], number: Ints) -> list[str]:
+    """Names of boxes that were cut although they should be kept whole."""
+    parts = np.bincount(source[source != WALL], minlength=len(names))
+    cut_up = pieces.source[pieces.whole & (parts[pieces.source] > 1)].tolist()
+    if not cut_up:
+        return []
+    listing = ", ".join(f"{names[box]} {number[box]}" for box in cut_up[:8])
+    return [f"{len(cut_up)} boxes of pinwheels are cut into parts: {listing}{', …' if len(cut_up) > 8 else ''}"]
 
 
 def _moved_outlines(

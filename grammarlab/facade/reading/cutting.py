@@ -3,9 +3,7 @@
 Along an axis, the rectangles of a piece are intervals, and overlapping intervals stay together: the connected
 components of the interval graph are the results of all possible cuts. So a part can only be cut along the other axis,
 axes alternate, and the tree of a tiling is unique except for the first axis, which is y, floors before columns, if both
-are possible.
-
-Rectangles that no line divides without crossing one of them.
+are possible. Rectangles that no line divides without crossing one of them are a pinwheel.
 """
 
 from __future__ import annotations
@@ -22,86 +20,6 @@ from grammarlab.facade.tree import LEAF, TOLERANCE, Facade, X, Y, check, plain
 
 _MAX_LISTED = 8
 """Largest number of rectangles of a pinwheel in a message."""
-
-
-def components(boxes: Ints, along: int) -> list[Ints]:
-    """Indices of each connected group along an axis, from low to high.
-
-    Args:
-        boxes: [N, 4] left, bottom, right, top.
-        along: the axis.
-    """
-    if not len(boxes):
-        return []
-    order = np.argsort(boxes[:, along], kind="stable")
-    reach = np.maximum.accumulate(boxes[order, along + 2])
-    return np.split(order, 1 + np.flatnonzero(boxes[order[1:], along] >= reach[:-1]))
-
-
-def pinwheel(boxes: Ints) -> Ints:
-    """Indices of rectangles that no line divides: a minimal set, and the rectangles between them.
-
-    Args:
-        boxes: [N, 4] left, bottom, right, top, as integers, that do not overlap and cannot be divided by cuts.
-    """
-    members = _undivided(boxes)
-    assert members is not None, "these rectangles can be divided"  # noqa: S101  # the caller has tried
-    size = max(1, len(members) // 2)
-    while size:
-        start = 0
-        while start < len(members):
-            fewer = np.delete(members, slice(start, start + size))
-            smaller = _undivided(boxes[fewer])
-            if smaller is None:
-                start += size
-            else:
-                members, start = np.sort(fewer[smaller]), 0 if len(smaller) < len(fewer) else start
-        size //= 2
-    hull_low, hull_high = boxes[members, :2].min(axis=0), boxes[members, 2:].max(axis=0)
-    inside = (boxes[:, :2] >= hull_low).all(axis=1) & (boxes[:, 2:] <= hull_high).all(axis=1)
-    return np.flatnonzero(inside)
-
-
-def pinwheel_text(members: Ints, low: Floats, high: Floats, names: Sequence[str], number: Ints) -> str:
-    """Message on rectangles that no line divides.
-
-    Args:
-        members: rectangles of the pinwheel.
-        low: [N, 2] lower left corners of all rectangles, metres.
-        high: [N, 2] upper right corners.
-        names: [N] labels.
-        number: [N] numbers for the user.
-    """
-    descriptions = [
-        f"{names[box] or 'rectangle'} {number[box]} at ({low[box, X]:.6g}, {low[box, Y]:.6g}) to "
-        f"({high[box, X]:.6g}, {high[box, Y]:.6g})"
-        for box in members.tolist()
-    ]
-    more = f"; and {len(descriptions) - _MAX_LISTED} more" if len(descriptions) > _MAX_LISTED else ""
-    return (
-        f"No straight cut divides these {len(descriptions)} rectangles, which form a pinwheel: "
-        f"{'; '.join(descriptions[:_MAX_LISTED])}{more}. "
-        "Change one of them so that a line from side to side crosses none of them."
-    )
-
-
-def _undivided(boxes: Ints) -> Ints | None:
-    """Indices of rectangles that cuts do not separate, if any."""
-    pieces = [np.arange(len(boxes))]
-    while pieces:
-        piece = pieces.pop()
-        if len(piece) < 2:
-            continue
-        for along in (Y, X):
-            parts = components(boxes[piece], along)
-            if len(parts) > 1:
-                pieces.extend(piece[part] for part in parts)
-                break
-        else:
-            return piece
-    return None
-
-
 MOST_LEVELS = 500
 """Largest depth of nested cuts; facades have about ten."""
 
@@ -151,6 +69,69 @@ def cut(low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:
     return _tree(levels, order, low, high, names)
 
 
+def pinwheel(boxes: Ints) -> Ints:
+    """Indices of rectangles that no line divides: a minimal set, and the rectangles between them.
+
+    Args:
+        boxes: [N, 4] left, bottom, right, top, as integers, that do not overlap and cannot be divided by cuts.
+    """
+    members = _undivided(boxes)
+    assert members is not None, "these rectangles can be divided"  # noqa: S101  # the caller has tried
+    size = max(1, len(members) // 2)
+    while size:
+        start = 0
+        while start < len(members):
+            fewer = np.delete(members, slice(start, start + size))
+            smaller = _undivided(boxes[fewer])
+            if smaller is None:
+                start += size
+            else:
+                members, start = np.sort(fewer[smaller]), 0 if len(smaller) < len(fewer) else start
+        size //= 2
+    hull_low, hull_high = boxes[members, :2].min(axis=0), boxes[members, 2:].max(axis=0)
+    inside = (boxes[:, :2] >= hull_low).all(axis=1) & (boxes[:, 2:] <= hull_high).all(axis=1)
+    return np.flatnonzero(inside)
+
+
+def pinwheel_text(members: Ints, low: Floats, high: Floats, names: Sequence[str], number: Ints) -> str:
+    """Message on rectangles that no line divides.
+
+    Args:
+        members: rectangles of the pinwheel.
+        low: [N, 2] lower left corners of all rectangles, metres.
+        high: [N, 2] upper right corners.
+        names: [N] labels.
+        number: [N] numbers for the user.
+    """
+    descriptions = [
+        f"{names[box] or 'rectangle'} {number[box]} at ({low[box, X]:.6g}, {low[box, Y]:.6g}) to "
+        f"({high[box, X]:.6g}, {high[box, Y]:.6g})"
+        for box in members.tolist()
+    ]
+    more = f"; and {len(descriptions) - _MAX_LISTED} more" if len(descriptions) > _MAX_LISTED else ""
+    return (
+        f"No straight cut divides these {len(descriptions)} rectangles, which form a pinwheel: "
+        f"{'; '.join(descriptions[:_MAX_LISTED])}{more}. "
+        "Change one of them so that a line from side to side crosses none of them."
+    )
+
+
+def _check_area(low: Floats, high: Floats) -> None:
+    if not len(low):
+        raise FacadeError("A facade needs at least one rectangle, found none.")
+    covered, whole = (high - low).prod(axis=1).sum(), (high.max(axis=0) - low.min(axis=0)).prod()
+    if not abs(covered - whole) <= 4.0 * TOLERANCE * whole:
+        defect = "overlap" if covered > whole else "leave gaps"
+        raise FacadeError(f"The rectangles {defect}: they cover {covered:.6g} of {whole:.6g} square metres.")
+
+
+def _ranks(low: Floats, high: Floats) -> tuple[Ints, Ints]:
+    """Ranks [N, 2] of low and high coordinates among all different ones of their axis."""
+    ranks = [np.unique(np.concatenate([low[:, a], high[:, a]]), return_inverse=True)[1] for a in (X, Y)]
+    both = np.stack(ranks, axis=1)
+    return both[: len(low)], both[len(low) :]
+
+
 @dataclass(frozen=True, slots=True)
 class _Depth:
     """The K pieces at one depth of a tree."""
@@ -165,13 +146,6 @@ class _Depth:
     """Axis along which the pieces of the level above were cut."""
 
 
-def _ranks(low: Floats, high: Floats) -> tuple[Ints, Ints]:
-    """Ranks [N, 2] of low and high coordinates among all different ones of their axis."""
-    ranks = [np.unique(np.concatenate([low[:, a], high[:, a]]), return_inverse=True)[1] for a in (X, Y)]
-    both = np.stack(ranks, axis=1)
-    return both[: len(low)], both[len(low) :]
-
-
 def _parts(low: Ints, high: Ints, piece: Ints, boxes: Ints) -> tuple[NDArray[np.bool_], Ints]:
     """Whether each box begins a new part [N], and the boxes [N] in the order of their parts."""
     order = np.lexsort((low, piece))
@@ -182,13 +156,35 @@ def _parts(low: Ints, high: Ints, piece: Ints, boxes: Ints) -> tuple[NDArray[np.
     return new, boxes[order]
 
 
-def _check_area(low: Floats, high: Floats) -> None:
-    if not len(low):
-        raise FacadeError("A facade needs at least one rectangle, found none.")
-    covered, whole = (high - low).prod(axis=1).sum(), (high.max(axis=0) - low.min(axis=0)).prod()
-    if not abs(covered - whole) <= 4.0 * TOLERANCE * whole:
-        defect = "overlap" if covered > whole else "leave gaps"
-        raise FacadeError(f"The rectangles {defect}: they cover {covered:.6g} of {whole:.6g} square metres.")
+def _undivided(boxes: Ints) -> Ints | None:
+    """Indices of rectangles that cuts do not separate, if any."""
+    pieces = [np.arange(len(boxes))]
+    while pieces:
+        piece = pieces.pop()
+        if len(piece) < 2:
+            continue
+        for along in (Y, X):
+            parts = _components(boxes[piece], along)
+            if len(parts) > 1:
+                pieces.extend(piece[part] for part in parts)
+                break
+        else:
+            return piece
+    return None
+
+
+def _components(boxes: Ints, along: int) -> list[Ints]:
+    """Indices of each connected group along an axis, from low to high.
+
+    Args:
+        boxes: [N, 4] left, bottom, right, top.
+        along: the axis.
+    """
+    if not len(boxes):
+        return []
+    order = np.argsort(boxes[:, along], kind="stable")
+    reach = np.maximum.accumulate(boxes[order, along + 2])
+    return np.split(order, 1 + np.flatnonzero(boxes[order[1:], along] >= reach[:-1]))
 
 
 def _tree(levels: list[_Depth], order: Ints, low: Floats, high: Floats, names: Sequence[str]) -> tuple[Facade, Ints]:

@@ -1,6 +1,6 @@
-"""Labelled shapes on a picture, as drawing programs write them: x to the right, y down from the upper left corner.
+"""Labelled shapes on a picture, as drawing programs write them, with outlines of those that are not rectangular.
 
-Outlines of shapes that are not rectangular.
+x points to the right, y down from the upper left corner.
 """
 
 from __future__ import annotations
@@ -21,22 +21,6 @@ MOST_CORNERS = 10_000
 """Largest number of corners of an outline."""
 _RECTANGULAR = 0.999
 """Least part of its box that the polygon of a rectangle fills."""
-
-
-def outline_of(points: Floats) -> Floats:
-    """The points [P, 2]; none if they form a rectangle or have no area.
-
-    A polygon that crosses itself is not an outline, nor is one of more than `MOST_CORNERS`.
-    """
-    if not 3 <= len(points) <= MOST_CORNERS or not np.isfinite(points).all():
-        return np.zeros((0, 2))
-    polygon = shapely.Polygon(points)
-    extent = np.ptp(points, axis=0).prod()
-    if not polygon.is_valid or not 0.0 < polygon.area < _RECTANGULAR * extent:
-        return np.zeros((0, 2))
-    return points
-
-
 FRACTIONS = (1.0, 1.0)
 """Size of a picture whose shapes are given as fractions."""
 _NOTED_ROTATION = 1.0
@@ -58,6 +42,66 @@ class Shape:
     """[P, 2] corners, if it may be something else than an upright rectangle; empty otherwise."""
     degrees: float = 0.0
     """Rotation of a rectangle against the nearest upright one, -45 to 45; 0 for other shapes."""
+
+
+def on_picture(
+    shapes: Sequence[Shape],
+    source: Source,
+    *,
+    size: tuple[float, float] | None,
+    picture: str = "",
+    notes: Sequence[str] = (),
+) -> BoxAnnotation:
+    """The annotation of a picture.
+
+    Args:
+        shapes: shapes of the picture, in pixels, or in fractions if the size is `FRACTIONS`.
+        source: the file.
+        size: width and height of the picture, pixels; if unknown, that of the picture beside the file. Without any, the
+            shapes have no bounds, and show no picture.
+        picture: file name of the picture.
+        notes: notes so far.
+
+    Raises:
+        FacadeError: If the boxes are unusable, see `annotate`, or the picture beside the file is broken.
+    """
+    check_count(len(shapes))
+    remarks = [*notes, *_rotation_notes(shapes), *_crossing_notes(shapes)]
+    unit: Unit = "parts" if size is FRACTIONS else "pixels"
+    if unit == "pixels":
+        actual = source.picture_size(picture)
+        remarks += _size_notes(picture, size, actual)
+        size = size or actual
+    boxes = np.array([shape.box for shape in shapes]).reshape(-1, 4)
+    height = float(boxes[:, 3].max(initial=0.0)) if size is None else size[1]
+    return annotate(
+        np.column_stack([boxes[:, 0], height - boxes[:, 3], boxes[:, 2], height - boxes[:, 1]]),
+        [shape.name for shape in shapes],
+        unit,
+        outlines=[_outline(shape.outline, size, height) for shape in shapes],
+        bounds=None if size is None else np.array([[0.0, 0.0], size]),
+        picture=picture if size is not None else "",
+        notes=remarks,
+    )
+
+
+def outline_of(points: Floats) -> Floats:
+    """The points [P, 2]; none if they form a rectangle or have no area.
+
+    A polygon that crosses itself is not an outline, nor is one of more than `MOST_CORNERS`.
+    """
+    if not 3 <= len(points) <= MOST_CORNERS or not np.isfinite(points).all():
+        return _NO_OUTLINE
+    polygon = shapely.Polygon(points)
+    extent = np.ptp(points, axis=0).prod()
+    if not polygon.is_valid or not 0.0 < polygon.area < _RECTANGULAR * extent:
+        return _NO_OUTLINE
+    return points
+
+
+def sides_around(across: float, down: float, width: float, height: float) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of a rectangle with a centre and a size."""
+    return across - width / 2.0, down - height / 2.0, across + width / 2.0, down + height / 2.0
 
 
 def upright(name: str, left: float, top: float, right: float, bottom: float) -> Shape:
@@ -117,58 +161,6 @@ def label_of(value: object, where: str) -> str:
     return label
 
 
-def on_picture(
-    shapes: Sequence[Shape],
-    source: Source,
-    *,
-    size: tuple[float, float] | None,
-    picture: str = "",
-    notes: Sequence[str] = (),
-) -> BoxAnnotation:
-    """The annotation of a picture.
-
-    Args:
-        shapes: shapes of the picture, in pixels, or in fractions if the size is `FRACTIONS`.
-        source: the file.
-        size: width and height of the picture, pixels; if unknown, that of the picture beside the file. Without any, the
-            shapes have no bounds, and show no picture.
-        picture: file name of the picture.
-        notes: notes so far.
-
-    Raises:
-        FacadeError: If the boxes are unusable, see `annotate`, or the picture beside the file is broken.
-    """
-    check_count(len(shapes))
-    remarks = [*notes, *_rotation_notes(shapes), *_crossing_notes(shapes)]
-    unit: Unit = "parts" if size is FRACTIONS else "pixels"
-    if unit == "pixels":
-        actual = source.picture_size(picture)
-        remarks += _size_notes(picture, size, actual)
-        size = size or actual
-    boxes = np.array([shape.box for shape in shapes]).reshape(-1, 4)
-    height = float(boxes[:, 3].max(initial=0.0)) if size is None else size[1]
-    return annotate(
-        np.column_stack([boxes[:, 0], height - boxes[:, 3], boxes[:, 2], height - boxes[:, 1]]),
-        [shape.name for shape in shapes],
-        unit,
-        outlines=[_outline(shape.outline, size, height) for shape in shapes],
-        bounds=None if size is None else np.array([[0.0, 0.0], size]),
-        picture=picture if size is not None else "",
-        notes=remarks,
-    )
-
-
-def _outline(corners: Floats, size: tuple[float, float] | None, height: float) -> Floats:
-    """An outline with y up, cut at the borders of the picture."""
-    outline = outline_of(corners)
-    if len(outline) and size is not None and ((outline < 0.0).any() or (outline > size).any()):
-        inside = shapely.Polygon(outline).intersection(shapely.box(0.0, 0.0, *size))
-        if not isinstance(inside, shapely.Polygon) or inside.is_empty:
-            return _NO_OUTLINE
-        outline = outline_of(shapely.get_coordinates(inside.exterior)[:-1])
-    return np.column_stack([outline[:, 0], height - outline[:, 1]])
-
-
 def _rotation_notes(shapes: Sequence[Shape]) -> list[str]:
     angles = [abs(shape.degrees) for shape in shapes if abs(shape.degrees) > _NOTED_ROTATION]
     if not angles:
@@ -190,12 +182,23 @@ def _size_notes(picture: str, size: tuple[float, float] | None, actual: tuple[fl
     return [f"{note}: the picture may be turned or cut, and is stretched"]
 
 
-def _turned(points: Floats, degrees: float) -> Floats:
-    """Points [P, 2] rotated about the origin; clockwise, since y points down."""
-    angle = np.radians(degrees)
-    return points @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+def _outline(corners: Floats, size: tuple[float, float] | None, height: float) -> Floats:
+    """An outline with y up, cut at the borders of the picture."""
+    outline = outline_of(corners)
+    if len(outline) and size is not None and ((outline < 0.0).any() or (outline > size).any()):
+        inside = shapely.Polygon(outline).intersection(shapely.box(0.0, 0.0, *size))
+        if not isinstance(inside, shapely.Polygon) or inside.is_empty:
+            return _NO_OUTLINE
+        outline = outline_of(shapely.get_coordinates(inside.exterior)[:-1])
+    return np.column_stack([outline[:, 0], height - outline[:, 1]])
 
 
 def _from_upright(degrees: float) -> float:
     """Angle against the nearest multiple of 90 degrees."""
     return (degrees + 45.0) % 90.0 - 45.0
+
+
+def _turned(points: Floats, degrees: float) -> Floats:
+    """Points [P, 2] rotated about the origin; clockwise, since y points down."""
+    angle = np.radians(degrees)
+    return points @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])

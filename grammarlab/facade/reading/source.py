@@ -1,10 +1,6 @@
-"""A file of annotations, with what its reader has to know besides its content.
+"""A file of annotations: its chosen image, its numbers, and notes on shapes that are left out.
 
-The choice of one image in a file of several.
-
-Notes on shapes of an annotation that are not read, or not whole.
-
-Numbers of annotations: finite and bounded, so that sums and rotations of them are finite too.
+Numbers are finite and bounded, so that sums and rotations of them are finite too.
 """
 
 from __future__ import annotations
@@ -22,6 +18,29 @@ from grammarlab.facade.reading.annotation import FARTHEST
 
 _MAX_LISTED = 20
 """Largest number of images in a message."""
+_MAX_DIGITS = 400
+"""Longest text that is read as a number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A file, and which of its facades is asked for."""
+
+    path: Path
+    wall: str = ""
+    """Name of a wall or an image; empty if the file has only one."""
+
+    def picture_size(self, picture: str) -> tuple[float, float] | None:
+        """Width and height, pixels, of a picture in the folder of the file; None if there is no such picture.
+
+        Raises:
+            FacadeError: If the picture is broken.
+        """
+        folder = self.path.parent
+        if not is_plain(picture) or not (folder / picture).is_file():
+            return None
+        width, height = picture_size(load_picture(picture, folder))
+        return float(width), float(height)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,10 +120,6 @@ def box_only_notes(number: int) -> list[str]:
     return [f"{number} masks or shapes of several polygons are read as their boxes"] if number else []
 
 
-_MAX_DIGITS = 400
-"""Longest text that is read as a number."""
-
-
 def coordinate(value: Any, where: str) -> float:
     """A number, or the text of a number, as a coordinate.
 
@@ -142,24 +157,3 @@ def _number(value: Any) -> float:
         except OverflowError:
             return math.inf
     return math.nan
-
-
-@dataclass(frozen=True, slots=True)
-class Source:
-    """A file, and which of its facades is asked for."""
-
-    path: Path
-    wall: str = ""
-    """Name of a wall or an image; empty if the file has only one."""
-
-    def picture_size(self, picture: str) -> tuple[float, float] | None:
-        """Width and height, pixels, of a picture in the folder of the file; None if there is no such picture.
-
-        Raises:
-            FacadeError: If the picture is broken.
-        """
-        folder = self.path.parent
-        if not is_plain(picture) or not (folder / picture).is_file():
-            return None
-        width, height = picture_size(load_picture(picture, folder))
-        return float(width), float(height)

@@ -1,17 +1,13 @@
-"""Labelled boxes of one facade as a table, one per line: `label,x,y,width,height` or `label,left,bottom,right,top`.
+"""Labelled boxes as tables and as text of YOLO, one box per line.
 
-Labelled boxes on pictures as a table: a column names the picture.
+Tables of one facade: `label,x,y,width,height` or `label,left,bottom,right,top`.
 
-TensorFlow's object detection, RetinaNet (without header), Open Images (fractions), VoTT, makesense.ai and Roboflow
-write such tables; they differ in the names and the order of their columns.
+Tables of pictures: a column names the picture. TensorFlow's object detection, RetinaNet (without header), Open Images
+(fractions), VoTT, makesense.ai and Roboflow write such tables; they differ in the names and the order of their columns.
 
-Columns of tables of labelled boxes, by the names and the orders that programs write.
-
-Labelled boxes as text of YOLO, one per line: a class number, then fractions of the width and height of the picture.
-
-Lines are `class x y width height` with the centre of the box, and perhaps a confidence; or `class x y x y x y ...` with
-the corners of a polygon. Names of classes are the lines of `classes.txt` or `obj.names` beside the file; the picture
-has the name of the file.
+YOLO: lines are `class x y width height` with the centre of the box, and perhaps a confidence; or `class x y x y ...`
+with the corners of a polygon, all as fractions of the picture. Names of classes are the lines of `classes.txt` or
+`obj.names` beside the file; the picture has the name of the file.
 """
 
 from __future__ import annotations
@@ -31,6 +27,7 @@ from grammarlab.facade.reading.drawn_shapes import (
     label_of,
     on_picture,
     polygon,
+    sides_around,
     upright,
 )
 from grammarlab.facade.reading.source import (
@@ -45,111 +42,36 @@ from grammarlab.facade.reading.source import (
 from grammarlab.facade.values import read_bounded
 from grammarlab.tables import Table, TableRow, decoded
 
-CORNER, SIDES = ("x", "y", "width", "height"), ("left", "bottom", "right", "top")
-ENDS, LEFT_TOP = ("xmin", "ymin", "xmax", "ymax"), ("left", "top", "width", "height")
-LABEL, IMAGE = "label", "image"
-IMAGE_SIZE = ("imagewidth", "imageheight")
+_CORNER, _SIDES = ("x", "y", "width", "height"), ("left", "bottom", "right", "top")
+_ENDS, _LEFT_TOP = ("xmin", "ymin", "xmax", "ymax"), ("left", "top", "width", "height")
+_LABEL, _IMAGE = "label", "image"
+_IMAGE_SIZE = ("imagewidth", "imageheight")
 _LABELS = ("label", "labelname", "class", "classname", "category", "name", "bezeichnung", "klasse")
 _IMAGES = ("filename", "image", "imagename", "imagepath", "imageid", "path", "file", "datei", "bild")
 _SHORT = {"w": "width", "h": "height", "x1": "xmin", "y1": "ymin", "x2": "xmax", "y2": "ymax"}
 _GERMAN = {"links": "left", "unten": "bottom", "rechts": "right", "oben": "top", "breite": "width", "höhe": "height"}
-_OTHER_NAMES = _SHORT | _GERMAN | {f"bbox{name}": name for name in (*CORNER, *ENDS)}
+_OTHER_NAMES = _SHORT | _GERMAN | {f"bbox{name}": name for name in (*_CORNER, *_ENDS)}
 _WITHOUT_HEADER = {
-    6: (IMAGE, *ENDS, LABEL),  # RetinaNet
-    8: (LABEL, *CORNER, IMAGE, *IMAGE_SIZE),  # makesense.ai
+    6: (_IMAGE, *_ENDS, _LABEL),  # RetinaNet
+    8: (_LABEL, *_CORNER, _IMAGE, *_IMAGE_SIZE),  # makesense.ai
 }
 """Columns of tables without a header, by their number."""
-
-
-@dataclass(frozen=True, slots=True)
-class Columns:
-    """The columns of a table of boxes."""
-
-    names: tuple[str, ...]
-    """Standard names of all columns; those of no use here as they are."""
-    sides: tuple[str, ...]
-    """The four columns of a box: `CORNER`, `SIDES`, `ENDS` or `LEFT_TOP`."""
-    rows: tuple[TableRow, ...]
-    """The rows of boxes."""
-
-    def cell(self, row: TableRow, name: str) -> str:
-        """The text of a column; empty if the table has no such column."""
-        return row.cells[self.names.index(name)] if name in self.names else ""
-
-
-def columns_of(table: Table) -> Columns | None:
-    """The columns of a table; None if it is not one of labelled boxes.
-
-    Raises:
-        FacadeError: If a row has another number of cells than the header.
-    """
-    if not table.rows:
-        return None
-    names, rows = _standard(table.header), table.body
-    sides = next((kind for kind in (SIDES, CORNER, ENDS, LEFT_TOP) if set(kind) <= set(names)), None)
-    if sides is None or LABEL not in names:
-        names, rows = _WITHOUT_HEADER.get(len(table.header), ()), table.rows
-        sides = CORNER if CORNER[0] in names else ENDS
-        if not names or not _has_numbers(table, Columns(names, sides, rows)):
-            return None
-    return Columns(names, sides, tuple(_of_length(row, len(names)) for row in rows))
-
-
-def box_sides(columns: Columns, table: Table, rows: Sequence[TableRow]) -> Floats:
-    """[N, 4] numbers in the four columns of a box.
-
-    Raises:
-        FacadeError: If a cell is not a finite number.
-    """
-    column_indices = [columns.names.index(name) for name in columns.sides]
-    return np.array([[_number(row, column, columns, table) for column in column_indices] for row in rows]).reshape(
-        -1, 4
-    )
-
-
-def _number(row: TableRow, column: int, columns: Columns, table: Table) -> float:
-    value = table.number(row.cells[column])
-    if value is None:
-        raise FacadeError(
-            f"Line {row.line}, {columns.names[column]}: expected a finite number, found {shown(row.cells[column])}."
-        )
-    return value
-
-
-def _standard(header: Sequence[str]) -> tuple[str, ...]:
-    """Standard names of columns."""
-    plain = ["".join(filter(str.isalnum, name)) for name in header]
-    names = [_OTHER_NAMES.get(name, name) for name in plain]
-    for standard, synonyms in ((LABEL, _LABELS), (IMAGE, _IMAGES)):
-        first = next((name for name in synonyms if name in names), None)
-        if first is not None:
-            names[names.index(first)] = standard
-    return tuple(names)
-
-
-def _has_numbers(table: Table, columns: Columns) -> bool:
-    """Whether the first row with a label has numbers where a table without header has them."""
-    row = next((row for row in columns.rows if len(row.cells) == len(columns.names) and columns.cell(row, LABEL)), None)
-    return row is not None and all(table.number(columns.cell(row, side)) is not None for side in columns.sides)
-
-
-def _of_length(row: TableRow, length: int) -> TableRow:
-    """The row without blank cells beyond the header, which spreadsheets write."""
-    if len(row.cells) < length or any(row.cells[length:]):
-        raise FacadeError(f"Line {row.line}: expected {length} fields, found {len(row.cells)}.")
-    return TableRow(row.line, row.cells[:length])
-
-
 _MAX_METRES = 200.0
 """Largest width or height of a facade that a table gives in metres; larger ones are pixels, or a smaller unit."""
 _MAX_WHOLE_METRES = 100.0
 """Largest width or height in metres if all numbers are whole: pixels are, and measurements of a building are not."""
+_OPEN_IMAGES = {"/m/0d4v4": "window", "/m/02dgv": "door", "/m/03jm5": "house", "/m/0cgh4": "building"}
+"""Names of the classes of Open Images that occur on facades."""
+_YOLO_CLASS_FILES = ("classes.txt", "obj.names", "labels.txt")
+_MOST_CLASS_BYTES = 1 << 20
+"""Largest size of a file of classes."""
+_PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png")
 
 
 def is_box_table(table: Table) -> bool:
     """Whether a table has labelled boxes of one facade."""
-    columns = columns_of(table)
-    return columns is not None and IMAGE not in columns.names
+    columns = _columns_of(table)
+    return columns is not None and _IMAGE not in columns.names
 
 
 def read_box_table(table: Table, source: Source) -> BoxAnnotation:
@@ -162,32 +84,169 @@ def read_box_table(table: Table, source: Source) -> BoxAnnotation:
     Raises:
         FacadeError: If columns are missing or a line has another form than the others.
     """
-    columns = columns_of(table)
+    columns = _columns_of(table)
     if columns is None:
         raise FacadeError(missing_columns(table))
     check_count(len(columns.rows))
-    boxes = _upright(box_sides(columns, table, columns.rows), columns.sides)
+    boxes = _boxes_y_up(_box_sides(columns, table, columns.rows), columns.sides)
     unit, notes = _unit(boxes)
-    names = [columns.cell(row, LABEL) for row in columns.rows]
+    names = [columns.cell(row, _LABEL) for row in columns.rows]
     check_only(source.wall)
     return annotate(boxes, names, unit, notes=notes)
 
 
 def missing_columns(table: Table) -> str:
     """A message on a table without the columns of boxes."""
-    expected = " or ".join(",".join((LABEL, *kind)) for kind in (CORNER, SIDES, ENDS))
+    expected = " or ".join(",".join((_LABEL, *kind)) for kind in (_CORNER, _SIDES, _ENDS))
     return f"Line 1: expected the columns {expected}, found {shown(','.join(table.header))}."
 
 
-def _upright(values: Floats, sides: tuple[str, ...]) -> Floats:
+def is_picture_table(table: Table) -> bool:
+    """Whether a table has labelled boxes and the names of their pictures."""
+    columns = _columns_of(table)
+    return columns is not None and _IMAGE in columns.names
+
+
+def read_picture_table(table: Table, source: Source) -> BoxAnnotation:
+    """The boxes of one picture, in pixels; as fractions, if no number of the table is above 1.
+
+    Raises:
+        FacadeError: If a line has another form than the others, or no label.
+        UsageError: If no picture has the name, or the choice is ambiguous.
+    """
+    columns = _columns_of(table)
+    if columns is None:
+        raise FacadeError(missing_columns(table))
+    images = list(dict.fromkeys(columns.cell(row, _IMAGE) for row in columns.rows))
+    image = images[chosen_image([ImageName(name, name.rpartition(".")[0]) for name in images], source.wall)]
+    filled = [row for row in columns.rows if any(columns.cell(row, side) for side in columns.sides)]
+    sides = _box_sides(columns, table, filled)
+    chosen = [index for index, row in enumerate(filled) if columns.cell(row, _IMAGE) == image]
+    check_count(len(chosen))
+    rows = [filled[index] for index in chosen]
+    fractions = len(sides) > 0 and bool((np.abs(sides) <= 1.0).all())
+    shapes = [
+        upright(_picture_label(columns, row), *(coordinate(side, f"Line {row.line}") for side in box))
+        for row, box in zip(rows, _boxes_y_down(sides[chosen], columns.sides).tolist(), strict=True)
+    ]
+    size = FRACTIONS if fractions else _picture_size(columns, rows, table)
+    picture = image if "." in last_part(image) else f"{image}.jpg"  # Open Images has ids of pictures
+    return on_picture(shapes, source, size=size, picture=picture)
+
+
+def is_yolo(text: str) -> bool:
+    """Whether the first line of a text has a class number and at least four numbers."""
+    fields = text.lstrip().partition("\n")[0].split()
+    return len(fields) >= 5 and fields[0].isdecimal() and all(_is_number(field) for field in fields)
+
+
+def read_yolo(text: str, source: Source) -> BoxAnnotation:
+    """The boxes and polygons of a file.
+
+    Raises:
+        FacadeError: If a line has another form.
+    """
+    lines = [(number, line.split()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    check_count(len(lines))
+    classes, notes = _yolo_classes(source)
+    shapes = [_yolo_shape(fields, classes, f"Line {number}") for number, fields in lines]
+    stem = source.path.stem
+    pictures = [stem + suffix for suffix in _PICTURE_SUFFIXES if source.picture_size(stem + suffix)]
+    picture = pictures[0] if pictures else f"{stem}.jpg"
+    check_only(source.wall)
+    return on_picture(shapes, source, size=FRACTIONS, picture=picture, notes=notes)
+
+
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """The columns of a table of boxes."""
+
+    names: tuple[str, ...]
+    """Standard names of all columns; those of no use here as they are."""
+    sides: tuple[str, ...]
+    """The four columns of a box: `_CORNER`, `_SIDES`, `_ENDS` or `_LEFT_TOP`."""
+    rows: tuple[TableRow, ...]
+    """The rows of boxes."""
+
+    def cell(self, row: TableRow, name: str) -> str:
+        """The text of a column; empty if the table has no such column."""
+        return row.cells[self.names.index(name)] if name in self.names else ""
+
+
+def _columns_of(table: Table) -> _Columns | None:
+    """The columns of a table; None if it is not one of labelled boxes.
+
+    Raises:
+        FacadeError: If a row has another number of cells than the header.
+    """
+    if not table.rows:
+        return None
+    names, rows = _standard_names(table.header), table.body
+    sides = next((kind for kind in (_SIDES, _CORNER, _ENDS, _LEFT_TOP) if set(kind) <= set(names)), None)
+    if sides is None or _LABEL not in names:
+        names, rows = _WITHOUT_HEADER.get(len(table.header), ()), table.rows
+        sides = _CORNER if _CORNER[0] in names else _ENDS
+        if not names or not _has_numbers(table, _Columns(names, sides, rows)):
+            return None
+    return _Columns(names, sides, tuple(_of_length(row, len(names)) for row in rows))
+
+
+def _standard_names(header: Sequence[str]) -> tuple[str, ...]:
+    """Standard names of columns."""
+    plain = ["".join(filter(str.isalnum, name)) for name in header]
+    names = [_OTHER_NAMES.get(name, name) for name in plain]
+    for standard, synonyms in ((_LABEL, _LABELS), (_IMAGE, _IMAGES)):
+        first = next((name for name in synonyms if name in names), None)
+        if first is not None:
+            names[names.index(first)] = standard
+    return tuple(names)
+
+
+def _has_numbers(table: Table, columns: _Columns) -> bool:
+    """Whether the first row with a label has numbers where a table without header has them."""
+    row = next(
+        (row for row in columns.rows if len(row.cells) == len(columns.names) and columns.cell(row, _LABEL)), None
+    )
+    return row is not None and all(table.number(columns.cell(row, side)) is not None for side in columns.sides)
+
+
+def _of_length(row: TableRow, length: int) -> TableRow:
+    """The row without blank cells beyond the header, which spreadsheets write."""
+    if len(row.cells) < length or any(row.cells[length:]):
+        raise FacadeError(f"Line {row.line}: expected {length} fields, found {len(row.cells)}.")
+    return TableRow(row.line, row.cells[:length])
+
+
+def _boxes_y_up(values: Floats, sides: tuple[str, ...]) -> Floats:
     """[N, 4] left, bottom, right, top with y up."""
-    if sides in (CORNER, LEFT_TOP):
+    if sides in (_CORNER, _LEFT_TOP):
         left, top, across, down = values.T
         return np.column_stack([left, -top - down, left + across, -top])
-    if sides == ENDS:  # y of the lower side is the larger one
+    if sides == _ENDS:  # y of the lower side is the larger one
         return values[:, [0, 3, 2, 1]] * [1.0, -1.0, 1.0, -1.0]
     downwards = len(values) > 0 and bool((values[:, 1] >= values[:, 3]).all())
     return values * [1.0, -1.0, 1.0, -1.0] if downwards else values
+
+
+def _box_sides(columns: _Columns, table: Table, rows: Sequence[TableRow]) -> Floats:
+    """[N, 4] numbers in the four columns of a box.
+
+    Raises:
+        FacadeError: If a cell is not a finite number.
+    """
+    column_indices = [columns.names.index(name) for name in columns.sides]
+    return np.array([[_cell_number(row, column, columns, table) for column in column_indices] for row in rows]).reshape(
+        -1, 4
+    )
+
+
+def _cell_number(row: TableRow, column: int, columns: _Columns, table: Table) -> float:
+    value = table.number(row.cells[column])
+    if value is None:
+        raise FacadeError(
+            f"Line {row.line}, {columns.names[column]}: expected a finite number, found {shown(row.cells[column])}."
+        )
+    return value
 
 
 def _unit(boxes: Floats) -> tuple[Unit, list[str]]:
@@ -202,75 +261,26 @@ def _unit(boxes: Floats) -> tuple[Unit, list[str]]:
     return "pixels", [f"{note}; if they are metres, give `width={width:g}`"]
 
 
-_OPEN_IMAGES = {"/m/0d4v4": "window", "/m/02dgv": "door", "/m/03jm5": "house", "/m/0cgh4": "building"}
-"""Names of the classes of Open Images that occur on facades."""
-
-
-def is_picture_table(table: Table) -> bool:
-    """Whether a table has labelled boxes and the names of their pictures."""
-    columns = columns_of(table)
-    return columns is not None and IMAGE in columns.names
-
-
-def read_picture_table(table: Table, source: Source) -> BoxAnnotation:
-    """The boxes of one picture, in pixels; as fractions, if no number of the table is above 1.
-
-    Raises:
-        FacadeError: If a line has another form than the others, or no label.
-        UsageError: If no picture has the name, or the choice is ambiguous.
-    """
-    columns = columns_of(table)
-    if columns is None:
-        raise FacadeError(missing_columns(table))
-    images = list(dict.fromkeys(columns.cell(row, IMAGE) for row in columns.rows))
-    image = images[chosen_image([ImageName(name, name.rpartition(".")[0]) for name in images], source.wall)]
-    filled = [row for row in columns.rows if any(columns.cell(row, side) for side in columns.sides)]
-    sides = box_sides(columns, table, filled)
-    chosen = [index for index, row in enumerate(filled) if columns.cell(row, IMAGE) == image]
-    check_count(len(chosen))
-    rows = [filled[index] for index in chosen]
-    fractions = len(sides) > 0 and bool((np.abs(sides) <= 1.0).all())
-    shapes = [
-        upright(_label(columns, row), *(coordinate(side, f"Line {row.line}") for side in box))
-        for row, box in zip(rows, _from_the_top(sides[chosen], columns.sides).tolist(), strict=True)
-    ]
-    size = FRACTIONS if fractions else _size(columns, rows, table)
-    picture = image if "." in last_part(image) else f"{image}.jpg"  # Open Images has ids of pictures
-    return on_picture(shapes, source, size=size, picture=picture)
-
-
-def _label(columns: Columns, row: TableRow) -> str:
-    label = label_of(columns.cell(row, LABEL), f"Line {row.line}, {LABEL}")
+def _picture_label(columns: _Columns, row: TableRow) -> str:
+    label = label_of(columns.cell(row, _LABEL), f"Line {row.line}, {_LABEL}")
     return _OPEN_IMAGES.get(label, label)
 
 
-def _from_the_top(values: Floats, sides: tuple[str, ...]) -> Floats:
+def _boxes_y_down(values: Floats, sides: tuple[str, ...]) -> Floats:
     """[N, 4] left, top, right, bottom with y down."""
-    if sides in (CORNER, LEFT_TOP):
+    if sides in (_CORNER, _LEFT_TOP):
         return np.hstack([values[:, :2], values[:, :2] + values[:, 2:]])
-    return values if sides == ENDS else values[:, [0, 3, 2, 1]]
+    return values if sides == _ENDS else values[:, [0, 3, 2, 1]]
 
 
-def _size(columns: Columns, rows: Sequence[TableRow], table: Table) -> tuple[float, float] | None:
+def _picture_size(columns: _Columns, rows: Sequence[TableRow], table: Table) -> tuple[float, float] | None:
     """Width and height of the picture, from the first of its rows; None if the table has no columns for them."""
     if not rows:
         return None
-    names = IMAGE_SIZE if IMAGE_SIZE[0] in columns.names else ("width", "height")
+    names = _IMAGE_SIZE if _IMAGE_SIZE[0] in columns.names else ("width", "height")
     if names[0] in columns.sides:
         return None
     return known_size(*(table.number(columns.cell(rows[0], name)) for name in names))
-
-
-_CLASSES = ("classes.txt", "obj.names", "labels.txt")
-_MOST_BYTES = 1 << 20
-"""Largest size of a file of classes."""
-_PICTURES = (".jpg", ".jpeg", ".png")
-
-
-def is_yolo(text: str) -> bool:
-    """Whether the first line of a text has a class number and at least four numbers."""
-    fields = text.lstrip().partition("\n")[0].split()
-    return len(fields) >= 5 and fields[0].isdecimal() and all(_is_number(field) for field in fields)
 
 
 def _is_number(text: str) -> bool:
@@ -281,24 +291,19 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def read_yolo(text: str, source: Source) -> BoxAnnotation:
-    """The boxes and polygons of a file.
-
-    Raises:
-        FacadeError: If a line has another form.
-    """
-    lines = [(number, line.split()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    check_count(len(lines))
-    classes, notes = _classes(source)
-    shapes = [_shape(fields, classes, f"Line {number}") for number, fields in lines]
-    stem = source.path.stem
-    pictures = [stem + suffix for suffix in _PICTURES if source.picture_size(stem + suffix)]
-    picture = pictures[0] if pictures else f"{stem}.jpg"
-    check_only(source.wall)
-    return on_picture(shapes, source, size=FRACTIONS, picture=picture, notes=notes)
+def _yolo_classes(source: Source) -> tuple[list[str], list[str]]:
+    """Names of the classes, and a note if they are unknown."""
+    for name in _YOLO_CLASS_FILES:
+        path = source.path.parent / name
+        if path.is_file() and path.resolve().parent == source.path.parent.resolve():
+            try:
+                return [line.strip() for line in decoded(read_bounded(path, _MOST_CLASS_BYTES)).splitlines()], []
+            except TableError as error:
+                raise FacadeError(f"{name}: {error}") from error
+    return [], [f"classes have numbers only: put their names into {_YOLO_CLASS_FILES[0]} beside the file, one per line"]
 
 
-def _shape(fields: list[str], classes: list[str], where: str) -> Shape:
+def _yolo_shape(fields: list[str], classes: list[str], where: str) -> Shape:
     if not fields[0].isdecimal() or len(fields) < 5 or (len(fields) > 6 and len(fields) % 2 == 0):
         raise FacadeError(
             f"{where}: expected a class number and four numbers, or corners, found {shown(' '.join(fields[:9]))}."
@@ -309,17 +314,4 @@ def _shape(fields: list[str], classes: list[str], where: str) -> Shape:
     if len(values) > 5:
         corners = np.array(values).reshape(-1, 2)
         return polygon(name, corners)
-    across, down, width, height = values[:4]
-    return upright(name, across - width / 2.0, down - height / 2.0, across + width / 2.0, down + height / 2.0)
-
-
-def _classes(source: Source) -> tuple[list[str], list[str]]:
-    """Names of the classes, and a note if they are unknown."""
-    for name in _CLASSES:
-        path = source.path.parent / name
-        if path.is_file() and path.resolve().parent == source.path.parent.resolve():
-            try:
-                return [line.strip() for line in decoded(read_bounded(path, _MOST_BYTES)).splitlines()], []
-            except TableError as error:
-                raise FacadeError(f"{name}: {error}") from error
-    return [], [f"classes have numbers only: put their names into {_CLASSES[0]} beside the file, one per line"]
+    return upright(name, *sides_around(*values[:4]))

@@ -1,14 +1,14 @@
-"""Labelled shapes as XML of CVAT, "CVAT for images 1.1": an element `image` with its shapes each, in pixels.
+"""Labelled shapes as XML of CVAT, Pascal VOC, LabelMe's web tool and the CMP facade database.
 
-Labelled boxes as Pascal VOC XML: an element `object` with a `bndbox` each, in pixels from the top left.
+CVAT, "CVAT for images 1.1": an element `image` with its shapes each, in pixels.
 
-Programs add to it: Roboflow a `polygon`, CVAT an attribute `rotation` (degrees), roLabelImg a `robndbox` (radians).
+Pascal VOC: an element `object` with a `bndbox` each, in pixels from the top left. Programs add to it: Roboflow a
+`polygon`, CVAT an attribute `rotation` (degrees), roLabelImg a `robndbox` (radians).
 
-Labelled polygons as XML of LabelMe's web tool: elements `object` with a `polygon`, in pixels from the top left.
+LabelMe: elements `object` with a `polygon`, in pixels from the top left. Its objects may lie in an element `objects`;
+what was deleted in the tool stays in the file and is marked.
 
-Its objects may lie in an element `objects`; what was deleted in the tool stays in the file and is marked.
-
-Annotations of the CMP facade database: XML whose `x` points down the picture and whose `y` points across it.
+CMP: `x` points down the picture and `y` points across it, as fractions of the picture.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from grammarlab.facade.reading.drawn_shapes import (
     on_picture,
     polygon,
     rotated,
+    sides_around,
     upright,
 )
 from grammarlab.facade.reading.markup import Node, numbers_of
@@ -45,7 +46,44 @@ from grammarlab.facade.reading.source import (
 )
 
 _SIDES = ("xmin", "ymin", "xmax", "ymax")
-_ROTATED = ("cx", "cy", "w", "h", "angle")
+_VOC_ROTATED = ("cx", "cy", "w", "h", "angle")
+_FALSE_TEXTS = {"", "0", "false", "no"}
+_CVAT_AREAS = ("box", "polygon", "ellipse", "mask")
+_CVAT_EXPORT = 'export it as "CVAT for images 1.1", which has all boxes of each frame'
+
+
+def is_cvat(root: Node) -> bool:
+    """Whether the root is one of CVAT."""
+    return root.tag == "annotations"
+
+
+def read_cvat(root: Node, source: Source) -> BoxAnnotation:
+    """The boxes, polygons and ellipses of one image, and the boxes of its masks; other shapes are left out.
+
+    Raises:
+        FacadeError: If the file has tracks of a video, or a shape has no label or not its numbers.
+        UsageError: If no image has the name, or the choice is ambiguous.
+    """
+    images = root.findall("image")
+    if not images and root.find("track") is not None:
+        raise FacadeError(f'This is "CVAT for video", with boxes at key frames only: {_CVAT_EXPORT}.')
+    names = _cvat_names(images)
+    index = chosen_image(names, source.wall)
+    image = images[index]
+    check_count(len(image))
+    shapes = [
+        _cvat_shape(node, f"image {names[index].text}, {node.tag} {number}")
+        for number, node in enumerate(image, start=1)
+        if node.tag in _CVAT_AREAS
+    ]
+    left_out = Counter(node.tag for node in image if node.tag not in _CVAT_AREAS)
+    return on_picture(
+        shapes,
+        source,
+        size=known_size(image.get("width"), image.get("height")),
+        picture=image.get("name", ""),
+        notes=[*left_out_notes(left_out), *box_only_notes(len(image.findall("mask")))],
+    )
 
 
 def is_voc(root: Node) -> bool:
@@ -69,47 +107,6 @@ def read_voc(root: Node, source: Source) -> BoxAnnotation:
     picture = (root.findtext("filename") or "").strip()
     check_only(source.wall, picture)
     return on_picture(shapes, source, size=size, picture=picture)
-
-
-def _voc_shape(node: Node, where: str) -> Shape:
-    name = label_of(node.findtext("name"), f"{where}, name")
-    box = node.find("bndbox")
-    if box is None:
-        return _rotated(node.find("robndbox"), name, where)
-    sides = numbers_of(box, _SIDES, f"{where}, bndbox")
-    corners = _corners(node.find("polygon"), f"{where}, polygon")
-    if len(corners) >= 3:
-        return polygon(name, np.array(corners))
-    return rotated(name, sides, _rotation(node, where))
-
-
-def _rotated(box: Node | None, name: str, where: str) -> Shape:
-    if box is None:
-        raise FacadeError(f"{where}: expected an element bndbox with xmin, ymin, xmax, ymax, found none.")
-    across, down, width, height, angle = numbers_of(box, _ROTATED, f"{where}, robndbox")
-    sides = (across - width / 2.0, down - height / 2.0, across + width / 2.0, down + height / 2.0)
-    return rotated(name, sides, float(np.degrees(angle)))
-
-
-def _rotation(node: Node, where: str) -> float:
-    """The attribute `rotation`, degrees clockwise about the centre."""
-    for attribute in node.iterfind("attributes/attribute"):
-        if attribute.findtext("name") == "rotation":
-            return coordinate(attribute.findtext("value"), f"{where}, rotation")
-    return 0.0
-
-
-def _corners(node: Node | None, where: str) -> Sequence[tuple[float, float]]:
-    """Corners from elements x1, y1, x2, y2 and so on."""
-    values = {} if node is None else {child.tag: child.text for child in node}
-    corners: list[tuple[float, float]] = []
-    while (number := len(corners) + 1) <= MOST_CORNERS and f"x{number}" in values:
-        across, down = (coordinate(values.get(f"{axis}{number}"), f"{where}, {axis}{number}") for axis in "xy")
-        corners.append((across, down))
-    return corners
-
-
-_NO = {"", "0", "false", "no"}
 
 
 def is_labelme_xml(root: Node) -> bool:
@@ -137,7 +134,7 @@ def read_labelme_xml(root: Node, source: Source) -> BoxAnnotation:
             for corner, point in enumerate(node.iterfind("polygon/pt"), start=1)
         ]
         mask = node.find("segm/box")
-        if (node.findtext("deleted") or "").strip().lower() not in _NO:
+        if (node.findtext("deleted") or "").strip().lower() not in _FALSE_TEXTS:
             left_out["deleted"] += 1
         elif len(corners) >= 3 or (len(corners) == 2 and node.findtext("type") == "bounding_box"):
             shapes.append(polygon(label_of(node.findtext("name"), f"{where}, name"), np.array(corners)))
@@ -172,59 +169,7 @@ def read_cmp(root: Node, source: Source) -> BoxAnnotation:
     return on_picture(shapes, source, size=FRACTIONS, picture=f"{source.path.stem}.jpg")
 
 
-def _cmp_shape(node: Node, number: int) -> Shape:
-    """A box; the two values of an axis may be in either order."""
-    (top, bottom), (left, right) = _interval(node, "x", number), _interval(node, "y", number)
-    return upright((node.findtext("labelname") or "").strip(), left, top, right, bottom)
-
-
-def _interval(node: Node, axis: str, number: int) -> tuple[float, float]:
-    texts = [(value.text or "").strip() for value in node.findall(f"points/{axis}")]
-    if len(texts) != 2:
-        raise FacadeError(f"Object {number}: expected two numbers <{axis}> in <points>, found {texts[:4]}.")
-    first, second = sorted(coordinate(text, f"Object {number}, {axis}") for text in texts)
-    return first, second
-
-
-_AREAS = ("box", "polygon", "ellipse", "mask")
-_EXPORT = 'export it as "CVAT for images 1.1", which has all boxes of each frame'
-
-
-def is_cvat(root: Node) -> bool:
-    """Whether the root is one of CVAT."""
-    return root.tag == "annotations"
-
-
-def read_cvat(root: Node, source: Source) -> BoxAnnotation:
-    """The boxes, polygons and ellipses of one image, and the boxes of its masks; other shapes are left out.
-
-    Raises:
-        FacadeError: If the file has tracks of a video, or a shape has no label or not its numbers.
-        UsageError: If no image has the name, or the choice is ambiguous.
-    """
-    images = root.findall("image")
-    if not images and root.find("track") is not None:
-        raise FacadeError(f'This is "CVAT for video", with boxes at key frames only: {_EXPORT}.')
-    names = _names(images)
-    index = chosen_image(names, source.wall)
-    image = images[index]
-    check_count(len(image))
-    shapes = [
-        _shape(node, f"image {names[index].text}, {node.tag} {number}")
-        for number, node in enumerate(image, start=1)
-        if node.tag in _AREAS
-    ]
-    left_out = Counter(node.tag for node in image if node.tag not in _AREAS)
-    return on_picture(
-        shapes,
-        source,
-        size=known_size(image.get("width"), image.get("height")),
-        picture=image.get("name", ""),
-        notes=[*left_out_notes(left_out), *box_only_notes(len(image.findall("mask")))],
-    )
-
-
-def _names(images: Sequence[Node]) -> list[ImageName]:
+def _cvat_names(images: Sequence[Node]) -> list[ImageName]:
     """Names of images; in an export of several subsets, each of which counts its images, the subset is in front."""
     subsets = {node.get("subset", "") for node in images}
     several = len(subsets) > 1
@@ -235,25 +180,21 @@ def _names(images: Sequence[Node]) -> list[ImageName]:
     ]
 
 
-def _shape(node: Node, where: str) -> Shape:
+def _cvat_shape(node: Node, where: str) -> Shape:
     name = label_of(node.get("label"), f"{where}, label")
     if node.tag == "polygon":
-        return polygon(name, _points(node.get("points", ""), f"{where}, points"))
+        return polygon(name, _cvat_points(node.get("points", ""), f"{where}, points"))
     if node.tag == "mask":
-        left, top, width, height = _numbers(node, ("left", "top", "width", "height"), where)
+        left, top, width, height = _cvat_numbers(node, ("left", "top", "width", "height"), where)
         return upright(name, left, top, left + width, top + height)
     degrees = coordinate(node.get("rotation", "0"), f"{where}, rotation")
     if node.tag == "ellipse":
-        across, down, wide, high = _numbers(node, ("cx", "cy", "rx", "ry"), where)
+        across, down, wide, high = _cvat_numbers(node, ("cx", "cy", "rx", "ry"), where)
         return ellipse(name, (across, down), (wide, high), degrees)
-    return rotated(name, _numbers(node, ("xtl", "ytl", "xbr", "ybr"), where), degrees)
+    return rotated(name, _cvat_numbers(node, ("xtl", "ytl", "xbr", "ybr"), where), degrees)
 
 
-def _numbers(node: Node, keys: tuple[str, ...], where: str) -> list[float]:
-    return [coordinate(node.get(key), f"{where}, {key}") for key in keys]
-
-
-def _points(text: str, where: str) -> Floats:
+def _cvat_points(text: str, where: str) -> Floats:
     """[P, 2] corners, from text such as `1.5,2;3,4;5,6`."""
     pairs = [pair.split(",") for pair in text.split(";") if pair.strip()]
     if not 3 <= len(pairs) <= MOST_CORNERS or any(len(pair) != 2 for pair in pairs):
@@ -261,3 +202,58 @@ def _points(text: str, where: str) -> Floats:
             f"{where}: expected 3 to {MOST_CORNERS:,} corners such as 1.5,2;3,4;5,6, found {shown(text)}."
         )
     return np.array([[coordinate(value, where) for value in pair] for pair in pairs])
+
+
+def _cvat_numbers(node: Node, keys: tuple[str, ...], where: str) -> list[float]:
+    return [coordinate(node.get(key), f"{where}, {key}") for key in keys]
+
+
+def _voc_shape(node: Node, where: str) -> Shape:
+    name = label_of(node.findtext("name"), f"{where}, name")
+    box = node.find("bndbox")
+    if box is None:
+        return _voc_rotated_shape(node.find("robndbox"), name, where)
+    sides = numbers_of(box, _SIDES, f"{where}, bndbox")
+    corners = _voc_corners(node.find("polygon"), f"{where}, polygon")
+    if len(corners) >= 3:
+        return polygon(name, np.array(corners))
+    return rotated(name, sides, _voc_rotation(node, where))
+
+
+def _voc_rotated_shape(box: Node | None, name: str, where: str) -> Shape:
+    if box is None:
+        raise FacadeError(f"{where}: expected an element bndbox with xmin, ymin, xmax, ymax, found none.")
+    across, down, width, height, angle = numbers_of(box, _VOC_ROTATED, f"{where}, robndbox")
+    return rotated(name, sides_around(across, down, width, height), float(np.degrees(angle)))
+
+
+def _voc_corners(node: Node | None, where: str) -> Sequence[tuple[float, float]]:
+    """Corners from elements x1, y1, x2, y2 and so on."""
+    values = {} if node is None else {child.tag: child.text for child in node}
+    corners: list[tuple[float, float]] = []
+    while (number := len(corners) + 1) <= MOST_CORNERS and f"x{number}" in values:
+        across, down = (coordinate(values.get(f"{axis}{number}"), f"{where}, {axis}{number}") for axis in "xy")
+        corners.append((across, down))
+    return corners
+
+
+def _voc_rotation(node: Node, where: str) -> float:
+    """The attribute `rotation`, degrees clockwise about the centre."""
+    for attribute in node.iterfind("attributes/attribute"):
+        if attribute.findtext("name") == "rotation":
+            return coordinate(attribute.findtext("value"), f"{where}, rotation")
+    return 0.0
+
+
+def _cmp_shape(node: Node, number: int) -> Shape:
+    """A box; the two values of an axis may be in either order."""
+    (top, bottom), (left, right) = _cmp_interval(node, "x", number), _cmp_interval(node, "y", number)
+    return upright((node.findtext("labelname") or "").strip(), left, top, right, bottom)
+
+
+def _cmp_interval(node: Node, axis: str, number: int) -> tuple[float, float]:
+    texts = [(value.text or "").strip() for value in node.findall(f"points/{axis}")]
+    if len(texts) != 2:
+        raise FacadeError(f"Object {number}: expected two numbers <{axis}> in <points>, found {texts[:4]}.")
+    first, second = sorted(coordinate(text, f"Object {number}, {axis}") for text in texts)
+    return first, second

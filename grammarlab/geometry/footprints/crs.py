@@ -1,12 +1,10 @@
 """Coordinate reference systems (CRS) by their many names; only those in true metres or degrees are accepted.
 
-Coordinate reference systems of the EPSG register whose coordinates are true metres or degrees.
-
-Compiled from version 13.101 of the EPSG Geodetic Parameter Dataset (epsg.org), as published with PROJ (MIT licence),
-by two rules. *Metres*: projected systems with axes to the east and north in metres, whose areas are right to 1.5 % and
-whose lengths to 4 % all over their area of use; so neither Mercator, nor feet, nor maps of continents, except the
-equal-area map of Europe (3035). *Degrees*: geographic systems in decimal degrees. Compound systems count as their
-horizontal part.
+EPSG codes are compiled from version 13.101 of the EPSG Geodetic Parameter Dataset (epsg.org), as published with PROJ
+(MIT licence), by two rules. *Metres*: projected systems with axes to the east and north in metres, whose areas are
+right to 1.5 % and whose lengths to 4 % all over their area of use; so neither Mercator, nor feet, nor maps of
+continents, except the equal-area map of Europe (3035). *Degrees*: geographic systems in decimal degrees. Compound
+systems count as their horizontal part.
 """
 
 from __future__ import annotations
@@ -89,7 +87,6 @@ _METRES = (
     "32401-32460 32501-32560 32601-32660 32701-32760 32766 "
 )
 """Ranges of codes, both ends included."""
-
 _DEGREE_RANGES = (
     "3819 3821 3823-3824 3888-3889 3906 4001-4025 4027-4034 4036 4040-4047 4052-4055 4074-4075 4080-4081 4120-4124 "
     "4127-4139 4141-4171 4173-4176 4178-4184 4188-4216 4218-4225 4227 4229-4233 4236-4259 4261-4286 4288-4289 "
@@ -126,53 +123,10 @@ _DEGREE_RANGES = (
     "12215-12216 12229-12230 12245 12248 20001 20033 20037-20038 20040-20041 20043 20045-20046 "
 )
 """Ranges of codes, both ends included."""
-
-
-@cache
-def metre_codes() -> frozenset[int]:
-    """Codes of systems in true metres.
-
-    >>> {25832, 28992, 2056} <= metre_codes(), 3857 in metre_codes()
-    (True, False)
-    """
-    return _codes(_METRES)
-
-
-@cache
-def degree_codes() -> frozenset[int]:
-    """Codes of systems in degrees.
-
-    >>> {4326, 4258, 4269, 4979} <= degree_codes()
-    True
-    """
-    return _codes(_DEGREE_RANGES)
-
-
-def _codes(ranges: str) -> frozenset[int]:
-    ends = (text.split("-") for text in ranges.split())
-    return frozenset(code for first, *last in ends for code in range(int(first), int((last or [first])[0]) + 1))
-
-
 Unit = Literal["degrees", "metres"]
-
-
-@dataclass(frozen=True, slots=True)
-class Crs:
-    """A coordinate reference system whose first axis points to the east and second to the north."""
-
-    name: str
-    """``EPSG:25832``; empty for metres at an unknown place."""
-    unit: Unit
-
-
-LOCAL = Crs("", "metres")
-"""Metres at an unknown place."""
-WGS_84 = Crs("OGC:CRS84", "degrees")
-"""Longitude and latitude, as RFC 7946 has it."""
-
-_WIDEST = 80
+_MAX_SHOWN_CHARACTERS = 80
 """Characters of a name that a message shows."""
-_LONGEST = 20_000
+_MAX_NAME_CHARACTERS = 20_000
 """Characters of the longest name, which may be a definition in WKT."""
 _AUTHORITY = re.compile(r"\b(?:EPSG|ESRI|IAU|IGNF|SR-ORG)\b", re.IGNORECASE)
 _EPSG = re.compile(
@@ -188,6 +142,21 @@ _DEGREES = re.compile(
 )
 _WEB_MERCATOR = re.compile(r"\b(3857|3785|900913|102100|102113)$|Mercator_Auxiliary|(Pseudo|Popular).*Mercator", re.I)
 _UTM = re.compile(r"(?:[\w() .-]+[/_ ] ?)?UTM[ _]zone[ _]?\d{1,2}[NS]", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Crs:
+    """A coordinate reference system whose first axis points to the east and second to the north."""
+
+    name: str
+    """``EPSG:25832``; empty for metres at an unknown place."""
+    unit: Unit
+
+
+LOCAL = Crs("", "metres")
+"""Metres at an unknown place."""
+WGS_84 = Crs("OGC:CRS84", "degrees")
+"""Longitude and latitude, as RFC 7946 has it."""
 
 
 def crs_of_member(member: Any) -> Crs:
@@ -224,7 +193,7 @@ def crs_of_name(name: str) -> Crs:
     Raises:
         AssetError: If it is not known to be in true metres or degrees.
     """
-    if len(name) > _LONGEST:
+    if len(name) > _MAX_NAME_CHARACTERS:
         raise _unknown(name)
     if match := _LONGITUDE_LATITUDE.search(name):
         return Crs(f"OGC:CRS{match[1].lower()}", "degrees")
@@ -252,12 +221,37 @@ def crs_of_code(code: int) -> Crs:
     raise _unknown(name)
 
 
+@cache
+def metre_codes() -> frozenset[int]:
+    """Codes of systems in true metres.
+
+    >>> {25832, 28992, 2056} <= metre_codes(), 3857 in metre_codes()
+    (True, False)
+    """
+    return _codes(_METRES)
+
+
+@cache
+def degree_codes() -> frozenset[int]:
+    """Codes of systems in degrees.
+
+    >>> {4326, 4258, 4269, 4979} <= degree_codes()
+    True
+    """
+    return _codes(_DEGREE_RANGES)
+
+
+def _excerpt(text: str) -> str:
+    text = "".join(c if c.isprintable() else " " for c in text)
+    return text if len(text) <= _MAX_SHOWN_CHARACTERS else f"{text[:_MAX_SHOWN_CHARACTERS]}…"
+
+
 def _unknown(name: str) -> AssetError:
     if _WEB_MERCATOR.search(name):
         return AssetError(f"its CRS, {_excerpt(name)}, is Web Mercator, whose metres are not those on the ground")
     return AssetError(f"its CRS, {_excerpt(name)}, is not known to count in true metres or in degrees")
 
 
-def _excerpt(text: str) -> str:
-    text = "".join(c if c.isprintable() else " " for c in text)
-    return text if len(text) <= _WIDEST else f"{text[:_WIDEST]}…"
+def _codes(ranges: str) -> frozenset[int]:
+    ends = (text.split("-") for text in ranges.split())
+    return frozenset(code for first, *last in ends for code in range(int(first), int((last or [first])[0]) + 1))

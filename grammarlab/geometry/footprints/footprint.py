@@ -1,7 +1,4 @@
-"""Records of footprints: polygons on the ground, their place on the earth, and remarks about what was not read.
-
-Outlines as a source has them, before they are checked and placed.
-"""
+"""Records of footprints: outlines in a source, polygons on the ground, their place on the earth, and remarks."""
 
 from __future__ import annotations
 

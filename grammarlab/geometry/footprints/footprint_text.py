@@ -1,6 +1,6 @@
-"""Footprints from the text of an option: a size, WKT, or the name of a GeoJSON file.
+"""Footprints from the text of an option: a size, well-known text (WKT), or the name of a GeoJSON file.
 
-Outlines of well-known text (WKT), and of PostGIS's ``SRID=25832;POLYGON ((…))``.
+WKT may begin with an SRID, as PostGIS writes it: ``SRID=25832;POLYGON ((…))``.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ from grammarlab.files import existing
 from grammarlab.geometry.footprints.crs import LOCAL, Crs, crs_of_code
 from grammarlab.geometry.footprints.footprint import Footprint, FootprintMap, Outline, Remark, Source
 from grammarlab.geometry.footprints.geojson import read_geojson
-from grammarlab.geometry.footprints.placing import MOST_REASONS, placed
+from grammarlab.geometry.footprints.placing import placed, remark_lines
 
-NAME = "footprint"
-MAX_NESTING = 64
+_NAME = "footprint"
+"""Name of the source in messages."""
+_MAX_NESTING = 64
 """Largest depth of parentheses."""
-MAX_SURFACES = 64
+_MAX_SURFACES = 64
+"""Largest number of surfaces in a text."""
 _START = re.compile(
     r"\s*(SRID\s*=|(MULTI)?(POINT|LINESTRING|POLYGON|SURFACE|CURVE)|GEOMETRYCOLLECTION|CURVEPOLYGON|COMPOUNDCURVE"
     r"|CIRCULARSTRING|TRIANGLE|TIN|POLYHEDRALSURFACE|GEOMETRY)\s*(Z|M|ZM)?\s*(\(|EMPTY|[-+\d]|$)",
@@ -31,109 +33,6 @@ _START = re.compile(
 _SRID = re.compile(r"\s*SRID\s*=\s*(-?\d{1,9})\s*;\s*(.*)", re.IGNORECASE | re.DOTALL)
 _CURVES = re.compile(r"CIRCULARSTRING|COMPOUNDCURVE|MULTICURVE|CLOTHOID|SPIRAL", re.IGNORECASE)
 _SOLIDS = re.compile(r"\b(TRIANGLE|TIN|POLYHEDRALSURFACE)", re.IGNORECASE)
-
-
-def is_wkt(text: str) -> bool:
-    """Whether a text begins as WKT does, unlike the name of a file such as ``polygons.geojson``.
-
-    >>> is_wkt("POLYGON ((0 0, 9 0, 9 9, 0 0))"), is_wkt("SRID=4326;POINT (7 50)"), is_wkt("polygons.geojson")
-    (True, True, False)
-    """
-    return _START.match(text) is not None
-
-
-def read_wkt(text: str, expected: str) -> Source:
-    """The polygons of a text.
-
-    Args:
-        text: WKT, in metres unless an SRID says otherwise.
-        expected: expected forms, for the message.
-
-    Raises:
-        AssetError: If it is not WKT, has curves, or its CRS is not known to be in true metres or degrees.
-    """
-    crs, body = LOCAL, text
-    if match := _SRID.fullmatch(text):
-        crs, body = _crs(int(match[1])), match[2]
-    outlines: list[Outline] = []
-    remarks: list[Remark] = []
-    for part in _shapes(_flat(body), expected):
-        if isinstance(part, shapely.Polygon):
-            outlines.append(Outline(shapely.force_2d(part), NAME))
-        else:
-            kind = type(part).__name__
-            empty = "an empty " if shapely.is_empty(part) else "a "
-            remarks.append(Remark(NAME, "geometry", f"expected a polygon, found {empty}{kind}"))
-    return Source(NAME, tuple(outlines), tuple(remarks), crs, strict=True)
-
-
-def _parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
-    """The simple geometries of a geometry; its nesting is bounded."""
-    if shapely.is_empty(shape) or not isinstance(shape, shapely.GeometryCollection | shapely.MultiPolygon):
-        return [shape]
-    return [part for member in shape.geoms for part in _parts(member)]
-
-
-def _shapes(text: str, expected: str) -> list[shapely.Geometry]:
-    """The simple geometries of a text.
-
-    Raises:
-        AssetError: If it is not WKT, or nested too deeply.
-    """
-    depth = np.cumsum([(c == "(") - (c == ")") for c in text if c in "()"])
-    if depth.max(initial=0) > MAX_NESTING:
-        raise AssetError(f"{NAME}: expected at most {MAX_NESTING} parentheses in each other.")
-    try:
-        with np.errstate(invalid="ignore", over="ignore"):  # not-a-number is reported later
-            return _parts(shapely.from_wkt(text))
-    # Shapely raises NotImplementedError for kinds of geometry that it has no class for.
-    except (shapely.errors.ShapelyError, NotImplementedError, UnicodeEncodeError) as error:
-        raise AssetError(f"{NAME}: this is not well-formed WKT ({error}); {expected}.") from error
-
-
-def _flat(text: str) -> str:
-    """WKT of plain polygons instead of surfaces whose rings are plain.
-
-    Raises:
-        AssetError: If rings have arcs, or are faces of a solid.
-    """
-    if match := _CURVES.search(text):
-        raise AssetError(
-            f"{NAME}: {match[0].upper()} has arcs, and an outline has straight edges. Replace them by edges: "
-            "ST_CurveToLine(geom) in PostGIS, ogr2ogr -nlt CONVERT_TO_LINEAR for files."
-        )
-    if match := _SOLIDS.search(text):
-        raise AssetError(f"{NAME}: {match[0].upper()} has faces in space; expected a POLYGON on the ground.")
-    text = re.sub("CURVEPOLYGON", "POLYGON", text, flags=re.IGNORECASE)
-    surfaces = [*re.finditer("MULTISURFACE", text, re.IGNORECASE)]
-    if len(surfaces) > MAX_SURFACES:
-        raise AssetError(f"{NAME}: expected at most {MAX_SURFACES} MULTISURFACE.")
-    for match in reversed(surfaces):
-        end = _end_of_parentheses(text, match.end())
-        members = re.sub(r"POLYGON\s*(ZM|Z|M)?", "", text[match.end() : end], flags=re.IGNORECASE)
-        text = f"{text[: match.start()]}MULTIPOLYGON{members}{text[end:]}"
-    return text
-
-
-def _end_of_parentheses(text: str, start: int) -> int:
-    """Index after the parenthesis that closes the first one after an index; the end of the text if none does."""
-    depth = 0
-    for index in range(start, len(text)):
-        depth += (text[index] == "(") - (text[index] == ")")
-        if text[index] == ")" and depth <= 0:
-            return index + 1
-    return len(text)
-
-
-def _crs(code: int) -> Crs:
-    if code <= 0:  # PostGIS writes 0, and earlier -1, for an unknown place
-        return LOCAL
-    try:
-        return crs_of_code(code)
-    except AssetError as error:
-        raise AssetError(f"{NAME}: {error}. Convert it: ST_Transform(geom, 4326) in PostGIS.") from error
-
-
 _SIZE = re.compile(r"\s*(\d{1,30}(?:\.\d{1,30})?)\s*[xX×]\s*(\d{1,30}(?:\.\d{1,30})?)\s*")
 _SUFFIXES = (".geojson", ".json", ".geojsonl", ".geojsons", ".geojsonseq", ".ndjson", ".jsonl")
 _EXPECTED = "expected WIDTHxDEPTH in metres (20x12), WKT (POLYGON ((0 0, 20 0, 20 12, 0 12, 0 0))) or a .geojson file"
@@ -158,9 +57,7 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
     """
     plan = read_footprint_map(text)
     if plan.remarks:
-        listing = "".join(f"\n  {remark}" for remark in plan.remarks[:MOST_REASONS])
-        more = f"\n  … and {len(plan.remarks) - MOST_REASONS:,} more" if len(plan.remarks) > MOST_REASONS else ""
-        warnings.warn(f"{len(plan.remarks):,} remarks about the footprints:{listing}{more}", stacklevel=2)
+        warnings.warn(f"{len(plan.remarks):,} remarks about the footprints:{remark_lines(plan.remarks)}", stacklevel=2)
     return plan.footprints
 
 
@@ -180,10 +77,111 @@ def read_footprint_map(text: str) -> FootprintMap:
         plan = shapely.Polygon([(0, -depth), (width, -depth), (width, 0), (0, 0)])  # along +x and +z, as in `derive`
         return placed(Source(text, (Outline(plan, text),), (), LOCAL, strict=True))
     file = existing(text)
-    if file is None and is_wkt(text):
-        return placed(read_wkt(text, _EXPECTED))
+    if file is None and _is_wkt(text):
+        return placed(_read_wkt(text, _EXPECTED))
     if file is not None and not file.is_dir():
         return placed(read_geojson(file))
     if text.lower().endswith(_SUFFIXES):
         raise AssetError(f"{Path(text)}: no such footprint file; {_EXPECTED}.")
     raise UsageError(f"footprint {text!r}: {_EXPECTED}.")
+
+
+def _is_wkt(text: str) -> bool:
+    """Whether a text begins as WKT does, unlike the name of a file such as ``polygons.geojson``.
+
+    >>> _is_wkt("POLYGON ((0 0, 9 0, 9 9, 0 0))"), _is_wkt("SRID=4326;POINT (7 50)"), _is_wkt("polygons.geojson")
+    (True, True, False)
+    """
+    return _START.match(text) is not None
+
+
+def _read_wkt(text: str, expected: str) -> Source:
+    """The polygons of a text.
+
+    Args:
+        text: WKT, in metres unless an SRID says otherwise.
+        expected: expected forms, for the message.
+
+    Raises:
+        AssetError: If it is not WKT, has curves, or its CRS is not known to be in true metres or degrees.
+    """
+    crs, body = LOCAL, text
+    if match := _SRID.fullmatch(text):
+        crs, body = _crs(int(match[1])), match[2]
+    outlines: list[Outline] = []
+    remarks: list[Remark] = []
+    for part in _shapes(_flat(body), expected):
+        if isinstance(part, shapely.Polygon):
+            outlines.append(Outline(shapely.force_2d(part), _NAME))
+        else:
+            kind = type(part).__name__
+            empty = "an empty " if shapely.is_empty(part) else "a "
+            remarks.append(Remark(_NAME, "geometry", f"expected a polygon, found {empty}{kind}"))
+    return Source(_NAME, tuple(outlines), tuple(remarks), crs, strict=True)
+
+
+def _crs(code: int) -> Crs:
+    if code <= 0:  # PostGIS writes 0, and earlier -1, for an unknown place
+        return LOCAL
+    try:
+        return crs_of_code(code)
+    except AssetError as error:
+        raise AssetError(f"{_NAME}: {error}. Convert it: ST_Transform(geom, 4326) in PostGIS.") from error
+
+
+def _shapes(text: str, expected: str) -> list[shapely.Geometry]:
+    """The simple geometries of a text.
+
+    Raises:
+        AssetError: If it is not WKT, or nested too deeply.
+    """
+    depth = np.cumsum([(c == "(") - (c == ")") for c in text if c in "()"])
+    if depth.max(initial=0) > _MAX_NESTING:
+        raise AssetError(f"{_NAME}: expected at most {_MAX_NESTING} parentheses in each other.")
+    try:
+        with np.errstate(invalid="ignore", over="ignore"):  # not-a-number is reported later
+            return _parts(shapely.from_wkt(text))
+    # Shapely raises NotImplementedError for kinds of geometry that it has no class for.
+    except (shapely.errors.ShapelyError, NotImplementedError, UnicodeEncodeError) as error:
+        raise AssetError(f"{_NAME}: this is not well-formed WKT ({error}); {expected}.") from error
+
+
+def _parts(shape: shapely.Geometry) -> list[shapely.Geometry]:
+    """The simple geometries of a geometry; its nesting is bounded."""
+    if shapely.is_empty(shape) or not isinstance(shape, shapely.GeometryCollection | shapely.MultiPolygon):
+        return [shape]
+    return [part for member in shape.geoms for part in _parts(member)]
+
+
+def _flat(text: str) -> str:
+    """WKT of plain polygons instead of surfaces whose rings are plain.
+
+    Raises:
+        AssetError: If rings have arcs, or are faces of a solid.
+    """
+    if match := _CURVES.search(text):
+        raise AssetError(
+            f"{_NAME}: {match[0].upper()} has arcs, and an outline has straight edges. Replace them by edges: "
+            "ST_CurveToLine(geom) in PostGIS, ogr2ogr -nlt CONVERT_TO_LINEAR for files."
+        )
+    if match := _SOLIDS.search(text):
+        raise AssetError(f"{_NAME}: {match[0].upper()} has faces in space; expected a POLYGON on the ground.")
+    text = re.sub("CURVEPOLYGON", "POLYGON", text, flags=re.IGNORECASE)
+    surfaces = [*re.finditer("MULTISURFACE", text, re.IGNORECASE)]
+    if len(surfaces) > _MAX_SURFACES:
+        raise AssetError(f"{_NAME}: expected at most {_MAX_SURFACES} MULTISURFACE.")
+    for match in reversed(surfaces):
+        end = _end_of_parentheses(text, match.end())
+        members = re.sub(r"POLYGON\s*(ZM|Z|M)?", "", text[match.end() : end], flags=re.IGNORECASE)
+        text = f"{text[: match.start()]}MULTIPOLYGON{members}{text[end:]}"
+    return text
+
+
+def _end_of_parentheses(text: str, start: int) -> int:
+    """Index after the parenthesis that closes the first one after an index; the end of the text if none does."""
+    depth = 0
+    for index in range(start, len(text)):
+        depth += (text[index] == "(") - (text[index] == ")")
+        if text[index] == ")" and depth <= 0:
+            return index + 1
+    return len(text)

@@ -3,17 +3,10 @@
 Closed meshes stay closed: a cap closes each cut. A face in the plane of a cut goes to one side only:
 to the side that it bounds.
 
-Polygons cut along a plane, for all faces of a batch at once.
-
 A face that leaves the kept side once is cut by the rule of Sutherland and Hodgman ("Reentrant polygon clipping", CACM
-17(1), 1974): keep the corners on the kept side, and add a point where an edge passes the plane. Other faces are
-rejoined along the cut, see `rejoin`.
-
-Faces rejoined along a cut if they leave the kept side more than once or touch the plane.
-
-Sorted along the cut, the k-th exit of a face is joined to its k-th entry: the gaps between them lie inside the face.
-
-Caps: faces that close meshes along a cutting plane.
+17(1), 1974): keep the corners on the kept side, and add a point where an edge passes the plane. A face that leaves the
+kept side more than once or touches the plane is rejoined along the cut: sorted along the cut, its k-th exit is joined
+to its k-th entry, since the gaps between them lie inside the face.
 """
 
 from __future__ import annotations
@@ -30,9 +23,231 @@ from grammarlab.geometry.meshes.ragged import cycles, distinct_keys, max_rows, n
 from grammarlab.geometry.meshes.triangulate import contains, keyhole
 from grammarlab.geometry.meshes.vectors import any_normal, cross, dot
 
+_TOLERANCE = 1e-9
+"""Largest distance of points on a plane, as a share of the largest coordinate of their mesh."""
+
+
+def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats) -> Meshes:
+    """The parts of meshes between two planes across an axis.
+
+    Parts do not overlap: volumes of the parts of a closed mesh, and areas of the parts of an open
+    one, add up to those of the whole. A face across the axis at the end of a mesh belongs to the slab at that end.
+
+    Args:
+        meshes: the meshes to cut.
+        mesh: [N] the mesh that each part is cut from.
+        axis: 0, 1 or 2, the axis that runs from `low` to `high`.
+        low: [N] beginning of each part, in metres.
+        high: [N] end of each part, at least `low`.
+
+    Returns:
+        N meshes with unmoved points; some may be empty. Faces keep their order; caps come last, or
+        first if the first face was cut away.
+    """
+    extent = _extent(meshes, axis)
+    face, part = _faces_within(meshes, mesh, axis, low, high, extent)
+    sides = [_side(meshes, mesh, extent, face, part, level, sign) for level, sign in ((low, 1.0), (high, -1.0))]
+    faces, points, owner = _gathered(meshes, mesh, face, part)
+    capped = _closed_meshes(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
+
+    cuts = []
+    for side in sides:
+        if not side.is_cut.any():
+            continue
+        distance = side.sign * (points[:, axis] - side.level.take(owner))
+        on_plane = np.abs(distance) <= extent.slack[mesh].take(owner)
+        distance[on_plane] = 0.0
+        points[on_plane, axis] = side.level.take(owner[on_plane])
+        normals = np.zeros((len(mesh), 3))
+        normals[:, axis] = side.sign
+        # `rank` is still the number of the face within the slabs that a piece was cut from.
+        is_crossing = side.crosses.take(faces.rank)
+        result = _cut_faces(faces.where(is_crossing), points, distance, normals)
+        # Interpolation can differ from the plane in the last bit, but parts must end where their neighbours begin.
+        result.points[:, axis] = side.level.take(result.mesh_of_point)
+        points, owner = np.concatenate((points, result.points)), np.concatenate((owner, result.mesh_of_point))
+        faces = Soup.concatenate([faces.where(~is_crossing), result.faces])
+        cuts.append((side, np.append(on_plane, np.ones(len(result.points), bool)), normals))
+
+    closing = []
+    for side, on_plane, normals in cuts:
+        needs_cap = capped & side.is_cut
+        if needs_cap.any():
+            flags = np.append(on_plane, np.zeros(len(points) - len(on_plane), bool))
+            rank = np.where(side.lost_first, -1, len(face))
+            closing.append(_caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, rank))
+    return Soup.concatenate([faces, *closing]).meshes(points, owner, len(mesh))
+
 
 @dataclass(frozen=True, slots=True)
-class Walk:
+class _Extent:
+    """Beginnings and ends of faces and meshes along an axis."""
+
+    face_low: Floats
+    """[F]"""
+    face_high: Floats
+    """[F]"""
+    low: Floats
+    """[M]"""
+    high: Floats
+    """[M]"""
+    slack: Floats
+    """[M] distance below which points lie on a plane."""
+
+
+def _extent(meshes: Meshes, axis: int) -> _Extent:
+    height = meshes.points[:, axis].take(meshes.corner_points())
+    face_low = -max_rows(-height, meshes.face_offsets, -np.inf)
+    face_high = max_rows(height, meshes.face_offsets, -np.inf)
+    low = -max_rows(-face_low, meshes.mesh_faces, -np.inf)
+    high = max_rows(face_high, meshes.mesh_faces, -np.inf)
+    return _Extent(face_low, face_high, low, high, _slack(meshes))
+
+
+def _slack(meshes: Meshes) -> Floats:
+    """[M] distance below which points of a mesh lie on a plane."""
+    x, y, z = np.abs(meshes.points.T)
+    return _TOLERANCE * max_rows(np.maximum(np.maximum(x, y), z), meshes.mesh_points, 0.0)
+
+
+def _faces_within(
+    meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats, extent: _Extent
+) -> tuple[Indices, Indices]:
+    """Faces [K] that reach into slabs, and the slab of each, ascending."""
+    face, part_faces = take_rows(meshes.mesh_faces, mesh)
+    part = row_of_value(np.diff(part_faces))
+    begin, end = extent.face_low.take(face), extent.face_high.take(face)
+    slack = extent.slack[mesh]
+    is_thick = high - low > slack
+    # A slab of thickness 0 has no inside.
+    first, last = np.where(is_thick, low + slack, np.inf), np.where(is_thick, high - slack, -np.inf)
+    within = (end > first.take(part)) & (begin < last.take(part))
+    flat = np.flatnonzero(end - begin <= slack.take(part))
+    if len(flat):
+        rises = area_vectors(meshes)[face[flat], axis] < 0.0
+        within[flat] = _owns_flat(begin[flat], rises, mesh[part[flat]], low[part[flat]], high[part[flat]], extent)
+    chosen = np.flatnonzero(within)
+    return face.take(chosen), part.take(chosen)
+
+
+def _owns_flat(
+    height: Floats, rises: Flags, mesh: NDArray[np.integer], low: Floats, high: Floats, extent: _Extent
+) -> Flags:
+    """[K] whether slabs own faces that lie across the axis.
+
+    Args:
+        height: [K] position of the face.
+        rises: [K] whether the face bounds the region above it.
+        mesh: [K] the mesh of the face.
+        low: [K] beginning of the slab.
+        high: [K] end of the slab.
+        extent: extent of the meshes.
+    """
+    slack = extent.slack[mesh]
+    above = (height <= extent.low[mesh] + slack) | (rises & (height < extent.high[mesh] - slack))
+    at_low, at_high = np.abs(height - low) <= slack, np.abs(height - high) <= slack
+    between = (height > low) & (height < high) & ~at_low & ~at_high
+    return between | (at_low & above) | (at_high & ~above)
+
+
+@dataclass(frozen=True, slots=True)
+class _Side:
+    """One side of slabs: their low ends or their high ends."""
+
+    level: Floats
+    """[N] position of the plane along the axis."""
+    sign: float
+    """1 where the kept side lies above the plane, -1 where below."""
+    is_cut: Flags
+    """[N] whether the mesh reaches beyond the plane."""
+    crosses: Flags
+    """[K] whether faces that reach into the slabs reach beyond the plane."""
+    lost_first: Flags
+    """[N] whether the first face of the mesh lies beyond the plane."""
+
+
+def _side(
+    meshes: Meshes,
+    mesh: NDArray[np.integer],
+    extent: _Extent,
+    face: Indices,
+    part: Indices,
+    level: Floats,
+    sign: float,
+) -> _Side:
+    """The side beyond the low (sign 1) or high (sign -1) ends of slabs."""
+    near, far = (extent.face_low, extent.face_high) if sign > 0.0 else (extent.face_high, extent.face_low)
+    reach = extent.low if sign > 0.0 else extent.high
+    slack = extent.slack[mesh]
+    is_cut = sign * (level - reach[mesh]) > slack
+    is_flat = extent.face_high - extent.face_low <= extent.slack[meshes.mesh_of_face()]
+    crosses = (sign * (level.take(part) - near.take(face)) > slack.take(part)) & ~is_flat.take(face)
+    lost_first = is_cut.copy()
+    filled = np.flatnonzero(np.diff(meshes.mesh_faces)[mesh] > 0)
+    first = meshes.mesh_faces[:-1][mesh[filled]]
+    lost_first[filled] &= sign * (far[first] - level[filled]) <= slack[filled]
+    return _Side(level, sign, is_cut, crosses, lost_first)
+
+
+def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: Indices) -> tuple[Soup, Floats, Indices]:
+    """Faces of parts over a table in which every part has its own copy of the points, and the owners of those points.
+
+    The rank of each face is its number in `face`.
+    """
+    where, offsets = take_rows(meshes.face_offsets, face)
+    candidates, candidate_offsets = take_rows(meshes.mesh_points, mesh)
+    base = candidate_offsets[:-1].take(part)
+    rows = meshes.corners.take(where) + np.repeat(base, np.diff(offsets))
+    soup = Soup(rows, offsets, part, np.arange(len(face)), meshes.tags.take(face))
+    return soup, meshes.points.take(candidates, axis=0), row_of_value(np.diff(candidate_offsets))
+
+
+def _closed_meshes(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> Flags:
+    """[N] whether a part is cut from a closed mesh; false for uncut parts."""
+    is_candidate = np.zeros(len(meshes), bool)
+    is_candidate[mesh[is_cut]] = True
+    # A single face is never closed: this common case does not need its edges.
+    candidates = np.flatnonzero(is_candidate & (np.diff(meshes.mesh_faces) > 1))
+    closed = np.zeros(len(meshes), bool)
+    closed[candidates] = is_closed(meshes.take(candidates))
+    return closed[mesh]
+
+
+@dataclass(frozen=True, slots=True)
+class _Cut:
+    """Faces on the kept side of a plane, and the points made where edges pass it."""
+
+    faces: Soup
+    """The pieces; rows from the number of old points on are new points."""
+    points: Floats
+    """[Q, 3] new points in metres."""
+    mesh_of_point: Indices
+    """[Q] the mesh of each new point."""
+
+
+def _cut_faces(faces: Soup, points: Floats, distance: Floats, normals: Floats) -> _Cut:
+    """The parts of faces where the distance is positive.
+
+    Faces that share an edge get the same new point on it. The first edge of a piece is the rest of the first edge
+    of its face, or otherwise the edge along the cut.
+
+    Args:
+        faces: faces with corners on both sides of the plane.
+        points: [P, 3] the table of points in metres.
+        distance: [P] distance of each point from the plane, positive on the kept side, exactly zero on the plane.
+        normals: [M, 3] normal of the plane that cuts each mesh.
+    """
+    walk, new_points, owner = _walked(faces, points, distance)
+    difficult = _is_difficult(walk)
+    if not difficult.any():
+        return _Cut(_remains(walk), new_points, owner)
+    simple = _walk_of_faces(walk, np.flatnonzero(~difficult))
+    rest = _rejoined(_walk_of_faces(walk, np.flatnonzero(difficult)), np.concatenate((points, new_points)), normals)
+    return _Cut(Soup.concatenate([_remains(simple), rest]), new_points, owner)
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
     """Corners of faces in cyclic order, and the plane that cuts them."""
 
     faces: Soup
@@ -44,21 +259,71 @@ class Walk:
     """[C] row of the point where the edge after the corner leaves or enters the kept side; arbitrary for others."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Gaps:
-    """G gaps in what remains of faces, sorted by face and along the cut."""
+def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[_Walk, Floats, Indices]:
+    """The walk around faces, the new points [Q, 3] and their meshes [Q]."""
+    following = next_in_row(faces.offsets)
+    here = distance.take(faces.rows)
+    there = here.take(following)
+    corners = np.flatnonzero((here > 0.0) != (there > 0.0))
+    start, end = here.take(corners), there.take(corners)
+    passing = np.flatnonzero((start != 0.0) & (end != 0.0))
+    edge_row = faces.rows.copy()
+    edge_row[corners] = faces.rows.take(np.where(start == 0.0, corners, following.take(corners)))
+    corners = corners.take(passing)
+    new, new_points = _crossings(faces.rows.take(corners), faces.rows.take(following.take(corners)), points, distance)
+    edge_row[corners] = new + len(points)
+    owner = np.empty(len(new_points), np.int64)
+    owner[new] = faces.mesh.take(row_of_value(np.diff(faces.offsets)).take(corners))
+    return _Walk(faces, following, here, edge_row), new_points, owner
 
-    leaving: Indices
-    """[G] the corner before the edge at which a gap begins."""
-    entering: Indices
-    """[G] the corner before the edge at which it ends."""
-    start: Floats
-    """[G] its beginning along the cut."""
-    end: Floats
-    """[G] its end along the cut, before or after `start`."""
+
+def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -> tuple[Indices, Floats]:
+    """For directed edges [X], the number of their new point, and the new points, one for each undirected edge."""
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    first, number = distinct_keys(low * len(points) + high)
+    low, high = low.take(first), high.take(first)
+    share = distance.take(low) / (distance.take(low) - distance.take(high))
+    begin = points.take(low, axis=0)
+    return number, begin + share[:, None] * (points.take(high, axis=0) - begin)
 
 
-def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
+def _is_difficult(walk: _Walk) -> Flags:
+    """[F] whether faces leave the kept side more than once, or have corners on the plane without a kept neighbour."""
+    offsets, following = walk.faces.offsets, walk.following
+    ahead = walk.distance > 0.0
+    then_ahead = ahead.take(following)
+    difficult = sum_rows(ahead & ~then_ahead, offsets) > 1
+    on_plane = walk.distance == 0.0
+    if on_plane.any():
+        has_kept_neighbour = then_ahead.copy()
+        has_kept_neighbour[following] |= ahead
+        difficult |= sum_rows(on_plane & ~has_kept_neighbour, offsets) > 0
+        difficult |= sum_rows(on_plane & on_plane.take(following), offsets) > 0
+    return difficult
+
+
+def _remains(walk: _Walk) -> Soup:
+    """Remaining parts of faces that leave the kept side once."""
+    faces = walk.faces
+    is_inside = walk.distance > 0.0
+    is_next_inside = is_inside.take(walk.following)
+    changes = is_inside != is_next_inside
+    # Two slots per corner: the corner itself, then the point where the edge after it leaves or enters.
+    filled = np.stack((is_inside, changes), axis=1)
+    rows = np.stack((faces.rows, walk.edge_row), axis=1)[filled]
+    counts = sum_rows(is_inside + changes.view(np.int8), faces.offsets)
+    pieces = replace(faces, rows=rows, offsets=offsets_from_counts(counts))
+    first = faces.offsets[:-1]
+    return pieces.begun_earlier(~is_inside.take(first) & ~is_next_inside.take(first))
+
+
+def _walk_of_faces(walk: _Walk, chosen: Indices) -> _Walk:
+    where, _ = take_rows(walk.faces.offsets, chosen)
+    faces = walk.faces.take(chosen)
+    return _Walk(faces, next_in_row(faces.offsets), walk.distance.take(where), walk.edge_row.take(where))
+
+
+def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
     """The pieces of faces on the kept side.
 
     Corners on the plane that lie in a gap become corners of the piece, so that it shares them with other faces.
@@ -97,18 +362,21 @@ def rejoined(walk: Walk, points: Floats, normals: Floats) -> Soup:
     return loops.begun_earlier(~has_first).without_repeats()
 
 
-def _bridges(gaps: _Gaps, touching: Indices, gap: Indices, position: Floats) -> tuple[Indices, Indices]:
-    """Nodes across the gaps and the node that follows each: from the exit over the touching corners to the entry."""
-    number = np.arange(len(gaps.leaving))
-    nodes = np.concatenate((2 * gaps.leaving + 1, 2 * touching, 2 * gaps.entering + 1))
-    of_gap = np.concatenate((number, gap, number))
-    far = np.full(len(number), np.inf)
-    order = np.lexsort((np.concatenate((-far, position, far)), of_gap))
-    goes_on = np.flatnonzero(np.diff(of_gap[order]) == 0)
-    return nodes[order[goes_on]], nodes[order[goes_on + 1]]
+@dataclass(frozen=True, slots=True)
+class _Gaps:
+    """G gaps in what remains of faces, sorted by face and along the cut."""
+
+    leaving: Indices
+    """[G] the corner before the edge at which a gap begins."""
+    entering: Indices
+    """[G] the corner before the edge at which it ends."""
+    start: Floats
+    """[G] its beginning along the cut."""
+    end: Floats
+    """[G] its end along the cut, before or after `start`."""
 
 
-def _gaps(walk: Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
+def _gaps(walk: _Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
     is_inside = walk.distance > 0.0
     is_next_inside = is_inside.take(walk.following)
     ends = []
@@ -127,7 +395,7 @@ def _gaps(walk: Walk, face: Indices, points: Floats, along: Floats) -> _Gaps:
 
 
 def _corners_in_gaps(
-    walk: Walk, face: Indices, points: Floats, along: Floats, gaps: _Gaps
+    walk: _Walk, face: Indices, points: Floats, along: Floats, gaps: _Gaps
 ) -> tuple[Indices, Indices, Floats]:
     """Corners [T] on the plane within a gap, the gap of each, and its position in the gap."""
     on_plane = walk.distance == 0.0
@@ -152,116 +420,18 @@ def _corners_in_gaps(
     return corner[chosen], gap, np.abs(position[chosen] - gaps.start[gap])
 
 
-@dataclass(frozen=True, slots=True)
-class Cut:
-    """Faces on the kept side of a plane, and the points made where edges pass it."""
-
-    faces: Soup
-    """The pieces; rows from the number of old points on are new points."""
-    points: Floats
-    """[Q, 3] new points in metres."""
-    mesh_of_point: Indices
-    """[Q] the mesh of each new point."""
-
-
-def cut(faces: Soup, points: Floats, distance: Floats, normals: Floats) -> Cut:
-    """The parts of faces where the distance is positive.
-
-    Faces that share an edge get the same new point on it. The first edge of a piece is the rest of the first edge
-    of its face, or otherwise the edge along the cut.
-
-    Args:
-        faces: faces with corners on both sides of the plane.
-        points: [P, 3] the table of points in metres.
-        distance: [P] distance of each point from the plane, positive on the kept side, exactly zero on the plane.
-        normals: [M, 3] normal of the plane that cuts each mesh.
-    """
-    walk, new_points, owner = _walked(faces, points, distance)
-    difficult = _is_difficult(walk)
-    if not difficult.any():
-        return Cut(_remains(walk), new_points, owner)
-    simple = _subset(walk, np.flatnonzero(~difficult))
-    rest = rejoined(_subset(walk, np.flatnonzero(difficult)), np.concatenate((points, new_points)), normals)
-    return Cut(Soup.concatenate([_remains(simple), rest]), new_points, owner)
+def _bridges(gaps: _Gaps, touching: Indices, gap: Indices, position: Floats) -> tuple[Indices, Indices]:
+    """Nodes across the gaps and the node that follows each: from the exit over the touching corners to the entry."""
+    number = np.arange(len(gaps.leaving))
+    nodes = np.concatenate((2 * gaps.leaving + 1, 2 * touching, 2 * gaps.entering + 1))
+    of_gap = np.concatenate((number, gap, number))
+    far = np.full(len(number), np.inf)
+    order = np.lexsort((np.concatenate((-far, position, far)), of_gap))
+    goes_on = np.flatnonzero(np.diff(of_gap[order]) == 0)
+    return nodes[order[goes_on]], nodes[order[goes_on + 1]]
 
 
-def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[Walk, Floats, Indices]:
-    """The walk around faces, the new points [Q, 3] and their meshes [Q]."""
-    following = next_in_row(faces.offsets)
-    here = distance.take(faces.rows)
-    there = here.take(following)
-    corners = np.flatnonzero((here > 0.0) != (there > 0.0))
-    start, end = here.take(corners), there.take(corners)
-    passing = np.flatnonzero((start != 0.0) & (end != 0.0))
-    edge_row = faces.rows.copy()
-    edge_row[corners] = faces.rows.take(np.where(start == 0.0, corners, following.take(corners)))
-    corners = corners.take(passing)
-    new, new_points = _crossings(faces.rows.take(corners), faces.rows.take(following.take(corners)), points, distance)
-    edge_row[corners] = new + len(points)
-    owner = np.empty(len(new_points), np.int64)
-    owner[new] = faces.mesh.take(row_of_value(np.diff(faces.offsets)).take(corners))
-    return Walk(faces, following, here, edge_row), new_points, owner
-
-
-def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -> tuple[Indices, Floats]:
-    """For directed edges [X], the number of their new point, and the new points, one for each undirected edge."""
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    first, number = distinct_keys(low * len(points) + high)
-    low, high = low.take(first), high.take(first)
-    share = distance.take(low) / (distance.take(low) - distance.take(high))
-    begin = points.take(low, axis=0)
-    return number, begin + share[:, None] * (points.take(high, axis=0) - begin)
-
-
-def _subset(walk: Walk, chosen: Indices) -> Walk:
-    where, _ = take_rows(walk.faces.offsets, chosen)
-    faces = walk.faces.take(chosen)
-    return Walk(faces, next_in_row(faces.offsets), walk.distance.take(where), walk.edge_row.take(where))
-
-
-def _is_difficult(walk: Walk) -> Flags:
-    """[F] whether faces leave the kept side more than once, or have corners on the plane without a kept neighbour."""
-    offsets, following = walk.faces.offsets, walk.following
-    ahead = walk.distance > 0.0
-    then_ahead = ahead.take(following)
-    difficult = sum_rows(ahead & ~then_ahead, offsets) > 1
-    on_plane = walk.distance == 0.0
-    if on_plane.any():
-        has_kept_neighbour = then_ahead.copy()
-        has_kept_neighbour[following] |= ahead
-        difficult |= sum_rows(on_plane & ~has_kept_neighbour, offsets) > 0
-        difficult |= sum_rows(on_plane & on_plane.take(following), offsets) > 0
-    return difficult
-
-
-def _remains(walk: Walk) -> Soup:
-    """Remaining parts of faces that leave the kept side once."""
-    faces = walk.faces
-    is_inside = walk.distance > 0.0
-    is_next_inside = is_inside.take(walk.following)
-    changes = is_inside != is_next_inside
-    # Two slots per corner: the corner itself, then the point where the edge after it leaves or enters.
-    filled = np.stack((is_inside, changes), axis=1)
-    rows = np.stack((faces.rows, walk.edge_row), axis=1)[filled]
-    counts = sum_rows(is_inside + changes.view(np.int8), faces.offsets)
-    pieces = replace(faces, rows=rows, offsets=offsets_from_counts(counts))
-    first = faces.offsets[:-1]
-    return pieces.begun_earlier(~is_inside.take(first) & ~is_next_inside.take(first))
-
-
-@dataclass(frozen=True, slots=True)
-class _Rim:
-    """E edges of caps, in the order of the faces that they close."""
-
-    start: Indices
-    """[E] row of the table of points."""
-    end: Indices
-    """[E] row of the table of points."""
-    mesh: Indices
-    """[E] the mesh of each edge."""
-
-
-def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, rank: Indices) -> Soup:
+def _caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, rank: Indices) -> Soup:
     """Faces on a plane that close the cut edges of closed meshes.
 
     A cap begins at the edge of the first face that it closes. Holes of the section are joined to the outline by
@@ -286,6 +456,18 @@ def caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, rank:
     ahead = flat[next_in_row(offsets)]
     is_hole = sum_rows(flat[:, 0] * ahead[:, 1] - flat[:, 1] * ahead[:, 0], offsets) < 0.0
     return _with_holes(loops, flat, is_hole) if is_hole.any() else loops
+
+
+@dataclass(frozen=True, slots=True)
+class _Rim:
+    """E edges of caps, in the order of the faces that they close."""
+
+    start: Indices
+    """[E] row of the table of points."""
+    end: Indices
+    """[E] row of the table of points."""
+    mesh: Indices
+    """[E] the mesh of each edge."""
 
 
 def _open_edges(faces: Soup, is_on_plane: Flags) -> _Rim:
@@ -370,193 +552,3 @@ def _with_holes(loops: Soup, flat: Floats, is_hole: Flags) -> Soup:
     return Soup(
         joined_rows, offsets_from_counts(counts), loops.mesh[selected], loops.rank[selected], loops.tags[selected]
     )
-
-
-TOLERANCE = 1e-9
-"""Largest distance of points on a plane, as a share of the largest coordinate of their mesh."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Extent:
-    """Beginnings and ends of faces and meshes along an axis."""
-
-    face_low: Floats
-    """[F]"""
-    face_high: Floats
-    """[F]"""
-    low: Floats
-    """[M]"""
-    high: Floats
-    """[M]"""
-    slack: Floats
-    """[M] distance below which points lie on a plane."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Side:
-    """One side of slabs: their low ends or their high ends."""
-
-    level: Floats
-    """[N] position of the plane along the axis."""
-    sign: float
-    """1 where the kept side lies above the plane, -1 where below."""
-    is_cut: Flags
-    """[N] whether the mesh reaches beyond the plane."""
-    crosses: Flags
-    """[K] whether faces that reach into the slabs reach beyond the plane."""
-    lost_first: Flags
-    """[N] whether the first face of the mesh lies beyond the plane."""
-
-
-def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats) -> Meshes:
-    """The parts of meshes between two planes across an axis.
-
-    Parts do not overlap: volumes of the parts of a closed mesh, and areas of the parts of an open
-    one, add up to those of the whole. A face across the axis at the end of a mesh belongs to the slab at that end.
-
-    Args:
-        meshes: the meshes to cut.
-        mesh: [N] the mesh that each part is cut from.
-        axis: 0, 1 or 2, the axis that runs from `low` to `high`.
-        low: [N] beginning of each part, in metres.
-        high: [N] end of each part, at least `low`.
-
-    Returns:
-        N meshes with unmoved points; some may be empty. Faces keep their order; caps come last, or
-        first if the first face was cut away.
-    """
-    extent = _extent(meshes, axis)
-    face, part = _faces_within(meshes, mesh, axis, low, high, extent)
-    sides = [_side(meshes, mesh, extent, face, part, level, sign) for level, sign in ((low, 1.0), (high, -1.0))]
-    faces, points, owner = _gathered(meshes, mesh, face, part)
-    capped = _closed_meshes(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
-
-    cuts = []
-    for side in sides:
-        if not side.is_cut.any():
-            continue
-        distance = side.sign * (points[:, axis] - side.level.take(owner))
-        on_plane = np.abs(distance) <= extent.slack[mesh].take(owner)
-        distance[on_plane] = 0.0
-        points[on_plane, axis] = side.level.take(owner[on_plane])
-        normals = np.zeros((len(mesh), 3))
-        normals[:, axis] = side.sign
-        # `rank` is still the number of the face within the slabs that a piece was cut from.
-        is_crossing = side.crosses.take(faces.rank)
-        result = cut(faces.where(is_crossing), points, distance, normals)
-        # Interpolation can differ from the plane in the last bit, but parts must end where their neighbours begin.
-        result.points[:, axis] = side.level.take(result.mesh_of_point)
-        points, owner = np.concatenate((points, result.points)), np.concatenate((owner, result.mesh_of_point))
-        faces = Soup.concatenate([faces.where(~is_crossing), result.faces])
-        cuts.append((side, np.append(on_plane, np.ones(len(result.points), bool)), normals))
-
-    closing = []
-    for side, on_plane, normals in cuts:
-        needs_cap = capped & side.is_cut
-        if needs_cap.any():
-            flags = np.append(on_plane, np.zeros(len(points) - len(on_plane), bool))
-            rank = np.where(side.lost_first, -1, len(face))
-            closing.append(caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, rank))
-    return Soup.concatenate([faces, *closing]).meshes(points, owner, len(mesh))
-
-
-def _slack(meshes: Meshes) -> Floats:
-    """[M] distance below which points of a mesh lie on a plane."""
-    x, y, z = np.abs(meshes.points.T)
-    return TOLERANCE * max_rows(np.maximum(np.maximum(x, y), z), meshes.mesh_points, 0.0)
-
-
-def _extent(meshes: Meshes, axis: int) -> _Extent:
-    height = meshes.points[:, axis].take(meshes.corner_points())
-    face_low = -max_rows(-height, meshes.face_offsets, -np.inf)
-    face_high = max_rows(height, meshes.face_offsets, -np.inf)
-    low = -max_rows(-face_low, meshes.mesh_faces, -np.inf)
-    high = max_rows(face_high, meshes.mesh_faces, -np.inf)
-    return _Extent(face_low, face_high, low, high, _slack(meshes))
-
-
-def _faces_within(
-    meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats, extent: _Extent
-) -> tuple[Indices, Indices]:
-    """Faces [K] that reach into slabs, and the slab of each, ascending."""
-    face, part_faces = take_rows(meshes.mesh_faces, mesh)
-    part = row_of_value(np.diff(part_faces))
-    begin, end = extent.face_low.take(face), extent.face_high.take(face)
-    slack = extent.slack[mesh]
-    is_thick = high - low > slack
-    # A slab of thickness 0 has no inside.
-    first, last = np.where(is_thick, low + slack, np.inf), np.where(is_thick, high - slack, -np.inf)
-    within = (end > first.take(part)) & (begin < last.take(part))
-    flat = np.flatnonzero(end - begin <= slack.take(part))
-    if len(flat):
-        rises = area_vectors(meshes)[face[flat], axis] < 0.0
-        within[flat] = _owns_flat(begin[flat], rises, mesh[part[flat]], low[part[flat]], high[part[flat]], extent)
-    chosen = np.flatnonzero(within)
-    return face.take(chosen), part.take(chosen)
-
-
-def _owns_flat(
-    height: Floats, rises: Flags, mesh: NDArray[np.integer], low: Floats, high: Floats, extent: _Extent
-) -> Flags:
-    """[K] whether slabs own faces that lie across the axis.
-
-    Args:
-        height: [K] position of the face.
-        rises: [K] whether the face bounds the region above it.
-        mesh: [K] the mesh of the face.
-        low: [K] beginning of the slab.
-        high: [K] end of the slab.
-        extent: extent of the meshes.
-    """
-    slack = extent.slack[mesh]
-    above = (height <= extent.low[mesh] + slack) | (rises & (height < extent.high[mesh] - slack))
-    at_low, at_high = np.abs(height - low) <= slack, np.abs(height - high) <= slack
-    between = (height > low) & (height < high) & ~at_low & ~at_high
-    return between | (at_low & above) | (at_high & ~above)
-
-
-def _side(
-    meshes: Meshes,
-    mesh: NDArray[np.integer],
-    extent: _Extent,
-    face: Indices,
-    part: Indices,
-    level: Floats,
-    sign: float,
-) -> _Side:
-    """The side beyond the low (sign 1) or high (sign -1) ends of slabs."""
-    near, far = (extent.face_low, extent.face_high) if sign > 0.0 else (extent.face_high, extent.face_low)
-    reach = extent.low if sign > 0.0 else extent.high
-    slack = extent.slack[mesh]
-    is_cut = sign * (level - reach[mesh]) > slack
-    is_flat = extent.face_high - extent.face_low <= extent.slack[meshes.mesh_of_face()]
-    crosses = (sign * (level.take(part) - near.take(face)) > slack.take(part)) & ~is_flat.take(face)
-    lost_first = is_cut.copy()
-    filled = np.flatnonzero(np.diff(meshes.mesh_faces)[mesh] > 0)
-    first = meshes.mesh_faces[:-1][mesh[filled]]
-    lost_first[filled] &= sign * (far[first] - level[filled]) <= slack[filled]
-    return _Side(level, sign, is_cut, crosses, lost_first)
-
-
-def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: Indices) -> tuple[Soup, Floats, Indices]:
-    """Faces of parts over a table in which every part has its own copy of the points, and the owners of those points.
-
-    The rank of each face is its number in `face`.
-    """
-    where, offsets = take_rows(meshes.face_offsets, face)
-    candidates, candidate_offsets = take_rows(meshes.mesh_points, mesh)
-    base = candidate_offsets[:-1].take(part)
-    rows = meshes.corners.take(where) + np.repeat(base, np.diff(offsets))
-    soup = Soup(rows, offsets, part, np.arange(len(face)), meshes.tags.take(face))
-    return soup, meshes.points.take(candidates, axis=0), row_of_value(np.diff(candidate_offsets))
-
-
-def _closed_meshes(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> Flags:
-    """[N] whether a part is cut from a closed mesh; false for uncut parts."""
-    is_candidate = np.zeros(len(meshes), bool)
-    is_candidate[mesh[is_cut]] = True
-    # A single face is never closed: this common case does not need its edges.
-    candidates = np.flatnonzero(is_candidate & (np.diff(meshes.mesh_faces) > 1))
-    closed = np.zeros(len(meshes), bool)
-    closed[candidates] = is_closed(meshes.take(candidates))
-    return closed[mesh]

@@ -4,7 +4,7 @@
 polygons of any number of corners, counter-clockwise seen from outside; a hole is joined to the outline by a
 doubled edge (keyhole). Axes are right-handed with y up; units are metres.
 
-Faces moved between meshes, over one table of points.
+`Soup` has faces that move between meshes, over one table of points.
 """
 
 from __future__ import annotations
@@ -158,16 +158,6 @@ class Meshes:
         return Meshes(self.points, corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags)
 
 
-def _chain(offsets: Sequence[Indices]) -> Indices:
-    """One list of offsets from those of consecutive parts."""
-    parts = [offsets[0]]
-    end = offsets[0][-1]
-    for part in offsets[1:]:
-        parts.append(part[1:] + end)
-        end = end + part[-1]
-    return np.concatenate(parts)
-
-
 @dataclass(frozen=True, slots=True)
 class Soup:
     """F faces in any order."""
@@ -268,3 +258,13 @@ class Soup:
             return self
         # The parts of a soup are runs in order, which a stable sort merges in almost no time.
         return self.take(np.argsort(key, kind="stable"))
+
+
+def _chain(offsets: Sequence[Indices]) -> Indices:
+    """One list of offsets from those of consecutive parts."""
+    parts = [offsets[0]]
+    end = offsets[0][-1]
+    for part in offsets[1:]:
+        parts.append(part[1:] + end)
+        end = end + part[-1]
+    return np.concatenate(parts)

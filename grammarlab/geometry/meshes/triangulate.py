@@ -1,11 +1,9 @@
-"""Triangles that cover the faces of meshes.
-
-Holes joined to their outline by a doubled edge, so that a face with holes is one ring of corners.
-"""
+"""Triangles that cover the faces of meshes, and keyholes: holes joined to their outline by a doubled edge."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +12,32 @@ from grammarlab.arrays import Floats, index_in_row, row_of_value, take_rows
 from grammarlab.geometry.meshes.measure import face_normals, is_reflex
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import sum_rows
+
+
+def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
+    """Triangles with the orientation of their faces; no new points.
+
+    Convex faces and all quads become fans, computed for all of them at once; other concave faces are triangulated by
+    ear clipping. Faces of fewer than three corners have no triangles.
+
+    Returns:
+        [T, 3] rows of `Meshes.points`, and [T] the face of each triangle, ascending.
+    """
+    counts = np.diff(meshes.face_offsets)
+    needs_look = np.flatnonzero(counts > 3)
+    shift = np.zeros(len(counts), np.int64)
+    is_irregular = np.zeros(len(counts), bool)
+    if len(needs_look):
+        shift[needs_look], is_irregular[needs_look] = _concavity(_subset(meshes, needs_look))
+    fanned = np.flatnonzero(~is_irregular & (counts >= 3))
+    triangles, face = _fans(meshes, fanned, shift[fanned])
+    irregular = np.flatnonzero(is_irregular)
+    if not len(irregular):
+        return triangles, face
+    clipped, clipped_face = _ears(meshes, irregular)
+    triangles, face = np.concatenate((triangles, clipped)), np.concatenate((face, clipped_face))
+    order = np.argsort(face, kind="stable")
+    return triangles[order], face[order]
 
 
 def keyhole(rings: Sequence[Floats]) -> Indices:
@@ -54,89 +78,6 @@ def contains(outline: Floats, inner: Floats) -> bool:
     return bool(2 * np.count_nonzero(odd) > len(inner))
 
 
-def _spans(starts: NDArray[np.integer]) -> list[tuple[int, int]]:
-    return list(zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True))
-
-
-def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int:
-    """Index in the walk of the nearest corner to which a bridge from the tip crosses no edge."""
-    distance = np.hypot(*(points[walk] - points[tip]).T)
-    order = np.argsort(distance, kind="stable")
-    for index in order.tolist():
-        if _in_corner(points, walk, index, tip) and not _is_blocked(points, edges, int(walk[index]), tip):
-            return index
-    return int(order[0])
-
-
-def _in_corner(points: Floats, walk: Indices, index: int, tip: int) -> bool:
-    """Whether the tip lies within the interior angle of the walk at this index."""
-    before, here, after = (points[walk[(index + k) % len(walk)]] for k in (-1, 0, 1))
-    left_of_out = _turn(here, after, points[tip]) > 0.0
-    left_of_in = _turn(before, here, points[tip]) > 0.0
-    if _turn(before, here, after) > 0.0:
-        return bool(left_of_out and left_of_in)
-    return bool(left_of_out or left_of_in)
-
-
-def _is_blocked(points: Floats, edges: Indices, corner: int, tip: int) -> bool:
-    """Whether an edge that does not end at the corner or at the tip meets the bridge between them."""
-    p, q = points[corner], points[tip]
-    a, b = points[edges[:, 0]], points[edges[:, 1]]
-    ends_here = np.zeros(len(edges), bool)
-    for end in (p, q):
-        ends_here |= (a == end).all(axis=1) | (b == end).all(axis=1)
-    sides = _turn(p, q, a) * _turn(p, q, b) <= 0.0
-    ends = _turn(a, b, p) * _turn(a, b, q) <= 0.0
-    # Collinear edges always pass both tests; only those that overlap the bridge block it.
-    low, high = np.minimum(p, q), np.maximum(p, q)
-    overlaps = ((np.minimum(a, b) <= high) & (np.maximum(a, b) >= low)).all(axis=1)
-    return bool((sides & ends & overlaps & ~ends_here).any())
-
-
-def _turn(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Twice the signed area of triangles: positive if c lies to the left of the line from a to b."""
-    return (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
-
-
-def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
-    """Triangles with the orientation of their faces; no new points.
-
-    Convex faces and all quads become fans, computed for all of them at once; other concave faces are triangulated by
-    ear clipping. Faces of fewer than three corners have no triangles.
-
-    Returns:
-        [T, 3] rows of `Meshes.points`, and [T] the face of each triangle, ascending.
-    """
-    counts = np.diff(meshes.face_offsets)
-    needs_look = np.flatnonzero(counts > 3)
-    shift = np.zeros(len(counts), np.int64)
-    is_irregular = np.zeros(len(counts), bool)
-    if len(needs_look):
-        shift[needs_look], is_irregular[needs_look] = _concavity(_subset(meshes, needs_look))
-    fanned = np.flatnonzero(~is_irregular & (counts >= 3))
-    triangles, face = _fans(meshes, fanned, shift[fanned])
-    irregular = np.flatnonzero(is_irregular)
-    if not len(irregular):
-        return triangles, face
-    clipped, clipped_face = _ears(meshes, irregular)
-    triangles, face = np.concatenate((triangles, clipped)), np.concatenate((face, clipped_face))
-    order = np.argsort(face, kind="stable")
-    return triangles[order], face[order]
-
-
-def _subset(meshes: Meshes, faces: Indices) -> Meshes:
-    """Some of the faces as one mesh over the same points."""
-    where, face_offsets = take_rows(meshes.face_offsets, faces)
-    return Meshes(
-        meshes.points,
-        meshes.corner_points()[where],
-        face_offsets,
-        np.array([0, len(faces)]),
-        np.array([0, len(meshes.points)]),
-        meshes.tags[faces],
-    )
-
-
 def _concavity(faces: Meshes) -> tuple[Indices, NDArray[np.bool_]]:
     """For faces of four corners or more: the corner to fan from, and whether a fan is not enough.
 
@@ -150,6 +91,19 @@ def _concavity(faces: Meshes) -> tuple[Indices, NDArray[np.bool_]]:
     is_dart = (counts == 4) & (num_reflex == 1)
     place_of_reflex = sum_rows(np.where(reflex, index_in_row(counts), 0), faces.face_offsets)
     return np.where(is_dart, place_of_reflex, 0), (num_reflex > 0) & ~is_dart
+
+
+def _subset(meshes: Meshes, faces: Indices) -> Meshes:
+    """Some of the faces as one mesh over the same points."""
+    where, face_offsets = take_rows(meshes.face_offsets, faces)
+    return Meshes(
+        meshes.points,
+        meshes.corner_points()[where],
+        face_offsets,
+        np.array([0, len(faces)]),
+        np.array([0, len(meshes.points)]),
+        meshes.tags[faces],
+    )
 
 
 def _fans(meshes: Meshes, faces: Indices, shift: Indices) -> tuple[Indices, Indices]:
@@ -177,14 +131,13 @@ def _ears(meshes: Meshes, faces: Indices) -> tuple[Indices, Indices]:
     rows = selected.corner_points()
     flat = _flattened(selected, rows)
     triangles: list[Indices] = []
-    for start, end in zip(selected.face_offsets[:-1].tolist(), selected.face_offsets[1:].tolist(), strict=True):
+    for start, end in _spans(selected.face_offsets):
         ring = np.array([end - start], np.uint32)
         triangles.append(triangulate_float64(flat[start:end], ring).astype(np.int64) + start)
     per_face = np.array([len(part) // 3 for part in triangles], np.int64)
     corners = np.concatenate(triangles).reshape(-1, 3)
     a, b, c = flat[corners[:, 0]], flat[corners[:, 1]], flat[corners[:, 2]]
-    signed = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    corners = np.where((signed < 0.0)[:, None], corners[:, ::-1], corners)
+    corners = np.where((_turn(a, b, c) < 0.0)[:, None], corners[:, ::-1], corners)
     return rows[corners], faces[row_of_value(per_face)]
 
 
@@ -197,3 +150,47 @@ def _flattened(meshes: Meshes, rows: Indices) -> Floats:
     u, v = points[corner, (dropped + 1) % 3], points[corner, (dropped + 2) % 3]
     u = np.where(normals[corner, dropped] < 0.0, -u, u)
     return np.column_stack((u, v))
+
+
+def _spans(offsets: NDArray[np.integer]) -> list[tuple[int, int]]:
+    return list(pairwise(offsets.tolist()))
+
+
+def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int:
+    """Index in the walk of the nearest corner to which a bridge from the tip crosses no edge."""
+    distance = np.hypot(*(points[walk] - points[tip]).T)
+    order = np.argsort(distance, kind="stable")
+    for index in order.tolist():
+        if _in_corner(points, walk, index, tip) and not _is_blocked(points, edges, int(walk[index]), tip):
+            return index
+    return int(order[0])
+
+
+def _in_corner(points: Floats, walk: Indices, index: int, tip: int) -> bool:
+    """Whether the tip lies within the interior angle of the walk at this index."""
+    before, here, after = (points[walk[(index + k) % len(walk)]] for k in (-1, 0, 1))
+    left_of_out = _turn(here, after, points[tip]) > 0.0
+    left_of_in = _turn(before, here, points[tip]) > 0.0
+    if _turn(before, here, after) > 0.0:
+        return bool(left_of_out and left_of_in)
+    return bool(left_of_out or left_of_in)
+
+
+def _turn(a: Floats, b: Floats, c: Floats) -> Floats:
+    """Twice the signed area of triangles: positive if c lies to the left of the line from a to b."""
+    return (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+
+
+def _is_blocked(points: Floats, edges: Indices, corner: int, tip: int) -> bool:
+    """Whether an edge that does not end at the corner or at the tip meets the bridge between them."""
+    p, q = points[corner], points[tip]
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
+    ends_here = np.zeros(len(edges), bool)
+    for end in (p, q):
+        ends_here |= (a == end).all(axis=1) | (b == end).all(axis=1)
+    sides = _turn(p, q, a) * _turn(p, q, b) <= 0.0
+    ends = _turn(a, b, p) * _turn(a, b, q) <= 0.0
+    # Collinear edges always pass both tests; only those that overlap the bridge block it.
+    low, high = np.minimum(p, q), np.maximum(p, q)
+    overlaps = ((np.minimum(a, b) <= high) & (np.maximum(a, b) >= low)).all(axis=1)
+    return bool((sides & ends & overlaps & ~ends_here).any())

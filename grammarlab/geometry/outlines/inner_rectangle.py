@@ -1,6 +1,4 @@
-"""CGA's ``innerRectangle`` and ``innerRect``: the largest rectangle inside each face.
-
-The largest axis-parallel rectangle inside a polygon, exact up to rounding.
+"""Largest rectangle inside each face, exact up to rounding: CGA's ``innerRectangle`` and ``innerRect``.
 
 The polygon is cut into trapezoids by vertical lines through its corners. A rectangle inside it passes through a chain
 of neighbouring trapezoids, in which its left side, right side and height are bounded by linear inequalities. For each
@@ -28,42 +26,79 @@ from grammarlab.geometry.outlines.straight_skeleton import Loop
 
 _TOLERANCE = 1e-10
 """Tolerance of the bounds, relative to the size of the polygon."""
-
 _TIE = 1e-9
 """Relative difference below which areas are equal."""
-
 _NUM_BOUNDS = 13
 _PAIRS = np.array(list(combinations(range(_NUM_BOUNDS), 2)))
 _TRIPLES = np.array(list(combinations(range(_NUM_BOUNDS), 3)))
-
 _LARGEST_BATCH = 64
 """Number of chains solved at a time; it bounds the memory."""
+Alignment = Literal["scope", "edge"]
+RECTANGLE = 0
+"""The group of inner rectangles."""
+_MIN_EDGE_SHARE = 0.25
+"""Smallest length of an edge that gives rectangles a direction, as a share of the longest edge of its ring."""
+_Projection = tuple[float, float, float, float]
+"""A row-major matrix: the projections of the unit vectors along x and y of a face's frame."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Trapezoid:
-    """Between two vertical lines: the floor and ceiling at its left and right side."""
+def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
+    """The largest rectangle inside each face, and what remains of the face.
 
-    floor: tuple[float, float]
-    ceiling: tuple[float, float]
+    Rectangles are projected along the axis nearest to the face's normal, so on a slanted face they are
+    parallelograms. Of equally large rectangles, the one nearest to the centroid of the face is used. A rectangle
+    begins with the edge most parallel to the first edge of the face; a remainder, which may have several pieces,
+    begins at its first corner in the order of the face. A face that is already an aligned rectangle has no
+    remainder; a face without area, or with crossing edges, is its own remainder.
+
+    Args:
+        meshes: M meshes, in the axes of their scopes.
+        alignment: whether sides are parallel to the axes, or one is parallel to an edge above a quarter of the longest
+            edge of its ring.
+
+    Returns:
+        Rectangles as group `RECTANGLE`, the rest as `REMAINDER`, face by face.
+    """
+    polygons = lay_flat(meshes)
+    projections = _projections(polygons)
+    whole = _whole_rectangles(polygons, projections, alignment)
+    batches: list[Meshes] = []
+    rows: list[Indices] = []
+    groups: list[Indices] = []
+    fast = np.flatnonzero(whole)
+    if len(fast):
+        corners = (polygons.offsets[fast][:, None] + np.arange(4)).ravel()
+        batches.append(Meshes.from_polygons(polygons.points[corners], np.full(len(fast), 4)))
+        rows.append(fast)
+        groups.append(np.full((len(fast), 1), RECTANGLE))
+    slow = np.flatnonzero(~whole)
+    keys: list[_Projection] = [(a, b, c, d) for a, b, c, d in projections[slow].reshape(-1, 4).tolist()]
+    for members, xy, matrix in alike(polygons, slow, keys):
+        patch, pieces = _inner_patch(xy, np.array(matrix).reshape(2, 2), alignment)
+        batches.append(stamp_patch(polygons, members, patch))
+        rows.append(members)
+        groups.append(np.tile(np.array(pieces), (len(members), 1)))
+    if not batches:
+        return Setback(meshes, np.zeros(0, np.int64))
+    order = np.argsort(np.concatenate(rows), kind="stable")
+    flat = [row for group in groups for row in group]
+    labels = np.concatenate([flat[i] for i in order.tolist()])
+    return Setback(regroup(in_order(batches, rows), meshes.mesh_faces), labels)
 
 
-@dataclass(frozen=True, slots=True)
-class _Chain:
-    """Trapezoids that a rectangle passes through: ranges of its beginning and end, and the bounds in between."""
+def inner_rect(meshes: Meshes) -> Meshes:
+    """CGA's older ``innerRect``: each face replaced by the largest rectangle along the axes; see `inner_rectangle`.
 
-    first: _Trapezoid
-    last: _Trapezoid
-    first_span: tuple[float, float]
-    last_span: tuple[float, float]
-    floor: float
-    ceiling: float
-
-    @property
-    def most(self) -> float:
-        """Upper bound on the area of rectangles in this chain."""
-        tallest = max(self.first.ceiling) - min(self.first.floor)
-        return (self.last_span[1] - self.first_span[0]) * min(self.ceiling - self.floor, tallest)
+    Faces without such a rectangle are left out.
+    """
+    result = inner_rectangle(meshes, "scope")
+    chosen = np.flatnonzero(result.group == RECTANGLE)
+    pieces = result.meshes
+    owner = pieces.mesh_of_face()[chosen]
+    corners = pieces.face_offsets[chosen][:, None] + np.arange(4)
+    points = pieces.points[pieces.corner_points()[corners]].reshape(-1, 3)
+    per_mesh = np.bincount(owner, minlength=len(meshes))
+    return Meshes.from_polygons(points, np.full(len(chosen), 4), per_mesh)
 
 
 def largest_rectangle(rings: Sequence[Floats]) -> Floats | None:
@@ -102,33 +137,105 @@ def largest_rectangle(rings: Sequence[Floats]) -> Floats | None:
     return nearest * size + low
 
 
-def _centroid(rings: Sequence[Floats]) -> Floats:
-    total, moment = 0.0, np.zeros(2)
-    for ring in rings:
-        following = np.roll(ring, -1, axis=0)
-        cross = ring[:, 0] * following[:, 1] - following[:, 0] * ring[:, 1]
-        total += float(cross.sum())
-        moment += ((ring + following) * cross[:, None]).sum(axis=0)
-    return moment / (3.0 * total) if total else rings[0].mean(axis=0)
+def _projections(polygons: Polygons) -> Floats:
+    """[F, 2, 2] rows: x and y of each face's frame seen along the axis that its normal is nearest to."""
+    normal = polygons.axes[:, 2]
+    # Ties as in the selectors of `comp`: up before front before right.
+    magnitude = np.abs(normal) + np.array([0.0, 2e-6, 1e-6])
+    axis = magnitude.argmax(axis=1)
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    row = np.arange(len(polygons))
+    side = np.where(normal[row, axis] < 0.0, -1.0, 1.0)
+    flat = polygons.axes[:, :2]
+    return np.stack([flat[row, :, first] * side[:, None], flat[row, :, second]], axis=2)
 
 
-def _slabs(rings: Sequence[Floats]) -> tuple[list[float], list[list[_Trapezoid]]]:
-    """The positions of vertical lines through all corners, and the trapezoids between consecutive ones, upwards."""
-    start = np.concatenate(rings)
-    end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
-    lines = np.unique(start[:, 0])
-    lines = lines[np.diff(lines, prepend=-1.0) > _TOLERANCE]
-    slabs = []
-    for left, right in pairwise(lines.tolist()):
-        middle = 0.5 * (left + right)
-        across = np.flatnonzero((start[:, 0] < middle) != (end[:, 0] < middle))
-        slope = (end[across, 1] - start[across, 1]) / (end[across, 0] - start[across, 0])
-        at_left = start[across, 1] + slope * (left - start[across, 0])
-        at_right = start[across, 1] + slope * (right - start[across, 0])
-        order = np.argsort(at_left + at_right, kind="stable").tolist()
-        sides = [(float(at_left[i]), float(at_right[i])) for i in order]
-        slabs.append([_Trapezoid(sides[i], sides[i + 1]) for i in range(0, len(sides) - 1, 2)])
-    return lines.tolist(), slabs
+def _whole_rectangles(polygons: Polygons, projections: Floats, alignment: Alignment) -> NDArray[np.bool_]:
+    """[F] whether faces are their own inner rectangles: aligned rectangles that are not slanted."""
+    rectangular, _ = rectangle_sizes(polygons)
+    upright = (
+        np.abs(np.abs(projections[:, 0, 0] * projections[:, 1, 1] - projections[:, 0, 1] * projections[:, 1, 0]) - 1.0)
+        <= RELATIVE_TOLERANCE
+    )
+    aligned = np.abs(projections[:, 0]).min(axis=1) <= RELATIVE_TOLERANCE
+    return rectangular & upright & (aligned if alignment == "scope" else True)
+
+
+def _inner_patch(xy: Floats, projection: Floats, alignment: Alignment) -> tuple[Patch, list[int]]:
+    """The rectangle and the remainder of a polygon, and the group of each piece."""
+    loops = rings(xy)
+    corners = tuple(corner for ring in loops for corner in ring)
+    flat = _transformed(xy, projection)
+    rectangle = _largest_over_directions(flat, loops, alignment) if _is_simple(flat, loops) else None
+    if rectangle is None:
+        whole = tuple(range(len(xy)))
+        return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
+    outline_points = flat[list(corners)]
+    reach = 4.0 * RELATIVE_TOLERANCE * float(np.ptp(outline_points, axis=0).max())
+    pieces = [_snapped(rectangle, outline_points, reach)]
+    pieces += _remainder(flat, loops, rectangle, np.concatenate([outline_points, pieces[0]]), reach)
+    number: dict[tuple[float, float], int] = {}
+    for point in map(tuple, np.concatenate([outline_points, *pieces]).tolist()):
+        number.setdefault(point, len(number))
+    faces: list[Loop] = [tuple(number[point] for point in map(tuple, piece.tolist())) for piece in pieces]
+    nodes = np.array(list(number))
+    determinant = float(projection[0, 0] * projection[1, 1] - projection[0, 1] * projection[1, 0])
+    back = np.array([[projection[1, 1], -projection[0, 1]], [-projection[1, 0], projection[0, 0]]]) / determinant
+    nodes = _transformed(nodes, back)
+    patch = Patch(nodes, np.zeros(len(nodes)), corners, tuple(faces), (0,) * len(faces))
+    return patch, [RECTANGLE, *([REMAINDER] * (len(faces) - 1))]
+
+
+def _largest_over_directions(flat: Floats, loops: list[list[int]], alignment: Alignment) -> Floats | None:
+    """[4, 2] the largest rectangle over all directions allowed, beginning along the first edge of the polygon."""
+    best, largest = None, 0.0
+    for x, y in _directions(flat, loops) if alignment == "edge" else [(1.0, 0.0)]:
+        turn = np.array([[x, -y], [y, x]])
+        bounds = largest_rectangle([_transformed(flat[ring], turn) for ring in loops])
+        if bounds is None:
+            continue
+        (left, low), (right, high) = bounds.tolist()
+        if (right - left) * (high - low) > largest * (1.0 + RELATIVE_TOLERANCE):
+            largest = (right - left) * (high - low)
+            best = _transformed(np.array([(left, low), (right, low), (right, high), (left, high)]), turn.T)
+    if best is None:
+        return None
+    along = np.roll(best, -1, axis=0) - best
+    first = flat[1] - flat[0]
+    cosine = (along @ first) / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-300)
+    return np.roll(best, -int(np.argmax(np.round(cosine / max(float(np.hypot(*first)), 1e-300), 9))), axis=0)
+
+
+def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float]]:
+    """Unit vectors along the longer edges, each direction once, quarter turns being the same."""
+    directions: dict[tuple[float, float], tuple[float, float]] = {}
+    for ring in loops:
+        along = np.roll(flat[ring], -1, axis=0) - flat[ring]
+        length = np.hypot(along[:, 0], along[:, 1])
+        for (x, y), size in zip(along.tolist(), length.tolist(), strict=True):
+            if size > _MIN_EDGE_SHARE * length.max():
+                quarters = [(x, y), (-y, x), (-x, -y), (y, -x)]
+                direction = next((a / size, b / size) for a, b in quarters if a > 0.0 and b >= 0.0)
+                directions.setdefault((round(direction[0], 9), round(direction[1], 9)), direction)
+    return list(directions.values())
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """Trapezoids that a rectangle passes through: ranges of its beginning and end, and the bounds in between."""
+
+    first: _Trapezoid
+    last: _Trapezoid
+    first_span: tuple[float, float]
+    last_span: tuple[float, float]
+    floor: float
+    ceiling: float
+
+    @property
+    def most(self) -> float:
+        """Upper bound on the area of rectangles in this chain."""
+        tallest = max(self.first.ceiling) - min(self.first.floor)
+        return (self.last_span[1] - self.first_span[0]) * min(self.ceiling - self.floor, tallest)
 
 
 def _chains(rings: Sequence[Floats]) -> list[_Chain]:
@@ -156,6 +263,33 @@ def _chains(rings: Sequence[Floats]) -> list[_Chain]:
                     # The rectangle between the first and the last line within the chain.
                     least = max(least, (lines[j] - lines[i + 1]) * (high - low))
     return chains
+
+
+@dataclass(frozen=True, slots=True)
+class _Trapezoid:
+    """Between two vertical lines: the floor and ceiling at its left and right side."""
+
+    floor: tuple[float, float]
+    ceiling: tuple[float, float]
+
+
+def _slabs(rings: Sequence[Floats]) -> tuple[list[float], list[list[_Trapezoid]]]:
+    """The positions of vertical lines through all corners, and the trapezoids between consecutive ones, upwards."""
+    start = np.concatenate(rings)
+    end = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    lines = np.unique(start[:, 0])
+    lines = lines[np.diff(lines, prepend=-1.0) > _TOLERANCE]
+    slabs = []
+    for left, right in pairwise(lines.tolist()):
+        middle = 0.5 * (left + right)
+        across = np.flatnonzero((start[:, 0] < middle) != (end[:, 0] < middle))
+        slope = (end[across, 1] - start[across, 1]) / (end[across, 0] - start[across, 0])
+        at_left = start[across, 1] + slope * (left - start[across, 0])
+        at_right = start[across, 1] + slope * (right - start[across, 0])
+        order = np.argsort(at_left + at_right, kind="stable").tolist()
+        sides = [(float(at_left[i]), float(at_right[i])) for i in order]
+        slabs.append([_Trapezoid(sides[i], sides[i + 1]) for i in range(0, len(sides) - 1, 2)])
+    return lines.tolist(), slabs
 
 
 def _largest_in(chains: Sequence[_Chain]) -> list[Floats]:
@@ -221,128 +355,19 @@ def _along_edges(bounds: Floats, limits: Floats) -> Floats:
     return start + step[..., None] * along
 
 
-Alignment = Literal["scope", "edge"]
-
-RECTANGLE = 0
-"""The group of inner rectangles."""
-
-_MIN_EDGE_SHARE = 0.25
-"""Smallest length of an edge that gives rectangles a direction, as a share of the longest edge of its ring."""
-
-_Projection = tuple[float, float, float, float]
-"""A row-major matrix: the projections of the unit vectors along x and y of a face's frame."""
+def _centroid(rings: Sequence[Floats]) -> Floats:
+    total, moment = 0.0, np.zeros(2)
+    for ring in rings:
+        following = np.roll(ring, -1, axis=0)
+        cross = ring[:, 0] * following[:, 1] - following[:, 0] * ring[:, 1]
+        total += float(cross.sum())
+        moment += ((ring + following) * cross[:, None]).sum(axis=0)
+    return moment / (3.0 * total) if total else rings[0].mean(axis=0)
 
 
-def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
-    """The largest rectangle inside each face, and what remains of the face.
-
-    Rectangles are projected along the axis nearest to the face's normal, so on a slanted face they are
-    parallelograms. Of equally large rectangles, the one nearest to the centroid of the face is used. A rectangle
-    begins with the edge most parallel to the first edge of the face; a remainder, which may have several pieces,
-    begins at its first corner in the order of the face. A face that is already an aligned rectangle has no
-    remainder; a face without area, or with crossing edges, is its own remainder.
-
-    Args:
-        meshes: M meshes, in the axes of their scopes.
-        alignment: whether sides are parallel to the axes, or one is parallel to an edge above a quarter of the longest
-            edge of its ring.
-
-    Returns:
-        Rectangles as group `RECTANGLE`, the rest as `REMAINDER`, face by face.
-    """
-    polygons = lay_flat(meshes)
-    projections = _projections(polygons)
-    whole = _whole_rectangles(polygons, projections, alignment)
-    batches: list[Meshes] = []
-    rows: list[Indices] = []
-    groups: list[Indices] = []
-    fast = np.flatnonzero(whole)
-    if len(fast):
-        corners = (polygons.offsets[fast][:, None] + np.arange(4)).ravel()
-        batches.append(Meshes.from_polygons(polygons.points[corners], np.full(len(fast), 4)))
-        rows.append(fast)
-        groups.append(np.full((len(fast), 1), RECTANGLE))
-    slow = np.flatnonzero(~whole)
-    keys: list[_Projection] = [(a, b, c, d) for a, b, c, d in projections[slow].reshape(-1, 4).tolist()]
-    for members, xy, matrix in alike(polygons, slow, keys):
-        patch, pieces = _inner_patch(xy, np.array(matrix).reshape(2, 2), alignment)
-        batches.append(stamp_patch(polygons, members, patch))
-        rows.append(members)
-        groups.append(np.tile(np.array(pieces), (len(members), 1)))
-    if not batches:
-        return Setback(meshes, np.zeros(0, np.int64))
-    order = np.argsort(np.concatenate(rows), kind="stable")
-    flat = [row for group in groups for row in group]
-    labels = np.concatenate([flat[i] for i in order.tolist()])
-    return Setback(regroup(in_order(batches, rows), meshes.mesh_faces), labels)
-
-
-def inner_rect(meshes: Meshes) -> Meshes:
-    """CGA's older ``innerRect``: each face replaced by the largest rectangle along the axes; see `inner_rectangle`.
-
-    Faces without such a rectangle are left out.
-    """
-    result = inner_rectangle(meshes, "scope")
-    chosen = np.flatnonzero(result.group == RECTANGLE)
-    pieces = result.meshes
-    owner = pieces.mesh_of_face()[chosen]
-    corners = pieces.face_offsets[chosen][:, None] + np.arange(4)
-    points = pieces.points[pieces.corner_points()[corners]].reshape(-1, 3)
-    per_mesh = np.bincount(owner, minlength=len(meshes))
-    return Meshes.from_polygons(points, np.full(len(chosen), 4), per_mesh)
-
-
-def _projections(polygons: Polygons) -> Floats:
-    """[F, 2, 2] rows: x and y of each face's frame seen along the axis that its normal is nearest to."""
-    normal = polygons.axes[:, 2]
-    # Ties as in the selectors of `comp`: up before front before right.
-    magnitude = np.abs(normal) + np.array([0.0, 2e-6, 1e-6])
-    axis = magnitude.argmax(axis=1)
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    row = np.arange(len(polygons))
-    side = np.where(normal[row, axis] < 0.0, -1.0, 1.0)
-    flat = polygons.axes[:, :2]
-    return np.stack([flat[row, :, first] * side[:, None], flat[row, :, second]], axis=2)
-
-
-def _whole_rectangles(polygons: Polygons, projections: Floats, alignment: Alignment) -> NDArray[np.bool_]:
-    """[F] whether faces are their own inner rectangles: aligned rectangles that are not slanted."""
-    rectangular, _ = rectangle_sizes(polygons)
-    upright = (
-        np.abs(np.abs(projections[:, 0, 0] * projections[:, 1, 1] - projections[:, 0, 1] * projections[:, 1, 0]) - 1.0)
-        <= RELATIVE_TOLERANCE
-    )
-    aligned = np.abs(projections[:, 0]).min(axis=1) <= RELATIVE_TOLERANCE
-    return rectangular & upright & (aligned if alignment == "scope" else True)
-
-
-def _inner_patch(xy: Floats, projection: Floats, alignment: Alignment) -> tuple[Patch, list[int]]:
-    """The rectangle and the remainder of a polygon, and the group of each piece."""
-    loops = rings(xy)
-    corners = tuple(corner for ring in loops for corner in ring)
-    flat = np.stack([xy[:, 0] * projection[0, i] + xy[:, 1] * projection[1, i] for i in range(2)], axis=1)
-    rectangle = _best(flat, loops, alignment) if _is_simple(flat, loops) else None
-    if rectangle is None:
-        whole = tuple(range(len(xy)))
-        return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
-    outline_points = flat[list(corners)]
-    reach = 4.0 * RELATIVE_TOLERANCE * float(np.ptp(outline_points, axis=0).max())
-    pieces = [_snapped(rectangle, outline_points, reach)]
-    pieces += _remainder(flat, loops, rectangle, np.concatenate([outline_points, pieces[0]]), reach)
-    number: dict[tuple[float, float], int] = {}
-    for point in map(tuple, np.concatenate([outline_points, *pieces]).tolist()):
-        number.setdefault(point, len(number))
-    faces: list[Loop] = [tuple(number[point] for point in map(tuple, piece.tolist())) for piece in pieces]
-    nodes = np.array(list(number))
-    determinant = float(projection[0, 0] * projection[1, 1] - projection[0, 1] * projection[1, 0])
-    back = np.array([[projection[1, 1], -projection[0, 1]], [-projection[1, 0], projection[0, 0]]]) / determinant
-    nodes = np.stack([nodes[:, 0] * back[0, i] + nodes[:, 1] * back[1, i] for i in range(2)], axis=1)
-    patch = Patch(nodes, np.zeros(len(nodes)), corners, tuple(faces), (0,) * len(faces))
-    return patch, [RECTANGLE, *([REMAINDER] * (len(faces) - 1))]
-
-
-def _area(flat: Floats, loops: list[list[int]]) -> shapely.Polygon:
-    return shapely.Polygon(flat[loops[0]], [flat[ring] for ring in loops[1:]])
+def _transformed(points: Floats, matrix: Floats) -> Floats:
+    """[N, 2] points as rows times a matrix [2, 2]."""
+    return np.stack([points[:, 0] * matrix[0, i] + points[:, 1] * matrix[1, i] for i in range(2)], axis=1)
 
 
 def _is_simple(flat: Floats, loops: list[list[int]]) -> bool:
@@ -350,42 +375,16 @@ def _is_simple(flat: Floats, loops: list[list[int]]) -> bool:
     return is_valid and _area(flat, loops).is_valid
 
 
-def _best(flat: Floats, loops: list[list[int]], alignment: Alignment) -> Floats | None:
-    """[4, 2] the largest rectangle over all directions allowed, beginning along the first edge of the polygon."""
-    best, largest = None, 0.0
-    for x, y in _directions(flat, loops) if alignment == "edge" else [(1.0, 0.0)]:
-        turn = np.array([[x, -y], [y, x]])
-        bounds = largest_rectangle([_turned(flat[ring], turn) for ring in loops])
-        if bounds is None:
-            continue
-        (left, low), (right, high) = bounds.tolist()
-        if (right - left) * (high - low) > largest * (1.0 + RELATIVE_TOLERANCE):
-            largest = (right - left) * (high - low)
-            best = _turned(np.array([(left, low), (right, low), (right, high), (left, high)]), turn.T)
-    if best is None:
-        return None
-    along = np.roll(best, -1, axis=0) - best
-    first = flat[1] - flat[0]
-    cosine = (along @ first) / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-300)
-    return np.roll(best, -int(np.argmax(np.round(cosine / max(float(np.hypot(*first)), 1e-300), 9))), axis=0)
+def _area(flat: Floats, loops: list[list[int]]) -> shapely.Polygon:
+    return shapely.Polygon(flat[loops[0]], [flat[ring] for ring in loops[1:]])
 
 
-def _turned(points: Floats, turn: Floats) -> Floats:
-    return np.stack([points[:, 0] * turn[0, i] + points[:, 1] * turn[1, i] for i in range(2)], axis=1)
-
-
-def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float]]:
-    """Unit vectors along the longer edges, each direction once, quarter turns being the same."""
-    directions: dict[tuple[float, float], tuple[float, float]] = {}
-    for ring in loops:
-        along = np.roll(flat[ring], -1, axis=0) - flat[ring]
-        length = np.hypot(along[:, 0], along[:, 1])
-        for (x, y), size in zip(along.tolist(), length.tolist(), strict=True):
-            if size > _MIN_EDGE_SHARE * length.max():
-                quarters = [(x, y), (-y, x), (-x, -y), (y, -x)]
-                direction = next((a / size, b / size) for a, b in quarters if a > 0.0 and b >= 0.0)
-                directions.setdefault((round(direction[0], 9), round(direction[1], 9)), direction)
-    return list(directions.values())
+def _snapped(points: Floats, known_points: Floats, reach: float) -> Floats:
+    """The points; those within reach of a known point are moved to it."""
+    distance = np.abs(points[:, None] - known_points[None]).max(axis=2)
+    nearest = distance.argmin(axis=1)
+    near = distance[np.arange(len(points)), nearest] <= reach
+    return np.where(near[:, None], known_points[nearest], points)
 
 
 def _remainder(
@@ -419,14 +418,6 @@ def _remainder(
         first = int(np.argmin(ranks))
         pieces.append((ranks[first], points[[*walk[first:], *walk[:first]]]))
     return [piece for _, piece in sorted(pieces, key=lambda pair: pair[0])]
-
-
-def _snapped(points: Floats, known_points: Floats, reach: float) -> Floats:
-    """The points; those within reach of a known point are moved to it."""
-    distance = np.abs(points[:, None] - known_points[None]).max(axis=2)
-    nearest = distance.argmin(axis=1)
-    near = distance[np.arange(len(points)), nearest] <= reach
-    return np.where(near[:, None], known_points[nearest], points)
 
 
 def _rank(point: Floats, known_points: Floats) -> int:

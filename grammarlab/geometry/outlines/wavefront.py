@@ -6,8 +6,6 @@ This is the event simulation under the straight skeleton (Aichholzer et al., "A 
 events are one case: sorted around the place, the chains exchange their ends.
 
 The polygon must be scaled to about unit size: `TOLERANCE` is a length.
-
-Moving edges and corners of a wavefront, and relations between them.
 """
 
 from __future__ import annotations
@@ -19,111 +17,8 @@ from itertools import count, pairwise
 
 TOLERANCE = 1e-9
 """Largest distance of corners that count as met, in a polygon of about unit size."""
-
-PARALLEL = 1e-9
+_PARALLEL = 1e-9
 """Largest cross product of the directions of parallel edges."""
-
-
-@dataclass(slots=True, eq=False)
-class Edge:
-    """A moving line: the points p with ``normal . p == start + speed * time``."""
-
-    index: int
-    """Number of the edge whose swept area it bounds."""
-    dx: float
-    dy: float
-    start: float
-    speed: float
-    corners: dict[Corner, None] = field(default_factory=dict)
-    """Live corners at the beginning of pieces of this edge, in order of birth."""
-
-    @property
-    def nx(self) -> float:
-        return -self.dy
-
-    @property
-    def ny(self) -> float:
-        return self.dx
-
-    def ahead(self, x: float, y: float, time: float) -> float:
-        """Distance that the line must still move to reach a point."""
-        return self.dx * y - self.dy * x - self.start - self.speed * time
-
-
-@dataclass(slots=True, eq=False)
-class Corner:
-    """A corner of the wavefront, from its birth at a node until its event."""
-
-    before: Edge
-    after: Edge
-    node: int
-    x: float
-    y: float
-    time: float
-    vx: float = 0.0
-    vy: float = 0.0
-    is_stuck: bool = False
-    """Whether its edges coincide, so that it does not move."""
-    alive: bool = True
-    previous: Corner = field(init=False)
-    next: Corner = field(init=False)
-
-    def position(self, time: float) -> tuple[float, float]:
-        """Position of the corner at a time."""
-        passed = time - self.time
-        return self.x + self.vx * passed, self.y + self.vy * passed
-
-
-def velocity(before: Edge, after: Edge) -> tuple[float, float] | None:
-    """Motion of the corner between two edges; None if they coincide."""
-    cross = before.dx * after.dy - before.dy * after.dx
-    dot = before.dx * after.dx + before.dy * after.dy
-    if before.speed == after.speed and dot >= 0:
-        pace = before.speed / (1.0 + dot)
-        return pace * (before.nx + after.nx), pace * (before.ny + after.ny)
-    if abs(cross) < PARALLEL:
-        return None if dot < 0 else (before.speed * before.nx, before.speed * before.ny)
-    return (
-        (before.speed * after.dx - after.speed * before.dx) / cross,
-        (before.speed * after.dy - after.speed * before.dy) / cross,
-    )
-
-
-def just_parted(first: Corner, second: Corner, time: float) -> bool:
-    """Whether two corners come from the same event, and no time has passed since."""
-    return first is not second and first.node == second.node and time <= second.time + TOLERANCE
-
-
-def reaches(start: Corner, x: float, y: float, time: float) -> bool:
-    """Whether the piece of an edge that leaves a corner contains a place at a time, ends included."""
-    edge = start.after
-    if abs(edge.ahead(x, y, time)) > TOLERANCE:
-        return False
-    (x1, y1), (x2, y2) = start.position(time), start.next.position(time)
-    before = (x - x1) * edge.dx + (y - y1) * edge.dy
-    after = (x2 - x) * edge.dx + (y2 - y) * edge.dy
-    return before >= -TOLERANCE and after >= -TOLERANCE
-
-
-def outer_direction(arriving: Edge, leaving: Edge) -> float:
-    """Angle of the middle of the swept side between an edge that ends at a place and one that begins there."""
-    inbound = math.atan2(-arriving.dy, -arriving.dx)
-    outbound = math.atan2(leaving.dy, leaving.dx)
-    width = (outbound - inbound) % math.tau
-    # Coincident edges enclose nothing: everything around them has been swept.
-    return math.remainder(inbound + 0.5 * (width if width > PARALLEL else math.tau), math.tau)
-
-
-@dataclass(slots=True)
-class _CornerRun:
-    """A run of wavefront corners at the place of an event; without corners, a piece of an edge that is hit."""
-
-    previous: Corner
-    arriving: Edge
-    leaving: Edge
-    next: Corner
-    direction: float = 0.0
-    """Angle towards the middle of the swept side."""
 
 
 class Wavefront:
@@ -139,9 +34,9 @@ class Wavefront:
         """x, y and time of every place where corners were born or met."""
         self.arcs: list[tuple[int, int, int]] = []
         """(edge index, from node, to node): borders of the swept areas, which lie to their left."""
-        self._edges: list[Edge] = []
-        self._corners: dict[Corner, None] = {}
-        self._events: list[tuple[float, int, Corner, Corner | Edge]] = []
+        self._edges: list[_Edge] = []
+        self._corners: dict[_Corner, None] = {}
+        self._events: list[tuple[float, int, _Corner, _Corner | _Edge]] = []
         self._ticket = count()
         self._square_cuts = square_cuts
 
@@ -152,11 +47,11 @@ class Wavefront:
         for (x, y), (x2, y2), speed, index in zip(loop, following, speeds, indices, strict=True):
             length = math.hypot(x2 - x, y2 - y)
             dx, dy = (x2 - x) / length, (y2 - y) / length
-            edges.append(Edge(index, dx, dy, dx * y - dy * x, speed))
+            edges.append(_Edge(index, dx, dy, dx * y - dy * x, speed))
         self._edges += edges
         first = len(self.nodes)
         self.nodes += [(x, y, 0.0) for x, y in loop]
-        born: list[Corner] = []
+        born: list[_Corner] = []
         for i in range(len(loop)):
             born += self._join(edges[i - 1], edges[i], first + i, 0.0)
             self.arcs.append((indices[i], first + i, first + (i + 1) % len(loop)))
@@ -181,70 +76,70 @@ class Wavefront:
                 budget -= 1
         return self._stop(until)
 
-    def _join(self, before: Edge, after: Edge, node: int, time: float) -> list[Corner]:
+    def _join(self, before: _Edge, after: _Edge, node: int, time: float) -> list[_Corner]:
         """New corners, not yet linked, between two edges at a node: one, or two with a cut at right angles between."""
         x, y, _ = self.nodes[node]
         cross = before.dx * after.dy - before.dy * after.dx
         dot = before.dx * after.dx + before.dy * after.dy
         fast, slow = max(before.speed, after.speed), min(before.speed, after.speed)
-        overtakes = slow < dot * fast * (1.0 - PARALLEL)
-        if overtakes and (abs(cross) < PARALLEL or (self._square_cuts and cross < 0)):
+        overtakes = slow < dot * fast * (1.0 - _PARALLEL)
+        if overtakes and (abs(cross) < _PARALLEL or (self._square_cuts and cross < 0)):
             first = before.speed == fast
             dx, dy = (-before.nx, -before.ny) if first else (after.nx, after.ny)
-            cut = Edge((before if first else after).index, dx, dy, dx * y - dy * x, 0.0)
+            cut = _Edge((before if first else after).index, dx, dy, dx * y - dy * x, 0.0)
             self._edges.append(cut)
             pairs = [(before, cut), (cut, after)]
         else:
             pairs = [(before, after)]
         born = []
         for a, b in pairs:
-            pace = velocity(a, b)
+            pace = _velocity(a, b)
             vx, vy = pace or (0.0, 0.0)
-            born.append(Corner(before=a, after=b, node=node, x=x, y=y, time=time, vx=vx, vy=vy, is_stuck=pace is None))
+            born.append(_Corner(before=a, after=b, node=node, x=x, y=y, time=time, vx=vx, vy=vy, is_stuck=pace is None))
         for corner in born:
             self._corners[corner] = None
             corner.after.corners[corner] = None
         return born
 
-    def _plan(self, corner: Corner) -> None:
+    def _plan(self, corner: _Corner) -> None:
         """Add the next events of a linked corner to the queue."""
         self._plan_collapse(corner.previous, corner)
         self._plan_collapse(corner, corner.next)
         before, after = corner.before, corner.after
-        if corner.is_stuck or before.dx * after.dy - before.dy * after.dx > PARALLEL:
+        if corner.is_stuck or before.dx * after.dy - before.dy * after.dx > _PARALLEL:
             return
         for edge in self._edges:
             closing = edge.speed - (edge.dx * corner.vy - edge.dy * corner.vx)
-            if closing <= PARALLEL or edge is before or edge is after or not edge.corners:
+            if closing <= _PARALLEL or edge is before or edge is after or not edge.corners:
                 continue
             ahead = edge.ahead(corner.x, corner.y, corner.time)
             if ahead >= -TOLERANCE:
                 time = corner.time + max(ahead, 0.0) / closing
                 heapq.heappush(self._events, (time, next(self._ticket), corner, edge))
 
-    def _plan_collapse(self, start: Corner, end: Corner) -> None:
+    def _plan_collapse(self, start: _Corner, end: _Corner) -> None:
         edge = start.after
         time = max(start.time, end.time)
         (x, y), (x2, y2) = start.position(time), end.position(time)
         length = (x2 - x) * edge.dx + (y2 - y) * edge.dy
         rate = (start.vx - end.vx) * edge.dx + (start.vy - end.vy) * edge.dy
-        if rate > PARALLEL:
+        if rate > _PARALLEL:
             heapq.heappush(self._events, (time + max(length, 0.0) / rate, next(self._ticket), start, end))
 
-    def _meet(self, time: float, corner: Corner, partner: Corner | Edge) -> bool:
+    def _meet(self, time: float, corner: _Corner, partner: _Corner | _Edge) -> bool:
         """Process an event if it is still valid; returns whether the wavefront has changed."""
         x, y = corner.position(time)
         met = {corner}
-        if isinstance(partner, Corner):
+        if isinstance(partner, _Corner):
             if not partner.alive or corner.next is not partner:
                 return False
             x2, y2 = partner.position(time)
             x, y = 0.5 * (x + x2), 0.5 * (y + y2)
             met.add(partner)
-        elif not any(reaches(start, x, y, time) for start in partner.corners if start is not corner):
+        elif not any(_reaches(start, x, y, time) for start in partner.corners if start is not corner):
             return False
         near = self._near(x, y, time) | met
-        met |= {other for other in near if not other.is_stuck and not just_parted(other, corner, time)}
+        met |= {other for other in near if not other.is_stuck and not _just_parted(other, corner, time)}
         chains, closed = self._chains(met, near, x, y, time)
         if not closed and len(chains) == 1 and len(met) == 1:
             return False
@@ -254,7 +149,7 @@ class Wavefront:
         self._reconnect(chains, node, time)
         return True
 
-    def _near(self, x: float, y: float, time: float) -> set[Corner]:
+    def _near(self, x: float, y: float, time: float) -> set[_Corner]:
         near = set()
         for corner in self._corners:
             cx, cy = corner.position(time)
@@ -263,7 +158,7 @@ class Wavefront:
         return near
 
     def _chains(
-        self, met: set[Corner], near: set[Corner], x: float, y: float, time: float
+        self, met: set[_Corner], near: set[_Corner], x: float, y: float, time: float
     ) -> tuple[list[_CornerRun], bool]:
         """The runs of corners that met and the pieces of edges they hit; whether a whole loop has shrunk to a point."""
         chains = []
@@ -278,16 +173,16 @@ class Wavefront:
                     end = end.next
                     covered += 1
                 chains.append(_CornerRun(start.previous, start.before, end.after, end.next))
-            elif start not in near and start.next not in near and reaches(start, x, y, time):
+            elif start not in near and start.next not in near and _reaches(start, x, y, time):
                 chains.append(_CornerRun(start, start.after, start.after, start.next))
         for chain in chains:
-            chain.direction = outer_direction(chain.arriving, chain.leaving)
+            chain.direction = _outer_direction(chain.arriving, chain.leaving)
         chains.sort(key=lambda chain: chain.direction)
         return chains, covered < len(met)
 
     def _reconnect(self, chains: list[_CornerRun], node: int, time: float) -> None:
         """Join each chain's leaving edge to the arriving edge of the next chain around the node."""
-        born: list[Corner] = []
+        born: list[_Corner] = []
         for chain, following in zip(chains, chains[1:] + chains[:1], strict=True):
             run = self._join(following.arriving, chain.leaving, node, time)
             run[0].previous, run[-1].next = following.previous, chain.next
@@ -304,7 +199,7 @@ class Wavefront:
             if corner.alive:
                 self._plan(corner)
 
-    def _close(self, corner: Corner, time: float) -> None:
+    def _close(self, corner: _Corner, time: float) -> None:
         """End a loop of two edges, which coincide."""
         ends = [corner] if corner.next is corner else [corner, corner.next]
         nodes = []
@@ -332,7 +227,7 @@ class Wavefront:
             loops.append(self._stop_loop(loop, until))
         return loops
 
-    def _stop_loop(self, loop: list[Corner], until: float) -> list[tuple[int, int]]:
+    def _stop_loop(self, loop: list[_Corner], until: float) -> list[tuple[int, int]]:
         time = until if math.isfinite(until) else max(corner.time for corner in loop)
         positions = [corner.position(time) for corner in loop]
         nodes: list[int] = []
@@ -346,7 +241,7 @@ class Wavefront:
         pairs = zip(nodes, nodes[1:] + nodes[:1], loop, strict=True)
         return [(node, corner.after.index) for node, following, corner in pairs if node != following]
 
-    def _end(self, corner: Corner, node: int) -> None:
+    def _end(self, corner: _Corner, node: int) -> None:
         corner.alive = False
         del self._corners[corner]
         del corner.after.corners[corner]
@@ -360,3 +255,105 @@ class Wavefront:
     def _node(self, x: float, y: float, time: float) -> int:
         self.nodes.append((x, y, time))
         return len(self.nodes) - 1
+
+
+@dataclass(slots=True, eq=False)
+class _Edge:
+    """A moving line: the points p with ``normal . p == start + speed * time``."""
+
+    index: int
+    """Number of the edge whose swept area it bounds."""
+    dx: float
+    dy: float
+    start: float
+    speed: float
+    corners: dict[_Corner, None] = field(default_factory=dict)
+    """Live corners at the beginning of pieces of this edge, in order of birth."""
+
+    @property
+    def nx(self) -> float:
+        return -self.dy
+
+    @property
+    def ny(self) -> float:
+        return self.dx
+
+    def ahead(self, x: float, y: float, time: float) -> float:
+        """Distance that the line must still move to reach a point."""
+        return self.dx * y - self.dy * x - self.start - self.speed * time
+
+
+@dataclass(slots=True, eq=False)
+class _Corner:
+    """A corner of the wavefront, from its birth at a node until its event."""
+
+    before: _Edge
+    after: _Edge
+    node: int
+    x: float
+    y: float
+    time: float
+    vx: float = 0.0
+    vy: float = 0.0
+    is_stuck: bool = False
+    """Whether its edges coincide, so that it does not move."""
+    alive: bool = True
+    previous: _Corner = field(init=False)
+    next: _Corner = field(init=False)
+
+    def position(self, time: float) -> tuple[float, float]:
+        """Position of the corner at a time."""
+        passed = time - self.time
+        return self.x + self.vx * passed, self.y + self.vy * passed
+
+
+def _velocity(before: _Edge, after: _Edge) -> tuple[float, float] | None:
+    """Motion of the corner between two edges; None if they coincide."""
+    cross = before.dx * after.dy - before.dy * after.dx
+    dot = before.dx * after.dx + before.dy * after.dy
+    if before.speed == after.speed and dot >= 0:
+        pace = before.speed / (1.0 + dot)
+        return pace * (before.nx + after.nx), pace * (before.ny + after.ny)
+    if abs(cross) < _PARALLEL:
+        return None if dot < 0 else (before.speed * before.nx, before.speed * before.ny)
+    return (
+        (before.speed * after.dx - after.speed * before.dx) / cross,
+        (before.speed * after.dy - after.speed * before.dy) / cross,
+    )
+
+
+def _reaches(start: _Corner, x: float, y: float, time: float) -> bool:
+    """Whether the piece of an edge that leaves a corner contains a place at a time, ends included."""
+    edge = start.after
+    if abs(edge.ahead(x, y, time)) > TOLERANCE:
+        return False
+    (x1, y1), (x2, y2) = start.position(time), start.next.position(time)
+    before = (x - x1) * edge.dx + (y - y1) * edge.dy
+    after = (x2 - x) * edge.dx + (y2 - y) * edge.dy
+    return before >= -TOLERANCE and after >= -TOLERANCE
+
+
+def _just_parted(first: _Corner, second: _Corner, time: float) -> bool:
+    """Whether two corners come from the same event, and no time has passed since."""
+    return first is not second and first.node == second.node and time <= second.time + TOLERANCE
+
+
+@dataclass(slots=True)
+class _CornerRun:
+    """A run of wavefront corners at the place of an event; without corners, a piece of an edge that is hit."""
+
+    previous: _Corner
+    arriving: _Edge
+    leaving: _Edge
+    next: _Corner
+    direction: float = 0.0
+    """Angle towards the middle of the swept side."""
+
+
+def _outer_direction(arriving: _Edge, leaving: _Edge) -> float:
+    """Angle of the middle of the swept side between an edge that ends at a place and one that begins there."""
+    inbound = math.atan2(-arriving.dy, -arriving.dx)
+    outbound = math.atan2(leaving.dy, leaving.dx)
+    width = (outbound - inbound) % math.tau
+    # Coincident edges enclose nothing: everything around them has been swept.
+    return math.remainder(inbound + 0.5 * (width if width > _PARALLEL else math.tau), math.tau)

@@ -1,7 +1,4 @@
-"""Errors, warnings and unsupported features of a rule file.
-
-Findings about a rule file on disk and about its imported files.
-"""
+"""Errors, warnings and unsupported features of a grammar, or of a rule file and the files that it imports."""
 
 from __future__ import annotations
 
@@ -24,6 +21,18 @@ from grammarlab.language.syntax.syntax_tree import Attribute, Function, Import, 
 __all__ = ["EVERYTHING", "SupportedFeatures", "check", "check_text"]
 
 
+@dataclass(frozen=True, slots=True)
+class CheckedFile:
+    """A parsed rule file."""
+
+    file: str
+    text: str
+    findings: tuple[Finding, ...]
+    """Findings in the order of its text."""
+    tree: RuleFile
+    """Syntax tree without the definitions that have syntax errors."""
+
+
 def check(grammar: Grammar, supported: SupportedFeatures = EVERYTHING) -> tuple[Finding, ...]:
     """Findings about a grammar, in the order of its text; only the names of imported files are used.
 
@@ -34,8 +43,7 @@ def check(grammar: Grammar, supported: SupportedFeatures = EVERYTHING) -> tuple[
     remarks = Remarks()
     for finding in grammar.import_findings:
         remarks.take(finding)
-    libraries = {alias: library and _symbols_of(library) for alias, library in grammar.libraries.items()}
-    _check_tree(grammar.tree, collect(grammar.tree, libraries), supported, remarks)
+    _check_tree(grammar.tree, _symbols_of(grammar), supported, remarks)
     return remarks.in_order()
 
 
@@ -47,31 +55,32 @@ def check_text(text: str, file: str = "<text>", supported: SupportedFeatures = E
         file: name of the file, for messages.
         supported: the supported features.
     """
-    return check_parsed(parse(text.removeprefix("\ufeff"), file), supported, {}, ())[0]
+    return _check_parsed(parse(text.removeprefix("\ufeff"), file), supported, {}, ())[0]
 
 
-def check_parsed(
-    parsed: Parsed,
-    supported: SupportedFeatures,
-    libraries: Mapping[str, Symbols | None],
-    problems: Iterable[Finding],
-    imported: bool = False,
-) -> tuple[tuple[Finding, ...], Symbols]:
-    """Findings about a parsed rule file, in the order of its text, and its definitions.
+def check_files(
+    path: Path, name: str, supported: SupportedFeatures = EVERYTHING, root: Path | None = None
+) -> tuple[CheckedFile, ...]:
+    """Findings about a rule file and every file that it imports, directly or not.
 
     Args:
-        parsed: the file.
-        supported: the supported features.
-        libraries: definitions of imported files, by alias; None for unknown ones.
-        problems: findings about the imports.
-        imported: whether other files start with its rules, so that all rules count as reachable.
+        path: the rule file.
+        name: name of the file in messages; imported files are named by their paths relative to it.
+        supported: the supported features; all others are reported with the severity ``unsupported``.
+        root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
+            `rules_folder`.
+
+    Returns:
+        The file, then those it imports, each once.
+
+    Raises:
+        LanguageError: If the file cannot be read, or is too large.
     """
-    remarks = Remarks()
-    for finding in (*parsed.findings, *problems):
-        remarks.take(finding)
-    symbols = collect(parsed.tree, libraries, parsed.broken)
-    _check_tree(parsed.tree, symbols, supported, remarks, whole=not parsed.findings and not imported)
-    return remarks.in_order(), symbols
+    text = read_text(path)  # first, since links to themselves cannot be resolved
+    folder = path.resolve().parent
+    checker = _Checker(supported, rules_folder(folder) if root is None else root.resolve(), folder, Path(name).parent)
+    checker.read(path.resolve(), name, text, ())
+    return tuple(checker.checked.values())
 
 
 def _symbols_of(grammar: Grammar) -> Symbols:
@@ -139,41 +148,28 @@ def _check_start(tree: RuleFile, remarks: Remarks) -> None:
     check_reachable(tree, roots, remarks)
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedFile:
-    """A parsed rule file."""
-
-    file: str
-    text: str
-    findings: tuple[Finding, ...]
-    """Findings in the order of its text."""
-    tree: RuleFile
-    """Syntax tree without the definitions that have syntax errors."""
-
-
-def check_files(
-    path: Path, name: str, supported: SupportedFeatures = EVERYTHING, root: Path | None = None
-) -> tuple[CheckedFile, ...]:
-    """Findings about a rule file and every file that it imports, directly or not.
+def _check_parsed(
+    parsed: Parsed,
+    supported: SupportedFeatures,
+    libraries: Mapping[str, Symbols | None],
+    problems: Iterable[Finding],
+    imported: bool = False,
+) -> tuple[tuple[Finding, ...], Symbols]:
+    """Findings about a parsed rule file, in the order of its text, and its definitions.
 
     Args:
-        path: the rule file.
-        name: name of the file in messages; imported files are named by their paths relative to it.
-        supported: the supported features; all others are reported with the severity ``unsupported``.
-        root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
-            `rules_folder`.
-
-    Returns:
-        The file, then those it imports, each once.
-
-    Raises:
-        LanguageError: If the file cannot be read, or is too large.
+        parsed: the file.
+        supported: the supported features.
+        libraries: definitions of imported files, by alias; None for unknown ones.
+        problems: findings about the imports.
+        imported: whether other files start with its rules, so that all rules count as reachable.
     """
-    text = read_text(path)  # first, since links to themselves cannot be resolved
-    folder = path.resolve().parent
-    checker = _Checker(supported, rules_folder(folder) if root is None else root.resolve(), folder, Path(name).parent)
-    checker.read(path.resolve(), name, text, ())
-    return tuple(checker.checked.values())
+    remarks = Remarks()
+    for finding in (*parsed.findings, *problems):
+        remarks.take(finding)
+    symbols = collect(parsed.tree, libraries, parsed.broken)
+    _check_tree(parsed.tree, symbols, supported, remarks, whole=not parsed.findings and not imported)
+    return remarks.in_order(), symbols
 
 
 class _Checker:
@@ -195,7 +191,7 @@ class _Checker:
         # Reserves the file's place in the order while its imports are read.
         self.checked[path] = CheckedFile(name, text, (), parsed.tree)
         libraries, problems = self._libraries(parsed.tree, path, (*users, path))
-        findings, symbols = check_parsed(parsed, self.supported, libraries, problems, imported=bool(users))
+        findings, symbols = _check_parsed(parsed, self.supported, libraries, problems, imported=bool(users))
         self.checked[path] = CheckedFile(name, text, findings, parsed.tree)
         self.symbols[path] = None if parsed.findings else symbols
 

@@ -1,8 +1,6 @@
-"""Types of CGA, and contexts of expressions.
+"""Vocabulary of expressions: keywords of CGA, precedence of operators, types, and contexts of expressions.
 
-Keywords of CGA: axes, sides, modes, kinds of components.
-
-Precedence of CGA's operators: one table for the parser and the formatter.
+The parser and the formatter share the table of precedences.
 """
 
 from __future__ import annotations
@@ -24,7 +22,6 @@ _COMPONENT_SELECTORS = (
     f"{_SIDES} {_OBJECT_SIDES} {_COMPASS} {_STREET_SIDES} {_SLOPES} all border inside eave hip valley ridge "
     "streetSide noStreetSide"
 )
-
 KEYWORDS: Mapping[str, frozenset[str]] = {
     name: frozenset(words.split())
     for name, words in {
@@ -87,10 +84,8 @@ KEYWORDS: Mapping[str, frozenset[str]] = {
     }.items()
 }
 
-
 _LEVELS = (("||",), ("&&",), ("==", "!="), ("<", "<=", ">", ">="), ("+", "-"), ("*", "/", "%"))
 """Operators by increasing precedence; all are left-associative."""
-
 BINARY_PRECEDENCE: dict[str, int] = {
     dot + operator: level for level, operators in enumerate(_LEVELS, 1) for operator in operators for dot in ("", ".")
 }
@@ -99,41 +94,8 @@ FLOATING_PRECEDENCE = 0
 PREFIX_PRECEDENCE = len(_LEVELS) + 1
 POSTFIX_PRECEDENCE = PREFIX_PRECEDENCE + 1
 
-
-def span(first: Location, last: Location) -> Location:
-    """From the beginning of one place to the end of another, or to the end of the first line."""
-    if last.line != first.line or last.column < first.column:
-        return first
-    return Location(first.line, first.column, last.column + last.length - first.column, first.file)
-
-
-def group_operands(operands: Sequence[Expression], operators: Sequence[str]) -> Expression:
-    """Tree of ``operands[0] operators[0] operands[1] …`` (precedence climbing with two stacks)."""
-    first = operands[0]
-    if isinstance(first, Floating) and operators:
-        inner = group_operands([first.operand, *operands[1:]], operators)
-        return Floating(inner, location=span(first.location, inner.location))
-    values = [first]
-    pending: list[str] = []
-
-    def reduce() -> None:
-        right, left = values.pop(), values.pop()
-        operator = cast(BinaryOperator, pending.pop())
-        values.append(Binary(operator, left, right, location=span(left.location, right.location)))
-
-    for operator, operand in zip(operators, operands[1:], strict=True):
-        while pending and BINARY_PRECEDENCE[pending[-1]] >= BINARY_PRECEDENCE[operator]:
-            reduce()
-        pending.append(operator)
-        values.append(operand)
-    while pending:
-        reduce()
-    return values[0]
-
-
 Types = frozenset[str]
 """Types that a value may have."""
-
 ANY: Types = frozenset({"float", "bool", "string", "float[]", "bool[]", "string[]"})
 ARRAYS: Types = frozenset({"float[]", "bool[]", "string[]"})
 FLOAT: Types = frozenset({"float"})
@@ -179,3 +141,34 @@ def advice(expected: Types, actual: Types) -> str:
     if expected == FLOAT and actual == STRING:
         return "float(…) converts a string to a number"
     return ""
+
+
+def group_operands(operands: Sequence[Expression], operators: Sequence[str]) -> Expression:
+    """Tree of ``operands[0] operators[0] operands[1] …`` (precedence climbing with two stacks)."""
+    first = operands[0]
+    if isinstance(first, Floating) and operators:
+        inner = group_operands([first.operand, *operands[1:]], operators)
+        return Floating(inner, location=span(first.location, inner.location))
+    values = [first]
+    pending: list[str] = []
+
+    def reduce() -> None:
+        right, left = values.pop(), values.pop()
+        operator = cast(BinaryOperator, pending.pop())
+        values.append(Binary(operator, left, right, location=span(left.location, right.location)))
+
+    for operator, operand in zip(operators, operands[1:], strict=True):
+        while pending and BINARY_PRECEDENCE[pending[-1]] >= BINARY_PRECEDENCE[operator]:
+            reduce()
+        pending.append(operator)
+        values.append(operand)
+    while pending:
+        reduce()
+    return values[0]
+
+
+def span(first: Location, last: Location) -> Location:
+    """From the beginning of one place to the end of another, or to the end of the first line."""
+    if last.line != first.line or last.column < first.column:
+        return first
+    return Location(first.line, first.column, last.column + last.length - first.column, first.file)

@@ -2,12 +2,8 @@
 
 CGA has no token that ends a definition: in ``A --> B C(x) --> D`` only the second arrow shows that ``C(x)`` starts a
 rule. This look-ahead is unbounded, so it is done here, over tokens, before the parser reads one definition at a time.
-The same pass reports brackets that do not match, bounds the nesting, and assigns words their types by place
-(``attr`` before a name, ``%`` before a colon).
-
-Beginning of an expression from its end: the percentage before ``%``.
-
-Upper bound on the depth of a syntax tree from its tokens, so that a hostile file ends in a finding.
+The same pass reports brackets that do not match, and assigns words their types by place (``attr`` before a name, ``%``
+before a colon). It bounds the depth of the syntax tree from above, so that a hostile file ends in a finding.
 """
 
 from __future__ import annotations
@@ -20,144 +16,11 @@ from grammarlab.language.syntax.tokens import Token, TokenStream
 
 _OPERAND_ENDS = frozenset({"NAME", "NUMBER", "RPAR", "RBRACKET", "BOOLEAN"})
 _OPERATORS = frozenset({"OPERATOR", "SIGN"})
-
-
-def expression_start(tokens: Sequence[Token], partner: Mapping[int, int], index: int) -> int:
-    """Index of the first token of the expression whose last token is at `index`.
-
-    No token separates a percentage from the operation before it: in ``A (b)% : C`` only the space shows that the
-    percentage is ``(b)`` and not ``A(b)``.
-
-    Args:
-        tokens: the tokens of the file.
-        partner: index of the opening bracket by index of the closing one.
-        index: index of the first token, at least -1.
-    """
-    while True:
-        index = max(_operand_start(tokens, partner, index), 0)
-        while index and _is_prefix(tokens, index - 1):
-            index -= 1
-        if index == 0 or tokens[index - 1].type not in _OPERATORS:
-            return index
-        index -= 2
-
-
-def _is_prefix(tokens: Sequence[Token], index: int) -> bool:
-    if tokens[index].type == "PREFIX":
-        return True
-    return tokens[index].type == "SIGN" and (index == 0 or tokens[index - 1].type not in _OPERAND_ENDS)
-
-
-def _operand_start(tokens: Sequence[Token], partner: Mapping[int, int], index: int) -> int:
-    """Step over ``name``, ``name(...)``, ``(...)``, ``[...]`` and ``name[...][...]``."""
-    while index in partner and tokens[index].type in ("RPAR", "RBRACKET"):
-        bracket = tokens[index].type
-        index = partner[index]
-        before = tokens[index - 1] if index else None
-        if before is None or before.end != tokens[index].start:
-            return index
-        if before.type == "NAME":
-            return index - 1
-        if bracket == "RPAR" or before.type not in ("RPAR", "RBRACKET"):
-            return index
-        index -= 1
-    return index
-
-
-MAX_DEPTH = 240
+_MAX_DEPTH = 240
 """Largest depth of a tree. It keeps passes over the tree below Python's recursion limit of 1,000 frames: a level of
 brackets takes up to four frames, an operator in a chain one."""
-
-BRACKET_DEPTH = 4
-CHOICE_DEPTH = 2
-
-
-@dataclass(slots=True)
-class _OpenBracket:
-    """Open choices and operators between two brackets."""
-
-    operators: int = 0
-    """Operators since the last separator of expressions: a chain of n operators is a tree of depth n."""
-    choices: list[bool] = field(default_factory=list)
-    """Choices around the last branch; True if their ``else`` was read and they are complete."""
-
-    @property
-    def depth(self) -> int:
-        return self.operators + CHOICE_DEPTH * len(self.choices)
-
-
-class Nesting:
-    """Nesting of the tokens of a definition. Its depth is an upper bound, exact up to a small factor."""
-
-    def __init__(self) -> None:
-        self.restart()
-
-    def restart(self) -> None:
-        """Reset at the beginning of a definition."""
-        self._levels = [_OpenBracket()]
-        self._outer = 0
-        """Depth of all levels except the innermost."""
-
-    @property
-    def depth(self) -> int:
-        return self._outer + self._levels[-1].depth
-
-    def follow(self, kind: str, brackets: int) -> None:
-        """Add a token.
-
-        Args:
-            kind: type of the token.
-            brackets: number of open brackets after it.
-        """
-        while len(self._levels) <= brackets:
-            self._outer += BRACKET_DEPTH + self._levels[-1].depth
-            self._levels.append(_OpenBracket())
-        while len(self._levels) > brackets + 1:
-            self._levels.pop()
-            self._outer -= BRACKET_DEPTH + self._levels[-1].depth
-        level = self._levels[-1]
-        if kind in ("OPERATOR", "SIGN", "PREFIX"):
-            level.operators += 1
-        elif kind in ("_COMMA", "_BAR", "_SEMICOLON"):
-            level.operators = 0
-            level.choices.clear()
-        elif kind in ("_COLON", "_EQUALS", "_ARROW"):
-            level.operators = 0
-
-    def branch(self, nested: bool) -> None:
-        """Add a ``case`` or ``N%``; `nested` if it is the first of its choice."""
-        level = self._levels[-1]
-        level.operators = 0
-        if nested:
-            level.choices.append(False)
-        else:
-            self._drop_complete(level)
-
-    def otherwise(self) -> None:
-        """Add an ``else``: the last branch of the innermost choice without one."""
-        level = self._levels[-1]
-        level.operators = 0
-        self._drop_complete(level)
-        if level.choices:
-            level.choices[-1] = True
-
-    @staticmethod
-    def _drop_complete(level: _OpenBracket) -> None:
-        while level.choices and level.choices[-1]:
-            level.choices.pop()
-
-
-def too_deep(location: Location) -> Finding:
-    """Finding for a definition that exceeds `MAX_DEPTH`."""
-    return Finding(
-        "error",
-        "too-deep",
-        f"nested too deeply: expected at most {MAX_DEPTH // BRACKET_DEPTH} brackets or {MAX_DEPTH} operators deep",
-        location,
-        "move inner parts into separate rules or functions; the file was not read further",
-    )
-
-
+_BRACKET_DEPTH, _CHOICE_DEPTH = 4, 2
+"""Frames of passes over a level of brackets, and over a level of choices."""
 _OPENERS = {"_LPAR": "(", "_LBRACE": "{", "_LBRACKET": "["}
 _PARTNERS = {"RPAR": "_LPAR", "CLOSE": "_LBRACE", "RBRACKET": "_LBRACKET"}
 _CLOSERS = {"_LPAR": ")", "_LBRACE": "}", "_LBRACKET": "]"}
@@ -216,7 +79,7 @@ class _Scan:
         self.in_condition = False
         self.depth_given: set[int] = set()
         """Opening braces of splitAndSetbackPerimeter whose current part already has its depth."""
-        self.nesting = Nesting()
+        self.nesting = _Nesting()
 
     def run(self) -> None:
         for index, token in enumerate(self.tokens):
@@ -224,9 +87,9 @@ class _Scan:
             if step is not None:
                 step(self, index, token)
                 self.nesting.follow(token.type, len(self.open))
-                if self.nesting.depth > MAX_DEPTH:
+                if self.nesting.depth > _MAX_DEPTH:
                     # The rest is unreliable: skip it instead of reporting every bracket in it.
-                    self.findings.append(too_deep(token.location))
+                    self.findings.append(_too_deep(token.location))
                     self.damage.add(index)
                     del self.tokens[index + 1 :]
                     return
@@ -384,7 +247,7 @@ class _Scan:
             self.in_condition = False
         if index and self.tokens[index - 1].value == "%" and index - 1 not in self.dropped:
             self.dropped.add(index - 1)
-            start = expression_start(self.tokens, self.partner, index - 2)
+            start = _expression_start(self.tokens, self.partner, index - 2)
             self.chances.add(start)
             self.nesting.branch(self._follows_sign(start))
         elif self.open and self.open[-1] not in self.depth_given and self._parts_have_depths(self.open[-1]):
@@ -489,3 +352,131 @@ _STEPS = {
     "CARET": _Scan._caret,
     "_SEMICOLON": _Scan._semicolon,
 }
+
+
+class _Nesting:
+    """Nesting of the tokens of a definition. Its depth is an upper bound, exact up to a small factor."""
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Reset at the beginning of a definition."""
+        self._levels = [_OpenBracket()]
+        self._outer = 0
+        """Depth of all levels except the innermost."""
+
+    @property
+    def depth(self) -> int:
+        return self._outer + self._levels[-1].depth
+
+    def follow(self, kind: str, brackets: int) -> None:
+        """Add a token.
+
+        Args:
+            kind: type of the token.
+            brackets: number of open brackets after it.
+        """
+        while len(self._levels) <= brackets:
+            self._outer += _BRACKET_DEPTH + self._levels[-1].depth
+            self._levels.append(_OpenBracket())
+        while len(self._levels) > brackets + 1:
+            self._levels.pop()
+            self._outer -= _BRACKET_DEPTH + self._levels[-1].depth
+        level = self._levels[-1]
+        if kind in ("OPERATOR", "SIGN", "PREFIX"):
+            level.operators += 1
+        elif kind in ("_COMMA", "_BAR", "_SEMICOLON"):
+            level.operators = 0
+            level.choices.clear()
+        elif kind in ("_COLON", "_EQUALS", "_ARROW"):
+            level.operators = 0
+
+    def branch(self, nested: bool) -> None:
+        """Add a ``case`` or ``N%``; `nested` if it is the first of its choice."""
+        level = self._levels[-1]
+        level.operators = 0
+        if nested:
+            level.choices.append(False)
+        else:
+            self._drop_complete(level)
+
+    def otherwise(self) -> None:
+        """Add an ``else``: the last branch of the innermost choice without one."""
+        level = self._levels[-1]
+        level.operators = 0
+        self._drop_complete(level)
+        if level.choices:
+            level.choices[-1] = True
+
+    @staticmethod
+    def _drop_complete(level: _OpenBracket) -> None:
+        while level.choices and level.choices[-1]:
+            level.choices.pop()
+
+
+@dataclass(slots=True)
+class _OpenBracket:
+    """Open choices and operators between two brackets."""
+
+    operators: int = 0
+    """Operators since the last separator of expressions: a chain of n operators is a tree of depth n."""
+    choices: list[bool] = field(default_factory=list)
+    """Choices around the last branch; True if their ``else`` was read and they are complete."""
+
+    @property
+    def depth(self) -> int:
+        return self.operators + _CHOICE_DEPTH * len(self.choices)
+
+
+def _too_deep(location: Location) -> Finding:
+    """Finding for a definition that exceeds `_MAX_DEPTH`."""
+    return Finding(
+        "error",
+        "too-deep",
+        f"nested too deeply: expected at most {_MAX_DEPTH // _BRACKET_DEPTH} brackets or {_MAX_DEPTH} operators deep",
+        location,
+        "move inner parts into separate rules or functions; the file was not read further",
+    )
+
+
+def _expression_start(tokens: Sequence[Token], partner: Mapping[int, int], index: int) -> int:
+    """Index of the first token of the expression whose last token is at `index`.
+
+    No token separates a percentage from the operation before it: in ``A (b)% : C`` only the space shows that the
+    percentage is ``(b)`` and not ``A(b)``.
+
+    Args:
+        tokens: the tokens of the file.
+        partner: index of the opening bracket by index of the closing one.
+        index: index of the first token, at least -1.
+    """
+    while True:
+        index = max(_operand_start(tokens, partner, index), 0)
+        while index and _is_prefix_sign(tokens, index - 1):
+            index -= 1
+        if index == 0 or tokens[index - 1].type not in _OPERATORS:
+            return index
+        index -= 2
+
+
+def _operand_start(tokens: Sequence[Token], partner: Mapping[int, int], index: int) -> int:
+    """Step over ``name``, ``name(...)``, ``(...)``, ``[...]`` and ``name[...][...]``."""
+    while index in partner and tokens[index].type in ("RPAR", "RBRACKET"):
+        bracket = tokens[index].type
+        index = partner[index]
+        before = tokens[index - 1] if index else None
+        if before is None or before.end != tokens[index].start:
+            return index
+        if before.type == "NAME":
+            return index - 1
+        if bracket == "RPAR" or before.type not in ("RPAR", "RBRACKET"):
+            return index
+        index -= 1
+    return index
+
+
+def _is_prefix_sign(tokens: Sequence[Token], index: int) -> bool:
+    if tokens[index].type == "PREFIX":
+        return True
+    return tokens[index].type == "SIGN" and (index == 0 or tokens[index - 1].type not in _OPERAND_ENDS)

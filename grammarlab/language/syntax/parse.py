@@ -1,8 +1,7 @@
 """Parser: from text to a syntax tree and findings.
 
-Parts of ``split`` without a size, as in older rule files: ``split(x) { 1 : A | split(y) { ~1 : B }* }``.
-
-Such a part takes the remaining length. Only a part that begins with a block can be distinguished from a size.
+Older rule files have parts of ``split`` without a size: ``split(x) { 1 : A | split(y) { ~1 : B }* }``. Such a part
+takes the remaining length. Only a part that begins with a block can be distinguished from a size.
 """
 
 from __future__ import annotations
@@ -24,63 +23,6 @@ from grammarlab.language.syntax.tokens import MAX_FINDINGS, Comment, Token, toke
 from grammarlab.language.syntax.tree_building import MistakeError, TreeBuilder, Version
 
 _OPEN, _SHUT = frozenset({"_LPAR", "_LBRACE", "_LBRACKET"}), frozenset({"RPAR", "CLOSE", "RBRACKET"})
-
-
-def with_sizes(tokens: Sequence[Token]) -> list[Token]:
-    """Words of a definition, with ``~1 :`` before parts of ``split`` that have no size."""
-    if not any(token.value == "split" for token in tokens):
-        return list(tokens)
-    partners = _partners(tokens)
-    is_split = [False]
-    result: list[Token] = []
-    for index, token in enumerate(tokens):
-        begins = index > 0 and tokens[index - 1].type in ("_LBRACE", "_BAR")
-        if is_split[-1] and begins and _is_block_alone(tokens, index, partners):
-            mark = Token("PREFIX", "~", token.location, token.start, token.start)
-            result += [mark, mark._replace(type="NUMBER", value="1"), mark._replace(type="_COLON", value=":")]
-        if token.type in _OPEN:
-            is_group = token.type == "_LBRACE" and (
-                _follows_split(tokens, index, partners) or (is_split[-1] and begins)
-            )
-            is_split.append(is_group)
-        elif token.type in _SHUT and len(is_split) > 1:
-            is_split.pop()
-        result.append(token)
-    return result
-
-
-def _partners(tokens: Sequence[Token]) -> dict[int, int]:
-    """Index of the matching bracket, by index of each bracket."""
-    partners: dict[int, int] = {}
-    stack: list[int] = []
-    for index, token in enumerate(tokens):
-        if token.type in _OPEN:
-            stack.append(index)
-        elif token.type in _SHUT and stack:
-            first = stack.pop()
-            partners[first], partners[index] = index, first
-    return partners
-
-
-def _follows_split(tokens: Sequence[Token], index: int, partners: dict[int, int]) -> bool:
-    """Whether the brace at a place opens the block of a ``split(...)``."""
-    before = partners.get(index - 1, 0)
-    return before > 0 and tokens[index - 1].type == "RPAR" and tokens[before - 1].value == "split"
-
-
-def _is_block_alone(tokens: Sequence[Token], index: int, partners: dict[int, int]) -> bool:
-    """Whether a whole part is an operation with a block."""
-    if tokens[index].type != "NAME":
-        return False
-    following = index + 1
-    if following < len(tokens) and tokens[following].type == "_LPAR":
-        following = partners.get(following, len(tokens)) + 1
-    if following >= len(tokens) or tokens[following].type != "_LBRACE":
-        return False
-    after = partners.get(following, len(tokens)) + 1
-    return after < len(tokens) and tokens[after].type in ("_BAR", "CLOSE")
-
-
 MAX_CHARACTERS = 4 * 2**20
 """Largest number of characters of a rule file."""
 
@@ -141,7 +83,7 @@ def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
     """The definition, or a finding about it; None if another finding already explains the error."""
     if chunk.damaged:
         return None
-    tokens = with_sizes(chunk.tokens)
+    tokens = _with_sizes(chunk.tokens)
     last = tokens[-1]
     end = Token("$END", "", last.location, last.end, last.end)
     state = _parser().parse_interactive()
@@ -158,21 +100,59 @@ def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
     return result
 
 
-def _reported_within(chunk: Chunk, findings: tuple[Finding, ...]) -> bool:
-    """Whether a lexical finding in the definition already explains why it cannot be parsed."""
-    first, last = chunk.tokens[0].location, chunk.tokens[-1].location
-    return any(first <= finding.location <= last for finding in findings)
+def _with_sizes(tokens: Sequence[Token]) -> list[Token]:
+    """Words of a definition, with ``~1 :`` before parts of ``split`` that have no size."""
+    if not any(token.value == "split" for token in tokens):
+        return list(tokens)
+    partners = _partners(tokens)
+    is_split = [False]
+    result: list[Token] = []
+    for index, token in enumerate(tokens):
+        begins = index > 0 and tokens[index - 1].type in ("_LBRACE", "_BAR")
+        if is_split[-1] and begins and _is_block_alone(tokens, index, partners):
+            mark = Token("PREFIX", "~", token.location, token.start, token.start)
+            result += [mark, mark._replace(type="NUMBER", value="1"), mark._replace(type="_COLON", value=":")]
+        if token.type in _OPEN:
+            is_group = token.type == "_LBRACE" and (
+                _follows_split(tokens, index, partners) or (is_split[-1] and begins)
+            )
+            is_split.append(is_group)
+        elif token.type in _SHUT and len(is_split) > 1:
+            is_split.pop()
+        result.append(token)
+    return result
 
 
-class _NoLexer(Lexer):
-    """Lexer for a parser that receives tokens instead of text."""
+def _partners(tokens: Sequence[Token]) -> dict[int, int]:
+    """Index of the matching bracket, by index of each bracket."""
+    partners: dict[int, int] = {}
+    stack: list[int] = []
+    for index, token in enumerate(tokens):
+        if token.type in _OPEN:
+            stack.append(index)
+        elif token.type in _SHUT and stack:
+            first = stack.pop()
+            partners[first], partners[index] = index, first
+    return partners
 
-    def __init__(self, lexer_conf: Any) -> None:
-        del lexer_conf
 
-    def lex(self, lexer_state: Any, parser_state: Any) -> Any:
-        del lexer_state, parser_state
-        return iter(())
+def _is_block_alone(tokens: Sequence[Token], index: int, partners: dict[int, int]) -> bool:
+    """Whether a whole part is an operation with a block."""
+    if tokens[index].type != "NAME":
+        return False
+    following = index + 1
+    if following < len(tokens) and tokens[following].type == "_LPAR":
+        following = partners.get(following, len(tokens)) + 1
+    if following >= len(tokens) or tokens[following].type != "_LBRACE":
+        return False
+    after = partners.get(following, len(tokens)) + 1
+    return after < len(tokens) and tokens[after].type in ("_BAR", "CLOSE")
+
+
+def _follows_split(tokens: Sequence[Token], index: int, partners: dict[int, int]) -> bool:
+    """Whether the brace at a place opens the block of a ``split(...)``."""
+    before = partners.get(index - 1, 0)
+    return before > 0 and tokens[index - 1].type == "RPAR" and tokens[before - 1].value == "split"
 
 
 @cache
@@ -186,3 +166,20 @@ def _parser() -> Lark:
         transformer=TreeBuilder(),
         maybe_placeholders=False,
     )
+
+
+class _NoLexer(Lexer):
+    """Lexer for a parser that receives tokens instead of text."""
+
+    def __init__(self, lexer_conf: Any) -> None:
+        del lexer_conf
+
+    def lex(self, lexer_state: Any, parser_state: Any) -> Any:
+        del lexer_state, parser_state
+        return iter(())
+
+
+def _reported_within(chunk: Chunk, findings: tuple[Finding, ...]) -> bool:
+    """Whether a lexical finding in the definition already explains why it cannot be parsed."""
+    first, last = chunk.tokens[0].location, chunk.tokens[-1].location
+    return any(first <= finding.location <= last for finding in findings)

@@ -1,12 +1,10 @@
-"""Syntax tree of a rule file, shared by the parser, the checker and the derivation.
+"""Syntax tree of a rule file, shared by the parser, the checker and the derivation; iteration over its nodes.
 
 Every node is frozen and has its location in the text. Equality ignores locations, so trees of equal content are
 equal.
 
 A *choice* is a leaf, a ``case`` or an ``N%`` list, nested to any depth. The leaves are expressions in
 attributes, constants and functions, and sequences of operations in rules and blocks.
-
-Iteration over the nodes of a syntax tree, in the order of the text.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Nodes of the syntax tree from the rules of the parser.
-
-Intermediate parts of definitions that are not nodes of the tree.
-"""
+"""Nodes of the syntax tree from the rules of the parser, and parts of definitions that are not nodes of it."""
 
 from __future__ import annotations
 
@@ -53,6 +50,8 @@ from grammarlab.language.syntax.syntax_tree import (
 )
 from grammarlab.language.syntax.tokens import Token
 
+_ESCAPES = {"n": "\n", "t": "\t", '"': '"', "\\": "\\"}
+
 
 class MistakeError(Exception):
     """Text that the parser's grammar accepts but CGA does not allow."""
@@ -68,108 +67,6 @@ class Version:
 
     text: str
     location: Location
-
-
-@dataclass(frozen=True, slots=True)
-class Vector:
-    """``{1, 0, 0}``, allowed only in annotations."""
-
-    array: Array
-
-    @property
-    def location(self) -> Location:
-        return self.array.location
-
-
-@dataclass(frozen=True, slots=True)
-class Keyword:
-    """``name = value`` between parentheses."""
-
-    name: Token
-    value: Expression | Vector
-
-
-@dataclass(frozen=True, slots=True)
-class Arguments:
-    """Items between parentheses: arguments, parameters or styles."""
-
-    items: tuple[Expression | Vector | Keyword | Rule, ...]
-    end: Location
-
-    def expressions(self) -> tuple[Expression, ...]:
-        """Arguments of a call."""
-        for item in self.items:
-            if isinstance(item, Keyword):
-                hint = "to compare, write '=='; a value is given by name only in annotations and imports"
-                raise MistakeError("single-equals", "expected an expression, found '='", item.name.location, hint)
-            if isinstance(item, Rule):
-                hint = "a rule is redefined only in an import"
-                raise MistakeError("misplaced-rule", "expected an expression, found a rule", item.location, hint)
-            without_braces(item)
-        return cast(tuple[Expression, ...], self.items)
-
-    def names(self, kind: str) -> tuple[str, ...]:
-        """Parameters of a definition, or styles of an import."""
-        names: list[str] = []
-        for item in self.expressions():
-            if not isinstance(item, Name) or "." in item.identifier:
-                hint = "write Name(a, b): a definition has names in parentheses, a call has values"
-                raise MistakeError("bad-parameter", f"expected the plain name of a {kind}", item.location, hint)
-            names.append(item.identifier)
-        return tuple(names)
-
-    def overrides(self) -> tuple[Override, ...]:
-        """Redefinitions of a dynamic import."""
-        result: list[Override] = []
-        for item in self.items:
-            if isinstance(item, Keyword):
-                result.append(Attribute(item.name.value, without_braces(item.value), location=item.name.location))
-            elif isinstance(item, Rule):
-                result.append(item)
-            else:
-                hint = "write imported(height = 20).Rule"
-                raise MistakeError("bad-override", "expected 'attribute = value'", item.location, hint)
-        return tuple(result)
-
-
-@dataclass(frozen=True, slots=True)
-class Variables:
-    items: tuple[Variable, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class DefinitionHead:
-    """Beginning of a definition."""
-
-    name: Token
-    parameters: tuple[str, ...] | None
-    """Parameters; None without parentheses."""
-    variables: tuple[Variable, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """A branch of a choice; `mark` is its ``case`` or the token where its percentage begins, None for ``else``."""
-
-    mark: Token | None
-    condition: Expression | None
-    body: Choice
-
-
-def without_braces(item: Expression | Vector) -> Expression:
-    """An argument in a place where braces are not allowed."""
-    if isinstance(item, Vector):
-        message = "expected an expression, found '{'"
-        raise MistakeError("misplaced-braces", message, item.array.location, "an array is written [1, 2, 3]")
-    return item
-
-
-_ESCAPES = {"n": "\n", "t": "\t", '"': '"', "\\": "\\"}
-
-
-def _unescape(match: re.Match[str]) -> str:
-    # An unknown escape keeps its backslash, since many file names contain backslashes.
-    return _ESCAPES.get(match[1], match[0])
 
 
 class TreeBuilder(Transformer[Any, Any]):
@@ -240,9 +137,9 @@ class TreeBuilder(Transformer[Any, Any]):
         start = inner[0].location if inner else closing.location
         return Array(tuple(map(tuple, rows)), location=span(start, closing.location))
 
-    def vector(self, children: list[Any]) -> Vector:
+    def vector(self, children: list[Any]) -> _Vector:
         *cells, closing = children
-        return Vector(Array((tuple(cells),), location=span(cells[0].location, closing.location)))
+        return _Vector(Array((tuple(cells),), location=span(cells[0].location, closing.location)))
 
     def index(self, children: list[Any]) -> Index:
         array, brackets = children
@@ -264,11 +161,11 @@ class TreeBuilder(Transformer[Any, Any]):
 
     # Arguments
 
-    def arguments(self, children: list[Any]) -> Arguments:
-        return Arguments(tuple(children[:-1]), children[-1].location)
+    def arguments(self, children: list[Any]) -> _Arguments:
+        return _Arguments(tuple(children[:-1]), children[-1].location)
 
-    def keyword(self, children: list[Any]) -> Keyword:
-        return Keyword(*children)
+    def keyword(self, children: list[Any]) -> _Keyword:
+        return _Keyword(*children)
 
     def override(self, children: list[Any]) -> Rule:
         *head, body = children
@@ -276,11 +173,11 @@ class TreeBuilder(Transformer[Any, Any]):
 
     # Choices
 
-    def branch(self, children: list[Any]) -> Branch:
-        return Branch(*children)
+    def branch(self, children: list[Any]) -> _Branch:
+        return _Branch(*children)
 
-    def otherwise(self, children: list[Any]) -> Branch:
-        return Branch(None, None, children[0])
+    def otherwise(self, children: list[Any]) -> _Branch:
+        return _Branch(None, None, children[0])
 
     def choice(self, children: list[Any]) -> Case | Stochastic:
         kind = Stochastic if children[0].mark.type == "CHANCE" else Case
@@ -315,7 +212,7 @@ class TreeBuilder(Transformer[Any, Any]):
 
     def block(self, children: list[Any]) -> Block:
         name, *rest = children
-        arguments = next((item.expressions() for item in rest if isinstance(item, Arguments)), ())
+        arguments = next((item.expressions() for item in rest if isinstance(item, _Arguments)), ())
         group, *further = [item for item in rest if isinstance(item, Group)]
         remainder = further[0] if further else None
         if remainder is not None and name.value != "splitAndSetbackPerimeter":
@@ -380,22 +277,22 @@ class TreeBuilder(Transformer[Any, Any]):
         for item in rest[0].items if rest else ():
             if isinstance(item, Rule):
                 raise MistakeError("misplaced-rule", "expected an annotation's argument", item.location)
-            keyword, value = (item.name.value, item.value) if isinstance(item, Keyword) else ("", item)
-            arguments.append((keyword, value.array if isinstance(value, Vector) else value))
+            keyword, value = (item.name.value, item.value) if isinstance(item, _Keyword) else ("", item)
+            arguments.append((keyword, value.array if isinstance(value, _Vector) else value))
         return Annotation(name.value, tuple(arguments), location=name.location)
 
-    def variables(self, children: list[Any]) -> Variables:
-        return Variables(tuple(children[:-1]))
+    def variables(self, children: list[Any]) -> _Variables:
+        return _Variables(tuple(children[:-1]))
 
     def variable(self, children: list[Any]) -> Variable:
         name, value = children
         return Variable(name.value, value, location=name.location)
 
-    def signature(self, children: list[Any]) -> DefinitionHead:
+    def signature(self, children: list[Any]) -> _DefinitionHead:
         name, *rest = children
-        parameters = next((item.names("parameter") for item in rest if isinstance(item, Arguments)), None)
-        variables = next((item.items for item in rest if isinstance(item, Variables)), ())
-        return DefinitionHead(name, parameters, variables)
+        parameters = next((item.names("parameter") for item in rest if isinstance(item, _Arguments)), None)
+        variables = next((item.items for item in rest if isinstance(item, _Variables)), ())
+        return _DefinitionHead(name, parameters, variables)
 
     def rule(self, children: list[Any]) -> Rule:
         *modifier, head, body = children
@@ -438,19 +335,19 @@ class TreeBuilder(Transformer[Any, Any]):
 
     def import_(self, children: list[Any]) -> Import:
         _, alias, *rest = children
-        styles = rest.pop(0).names("style") if isinstance(rest[0], Arguments) else ()
+        styles = rest.pop(0).names("style") if isinstance(rest[0], _Arguments) else ()
         path = self.string([rest[0]]).value
         items = rest[1].items if len(rest) > 1 else ()
         protected = tuple(item.identifier for item in items if isinstance(item, Name))
         for item in items:
-            if not isinstance(item, Name | Keyword | Rule):
+            if not isinstance(item, Name | _Keyword | Rule):
                 hint = 'write import alias : "file.cga" (attribute = value)'
                 raise MistakeError("bad-override", "expected 'attribute = value'", item.location, hint)
         return Import(
             alias=alias.value,
             path=path,
             arguments=tuple(
-                (item.name.value, without_braces(item.value)) for item in items if isinstance(item, Keyword)
+                (item.name.value, _without_braces(item.value)) for item in items if isinstance(item, _Keyword)
             ),
             styles=styles,
             protected=None if len(rest) > 1 and not items else protected,
@@ -467,6 +364,11 @@ class TreeBuilder(Transformer[Any, Any]):
         return Version(token.value.strip('"'), token.location)
 
 
+def _unescape(match: re.Match[str]) -> str:
+    # An unknown escape keeps its backslash, since many file names contain backslashes.
+    return _ESCAPES.get(match[1], match[0])
+
+
 def _span_of(cell: list[Expression]) -> Expression:
     if len(cell) == 1:
         return cell[0]
@@ -476,8 +378,102 @@ def _span_of(cell: list[Expression]) -> Expression:
     return Span(cell[0], cell[-1], cell[1] if len(cell) == 3 else None, location=location)
 
 
+@dataclass(frozen=True, slots=True)
+class _Vector:
+    """``{1, 0, 0}``, allowed only in annotations."""
+
+    array: Array
+
+    @property
+    def location(self) -> Location:
+        return self.array.location
+
+
+@dataclass(frozen=True, slots=True)
+class _Arguments:
+    """Items between parentheses: arguments, parameters or styles."""
+
+    items: tuple[Expression | _Vector | _Keyword | Rule, ...]
+    end: Location
+
+    def expressions(self) -> tuple[Expression, ...]:
+        """Arguments of a call."""
+        for item in self.items:
+            if isinstance(item, _Keyword):
+                hint = "to compare, write '=='; a value is given by name only in annotations and imports"
+                raise MistakeError("single-equals", "expected an expression, found '='", item.name.location, hint)
+            if isinstance(item, Rule):
+                hint = "a rule is redefined only in an import"
+                raise MistakeError("misplaced-rule", "expected an expression, found a rule", item.location, hint)
+            _without_braces(item)
+        return cast(tuple[Expression, ...], self.items)
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """Parameters of a definition, or styles of an import."""
+        names: list[str] = []
+        for item in self.expressions():
+            if not isinstance(item, Name) or "." in item.identifier:
+                hint = "write Name(a, b): a definition has names in parentheses, a call has values"
+                raise MistakeError("bad-parameter", f"expected the plain name of a {kind}", item.location, hint)
+            names.append(item.identifier)
+        return tuple(names)
+
+    def overrides(self) -> tuple[Override, ...]:
+        """Redefinitions of a dynamic import."""
+        result: list[Override] = []
+        for item in self.items:
+            if isinstance(item, _Keyword):
+                result.append(Attribute(item.name.value, _without_braces(item.value), location=item.name.location))
+            elif isinstance(item, Rule):
+                result.append(item)
+            else:
+                hint = "write imported(height = 20).Rule"
+                raise MistakeError("bad-override", "expected 'attribute = value'", item.location, hint)
+        return tuple(result)
+
+
+@dataclass(frozen=True, slots=True)
+class _Keyword:
+    """``name = value`` between parentheses."""
+
+    name: Token
+    value: Expression | _Vector
+
+
+def _without_braces(item: Expression | _Vector) -> Expression:
+    """An argument in a place where braces are not allowed."""
+    if isinstance(item, _Vector):
+        message = "expected an expression, found '{'"
+        raise MistakeError("misplaced-braces", message, item.array.location, "an array is written [1, 2, 3]")
+    return item
+
+
+@dataclass(frozen=True, slots=True)
+class _Branch:
+    """A branch of a choice; `mark` is its ``case`` or the token where its percentage begins, None for ``else``."""
+
+    mark: Token | None
+    condition: Expression | None
+    body: Choice
+
+
 def _located(body: Any, location: Location) -> Any:
     """The body, with a place if it is empty and has none."""
     if isinstance(body, Sequence) and not body.items:
         return replace(body, location=location)
     return body
+
+
+@dataclass(frozen=True, slots=True)
+class _Variables:
+    items: tuple[Variable, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _DefinitionHead:
+    """Beginning of a definition."""
+
+    name: Token
+    parameters: tuple[str, ...] | None
+    """Parameters; None without parentheses."""
+    variables: tuple[Variable, ...]

@@ -1,4 +1,4 @@
-"""Rays by numpy alone: a hierarchy of boxes around the triangles, for machines without a package of Embree.
+"""Hits of rays by numpy alone: a hierarchy of boxes around the triangles, for machines without a package of Embree.
 
 The boxes are a complete binary tree; each level halves its triangles along the longest side of their centres. Many rays
 descend at once. A step pairs rays with boxes and keeps the pairs that meet, so that its cost is that of a few array
@@ -6,8 +6,6 @@ operations. Boxes near the beginning of a ray come first, and what is found ther
 
 The intersection of ray and triangle is that of Moeller and Trumbore, Fast, Minimum Storage Ray/Triangle Intersection
 (1997).
-
-Hits of rays, and the interface of what finds them.
 """
 
 from __future__ import annotations
@@ -20,6 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import AnyFloats
+
+Singles = NDArray[np.float32]
+
+_LEAF_SIZE = 4
+"""Largest number of triangles in a box of the last level."""
+_SORTED_LEVEL = 5
+"""Level at which the boxes of each ray are sorted by distance."""
+_NUM_RANKS = 4
+"""Boxes of a ray that are searched one after the other; those behind them are searched together."""
+BLOCK = 1 << 16
+"""Rays, and pairs of a ray and a box, of one step: a budget of memory, few enough for the caches of a processor."""
+_SMALLEST = np.float32(1e-30)
+"""Replaces zeros in directions, whose inverse is needed."""
+_SLACK = np.float32(1e-6)
+"""Tolerance of weights at the sides of triangles, so that no ray slips through between two, and of boxes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,52 +61,12 @@ class AbstractScene(abc.ABC):
         """[N] whether a triangle lies on each ray, no farther than `reach`."""
 
 
-Singles = NDArray[np.float32]
-
-LEAF_SIZE = 4
-"""Largest number of triangles in a box of the last level."""
-SORTED_LEVEL = 5
-"""Level at which the boxes of each ray are sorted by distance."""
-NUM_RANKS = 4
-"""Boxes of a ray that are searched one after the other; those behind them are searched together."""
-BLOCK = 1 << 16
-"""Rays, and pairs of a ray and a box, of one step: a budget of memory, few enough for the caches of a processor."""
-SMALLEST = np.float32(1e-30)
-"""Replaces zeros in directions, whose inverse is needed."""
-SLACK = np.float32(1e-6)
-"""Tolerance of weights at the sides of triangles, so that no ray slips through between two, and of boxes."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Rays:
-    """Columns [3, N] of rays, and what was found on them, which is updated."""
-
-    origin: Singles
-    direction: Singles
-    inverse: Singles
-    limit: Singles
-    """[N] distance of the nearest hit, or of the end of the ray."""
-    triangle: NDArray[np.int32]
-    """[N] position of the triangle, -1 for none."""
-    u: Singles
-    v: Singles
-
-
-@dataclass(frozen=True, slots=True)
-class _Pairs:
-    """Rays and boxes of one level that may meet."""
-
-    level: int
-    ray: NDArray[np.integer]
-    box: NDArray[np.integer]
-
-
 class BoxedTriangles(AbstractScene):
     """Triangles in a hierarchy of boxes."""
 
     def __init__(self, vertices: AnyFloats, triangles: NDArray[np.integer]) -> None:
         corners = np.asarray(vertices, np.float32).take(triangles, axis=0)
-        self._depth = max(0, int(np.ceil(np.log2(len(triangles) / LEAF_SIZE))))
+        self._depth = max(0, int(np.ceil(np.log2(len(triangles) / _LEAF_SIZE))))
         self._order = _halved(corners.mean(axis=1), self._depth)
         corners = corners.take(self._order, axis=0)
         self._levels = _boxes(corners, self._depth)
@@ -121,7 +94,7 @@ class BoxedTriangles(AbstractScene):
     def _traced(self, origins: AnyFloats, directions: AnyFloats, limit: np.float32, *, any_hit: bool) -> _Rays:
         """Rays with their nearest hits, or with any hit."""
         rays = _rays(origins, directions, limit)
-        sorted_level = min(SORTED_LEVEL, self._depth)
+        sorted_level = min(_SORTED_LEVEL, self._depth)
         stack = [_Pairs(0, np.arange(len(origins)), np.zeros(len(origins), np.int64))]
         while stack:
             pairs = stack.pop()
@@ -174,7 +147,7 @@ class BoxedTriangles(AbstractScene):
         around = _cross(start, side)
         v = _dot(direction, around) * scale
         distance = _dot(other, around) * scale
-        hit = (u >= -SLACK) & (v >= -SLACK) & (u + v <= 1 + SLACK) & (distance >= 0) & (distance <= rays.limit[ray])
+        hit = (u >= -_SLACK) & (v >= -_SLACK) & (u + v <= 1 + _SLACK) & (distance >= 0) & (distance <= rays.limit[ray])
         rows = np.flatnonzero(hit)
         # Of several hits of one ray the last one written stays: the nearest.
         rows = rows[np.argsort(-distance[rows], kind="stable")]
@@ -202,7 +175,7 @@ def _boxes(corners: Singles, depth: int) -> list[tuple[Singles, Singles]]:
     """Lowest and highest coordinates [3, 2**level] of the boxes of each level, from the root."""
     points = corners.reshape(1 << depth, -1, 3)
     low, high = points.min(axis=1), points.max(axis=1)
-    slack = SLACK * np.abs(points).max()
+    slack = _SLACK * np.abs(points).max()
     levels = [(low - slack, high + slack)]
     for _ in range(depth):
         low, high = levels[-1]
@@ -213,6 +186,21 @@ def _boxes(corners: Singles, depth: int) -> list[tuple[Singles, Singles]]:
 def _parts(origins: AnyFloats, directions: AnyFloats) -> Iterator[tuple[AnyFloats, AnyFloats]]:
     for start in range(0, len(origins), BLOCK):
         yield origins[start : start + BLOCK], directions[start : start + BLOCK]
+
+
+@dataclass(frozen=True, slots=True)
+class _Rays:
+    """Columns [3, N] of rays, and what was found on them, which is updated."""
+
+    origin: Singles
+    direction: Singles
+    inverse: Singles
+    limit: Singles
+    """[N] distance of the nearest hit, or of the end of the ray."""
+    triangle: NDArray[np.int32]
+    """[N] position of the triangle, -1 for none."""
+    u: Singles
+    v: Singles
 
 
 def _rays(origins: AnyFloats, directions: AnyFloats, limit: np.float32) -> _Rays:
@@ -229,14 +217,17 @@ def _rays(origins: AnyFloats, directions: AnyFloats, limit: np.float32) -> _Rays
     )
 
 
-def _by_rank(pairs: _Pairs, near: Singles) -> list[_Pairs]:
-    """Pairs by the rank of the box among those of its ray, from the last rank to the nearest boxes."""
-    order = np.lexsort((near, pairs.ray))
-    ray, box = pairs.ray[order], pairs.box[order]
-    position = np.arange(len(ray))
-    first = np.maximum.accumulate(np.where(np.diff(ray, prepend=-1) != 0, position, 0))
-    rank = np.minimum(position - first, NUM_RANKS)
-    return [_Pairs(pairs.level, ray[rank == number], box[rank == number]) for number in range(NUM_RANKS, -1, -1)]
+def _nonzero(values: Singles) -> Singles:
+    return np.where(np.abs(values) < _SMALLEST, _SMALLEST, values)
+
+
+@dataclass(frozen=True, slots=True)
+class _Pairs:
+    """Rays and boxes of one level that may meet."""
+
+    level: int
+    ray: NDArray[np.integer]
+    box: NDArray[np.integer]
 
 
 def _children(pairs: _Pairs) -> _Pairs:
@@ -245,8 +236,14 @@ def _children(pairs: _Pairs) -> _Pairs:
     return _Pairs(pairs.level + 1, np.repeat(pairs.ray, 2), box)
 
 
-def _nonzero(values: Singles) -> Singles:
-    return np.where(np.abs(values) < SMALLEST, SMALLEST, values)
+def _by_rank(pairs: _Pairs, near: Singles) -> list[_Pairs]:
+    """Pairs by the rank of the box among those of its ray, from the last rank to the nearest boxes."""
+    order = np.lexsort((near, pairs.ray))
+    ray, box = pairs.ray[order], pairs.box[order]
+    position = np.arange(len(ray))
+    first = np.maximum.accumulate(np.where(np.diff(ray, prepend=-1) != 0, position, 0))
+    rank = np.minimum(position - first, _NUM_RANKS)
+    return [_Pairs(pairs.level, ray[rank == number], box[rank == number]) for number in range(_NUM_RANKS, -1, -1)]
 
 
 def _cross(a: Singles, b: Singles) -> tuple[Singles, Singles, Singles]:
