@@ -18,12 +18,13 @@ from grammarlab.derivation import derive
 from grammarlab.errors import AssetError
 from grammarlab.facade.drawing import front, picture_size
 from grammarlab.facade.editing.grid_proposals import with_proposals
-from grammarlab.facade.file import MOST_BYTES, is_plain, load_picture, save_facade
+from grammarlab.facade.file import is_plain, load_picture, save_facade
 from grammarlab.facade.file import picture_size as size_in_pixels
 from grammarlab.facade.reading.assembling import assemble
 from grammarlab.facade.reading.derived_face import face_of
 from grammarlab.facade.reading.formats import read_annotation
 from grammarlab.facade.tree import Facade, Picture
+from grammarlab.facade.values import MOST_BYTES
 from grammarlab.files import check_overwrites, read_bounded
 from grammarlab.rendering.renderer import LARGEST_SIDE
 from grammarlab.runs.sample.records import compiled
