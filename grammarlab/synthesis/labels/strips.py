@@ -17,7 +17,7 @@ from grammarlab.synthesis.label_grid import Labels
 from grammarlab.synthesis.labels.problem import AWAY, WINDOW, Problem
 
 Costs = NDArray[np.float64]
-_Kind = TypeVar("_Kind", bound=np.generic)
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 _PAIRS = ((0, 1), (0, 2), (1, 2))
 """Pairs of the windows before, at and after a cell."""
 
@@ -247,7 +247,7 @@ def cheapest(costs: Sequence[Costs], state_costs: Sequence[Costs], tally: Sequen
     return Chain(np.array(states[: len(costs)][::-1]), float(last[before, here]))
 
 
-def _axis(values: NDArray[_Kind], axis: int) -> NDArray[_Kind]:
+def _axis(values: NDArray[_Scalar], axis: int) -> NDArray[_Scalar]:
     """[strips, states] along one of the three axes of states."""
     shape = [len(values), 1, 1, 1]
     shape[axis + 1] = values.shape[1]
