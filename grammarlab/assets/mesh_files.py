@@ -21,9 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.assets.gltf_scene import read_gltf
 from grammarlab.assets.mesh_parts import Indices, MeshPart, Neighbours, joined
-from grammarlab.assets.obj_reader import read_obj
 from grammarlab.errors import AssetError, MissingAssetError
 from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -148,8 +146,12 @@ def read_parts(content: bytes, suffix: str, neighbours: Neighbours, most_triangl
         AssetError: If it is broken or too large, without the name of the file.
     """
     if suffix in {".glb", ".gltf"}:
+        from grammarlab.assets.gltf_scene import read_gltf  # noqa: PLC0415  # many runs read no mesh
+
         parts = read_gltf(content, neighbours, 3 * most_triangles)
     elif suffix == ".obj":
+        from grammarlab.assets.obj_reader import read_obj  # noqa: PLC0415
+
         parts = read_obj(content, neighbours)
     else:
         parts = _read_others(content, suffix)

@@ -237,6 +237,8 @@ def _print_summary(result: RunResult, as_json: bool, different: tuple[str, ...] 
 
 def _print_acceptance(result: RunResult) -> None:
     """Print the share of candidates that an acceptance rule kept."""
+    if result.accept_rate is None and not result.not_accepted:
+        return
     from grammarlab.features.acceptance import MAX_TRIES, MAX_USUAL_TRIES
 
     if result.accept_rate is not None:

@@ -34,7 +34,7 @@ from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.features.annotations import ANNOTATION, annotations_of
+from grammarlab.features.accepted import ANNOTATION, Accepted, annotations_of
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
 from grammarlab.language.numbering import Branch, SymbolKey
@@ -51,17 +51,6 @@ _MAX_CANDIDATES_AT_ONCE = 2_048
 """Number of candidates that are made at once."""
 _CANDIDATES, _DECISIONS = 0x4143_4345_5054, 0x4445_4349_4445
 """Lanes of random numbers: seeds of candidates, and decisions about them."""
-
-
-@dataclass(frozen=True)
-class Accepted:
-    """Accepted models."""
-
-    forest: Forest
-    tries: Ints
-    """[num_models] number of candidates of each model."""
-    is_accepted: NDArray[np.bool_]
-    """[num_models] False if no candidate was accepted; the model is then the nearest candidate."""
 
 
 def derive_accepted(
@@ -83,9 +72,8 @@ def derive_accepted(
     Raises:
         GrammarlabError: If all candidates of a model have probability 0.
     """
-    num = len(lots)
-    if acceptance is None or not num:
-        return Accepted(derive(program, lots, assets=assets), np.ones(num, np.int64), np.ones(num, bool))
+    if acceptance is None or not len(lots):
+        return Accepted.all_of(derive(program, lots, assets=assets))
     search = _AcceptingSearch(program, acceptance, lots, assets, enough_tries)
     return search.run()
 

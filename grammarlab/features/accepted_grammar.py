@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
+from grammarlab.derivation.derive import derive
 from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.program import Program
-from grammarlab.features.acceptance import Accepted, derive_accepted
-from grammarlab.features.annotations import annotations_of
+from grammarlab.features.accepted import Accepted, annotations_of
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import String, walk
 
@@ -59,6 +59,10 @@ class AcceptedGrammar:
             lots: the lots.
             program: another program of the same grammar, such as that of its proposal.
         """
+        if self.acceptance is None:
+            return Accepted.all_of(derive(program or self.program, lots, assets=self.folder))
+        from grammarlab.features.acceptance import derive_accepted  # noqa: PLC0415  # few grammars have a rule
+
         return derive_accepted(program or self.program, self.acceptance, lots, self.folder)
 
     def asset_names(self) -> Iterable[str]:

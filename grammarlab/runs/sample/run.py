@@ -1,7 +1,4 @@
-"""One call from a request to files and a picture on disk.
-
-The contact sheet of a run.
-"""
+"""One call from a request to files and a contact sheet on disk."""
 
 from __future__ import annotations
 
@@ -12,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.errors import AssetError, Finding, UsageError
@@ -20,7 +16,6 @@ from grammarlab.files import atomic_file, file_hash, folder_below, remove_parts
 from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.runs.sample.checks import first_difference, hash_assets, warnings_of
 from grammarlab.runs.sample.clearing import batch_names, check_kept, clear_run, find_run
-from grammarlab.runs.sample.contact_sheet import draw_page, draw_tiles, lay_out, seen_points
 from grammarlab.runs.sample.manifest import BATCHES_OVER_FOOTPRINTS, MANIFEST, Manifest, read_manifest, write_manifest
 from grammarlab.runs.sample.models import Batch, cut_batches, models_of
 from grammarlab.runs.sample.records import (
@@ -50,6 +45,11 @@ def draw_sheet(
     request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: RendererChoice
 ) -> Path:
     """Draw the models of finished batches onto one picture, `SHEET_MODELS` at most."""
+    # Many runs draw no sheet.
+    from PIL import Image  # noqa: PLC0415
+
+    from grammarlab.runs.sample.contact_sheet import draw_page, draw_tiles, lay_out, seen_points  # noqa: PLC0415
+
     models = _first_models(request, folder, batches)
     same = request.scale == "same"
     tiles = draw_tiles(models, TILE_AREA, executor, same_scale=same, choice=choice)
