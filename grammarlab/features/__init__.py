@@ -1,1 +1,1 @@
-"""Expressions over features in scenario and rule files: scores and acceptance."""
+"""Features of derivation trees, tables of them, and scores and acceptance rules; see README.md in this folder."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.elements import Clouds
-from grammarlab.matching.evidence_maps import Array, log_likelihood, visible
+from grammarlab.matching.point_density import Array, log_likelihood, visible
 from grammarlab.matching.template import Stack
 
 _NUM_STEPS = 12

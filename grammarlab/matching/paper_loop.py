@@ -19,12 +19,12 @@ import optax
 from grammarlab.arrays import Floats, Ints
 from grammarlab.extras import require
 from grammarlab.matching.elements import Clouds, Elements, clouds_of, too_poor
-from grammarlab.matching.evidence_maps import Array
 from grammarlab.matching.fit import Fits, energy, fit_all, residuals
 from grammarlab.matching.match import Clock, Match
 from grammarlab.matching.match_assembly import couplings, replicas, similarity_threshold
 from grammarlab.matching.paper_labelling import Field, label
 from grammarlab.matching.plain import description, fitting, from_labels, unfit
+from grammarlab.matching.point_density import Array
 from grammarlab.matching.template import Stack, Template, stack
 
 _SIMILARITY_WEIGHT = 10.0

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 
-from grammarlab.matching.evidence_maps import Array, log_likelihood
 from grammarlab.matching.fit import outline
+from grammarlab.matching.point_density import Array, log_likelihood
 
 Column: TypeAlias = Any
 """An array of JAX during sampling, of NumPy afterwards."""

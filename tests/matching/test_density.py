@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from grammarlab.matching.evidence_maps import OUTLIERS, log_likelihood, visible
+from grammarlab.matching.point_density import OUTLIERS, log_likelihood, visible
 
 SQUARE = np.array([[[0, 0], [2, 0]], [[2, 0], [2, 1]], [[2, 1], [0, 1]], [[0, 1], [0, 0]]], dtype=float)
 
