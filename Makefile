@@ -1,5 +1,7 @@
 # demo   sample 16 buildings, as GLB files and one picture; then learn from 128 scores to sample those of one style
-# test   everything that must hold: format, lint, types, layers, tests
+# test   everything that must hold: format, lint, types, layers, tests; a fifth of the bulk of cases, another each week
+# test-all  the same with all cases: once a week, and before a release
+# mutants   how many of 60 mistakes put into the code are noticed by its tests: takes an hour
 # check  the fast, static half of it
 # docs   the documentation, as pages in out/site
 # reference  the generated parts of the documentation, in docs/
@@ -20,7 +22,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test check docs reference pictures screens bench facades scan-pictures format clean chromium
+.PHONY: demo test test-all mutants check docs reference pictures screens bench facades scan-pictures format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -32,10 +34,16 @@ demo: $(VENV)/.learn
 test: check docs chromium
 	$(BIN)/pytest -q -n 2 --dist worksteal
 
+test-all: export GRAMMARLAB_CASES := all
+test-all: test
+
+mutants: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.mutants
+
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check $(CODE)
 	$(BIN)/ruff check $(CODE)
-	$(BIN)/pyright --pythonpath $(BIN)/python
+	$(BIN)/pyright --threads 2 --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
 
 docs: $(VENV)/.dev

@@ -5,8 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-PATIENCE = 600.0
-"""Seconds until a test gives up."""
+_REFERENCE = 0.05
+"""Seconds of the loop of `slowness` on an idle machine with Python 3.11."""
+
+
+def slowness() -> float:
+    """How many times longer a loop takes now than on an idle machine of the reference, at least 1 and at most 4."""
+    start, total = time.monotonic(), 0
+    for number in range(1_000_000):
+        total += number * number % 7
+    return min(max((time.monotonic() - start) / _REFERENCE, 1.0), 4.0)
+
+
+PATIENCE = 90.0 * slowness()
+"""Seconds until a test gives up: below two minutes, longer on a slow or busy machine, never above six minutes."""
 
 
 def wait_until(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from trimesh.exchange.gltf import export_glb
@@ -20,9 +20,10 @@ from grammarlab.assets.mesh_files import without_neighbours
 from grammarlab.assets.mesh_parts import MeshPart
 from grammarlab.errors import AssetError
 from tests.assets.documents import BOX, BOX_TRIANGLES, SQUARE, SQUARE_TRIANGLES, Document, rich_document
+from tests.cases import bulk
 
 MOST = 1_000_000
-QUICK = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = bulk(100, suppress_health_check=[HealthCheck.too_slow])
 TURN = Rotation.from_euler("xyz", [0.3, -1.1, 2.0])
 
 

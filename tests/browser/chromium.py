@@ -16,6 +16,8 @@ ARGUMENTS = (
     "--use-gl=angle",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-rasterization",
+    "--disable-gpu-compositing",
 )
 
 # A browser cannot come as a wheel. `make test` installs it where it may; without rights to do so the other tests are

@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, Request, expect, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    ConsoleMessage,
+    Page,
+    Playwright,
+    Request,
+    expect,
+    sync_playwright,
+)
 
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
 from tests.browser.driver import ScoringPage, Server
@@ -25,18 +34,24 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(needs_chromium)
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    # For one module only: while Playwright is there its event loop runs, and other tests need loops of their own.
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
-        yield chromium
-        chromium.close()
+# For the tests of this folder only: while Playwright is there its event loop runs, and other tests need loops of their
+# own.
+@pytest.fixture(scope="package")
+def playwright() -> Iterator[Playwright]:
+    with sync_playwright() as started:
+        yield started
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+    yield chromium
+    chromium.close()
+
+
+@pytest.fixture(scope="package")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    """One server for a module, on the small grammar."""
+    """One server for all modules, on the small grammar; those that learn from scores have one of their own."""
     running = Server("toy", tmp_path_factory.mktemp("session") / "towers.db").start()
     yield running
     running.kill()
@@ -99,7 +114,7 @@ def is_local(url: str) -> bool:
 
 @pytest.fixture
 def towers(opened: Any, server: Server) -> ScoringPage:
-    """The page of the module's server, with no scores and nothing selected."""
+    """The page of the shared server, with no scores and nothing selected."""
     page = opened(server.address)
     page.forget()
     return page

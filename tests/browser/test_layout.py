@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, expect
 
 from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.scenes import SceneOptions, rectangles
@@ -25,6 +25,7 @@ from grammarlab.runs.sample.shipped import examples_folder
 from tests.browser.chromium import CHROMIUM
 from tests.browser.in_process import Closable, PageThread
 from tests.browser.scoring.test_widget import RENDER
+from tests.cases import some
 from tests.layers.samples import RESIDENTIAL
 from tests.synthesis.houses import house
 
@@ -34,7 +35,8 @@ Windows = Callable[[str], Page]
 HEIGHT = 700
 WIDTHS = (320, 480, 619, 640, 700, 755, 761, 1000, 1280, 1600)
 """Windows in pixels. From 621 to 760 the panel is below the rest, and the grids stand side by side."""
-FRAMES = 40
+FRAMES, FEW_FRAMES = 40, 6
+"""Frames after a window got its width; some widths of each run are watched for long."""
 
 SAMPLE = """
 async (frames) => {
@@ -59,16 +61,15 @@ async (frames) => {
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
+def browser(playwright: Playwright) -> Iterator[Browser]:
     """A browser whose scroll bars take room, as they do on most desktops."""
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(
-            executable_path=CHROMIUM,
-            args=["--no-sandbox", "--disable-gpu", "--no-first-run"],
-            ignore_default_args=["--hide-scrollbars"],
-        )
-        yield chromium
-        chromium.close()
+    chromium = playwright.chromium.launch(
+        executable_path=CHROMIUM,
+        args=["--no-sandbox", "--disable-gpu", "--no-first-run"],
+        ignore_default_args=["--hide-scrollbars"],
+    )
+    yield chromium
+    chromium.close()
 
 
 @pytest.fixture
@@ -134,7 +135,8 @@ def sampled(pages: dict[str, Page], width: int, frames: int) -> dict[str, dict[s
 
 
 def test_sizes_are_a_function_of_the_window_alone(pages: dict[str, Page]) -> None:
-    upwards = {width: sampled(pages, width, FRAMES) for width in WIDTHS}
+    watched = some(WIDTHS)
+    upwards = {width: sampled(pages, width, FRAMES if width in watched else FEW_FRAMES) for width in WIDTHS}
     changes = {
         (name, width): sample["changes"]
         for width, samples in upwards.items()

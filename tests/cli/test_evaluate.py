@@ -90,10 +90,12 @@ def test_json_is_one_object_about_the_scenario(evaluate):
 
 
 def test_the_same_command_says_the_same_with_any_number_of_workers(evaluate, tmp_path):
-    one = evaluate("--json", "--batch", "8", "-o", tmp_path / "one").stdout
-    two = evaluate("--json", "--batch", "8", "-o", tmp_path / "two", "--workers", "2").stdout
+    options = ("--json", "--batch", "8", "--person", "exact,blunders10")
+    one = evaluate(*options, "-o", tmp_path / "one").stdout
+    two = evaluate(*options, "-o", tmp_path / "two", "--workers", "2").stdout
     assert one == two
-    assert [labels for labels, _ in json.loads(one)["curves"][0]["curve"]] == [8, 16, 24, 32]
+    for item in json.loads(one)["scenarios"]:
+        assert [labels for labels, _ in item["curves"][0]["curve"]] == [8, 16, 24, 32]
 
 
 FEW = ("--max-labels", "16", "--batch", "8")
@@ -106,7 +108,6 @@ def test_persons_who_err_have_curves_of_their_own(evaluate, tmp_path):
     assert exact["js_original"] == noisy["js_original"]
     both = evaluate(*FEW, "--json", "--person", "exact,blunders10").stdout
     assert json.loads(both)["scenarios"] == [exact, noisy]
-    assert evaluate(*FEW, "--json", "--person", "exact,blunders10", "--workers", "2", "--fresh").stdout == both
     sd20 = json.loads(evaluate(*FEW, "--json", "--person", "sd20").stdout)
     assert [curve["curve"] for curve in sd20["curves"]] != [curve["curve"] for curve in exact["curves"]]
     assert {path.name for path in (tmp_path / "out" / "plots").glob("*.png")} == {

@@ -15,6 +15,7 @@ from grammarlab.facade.tree import check
 from grammarlab.runs.sample.shipped import examples_folder
 from grammarlab.synthesis.analysis.example import analyse
 from grammarlab.synthesis.built import build
+from grammarlab.synthesis.example_pictures import building_picture
 from grammarlab.synthesis.label_grid import LabelGrid
 from grammarlab.synthesis.label_synthesis import synthesize
 from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb
@@ -26,6 +27,12 @@ from tests.synthesis.houses import BASE, MARGIN, RECESS, TOP, WINDOW, house
 @pytest.fixture(scope="module")
 def building(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return house(5, 4, 2, broad=((2, 0),)).write(tmp_path_factory.mktemp("house") / "house.obj")
+
+
+@pytest.fixture(autouse=True)
+def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody looks at the pictures of buildings here, which take half of the time at their usual size."""
+    monkeypatch.setattr(building_picture, "__defaults__", ((120, 100),))
 
 
 def report(run, *arguments) -> dict:
@@ -74,7 +81,7 @@ def test_the_rules_make_the_same_building(run, building: Path, tmp_path: Path) -
 
 def test_what_was_found_can_be_corrected_and_a_folder_shows_one_run(run, building: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    first = report(run, building, "--rows", 5, "--columns", 6, "-n", 3, "-o", out)
+    first = report(run, building, "--rows", 5, "--columns", 6, "-n", 2, "-o", out)
     corrections = Path(first["example"]["corrections"])
     document = json.loads(corrections.read_text())
     for row in document["walls"][0]["labels"]:

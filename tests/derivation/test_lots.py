@@ -15,6 +15,7 @@ from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.errors import DerivationError, UsageError
 from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
 from tests.derivation.engine.test_addressing import fingerprint
 from tests.oracle.comparison import assert_same_trees, tree_of_model, trees_of_forest
 from tests.oracle.interpreter import interpret
@@ -68,7 +69,7 @@ def prints(forest) -> list[tuple]:
 
 
 @given(MIXTURES, st.randoms())
-@settings(max_examples=25, deadline=None)
+@bulk(25)
 def test_any_mixture_in_any_order_is_each_lot_alone(mixture, random):
     alone = [derive(PROGRAM, 1, seed, first_model=model, **options) for seed, model, options in mixture]
     lots = Lots.concatenate([lot(*row) for row in mixture])
@@ -83,7 +84,7 @@ def test_any_mixture_in_any_order_is_each_lot_alone(mixture, random):
 
 
 @given(MIXTURES)
-@settings(max_examples=8, deadline=None)
+@bulk(8)
 def test_chunks_are_the_whole(mixture):
     lots = Lots.concatenate([lot(*row) for row in mixture] * 12)
     whole = derive(PROGRAM, lots)
@@ -107,7 +108,7 @@ def test_mixtures_of_random_grammars_derive_as_the_oracle_says(text, data):
 
 
 @given(MIXTURES, MIXTURES, MIXTURES)
-@settings(max_examples=40, deadline=None)
+@bulk(40)
 def test_joining_and_taking_lots_undo_each_other(first, second, third):
     parts = [Lots.concatenate([lot(*row) for row in rows]) for rows in (first, second, third)]
     whole = Lots.concatenate(parts)

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.language.formatting import WIDTH, format_grammar
@@ -20,6 +20,7 @@ from grammarlab.language.syntax.syntax_tree import (
     alternatives,
 )
 from grammarlab.language.syntax.tokens import tokenize
+from tests.cases import bulk
 from tests.language.trees import PHASES, expressions, rule_files
 
 GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
@@ -57,20 +58,20 @@ def reread(tree):
     return Grammar.parse(format_grammar(tree)).tree
 
 
-@settings(max_examples=100, deadline=None, phases=PHASES)
+@bulk(100, phases=PHASES)
 @given(rule_files)
 def test_any_tree_is_read_as_it_was_written(tree):
     assert reread(tree) == tree
 
 
-@settings(max_examples=80, deadline=None, phases=PHASES)
+@bulk(80, phases=PHASES)
 @given(rule_files)
 def test_formatting_twice_changes_nothing(tree):
     text = format_grammar(tree)
     assert format_grammar(Grammar.parse(text)) == text
 
 
-@settings(max_examples=100, deadline=None, phases=PHASES)
+@bulk(100, phases=PHASES)
 @given(expressions)
 def test_parentheses_stand_only_where_they_are_needed(expression):
     text = format_grammar(RuleFile("", (Rule("Lot", (), Sequence((Invoke("s", (expression,)),))),)))
@@ -130,7 +131,7 @@ def test_comments_stay_by_what_they_are_about():
     assert lines[-1] == "// the end"
 
 
-@settings(max_examples=60, deadline=None, phases=PHASES)
+@bulk(60, phases=PHASES)
 @given(
     st.lists(
         st.tuples(st.integers(0, 400), st.sampled_from(["// c\n", "# c\n", "/* c */", "/* c\n c */", "\n\n"])),

@@ -5,13 +5,14 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from grammarlab.errors import FacadeError
 from grammarlab.layers.candidates import MOST_CANDIDATES, FittingWords
 from grammarlab.layers.file import parse_design
+from tests.cases import bulk
 from tests.layers.samples import design, residential
 
 HOUSE = "A = 1.0\nB = 1.6"
@@ -92,7 +93,7 @@ def test_counters_without_a_letter_make_no_other_candidates() -> None:
     assert [text(fit.words["A^kA^m"]) for fit in both] == ["AAAA"]
 
 
-@settings(max_examples=30, deadline=None)
+@bulk(30)
 @given(
     sizes=st.lists(st.integers(1, 30), min_size=3, max_size=3),
     counts=st.tuples(st.integers(0, 4), st.integers(0, 4)),
@@ -122,7 +123,7 @@ def test_bounds_are_least_sums_of_squares(sizes: list[int], counts: tuple[int, i
     assert fit.gap == pytest.approx(abs(length - canvas / 10))
 
 
-@settings(max_examples=25, deadline=None)
+@bulk(25)
 @given(
     canvas=st.floats(3.0, 12.0),
     tolerance=st.floats(0.1, 2.0),

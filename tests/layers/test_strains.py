@@ -5,6 +5,7 @@ import pytest
 from grammarlab.layers.alignment.align import Alignment, align
 from grammarlab.layers.design import Weights
 from grammarlab.layers.symbol_sizes import size_letters
+from tests.cases import some
 from tests.layers.matrices import random_case, word
 
 SIZES = {"D": 3.2, "J": 3.6, "C": 0.5}
@@ -27,7 +28,7 @@ def sized(alignment: Alignment, canvas: float) -> tuple[float, tuple[float, ...]
     return sizing.error, look
 
 
-@pytest.mark.parametrize("block", range(5))
+@pytest.mark.parametrize("block", some(range(5)))
 def test_sizes_cost_at_least_the_strain_of_their_alignment(block: int) -> None:
     for seed in range(30 * block, 30 * block + 30):
         words, canvas, tolerance, merge = random_case(seed, most=4)
@@ -45,7 +46,7 @@ def test_a_gate_that_is_not_in_the_middle_is_strained() -> None:
     assert min(each.strain for each in besides) > 0.0
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", some(range(4)))
 def test_what_is_left_out_looks_like_something_better(block: int) -> None:
     for seed in range(20 * block, 20 * block + 20):
         words, canvas, tolerance, merge = random_case(seed, most=3)

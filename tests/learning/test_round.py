@@ -1,11 +1,12 @@
 """One round of learning: the state is a function of the scores, whoever gave them, in whatever steps and order."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.learning.answers import Answers, answers_of
@@ -16,10 +17,17 @@ from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.labels import Labels
 from grammarlab.preference.liked import MIN_SCORED
 from grammarlab.preference.queries import WAYS
+from tests.cases import bulk
 from tests.learning.bits import BITS, SIZE, BitsSpace, answers_about, score_of, study_of
 
 STUDY = study_of()
 POOL = tuple(STUDY.pool)
+
+
+@cache
+def learned(*models):
+    """The state after exact scores of the first factor of these designs of the pool; a frozen value."""
+    return step(STUDY, init(STUDY), [answers_about(STUDY, [POOL[model] for model in models])])
 
 
 def predictions(study, state):
@@ -28,7 +36,7 @@ def predictions(study, state):
     return state.product.predict(study.table(state).rows).mean
 
 
-@settings(max_examples=25, deadline=None)
+@bulk(25)
 @given(
     st.lists(st.integers(0, SIZE - 1), min_size=4, max_size=24, unique=True),
     st.lists(st.integers(0, 24), max_size=4),
@@ -80,7 +88,7 @@ def test_factors_without_a_liked_design_are_left_out_of_the_product():
     state = step(STUDY, init(STUDY), [nothing])
     assert state.product is None
     both = step(STUDY, state, [answers_about(STUDY, POOL[:20])])
-    alone = step(STUDY, init(STUDY), [answers_about(STUDY, POOL[:20])])
+    alone = learned(*range(20))
     assert both.liked == ("factor 0",)
     assert set(both.preferences) == {"nothing", "factor 0"}
     assert np.array_equal(predictions(STUDY, both), predictions(STUDY, alone))
@@ -150,7 +158,7 @@ def test_a_preference_is_fitted_again_only_where_its_answers_or_columns_changed(
 @pytest.mark.parametrize("factor", ["factor 0", ""])
 def test_questions_are_different_designs_of_the_pool_that_have_no_answer(way, factor):
     asked = answers_about(STUDY, POOL[10:30])
-    for state in (answered(init(STUDY), [asked]), step(STUDY, init(STUDY), [asked])):
+    for state in (answered(init(STUDY), [asked]), learned(*range(10, 30))):
         chosen = ask(STUDY, state, 24, 3, factor=factor, way=way)
         assert len(set(chosen)) == 24
         assert set(chosen) <= set(POOL)

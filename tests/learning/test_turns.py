@@ -1,6 +1,7 @@
 """Whose turn it is: factors that are known wait for those that are not."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from tests.learning.bits import BitsSpace, score_of, study_of
 NAMES = ("factor 0", "factor 1")
 
 
+@cache
 def known(nums, errors=(0.0, 0.0), **settings):
     """A study, and the state after some scores of each factor with normal errors."""
     study = study_of(BitsSpace(), **settings)

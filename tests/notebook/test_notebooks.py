@@ -16,7 +16,8 @@ SMALL = {
     "NUM_MODELS": "4",
     "NUM_TOWERS": "100",
     "NUM_LABELS": "32",
-    "SCENARIO": '"S2"',
+    "SCENARIO": '"levels_toy"',
+    "SIDE": "2",
     "NUM_SEEDS": "1",
     "MAX_LABELS": "16",
 }

@@ -22,7 +22,7 @@ def sent(monkeypatch):
 @pytest.fixture
 def session(sent, tmp_path):
     """A session about toys."""
-    session = ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=1)
+    session = ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=0)
     yield session
     session.close()
 
@@ -62,7 +62,7 @@ def test_a_misspelt_option_is_refused(tmp_path):
 def test_the_scores_of_a_closed_session_are_there_when_it_is_opened_again(session, tmp_path):
     session.do("score", models=first_models(session)[:5], score=10)
     session.close()
-    again = ScoringSession("toy", tmp_path / "toys.db", jobs=1)
+    again = ScoringSession("toy", tmp_path / "toys.db", jobs=0)
     assert len(again.labels) == 5
     again.close()
     (tmp_path / "toy.cga").write_text("Lot --> extrude(3)")
@@ -75,7 +75,8 @@ def processes():
     return {process.pid for process in multiprocessing.active_children()}
 
 
-def test_a_cell_that_is_run_again_goes_on_with_the_session_that_is_open(session, sent, tmp_path, monkeypatch):
+def test_a_cell_that_is_run_again_goes_on_with_the_session_that_is_open(sent, tmp_path, monkeypatch):
+    session = ScoringSession("toy", tmp_path / "toys.db", size=60, jobs=1)
     models, workers = first_models(session), processes()
     monkeypatch.chdir(tmp_path)
     again = ScoringSession("toy", "./toys.db", size=60, jobs=1)

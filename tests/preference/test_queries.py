@@ -1,4 +1,5 @@
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ def by_process(rows, scores, groups=None):
     return replace(blended.fit(rows, scores, groups=groups), share=1.0)
 
 
+@cache
 def situation(num_pool=80, num_asked=20, method="blended", scores=None):
     """A pool whose last fifth comes from a flattened grammar, and some of the rest scored."""
     rows, truth = styled_rows(num_pool, seed=1)
@@ -159,6 +161,7 @@ def test_models_that_once_were_rare_stay_rare():
         assert answers == expected == sorted(answers)
 
 
+@cache
 def rare_situation(num_liked, num_asked=MIN_SCORED):
     """A pool in which models with three bits of twelve are liked, and some scored ones, the liked ones last."""
     rows = np.random.default_rng(3).integers(0, 2, (1600, 12)).astype(float)

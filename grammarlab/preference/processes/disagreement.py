@@ -12,12 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.observations import Observations, observe
 from grammarlab.preference.processes.grouped import Explanation, GroupedPreference
-from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
+from grammarlab.preference.processes.posterior import Hyperparameters, blas_libraries, condition, squared_distances
 
 CAUTION_DISTANCE = 0.4
 """Weighted squared distance between two typical models in columns that seem irrelevant."""
@@ -45,7 +44,7 @@ def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[F
     shares = np.where(shares >= _MIN_SHARE * shares.max(), shares, 0.0)
     shares /= shares.sum()
     covariance, means = np.zeros((len(rows), len(rows))), np.zeros((len(shares), len(rows)))
-    with threadpool_limits(1, "blas"):
+    with blas_libraries().limit(limits=1, user_api="blas"):
         for number in np.flatnonzero(shares):
             explanation = preference.explanations[number]
             means[number] = explanation.posterior.predict(rows).mean

@@ -7,10 +7,11 @@ dozen of hundreds, and needs no compilation for new sizes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve, cholesky, solve_triangular
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import GrammarlabError
@@ -19,6 +20,15 @@ from grammarlab.preference.observations import Observations
 
 _ROWS_AT_ONCE = 4096
 """Number of predictions in one block, which bounds the memory."""
+
+
+@cache
+def blas_libraries() -> ThreadpoolController:
+    """The BLAS libraries of NumPy and SciPy, whose number of threads can be limited.
+
+    Both are loaded by the imports above. Looking for them again takes milliseconds, more than a small prediction.
+    """
+    return ThreadpoolController()
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +68,7 @@ class Posterior:
         """Mean (Equation 4.4) and standard deviation (4.5) of the scores of rows [m, F]."""
         mean, variance = np.empty(len(rows)), np.empty(len(rows))
         prior = self.hyperparameters.amplitude + self.hyperparameters.noise
-        with threadpool_limits(1, "blas"):
+        with blas_libraries().limit(limits=1, user_api="blas"):
             for start in range(0, len(rows), _ROWS_AT_ONCE):
                 block = slice(start, start + _ROWS_AT_ONCE)
                 across = self.covariance_with_observed(rows[block])
@@ -107,7 +117,7 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
         both = hyperparameters.amplitude * np.exp(-0.5 * squared_distances(subtracted, subtracted))
         covariance += compared[:, None] * compared * both - across - across.T
         covariance.flat[:: len(scaled) + 1] += np.where(differences.variances > 0.0, differences.variances, noise)
-    with threadpool_limits(1, "blas"):
+    with blas_libraries().limit(limits=1, user_api="blas"):
         try:
             factor = cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
         except LinAlgError as error:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
+from tests.browser.driver import Server
+
 LATE = """
 window.late = [];
 window.hear = () => { const waiting = late; late = null; for (const message of waiting) message(); };
@@ -29,6 +31,14 @@ class Deaf:
 
     def __exit__(self, *_):
         self._page.evaluate("hear()")
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    """A server of this module's own, since its factors stay."""
+    running = Server("toy", tmp_path_factory.mktemp("delays") / "towers.db").start()
+    yield running
+    running.kill()
 
 
 @pytest.fixture

@@ -7,8 +7,16 @@ import math
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.driver import ScoringPage
+from tests.browser.driver import ScoringPage, Server
 from tests.waiting import wait_until
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    """A server of this module's own, since what was learned stays."""
+    running = Server("toy", tmp_path_factory.mktemp("learning") / "towers.db").start()
+    yield running
+    running.kill()
 
 
 @pytest.fixture(scope="module")

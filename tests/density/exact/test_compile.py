@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, given
 from hypothesis import strategies as st
 
 from grammarlab.density.exact.compile import compile_density
@@ -15,10 +15,11 @@ from grammarlab.errors import GrammarlabError, InexactError
 from grammarlab.features.patterns import counts as counting
 from grammarlab.features.patterns import pattern_text
 from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
 from tests.density.trees import Tree, all_trees, count, grammars, patterns, text_of
 
 MOST_TREES = 3000
-few = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+few = bulk(40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 
 
 class Preference:
@@ -127,7 +128,7 @@ def test_what_is_not_liked_is_not_sampled(rules, features, seed):
     assert (preference(counting.count(forest, features)) > 0).all()
 
 
-@settings(max_examples=30, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+@bulk(30, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 @given(grammars(recursive=True), st.lists(patterns(1), min_size=1, max_size=2), st.integers(0, 1000))
 def test_recursive_grammars_follow_capped_counts(rules, features, seed):
     grammar = Grammar.parse(text_of(rules))

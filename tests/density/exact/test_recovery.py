@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, given
 from hypothesis import strategies as st
 
 from grammarlab.density.exact.compile import compile_density
@@ -14,11 +14,12 @@ from grammarlab.errors import GrammarlabError
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
 from tests.density.exact.test_compile import Preference
 from tests.density.samples.test_sampled import STYLE, STYLES, score
 from tests.density.trees import grammars, patterns, text_of
 
-few = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+few = bulk(40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 
 SIZES = Grammar.parse(
     """

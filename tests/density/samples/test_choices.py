@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, given
 from hypothesis import strategies as st
 
 from grammarlab.density.exact.attributes import attribute_parts
@@ -15,10 +15,11 @@ from grammarlab.derivation.derive import derive
 from grammarlab.features.patterns import pattern_text
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
 from tests.density.exact.test_compile import Preference
 from tests.density.trees import all_trees, count, grammars, patterns, text_of
 
-few = settings(max_examples=30, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+few = bulk(30, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 TOWERS = Grammar.parse(
     """
 Lot --> 30% : Tower else : Tower Tower

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import HealthCheck, assume, given
 from hypothesis import strategies as st
 
 from grammarlab.density.grammar_skeleton import Alternative, Cases, Chance, TreeGrammar
@@ -21,10 +21,11 @@ from grammarlab.features.patterns import pattern_text
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.divergence import jensen_shannon
+from tests.cases import bulk
 from tests.density.samples.test_choices import cells_taken, contexts_of
 from tests.density.trees import Tree, all_trees, grammars, patterns, text_of
 
-few = settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+few = bulk(25, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 
 STYLES = Grammar.parse(
     """

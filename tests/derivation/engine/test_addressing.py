@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import Forest, compile_grammar, derive, derive_chunks
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
+from tests.cases import bulk
 from tests.oracle.strategies import rule_files
 
 GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
@@ -68,7 +69,7 @@ def test_a_model_is_the_same_alone_and_in_any_batch(path):
 
 
 @given(rule_files(), st.integers(0, 5))
-@settings(max_examples=40, deadline=None)
+@bulk(40)
 def test_models_of_random_grammars_do_not_depend_on_the_batch(text, index):
     grammar = Grammar.parse(text)
     together = fingerprints(grammar, 6, footprint=(8.0, 6.0))

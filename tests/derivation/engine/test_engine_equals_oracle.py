@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
+from tests.cases import bulk
 from tests.oracle.comparison import assert_same_trees, tree_of_model, trees_of_forest
 from tests.oracle.interpreter import interpret
 from tests.oracle.shape import Mesh
@@ -41,7 +42,7 @@ def test_example_grammars_derive_as_the_oracle_says(path, seed):
 
 
 @given(rule_files())
-@settings(max_examples=45, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@bulk(45, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_random_grammars_derive_as_the_oracle_says(text):
     grammar = Grammar.parse(text)
     forest = derive(grammar, 3, 11, footprint=(8.0, 6.0))

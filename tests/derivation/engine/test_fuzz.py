@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import Budget, derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
 
 GRAMMARS = Path(__file__).parents[3] / "grammars"
 TEXTS = [(GRAMMARS / f"{name}.cga").read_text(encoding="utf-8") for name in ("toy", "furniture", "airplane")]
@@ -57,7 +58,7 @@ def mutated(draw: st.DrawFn) -> str:
 
 
 @given(mutated())
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@bulk(150, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_a_mutated_grammar_derives_or_says_why_not(text):
     try:
         forest = derive(Grammar.parse(text), 2, 1, assets=ASSETS, budget=Budget(shapes=5_000, depth=50))

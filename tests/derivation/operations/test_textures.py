@@ -6,13 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation import Forest, derive
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
 from tests.derivation.operations.leaves import L_SHAPE, TRIANGLE, areas_by_symbol, sampled, symbols, world_meshes
 
 SIZES = [
@@ -78,7 +79,7 @@ def test_unit_space_is_metres_on_the_surface(footprint, sizes):
     st.sampled_from(["", "extrude(5)", "roofGable(40)"]),
     st.sampled_from(["u", "v"]),
 )
-@settings(deadline=None, max_examples=60)
+@bulk(60)
 def test_oblique_parts_fill_the_whole_and_have_the_widths_asked_for(angle, footprint, solid, axis):
     rules = f"""
         Lot --> {solid} setupProjection(0, world.xz, 4, 3) projectUV(0) rotateUV(0, {angle}) [ Whole ]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.arrays import Floats
@@ -15,6 +15,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
 
 L_SHAPE = np.array([[0.0, 0, 10], [8, 0, 10], [8, 0, 6], [3, 0, 6], [3, 0, 0], [0, 0, 0]])
 
@@ -71,7 +72,7 @@ AXES = st.sampled_from([f"{system}.{axes}" for system in ("scope", "world") for 
 
 
 @given(AXES, st.lists(MOVES, max_size=5), st.sampled_from(["", "s(4, '1, '2)", "extrude(world.y, 2)"]))
-@settings(deadline=None, max_examples=150)
+@bulk(150)
 def test_every_point_keeps_its_coordinates_wherever_it_is_moved(axes, moves, first):
     rules = f"""
         Lot --> r(0, 30, 0) {first} primitiveCylinder(5, 2, 3) t(1, 2, 3)
@@ -111,7 +112,7 @@ CUTS = [
 
 
 @given(st.lists(MOVES.filter(lambda move: "set(" not in move), max_size=3), st.sampled_from(CUTS))
-@settings(deadline=None, max_examples=100)
+@bulk(100)
 def test_parts_have_the_coordinates_of_what_they_are_cut_from(moves, cut):
     rules = f"""
         Lot --> primitiveCylinder(5, 2, 3) setupProjection(0, scope.zy, 2, 3, 1, 0, 0.5) projectUV(0)

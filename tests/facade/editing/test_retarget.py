@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import FacadeError
@@ -18,6 +18,7 @@ from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH
 from grammarlab.facade.sizes.size_wishes import Size, Wish
 from grammarlab.facade.sizes.solve import resize
 from grammarlab.facade.tree import LEAF, Facade, X, Y, check
+from tests.cases import bulk
 from tests.facade.samples import windows
 from tests.facade.sized import sized, storeys
 
@@ -63,7 +64,7 @@ def test_every_column_once_is_the_facade_itself(along: int) -> None:
 
 
 @given(st.lists(st.integers(0, 3), min_size=1, max_size=9))
-@settings(max_examples=30)
+@bulk(30)
 def test_columns_are_copies_of_their_sources_in_every_storey(columns: list[int]) -> None:
     facade = with_door(storeys(4, 3), 1)
     made = repeats_of(facade, X).variation(columns)
@@ -155,7 +156,7 @@ def test_both_axes_and_what_the_facade_consists_of() -> None:
 
 
 @given(sized(), st.floats(0.5, 2.0), st.floats(0.5, 2.0))
-@settings(max_examples=40)
+@bulk(40)
 def test_any_facade_is_retargeted(facade: Facade, wider: float, higher: float) -> None:
     found = retarget(facade, width=wider * facade.width, height=higher * facade.height)
     check(found.resized.facade)
@@ -218,7 +219,7 @@ def test_strips_beside_bands_are_as_long_as_any_number_of_columns(times: float, 
 @given(
     st.lists(st.floats(0.5, 2.0), min_size=1, max_size=3), st.floats(0.2, 3.0), st.sampled_from(["default", "paper"])
 )
-@settings(max_examples=15)
+@bulk(15)
 def test_no_numbers_of_columns_beside_strips_deform_less(widths: list[float], factor: float, weights: Weights) -> None:
     facade = windows(2, len(widths), tuple(widths))
     repeats = repeats_of(facade, X)
@@ -249,7 +250,7 @@ def locked(draw: st.DrawFn) -> tuple[Facade, tuple[Wish, ...]]:
 
 
 @given(locked(), st.floats(0.3, 2.0), st.floats(0.3, 2.0))
-@settings(max_examples=20)
+@bulk(20)
 def test_a_locked_part_is_not_left_out_to_satisfy_its_lock(
     given: tuple[Facade, tuple[Wish, ...]], wider: float, higher: float
 ) -> None:
@@ -283,7 +284,7 @@ def test_a_locked_gap_is_not_that_before_the_first_column() -> None:
 
 
 @given(locked(), st.floats(0.5, 2.0))
-@settings(max_examples=15)
+@bulk(15)
 def test_no_numbers_of_columns_that_keep_what_is_locked_deform_less(
     given: tuple[Facade, tuple[Wish, ...]], wider: float
 ) -> None:

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import DerivationError
@@ -10,9 +10,10 @@ from grammarlab.geometry.meshes import measure
 from grammarlab.geometry.meshes.edges import edges
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.outlines.roofs import roof_gable, roof_hip, roof_pyramid, roof_ridge, roof_shed
+from tests.cases import bulk
 from tests.geometry.polygons import LOT_L, area, combs, convex, lots, rectilinear, simple, stars
 
-QUICK = settings(max_examples=40, deadline=None)
+QUICK = bulk(40)
 # Edges in order: left 12 m, front 30 m, right, back.
 LOT = np.array([(0, 0), (0, -12), (30, -12), (30, 0)], float)
 FRAME = Meshes.single(
@@ -49,7 +50,7 @@ def face_points(meshes, face):
 
 
 @every_form
-@settings(max_examples=25, deadline=None)
+@bulk(25)
 @given(ring=simple)
 def test_roofs_are_closed_solids_over_the_whole_face(form, ring):
     roof = form(lots([ring]))
@@ -63,7 +64,7 @@ def test_roofs_are_closed_solids_over_the_whole_face(form, ring):
 
 
 @every_form
-@settings(max_examples=25, deadline=None)
+@bulk(25)
 @given(ring=st.one_of(stars(), rectilinear(), combs()))
 def test_exactly_two_faces_meet_at_every_edge_of_a_roof(form, ring):
     assert (edges(form(lots([ring]))).num_faces == 2).all()
@@ -152,7 +153,7 @@ def test_rectangle_formulas_agree_with_the_skeleton(width, depth, overhang_x, ov
 
 
 @pytest.mark.parametrize("roof", [roof_hip, roof_gable, roof_pyramid, roof_shed, roof_ridge])
-@settings(max_examples=25, deadline=None)
+@bulk(25)
 @given(ring=simple, share=st.floats(0.05, 2.0))
 def test_roofs_by_height_are_that_high(roof, ring, share):
     height = share * math.sqrt(area(ring))

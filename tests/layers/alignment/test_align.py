@@ -7,7 +7,9 @@ import pytest
 from grammarlab.errors import FacadeError
 from grammarlab.layers.alignment.align import Alignment, align, alignments
 from grammarlab.layers.design import Letter, Weights
-from tests.layers.alignment.checking import column_widths, violations
+from tests.cases import some
+from tests.layers.alignment.checking import column_widths
+from tests.layers.alignment.checking import violations
 from tests.layers.cpsat import optimum
 from tests.layers.matrices import all_matrices, random_case, word
 
@@ -100,7 +102,7 @@ def test_merged_letters_have_a_price():
     assert dear.omega > free[0].omega
 
 
-@pytest.mark.parametrize("block", range(25))
+@pytest.mark.parametrize("block", some(range(25)))
 def test_energy_is_that_of_cp_sat(block):
     for seed in range(20 * block, 20 * block + 20):
         words, canvas, tolerance, merge = random_case(seed, most=8 if seed % 20 == 0 else 5)
@@ -124,7 +126,7 @@ def brute_force(words, canvas, tolerance, merge):
     return sorted(energies)
 
 
-@pytest.mark.parametrize("block", range(6))
+@pytest.mark.parametrize("block", some(range(6)))
 def test_the_best_are_those_of_all_matrices(block):
     for seed in range(20 * block, 20 * block + 20):
         words, canvas, tolerance, merge = random_case(seed, most=4 if seed % 16 < 8 else 3, rows=(1, 2, 2))
@@ -135,7 +137,7 @@ def test_the_best_are_those_of_all_matrices(block):
         assert len({each.cells for each in found.best}) == len(found.best)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", some(range(40)))
 def test_mirrored_words_cost_the_same(seed):
     words, canvas, tolerance, merge = random_case(seed)
     mirrored = [each[::-1] for each in words]
@@ -143,7 +145,7 @@ def test_mirrored_words_cost_the_same(seed):
     assert [each.energy for each in one] == [each.energy for each in other]
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", some(range(40)))
 def test_longer_metres_scale_errors(seed):
     words, canvas, tolerance, merge = random_case(seed)
     large = [
@@ -155,7 +157,7 @@ def test_longer_metres_scale_errors(seed):
     assert [16.0 * each.energy for each in one] == pytest.approx([each.energy for each in other])
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", some(range(40)))
 def test_names_of_symbols_do_not_matter(seed):
     words, canvas, tolerance, merge = random_case(seed)
     names = dict(zip("ABCDEF", "UTSRQP", strict=True))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from grammarlab.facade.file import load_facade
@@ -15,6 +15,7 @@ from grammarlab.facade.tree import check
 from grammarlab.pages.editor import commands
 from grammarlab.pages.editor.commands import COMMANDS
 from grammarlab.pages.editor.editor import Editor
+from tests.cases import bulk
 from tests.pages.editor.windows import RefusedError, Window
 
 
@@ -218,7 +219,7 @@ NAMES = [
 ]
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
+@bulk(150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(command=st.sampled_from([*COMMANDS, "no", 7, None]), values=st.dictionaries(st.sampled_from(NAMES), VALUES))
 def test_whatever_a_stranger_asks_is_answered_and_the_facade_stays_one(
     window: Window, editor: Editor, command: object, values: dict[str, object]

@@ -6,6 +6,7 @@ from grammarlab.synthesis.labels.demands import LabelDemands, demands_of
 from grammarlab.synthesis.labels.dual_bounds import Dual, strips_alone, swept
 from grammarlab.synthesis.labels.problem import AWAY, bordered, energy, unbordered
 from grammarlab.synthesis.labels.strips import WindowStrips
+from tests.cases import some
 from tests.synthesis.grids import all_grids, checker, drawn, plain_house, shop_house, slow_energies
 
 
@@ -13,7 +14,7 @@ def everywhere(rows: int, columns: int) -> np.ndarray:
     return np.full((rows, columns), -1, dtype=np.int64)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", some(range(8)))
 def test_no_labels_of_a_strip_have_less_energy(seed: int) -> None:
     generator = np.random.default_rng(seed)
     example, columns = drawn(4, 4, 2, seed), 4
@@ -41,7 +42,7 @@ def test_no_labels_of_a_strip_have_less_energy(seed: int) -> None:
         assert any(np.array_equal(found, grid[around]) for grid in best)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", some(range(10)))
 def test_bounds_are_never_above_the_least_energy(seed: int) -> None:
     example = drawn(3, 3, 2, seed) if seed % 3 else checker(3, 3)
     grids = all_grids(3, 4, len(example.names))
@@ -78,7 +79,7 @@ def test_bounds_know_counts_and_symmetry(symmetric: bool) -> None:
     assert dual.integer_bound > free
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", some(range(6)))
 def test_sweeps_only_raise_the_bound(seed: int) -> None:
     """Prices that strips pass on sum to 0 over a cell, so that the bound stays valid."""
     example = shop_house() if seed == 0 else drawn(4, 4, 3, seed)
