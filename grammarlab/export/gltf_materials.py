@@ -16,9 +16,9 @@ from grammarlab.errors import AssetError
 from grammarlab.export.gltf_document import GltfDocument
 from grammarlab.scene.shading import linear_from_srgb
 
-_MOST_BYTES = 64 * 2**20
+MOST_BYTES = 64 * 2**20
 """Largest size of an embedded image in bytes."""
-_MOST_PIXELS = 8192 * 8192
+MOST_PIXELS = 8192 * 8192
 """Largest number of pixels of one texture on common graphics cards."""
 _SIGNATURES = {b"\x89PNG\r\n\x1a\n": ("image/png", ".png"), b"\xff\xd8\xff": ("image/jpeg", ".jpg")}
 _CONVERTED = {b"II*\0": "TIFF", b"MM\0*": "TIFF", b"BM": "BMP"}
@@ -133,10 +133,8 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
         return None
     try:
         size = path.stat().st_size
-        if size > _MOST_BYTES:
-            raise AssetError(
-                f"texture {name!r} has {size / 2**20:.0f} MiB; at most {_MOST_BYTES // 2**20} are embedded"
-            )
+        if size > MOST_BYTES:
+            raise AssetError(f"texture {name!r} has {size / 2**20:.0f} MiB; at most {MOST_BYTES // 2**20} are embedded")
         content = path.read_bytes()
     except OSError as error:
         raise AssetError(f"texture {name!r} cannot be read: {error.strerror or error}") from error
@@ -194,7 +192,7 @@ def _require_image(name: str, content: bytes, *kinds: str) -> None:
     """Refuse a file with the header of an image but broken content.
 
     Raises:
-        AssetError: If it is broken, or has more than `_MOST_PIXELS`.
+        AssetError: If it is broken, or has more than `MOST_PIXELS`.
     """
     # Imported here, since most files have no textures.
     from PIL import Image, UnidentifiedImageError  # noqa: PLC0415
@@ -208,9 +206,9 @@ def _require_image(name: str, content: bytes, *kinds: str) -> None:
                 image.verify()
     except (UnidentifiedImageError, Image.DecompressionBombError, OSError, SyntaxError, ValueError) as error:
         raise AssetError(f"texture {name!r} is a broken image: {error}; save it again") from error
-    if width * height > _MOST_PIXELS:
+    if width * height > MOST_PIXELS:
         raise AssetError(
-            f"texture {name!r} has {width} x {height} pixels; at most {_MOST_PIXELS} in all can be shown everywhere"
+            f"texture {name!r} has {width} x {height} pixels; at most {MOST_PIXELS} in all can be shown everywhere"
         )
 
 

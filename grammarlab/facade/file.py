@@ -33,7 +33,7 @@ from grammarlab.facade.values import (
 )
 from grammarlab.files import rewrite_text, write_bytes, write_text
 
-_MOST_PICTURE_BYTES = 64 * 2**20
+MOST_BYTES = 64 * 2**20
 """Largest size of the file of a picture."""
 MOST_PIXELS = 100_000_000
 """Largest number of pixels of a picture."""
@@ -177,7 +177,7 @@ def load_picture(name: str, folder: Path) -> Picture:
     path = folder / name
     if not path.is_file() or path.resolve().parent != folder.resolve():
         raise FacadeError(f"The picture {shown(name)} is not in the folder of the facade.")
-    picture = Picture(name, read_bounded(path, _MOST_PICTURE_BYTES))
+    picture = Picture(name, read_bounded(path, MOST_BYTES))
     picture_size(picture)
     return picture
 

@@ -110,7 +110,7 @@ class Grammar:
         return next(iter(self.start_rules), None)
 
     def _of_default_style(self, kind: type[_T]) -> tuple[_T, ...]:
-        return tuple(definition for definition in _default_style(self.tree) if isinstance(definition, kind))
+        return tuple(definition for definition in default_style(self.tree) if isinstance(definition, kind))
 
 
 def is_start_rule(rule: Rule) -> bool:
@@ -120,11 +120,12 @@ def is_start_rule(rule: Rule) -> bool:
 
 def start_rules(tree: RuleFile) -> tuple[Rule, ...]:
     """Start rules of the default style: the marked ones, otherwise the first rule."""
-    rules = tuple(node for node in _default_style(tree) if isinstance(node, Rule))
+    rules = tuple(node for node in default_style(tree) if isinstance(node, Rule))
     return tuple(rule for rule in rules if is_start_rule(rule)) or rules[:1]
 
 
-def _default_style(tree: RuleFile) -> Iterable[Definition]:
+def default_style(tree: RuleFile) -> Iterable[Definition]:
+    """Definitions of the default style: those before the first style."""
     return takewhile(lambda definition: not isinstance(definition, Style), tree.definitions)
 
 

@@ -13,12 +13,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from itertools import takewhile
 from typing import TypeVar
 
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.formatting import format_grammar
-from grammarlab.language.grammar import Grammar
+from grammarlab.language.grammar import Grammar, default_style
 from grammarlab.language.syntax.builtins import Signature, attributes, blocks, functions, operations
 from grammarlab.language.syntax.keywords import KEYWORDS
 from grammarlab.language.syntax.printing import import_statement
@@ -140,7 +139,7 @@ class _Linker:
             *(rule for rule in extensions if self._takes(rule)),
             *(
                 d
-                for definition in _default_style(library.tree)
+                for definition in default_style(library.tree)
                 for d in self._definition(definition, scope, values_by_name, importer)
             ),
         ]
@@ -149,7 +148,7 @@ class _Linker:
             yield format_grammar(RuleFile("", tuple(definitions)))
         except ValueError as error:
             raise _unlinkable(f"'{statement.path}' cannot be written as text: {error}", statement) from error
-        for definition in _default_style(library.tree):
+        for definition in default_style(library.tree):
             if isinstance(definition, Import):
                 yield from self.library(definition, scope)
 
@@ -193,10 +192,6 @@ def _annotations(node: Attribute | Function | Rule) -> tuple[Annotation, ...]:
 def _bodies(rules: tuple[Rule, ...], scope: _Scope) -> Iterator[Rule]:
     for rule in rules:
         yield replace(_below(rule, scope, frozenset(rule.parameters)), keyword="", annotations=())
-
-
-def _default_style(tree: RuleFile) -> Iterator[Definition]:
-    return takewhile(lambda definition: not isinstance(definition, Style), tree.definitions)
 
 
 def _mentions(node: Node, name: str) -> bool:

@@ -12,7 +12,8 @@ import numpy as np
 
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.calls.table_columns import texts_of
-from grammarlab.derivation.state.operators import check_length, number_text
+from grammarlab.derivation.state.array_table import cell_text
+from grammarlab.derivation.state.operators import check_length
 from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import DerivationError
@@ -161,14 +162,9 @@ def _substring(text: str, start: float, end: float) -> str:
 def _replace(text: str, old: str, new: str | float | bool) -> str:
     if not old:
         return text
-    replacement = _text_of(new)
+    replacement = cell_text(new)
     check_length(len(text) + text.count(old) * (len(replacement) - len(old)))
     return text.replace(old, replacement)
-
-
-def _text_of(value: str | float | bool) -> str:
-    """A constant as CGA writes it into strings."""
-    return value if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else number_text(value)
 
 
 def _prefix(text: str, separator: str) -> str:

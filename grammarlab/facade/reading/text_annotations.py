@@ -84,9 +84,7 @@ def read_box_table(table: Table, source: Source) -> BoxAnnotation:
     Raises:
         FacadeError: If columns are missing or a line has another form than the others.
     """
-    columns = _columns_of(table)
-    if columns is None:
-        raise FacadeError(missing_columns(table))
+    columns = _box_columns(table)
     check_count(len(columns.rows))
     boxes = _boxes_y_up(_box_sides(columns, table, columns.rows), columns.sides)
     unit, notes = _unit(boxes)
@@ -114,9 +112,7 @@ def read_picture_table(table: Table, source: Source) -> BoxAnnotation:
         FacadeError: If a line has another form than the others, or no label.
         UsageError: If no picture has the name, or the choice is ambiguous.
     """
-    columns = _columns_of(table)
-    if columns is None:
-        raise FacadeError(missing_columns(table))
+    columns = _box_columns(table)
     images = list(dict.fromkeys(columns.cell(row, _IMAGE) for row in columns.rows))
     image = images[chosen_image([ImageName(name, name.rpartition(".")[0]) for name in images], source.wall)]
     filled = [row for row in columns.rows if any(columns.cell(row, side) for side in columns.sides)]
@@ -171,6 +167,18 @@ class _Columns:
     def cell(self, row: TableRow, name: str) -> str:
         """The text of a column; empty if the table has no such column."""
         return row.cells[self.names.index(name)] if name in self.names else ""
+
+
+def _box_columns(table: Table) -> _Columns:
+    """The columns of a table of labelled boxes.
+
+    Raises:
+        FacadeError: If it has other columns, or a row has another number of cells than the header.
+    """
+    columns = _columns_of(table)
+    if columns is None:
+        raise FacadeError(missing_columns(table))
+    return columns
 
 
 def _columns_of(table: Table) -> _Columns | None:
