@@ -78,7 +78,7 @@ def test_cells_are_preferred_if_both_parts_are_equally_good():
     scores = np.linspace(20.0, 80.0, 40)
     same = 5.0 * np.random.default_rng(0).normal(size=40)
     assert shared(same, same, scores) == pytest.approx(
-        np.sum(blended.PROCESS_SHARES) / (20.0 + len(blended.SHARES) - 1.0)
+        np.sum(blended.PROCESS_SHARES) / (20.0 + len(blended.PROCESS_SHARES) - 1.0)
     )
 
 

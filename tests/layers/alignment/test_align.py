@@ -8,8 +8,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.layers.alignment.align import Alignment, align, alignments
 from grammarlab.layers.design import Letter, Weights
 from tests.cases import some
-from tests.layers.alignment.checking import column_widths
-from tests.layers.alignment.checking import violations
+from tests.layers.alignment.checking import column_widths, violations
 from tests.layers.cpsat import optimum
 from tests.layers.matrices import all_matrices, random_case, word
 
