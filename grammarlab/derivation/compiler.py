@@ -1,4 +1,7 @@
-"""Compiler from a grammar to a `Program`, with the names of its random expressions."""
+"""Compiler from a grammar to a `Program`, with the names of its random expressions.
+
+Sets of texture coordinates that a grammar uses.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +13,27 @@ from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION
 from grammarlab.derivation.expressions import VOCABULARY, CompiledFunction, ExpressionCompiler, Names, number_grammar
 from grammarlab.derivation.forest import RuleName, Site, SiteKind
 from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
+from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.operations import OPERATIONS
+from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
 from grammarlab.derivation.program import CompiledRule, Program
+from grammarlab.derivation.state.texture_maps import NUM_SETS
 from grammarlab.derivation.state.workspace import CompiledAttribute
-from grammarlab.derivation.uv_sets import mentioned_uv_sets
 from grammarlab.errors import DerivationError, check_type
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.language.numbering import RandomPlace, SymbolKey, function_name
 from grammarlab.language.syntax.syntax_tree import (
     Attribute,
+    Block,
     Call,
     Choice,
+    Expression,
     Invoke,
     Name,
     Node,
+    Number,
     Numbered,
     Rule,
     Scatter,
@@ -34,6 +42,36 @@ from grammarlab.language.syntax.syntax_tree import (
     walk,
 )
 from grammarlab.language.syntax.syntax_tree import Sequence as SyntaxSequence
+
+
+def mentioned_uv_sets(nodes: Iterable[Node]) -> frozenset[int]:
+    """Sets that operations and expressions of a rule file use; all sets if the number of one is computed."""
+    mentioned = [_set_of(expression) for node in nodes for expression in _expressions(node)]
+    return frozenset().union(*mentioned)
+
+
+def _expressions(node: Node) -> Iterator[Expression | None]:
+    """Argument of a node that names a uv set; None for the first set, which is the default."""
+    match node:
+        case Invoke() if node.name in TEXTURING:
+            yield from node.arguments[: 2 if node.name == "copyUV" else 1]
+        case Block(name="split", arguments=(_, _, uv_set)):
+            yield uv_set
+        case Call() if node.function in TEXTURE_FUNCTIONS:
+            yield node.arguments[0] if node.arguments else None
+        case Name() if node.identifier in TEXTURE_FUNCTIONS:
+            yield None
+        case _:
+            pass
+
+
+def _set_of(expression: Expression | None) -> frozenset[int]:
+    if expression is None:
+        return frozenset({0})
+    if isinstance(expression, Number):
+        return frozenset(uv_set for uv_set in range(NUM_SETS) if uv_set == expression.value)
+    return frozenset(range(NUM_SETS))
+
 
 _KINDS: dict[str, SiteKind] = {
     "assetApproxRatio": "item",

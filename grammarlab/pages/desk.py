@@ -1,18 +1,112 @@
-"""Desks: what the windows of a page work on together, with its file, its history, and the commands of all pages."""
+"""Desks: what the windows of a page work on together, with its file, its history, and the commands of all pages.
+
+Steps that can be undone and redone.
+
+Names of the files that a page saves to.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from grammarlab.errors import UsageError
-from grammarlab.pages.history import Document, History
 from grammarlab.pages.requests import Request
-from grammarlab.pages.targets import unused_path
 from grammarlab.pages.windows import Answer, Message, Refuse
+
+Document = TypeVar("Document")
+"""The edited value; every change makes another one."""
+MOST = 500
+"""Largest number of stored steps."""
+
+
+@dataclass
+class History(Generic[Document]):
+    """States of a document in order."""
+
+    present: Document
+    past: list[tuple[str, Document]] = field(default_factory=list)
+    """Description of each step, and the state before it."""
+    future: list[tuple[str, Document]] = field(default_factory=list)
+    """Description of each undone step, the last one first, and the state after it."""
+
+    def do(self, words: str, document: Document, *, joins: bool = False) -> None:
+        """Performs a step; undone steps are discarded.
+
+        Args:
+            words: description of the step.
+            document: the state after it.
+            joins: whether it becomes part of the step before it, if that has the same description and was not undone.
+        """
+        if not (joins and not self.future and self.past and self.past[-1][0] == words):
+            self.past = [*self.past, (words, self.present)][-MOST:]
+            self.future = []
+        self.present = document
+
+    def undo(self) -> str:
+        """Undoes a step; returns its description, or an empty text if there is none."""
+        return self._step(self.past, self.future)
+
+    def redo(self) -> str:
+        """Redoes a step; returns its description, or an empty text if there is none."""
+        return self._step(self.future, self.past)
+
+    def _step(self, source: list[tuple[str, Document]], target: list[tuple[str, Document]]) -> str:
+        if not source:
+            return ""
+        words, document = source.pop()
+        target.append((words, self.present))
+        self.present = document
+        return words
+
+
+def stem_of(path: Path) -> str:
+    """The name of a file of a facade or a design without its suffixes.
+
+    >>> stem_of(Path("house.facade.json")), stem_of(Path("house.json")), stem_of(Path("house.toml"))
+    ('house', 'house', 'house')
+    """
+    return path.name.removesuffix(".toml").removesuffix(".json").removesuffix(".facade")
+
+
+def unused_path(path: Path, suffix: str) -> Path:
+    """An unused path with this suffix in the same folder, numbered if needed."""
+    stem, number = stem_of(path), 1
+    while (candidate := path.with_name(f"{stem}{f'-{number}' if number > 1 else ''}{suffix}")).exists():
+        number += 1
+    return candidate
+
+
+def checked_target(path: Path, ending: str = ".json") -> Path:
+    """A path to which a facade, or another file with this suffix, can be saved.
+
+    Raises:
+        UsageError: If its folder is missing, or it has another suffix.
+    """
+    if path.suffix.lower() != ending:
+        raise UsageError(f"{path}: expected the name of a file that ends in {ending}.")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; create it first.")
+    return path
+
+
+def opened_target(file: Path, output: Path | None, ending: str, suffix: str) -> tuple[Path, bool]:
+    """The file to save to, and whether it is the opened file.
+
+    Args:
+        file: the opened file.
+        output: the requested file; None for a new one in the current folder.
+        ending: required last suffix of a requested file.
+        suffix: all suffixes of a new file.
+
+    Raises:
+        UsageError: If the requested file cannot be saved to.
+    """
+    target = checked_target(output, ending) if output else unused_path(Path(f"{stem_of(file)}.edited{ending}"), suffix)
+    return target, target.exists() and target.samefile(file)
 
 
 class AbstractDesk(ABC):

@@ -11,7 +11,7 @@ from grammarlab.errors import FacadeError, UsageError
 from grammarlab.matching.corrections import Corrections, as_dict, check_corrections, load_corrections, save_corrections
 from grammarlab.matching.elements import Elements
 from grammarlab.matching.match import Match, doubt, drawn_parameters, sentences
-from grammarlab.matching.match_picture import color_of
+from grammarlab.matching.match_grammar import color_of
 from grammarlab.matching.template import Template, points_along
 from grammarlab.pages.desk import AbstractDocumentDesk
 from grammarlab.runs.facade.match_files import match_elements

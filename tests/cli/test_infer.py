@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from grammarlab.facade.file import load_facade
-from grammarlab.layers.similarity import compare
+from grammarlab.layers.infer import compare
 from tests.layers.samples import DESIGNS
 
 

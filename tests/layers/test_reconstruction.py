@@ -6,7 +6,7 @@ import shapely
 
 from grammarlab.facade.reading.cutting import cut
 from grammarlab.facade.tree import Facade
-from grammarlab.layers.similarity import compare
+from grammarlab.layers.infer import compare
 
 
 def facade(seed: int, labels: str = "abw") -> Facade:

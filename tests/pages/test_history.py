@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grammarlab.pages.desk import MOST, History
 from grammarlab.pages.editor.document import opened
-from grammarlab.pages.history import MOST, History
 from tests.facade.samples import windows
 
 FIRST = opened(windows(1, 2))

@@ -3,10 +3,13 @@
 State of a desk for windows.
 
 Drawing data of facades for a page: numbers as columns in buffers, other values as JSON.
+
+Exports of facades to other formats, beside the edited file.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,12 +22,30 @@ from grammarlab.facade.size_locks import kind_of
 from grammarlab.facade.sizes.size_wishes import Aspect, Wish, in_words
 from grammarlab.facade.sizes.solve import Sizing
 from grammarlab.facade.tree import Facade
-from grammarlab.pages.desk import AbstractDocumentDesk, Exports
+from grammarlab.pages.desk import AbstractDocumentDesk, Exports, stem_of
 from grammarlab.pages.editor.document import Document, opened
-from grammarlab.pages.editor.exporting import SUFFIX, SUFFIXES, export
 from grammarlab.pages.editor.suggestions import Suggestions, suggest
-from grammarlab.pages.targets import stem_of
 from grammarlab.pages.windows import Message
+from grammarlab.runs.facade.gallery import show_facade
+from grammarlab.runs.facade.grammar_file import grammar_of, save_grammar
+
+SUFFIX = ".facade.json"
+SUFFIXES = {"json": SUFFIX} | {form: f".{form}" for form in ("svg", "png", "glb", "obj", "cga")}
+"""Suffixes of exported files by format."""
+
+
+def export(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
+    """Write a facade in the format of the path's suffix.
+
+    Raises:
+        FacadeError: If it cannot be written in that format.
+    """
+    if path.suffix == ".json":
+        return save_facade(facade, path, locks)
+    if path.suffix == ".cga":
+        save_grammar(grammar_of(facade), facade, path)
+        return path
+    return show_facade(facade, path)
 
 
 class EditorDesk(AbstractDocumentDesk[Document]):

@@ -9,12 +9,11 @@ from pathlib import Path
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.file import load_locked
+from grammarlab.pages.desk import opened_target
 from grammarlab.pages.desktop import Desktop
 from grammarlab.pages.editor.commands import COMMANDS
-from grammarlab.pages.editor.desk import EditorDesk, state_of
-from grammarlab.pages.editor.exporting import SUFFIX
+from grammarlab.pages.editor.desk import SUFFIX, EditorDesk, state_of
 from grammarlab.pages.server import built_page
-from grammarlab.pages.targets import opened_target
 
 PAGE = built_page("editor", "grammarlab facade open", max_bytes=64 << 10)
 

@@ -6,13 +6,13 @@ from functools import partial
 from pathlib import Path
 
 from grammarlab.layers.file import MOST_BYTES, parse_design, read_design_text
+from grammarlab.pages.desk import opened_target
 from grammarlab.pages.desktop import DeskHooks, Desktop
 from grammarlab.pages.layers.commands import COMMANDS
 from grammarlab.pages.layers.desk import SUFFIX, DesignDesk
 from grammarlab.pages.layers.shown import state_of
 from grammarlab.pages.layers.solver import Solver, SolverOutcome
 from grammarlab.pages.server import built_page
-from grammarlab.pages.targets import opened_target
 
 # JSON may need six characters for one of the text.
 PAGE = built_page("layers", "grammarlab facade open", max_bytes=6 * MOST_BYTES)

@@ -21,11 +21,10 @@ from grammarlab.layers.panels import flattened, panels_of, relief
 from grammarlab.layers.solving import Layout
 from grammarlab.layers.symbol_sizes import size_letters
 from grammarlab.layers.words import STRETCH
-from grammarlab.pages.desk import AbstractDocumentDesk, Exports
-from grammarlab.pages.editor.exporting import SUFFIXES, export
+from grammarlab.pages.desk import AbstractDocumentDesk, Exports, stem_of
+from grammarlab.pages.editor.desk import SUFFIXES, export
 from grammarlab.pages.layers.solver import Job, Solver, SolverOutcome
 from grammarlab.pages.layers.text_edits import same_but_canvas, with_canvas
-from grammarlab.pages.targets import stem_of
 from grammarlab.runs.facade.layer_files import SolvedLayout
 
 Key = tuple[object, ...]

@@ -10,8 +10,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.tree import Facade
 from grammarlab.files import write_text
 from grammarlab.layers.design import Design, design_text
-from grammarlab.layers.infer import infer
-from grammarlab.layers.similarity import Reconstruction, compare
+from grammarlab.layers.infer import Reconstruction, compare, infer
 from grammarlab.runs.facade.layer_files import SolvedLayout, solve_design
 
 TOLERANCES = (1e-6, 1 / 1000, 1 / 300, 1 / 100, 1 / 50, 1 / 30)

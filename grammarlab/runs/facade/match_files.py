@@ -15,8 +15,7 @@ from grammarlab.files import atomic_file, write_text
 from grammarlab.matching.corrections import Corrections
 from grammarlab.matching.elements import Elements
 from grammarlab.matching.match import Match, doubt, groups, sentences
-from grammarlab.matching.match_grammar import completed, write_terminals
-from grammarlab.matching.match_picture import picture
+from grammarlab.matching.match_grammar import completed, picture, write_terminals
 from grammarlab.matching.template import Template
 from grammarlab.runs.facade.gallery import show_facade
 from grammarlab.runs.work.run_folder import only_run_in, replace_written
