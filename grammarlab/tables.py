@@ -1,4 +1,4 @@
-"""Tables of text from strangers: CSV as spreadsheets, exporters and people write it.
+"""Tables as text: CSV from strangers, as spreadsheets, exporters and people write it; Markdown for reports.
 
 Encodings: UTF-8 with or without a byte order mark, UTF-16 with one, otherwise Windows-1252. Fields are separated by
 commas, semicolons or tabs; a first line `sep=;` selects the separator. Rows without any text are skipped.
@@ -10,6 +10,7 @@ import codecs
 import csv
 import io
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -134,3 +135,13 @@ def decoded(content: bytes) -> str:
     if "\0" in text:
         raise TableError("expected text, found bytes of zero.")
     return text
+
+
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    r"""A table in Markdown.
+
+    >>> markdown_table(("a", "b"), [("1", "x|y")])
+    '| a | b |\n| --- | --- |\n| 1 | x\\|y |\n'
+    """
+    lines = [header, ("---",) * len(header), *rows]
+    return "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |\n" for line in lines)

@@ -34,7 +34,7 @@ from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.features.accepted import ANNOTATION, Accepted, annotations_of
+from grammarlab.features.accepted_models import ANNOTATION, Accepted, annotations_of
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
 from grammarlab.language.numbering import Branch, SymbolKey

@@ -13,7 +13,7 @@ from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.program import Program
-from grammarlab.features.accepted import Accepted, annotations_of
+from grammarlab.features.accepted_models import Accepted, annotations_of
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import String, walk
 

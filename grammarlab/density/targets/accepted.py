@@ -16,7 +16,7 @@ from grammarlab.density.sampler import AbstractSampler, GrammarSampler
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.features.acceptance import Acceptance, SplitSymbol
-from grammarlab.features.accepted import annotations_of
+from grammarlab.features.accepted_models import annotations_of
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.pattern import Feature, Pattern, Present
 from grammarlab.language.grammar import Grammar

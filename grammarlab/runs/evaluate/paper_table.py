@@ -22,8 +22,8 @@ from grammarlab.runs.learn.from_scenario import learned_of
 from grammarlab.runs.learn.scenario_measures import LabelledSet
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.work.markdown import table
 from grammarlab.runs.work.results import Progress, computed
+from grammarlab.tables import markdown_table
 
 NUM_SAMPLES = 5_000
 """Number of models from which all methods except the exact one learn, as in the paper."""
@@ -194,9 +194,9 @@ def density_tables(rows: Sequence[DensityRow], scenarios: Sequence[Scenario]) ->
     notes = [f"- {row.scenario}, {row.method}: {row.findings[0]}" for row in rows if _is_inexact(row)]
     return "\n".join(
         [
-            head + table(names, divergences),
-            "Correlation of the weights.\n\n" + table(names, correlations),
-            "Branches of the rules of all symbols.\n\n" + table(names, rules),
+            head + markdown_table(names, divergences),
+            "Correlation of the weights.\n\n" + markdown_table(names, correlations),
+            "Branches of the rules of all symbols.\n\n" + markdown_table(names, rules),
             *(["Preferences without an exact grammar:\n\n" + "\n".join(notes) + "\n"] if notes else []),
         ]
     )

@@ -21,8 +21,8 @@ from grammarlab.runs.learn.from_labels import learn_from_labels
 from grammarlab.runs.learn.scenario_measures import LabelledSet
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
-from grammarlab.runs.work.markdown import table
 from grammarlab.runs.work.results import Progress, computed
+from grammarlab.tables import markdown_table
 
 STORE = "grammars"
 METHOD = "default"
@@ -178,5 +178,5 @@ def person_table(rows: Sequence[PersonRow], scenarios: Sequence[Scenario]) -> st
         "A simulated person gives scores, a preference is learned from them, and a grammar is made of it. *JS* is the "
         "divergence of the grammar from what the person wanted, *JS of scores* that of the predicted scores, both in "
         "nats on the labelled set; *exact* says how many of the grammars follow the learned preference exactly. "
-        "Medians over persons.\n\n" + table(head, lines)
+        "Medians over persons.\n\n" + markdown_table(head, lines)
     )

@@ -41,8 +41,8 @@ from grammarlab.runs.evaluate.samples import BeforeAfter
 from grammarlab.runs.sample.contact_sheet import PAPER, draw_page, lay_out
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import AbstractExecutor
-from grammarlab.runs.work.markdown import table
 from grammarlab.runs.work.results import Progress
+from grammarlab.tables import markdown_table
 
 OTHERS = "others"
 """Name of the models without a case."""
@@ -203,7 +203,7 @@ def _row(pictures: tuple[ReportPicture, ...], folder: Path) -> str:
     images = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
     if len(images) == 1:
         return images[0]
-    return table([picture.title for picture in pictures], [images]).rstrip("\n")
+    return markdown_table([picture.title for picture in pictures], [images]).rstrip("\n")
 
 
 def _link(picture: ReportPicture, folder: Path) -> str:

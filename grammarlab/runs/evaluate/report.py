@@ -19,7 +19,7 @@ from grammarlab.files import atomic_file, write_text
 from grammarlab.runs.evaluate.curve_store import CurveRecord
 from grammarlab.runs.evaluate.pictures import Section, markdown
 from grammarlab.runs.evaluate.plots import ScenarioResults
-from grammarlab.runs.work.markdown import table
+from grammarlab.tables import markdown_table
 
 CHECKPOINTS = (64, 128, 256)
 """Numbers of scores after which persons are compared, in addition to all scores."""
@@ -61,7 +61,7 @@ def by_person(results: Sequence[ScenarioResults]) -> str:
             len(list(folder.glob(f"*{SUFFIX}"))),
         )
         parts.append(f"### Scenarios of `{folder.name}`: {num_shown} of {num_scenarios}\n")
-        parts.append(table(head, _rows(folder_results, after)))
+        parts.append(markdown_table(head, _rows(folder_results, after)))
     return "\n".join(parts)
 
 
@@ -167,7 +167,7 @@ def _original_table(results: Sequence[ScenarioResults]) -> str:
         "## The tasks\n\n"
         "*original*: the Jensen-Shannon divergence in nats between the target density and the original grammar; "
         "*paper*: the same in the paper.\n\n"
-        + table(("scenario", "liked models", "original", "paper", "difference"), rows)
+        + markdown_table(("scenario", "liked models", "original", "paper", "difference"), rows)
     )
 
 
@@ -205,7 +205,7 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
         "median over seeds (lowest–highest; seeds that reach it/all seeds). *first* counts to the first round that "
         "reaches this limit, *stays* to the round from which all rounds keep it. *target*, *aim* and *paper* are "
         "numbers of labels. *last JS* and *correlation* are medians after all labels.\n\n"
-        + table(head, rows)
+        + markdown_table(head, rows)
         + "".join(f"\n{note}\n" for note in notes)
     )
 

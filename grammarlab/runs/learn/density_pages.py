@@ -13,7 +13,7 @@ from grammarlab.runs.learn.from_labels import LabelsResult
 from grammarlab.runs.learn.from_scenario import LearnResult
 from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats
 from grammarlab.runs.learn.scenario_measures import TrueDensity
-from grammarlab.runs.work.markdown import table
+from grammarlab.tables import markdown_table
 
 Rows = tuple[tuple[str, str, str], ...]
 
@@ -62,8 +62,10 @@ def page_of_labels(result: LabelsResult) -> Report:
 
 
 def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
-    steps = table(("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.density.steps])
-    factors = table(
+    steps = markdown_table(
+        ("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.density.steps]
+    )
+    factors = markdown_table(
         ("factor", "labels"),
         [(factor.name, f"{factor.num_labels}") for factor in result.factors],
     )

@@ -19,9 +19,9 @@ from grammarlab.learning.targets.divergence import Measured
 from grammarlab.learning.targets.writers import Learned
 from grammarlab.runs.sample.contact_sheet import PAPER, draw_page, draw_tiles, lay_out
 from grammarlab.runs.work.executors import AbstractExecutor
-from grammarlab.runs.work.markdown import table
 from grammarlab.runs.work.run_folder import only_run_in
 from grammarlab.scene import Scene, triangles
+from grammarlab.tables import markdown_table
 
 WIDTH = 900
 """Approximate width of the samples of one density in pixels."""
@@ -125,8 +125,8 @@ def report_text(report: Report) -> str:
     parts = [
         f"# {report.title}\n",
         f"{report.origin} Divergences are Jensen-Shannon divergences in nats, 0 to 0.693.\n",
-        table(("", "before", "after"), report.compared),
-        table(("", ""), report.facts),
+        markdown_table(("", "before", "after"), report.compared),
+        markdown_table(("", ""), report.facts),
         *pictures,
         *(f"## {heading}\n\n{text.rstrip()}\n" for heading, text in report.sections),
         *(f"Note: {finding}.\n" for finding in report.findings),

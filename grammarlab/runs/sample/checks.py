@@ -19,7 +19,7 @@ from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.functions.asset_functions import matching_files
 from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
 from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UsageError
-from grammarlab.features.accepted import annotations_of
+from grammarlab.features.accepted_models import annotations_of
 from grammarlab.files import file_hash
 from grammarlab.language.checking.check import CheckedFile, SupportedFeatures, check, check_files
 from grammarlab.language.grammar import Grammar
