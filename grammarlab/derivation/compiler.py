@@ -1,7 +1,4 @@
-"""Compiler from a grammar to a `Program`, with the names of its random expressions.
-
-Sets of texture coordinates that a grammar uses.
-"""
+"""Compiler from a grammar to a `Program`: names of random expressions, and the sets of texture coordinates in use."""
 
 from __future__ import annotations
 

@@ -1,9 +1,7 @@
-"""From a facade to a design of layers whose layout is that facade.
+"""From a facade to a design of layers whose layout is that facade, and the similarity of both.
 
 Elements are products of columns and rows, from the top down: rare elements lie over common ones. Symbols get single
-letters, capitals for elements.
-
-Similarity of two facades: area with equal labels, and matched elements.
+letters, capitals for elements. Facades are similar by the area with equal labels, and by matched elements.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""A match as a grammar, and as a completed facade.
+"""A match as a grammar, as a completed facade, and as a picture.
 
 Kinds are rules, shared parameters are shared attributes, and uncertainties are random ranges. In the completed facade
-every element is complete and in place, with wall around it.
-
-A picture of a match: fitted templates in the colours of their kinds, under the points of all elements.
+every element is complete and in place, with wall around it. The picture has the fitted templates in the colours of
+their kinds, under the points of all elements.
 """
 
 from __future__ import annotations

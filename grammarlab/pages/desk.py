@@ -1,9 +1,4 @@
-"""Desks: what the windows of a page work on together, with its file, its history, and the commands of all pages.
-
-Steps that can be undone and redone.
-
-Names of the files that a page saves to.
-"""
+"""Desks: what the windows of a page work on together, with its file, its history, and the commands of all pages."""
 
 from __future__ import annotations
 
@@ -19,7 +14,7 @@ from grammarlab.pages.windows import Answer, Message, Refuse
 
 Document = TypeVar("Document")
 """The edited value; every change makes another one."""
-MOST = 500
+MAX_STEPS = 500
 """Largest number of stored steps."""
 
 
@@ -42,7 +37,7 @@ class History(Generic[Document]):
             joins: whether it becomes part of the step before it, if that has the same description and was not undone.
         """
         if not (joins and not self.future and self.past and self.past[-1][0] == words):
-            self.past = [*self.past, (words, self.present)][-MOST:]
+            self.past = [*self.past, (words, self.present)][-MAX_STEPS:]
             self.future = []
         self.present = document
 

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.pages.desk import MOST, History
+from grammarlab.pages.desk import MAX_STEPS, History
 from grammarlab.pages.editor.document import opened
 from tests.facade.samples import windows
 
@@ -29,7 +29,7 @@ def test_history_does_what_a_list_with_a_place_in_it_does(steps: list[str]):
 
 def test_only_so_many_steps_are_kept():
     history = History(FIRST)
-    for number in range(MOST + 10):
+    for number in range(MAX_STEPS + 10):
         history.do(str(number), opened(FIRST.facade))
-    assert len(history.past) == MOST
-    assert history.undo() == str(MOST + 9)
+    assert len(history.past) == MAX_STEPS
+    assert history.undo() == str(MAX_STEPS + 9)

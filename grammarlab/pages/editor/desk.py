@@ -1,10 +1,6 @@
-"""State of an editing session: document and history, active grid, variations to choose from, file.
+"""State of an editing session: document and history, active grid, variations to choose from, file, exports.
 
-State of a desk for windows.
-
-Drawing data of facades for a page: numbers as columns in buffers, other values as JSON.
-
-Exports of facades to other formats, beside the edited file.
+Windows receive facades as columns of numbers in buffers, and other values as JSON.
 """
 
 from __future__ import annotations
