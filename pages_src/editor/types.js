@@ -1,5 +1,5 @@
 /**
- * What the page is told; see `state.py` and `columns.py`.
+ * What the page is told; see `grammarlab/pages/editor/desk.py`.
  *
  * @typedef {import("../stage/types.js").Drawing} Drawing
  * @typedef {import("../stage/types.js").Grid} Grid

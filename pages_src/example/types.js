@@ -1,5 +1,5 @@
 /**
- * The state that Python sends; see `desk.py`.
+ * The state that Python sends; see `grammarlab/pages/example_desk.py`.
  *
  * @typedef {"rows" | "columns"} Axis
  * @typedef {Record<Axis, number[]>} Lines metres above ground, or from the left

@@ -1,5 +1,5 @@
 /**
- * The state that Python sends; see `state.py`.
+ * The state that Python sends; see `grammarlab/pages/layers/shown.py`.
  *
  * @typedef {import("../stage/types.js").Drawing} Drawing
  * @typedef {Drawing & { counters: Record<string, number>, sizes: Record<string, number>, energy: number, proven: boolean, colors: string[], labels: string[] }} Layout

@@ -6,7 +6,7 @@ import { openPage } from "../shared/open.js";
 /** @typedef {{ box: number[], kind: string, sizes: Record<string, number>, uncertain: string, lines: number[][], points: number[][], color: string }} Fit of an element */
 
 /**
- * @typedef {object} State the state that Python sends; see `desk.py`
+ * @typedef {object} State the state that Python sends; see `grammarlab/pages/scan_desk.py`
  * @property {number} protocol
  * @property {string} title
  * @property {string} file that it is saved to

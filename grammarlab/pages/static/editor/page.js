@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source 47a343fe579d8e2a */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source b967154bb930732d */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 8690f08cc9723c29 */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source def7a9135a7fc6d0 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 31e27c267783b3f1 */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 5f466e0ef207c028 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source d0429b1733766317 */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 052ff76ca8974b7f */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
