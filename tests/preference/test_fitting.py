@@ -101,8 +101,8 @@ def test_huge_and_constant_columns(method):
 
 
 def test_ten_thousand_labels_stay_bounded(method, monkeypatch):
-    for name in ("processes.grouped", "processes.gaussian_process", "rivals.kde"):
-        module = import_module(f"grammarlab.preference.{name}")
+    for name in ("preference.processes.grouped", "baselines.gaussian_process", "baselines.kde"):
+        module = import_module(f"grammarlab.{name}")
         monkeypatch.setattr(module, "MAX_ROWS_TO_FIT", 100)
         monkeypatch.setattr(module, "MAX_ROWS_TO_KEEP", 400)
     module = import_module("grammarlab.baselines.sklearn_process")
@@ -159,8 +159,8 @@ def test_a_missing_library_is_named_with_how_to_get_it(monkeypatch, method, modu
             raise ModuleNotFoundError(name=library)
         return real(name, *arguments, **options)
 
-    import_module(f"grammarlab.preference.rivals.{module}")
-    monkeypatch.delitem(sys.modules, f"grammarlab.preference.rivals.{module}")
+    import_module(f"grammarlab.baselines.{module}")
+    monkeypatch.delitem(sys.modules, f"grammarlab.baselines.{module}")
     monkeypatch.setattr(builtins, "__import__", without_library)
     with pytest.raises(UsageError, match=rf"the package {library}, .*: pip install 'grammarlab\[{extra}\]'"):
         fit([[1.0]], [1.0], method=method)

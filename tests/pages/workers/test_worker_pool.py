@@ -188,7 +188,7 @@ def test_processes_end_when_the_session_is_killed(tmp_path: Path, busy: bool):
     code = f"""
 import time
 from queue import SimpleQueue
-from grammarlab.scoring.workers.worker_pool import WorkerPool
+from grammarlab.pages.workers.worker_pool import WorkerPool
 inbox = SimpleQueue()
 pool = WorkerPool("{__name__}:maker", ("hello",), 2, inbox.put)
 pool.submit("world", lambda outcome: None)
