@@ -19,7 +19,6 @@ from grammarlab.pages.workers.tasks import FindPart, MakeGlb
 from grammarlab.pages.workers.thumbnails import Thumbnails
 from grammarlab.pages.workers.worker_pool import WorkerPool
 
-_WORKERS = "grammarlab.pages.workers"
 _LONG_TASK_NICENESS = 5
 """Nice value of processes of long tasks, so that pictures are drawn first."""
 
@@ -47,14 +46,14 @@ class SessionDesk(AbstractDesk):
         source, deliver = (about.suffix, about.grammar, about.title, str(assets)), artists.deliver
         models = about.seed, about.size, display.record.wide
         learners = WorkerPool(
-            make=f"{_WORKERS}.learner:learner",
+            make="grammarlab.pages.workers.learner:learner",
             arguments=(*source, *models),
             size=1,
             deliver=deliver,
             politeness=_LONG_TASK_NICENESS,
         )
         makers = WorkerPool(
-            make=f"{_WORKERS}.maker:maker",
+            make="grammarlab.pages.workers.maker:maker",
             arguments=(*source, str(path), about.seed, about.size),
             size=1,
             deliver=deliver,

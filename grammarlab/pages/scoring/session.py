@@ -80,7 +80,7 @@ class Session(Desktop[SessionDesk]):
 def _open_desk(opening: Opening, num_artists: int, desktop: Desktop[SessionDesk]) -> SessionDesk:
     about, store = opening.about, opening.store
     artists = WorkerPool(
-        make=f"{__package__}.workers.artist:artist",
+        make="grammarlab.pages.workers.artist:artist",
         arguments=(about.suffix, about.grammar, about.title, str(opening.assets)),
         size=num_artists,
         deliver=desktop.post,
