@@ -396,7 +396,7 @@ def test_meshes_that_are_not_there_are_told_once_with_their_places(tmp_path: Pat
         places = {"oak.obj": "1:68", "window.glb": "1:37"}
         assert session.call("state")[0]["warnings"] == [
             f'house.cga:{place}: warning: there is no asset "{name}" in the asset folder {tmp_path}; '
-            "a box stands in its place [missing-asset]\n  hint: say where the meshes are with --assets DIR"
+            "a box stands in its place [missing-asset]\n  hint: say where the meshes are with `assets=DIR`"
             for name, place in places.items()
         ]
 
