@@ -99,9 +99,9 @@ MUTANTS = (
     Mutant("np.where(§ >= _reach(§), §, §)", "np.where({0} >= {1}, {2}, {3})", SPLITTING),
     Mutant("§ = 0 if any(isinstance(§, SplitSize)", "{0} = 1 if any(isinstance({1}, SplitSize)", SPLITTING),
     # The wavefront of a straight skeleton.
-    Mutant("§ * § * (1.0 - PARALLEL)", "{0} * {1}", SKELETON),
+    Mutant("§ = § < § * § * (1.0 - §)\n", "{0} = {1} < {2} * {3}\n", SKELETON),
     Mutant("(§ and § < 0)):", "({0} and {1} > 0)):", SKELETON),
-    Mutant("§.dx * §.dy - §.dy * §.dx > PARALLEL:\n", "{0}.dx * {1}.dy - {2}.dy * {3}.dx < PARALLEL:\n", SKELETON),
+    Mutant("§.dx * §.dy - §.dy * §.dx > §:\n", "{0}.dx * {1}.dy - {2}.dy * {3}.dx < {4}:\n", SKELETON),
     Mutant("§ + max(§, 0.0) / §, next(", "{0} + {1} / {2}, next(", SKELETON),
     Mutant("§ = max(§.time, §.time)", "{0} = min({1}.time, {2}.time)", SKELETON),
     Mutant("0.5 * (§ + §), 0.5 * (§ + §)", "{0}, {2}", SKELETON),
@@ -136,7 +136,7 @@ MUTANTS = (
     Mutant("§[§] = §[§[§]] == §[§]", "pass", FEATURES),
     Mutant("np.minimum(§[§] * §[§[§]], ", "np.minimum({0}[{1}] + {2}[{3}[{4}]], ", FEATURES),
     Mutant("is None or §.branch[: len(§.branch)] == §.branch)", "is None or {0}.branch == {2}.branch)", FEATURES),
-    Mutant("§.child[§] == §.place", "{0}.child[{1}] >= {2}.place", FEATURES),
+    Mutant("§ = §.child[§] == §\n", "{0} = {1}.child[{2}] >= {3}\n", FEATURES),
 )
 
 
