@@ -104,7 +104,7 @@ def _finite(call: FunctionCall, value: Value) -> Floats | float:
     return column.astype(np.float64, copy=False)
 
 
-def _elementwise(apply: Callable[..., NDArray], least: int, most: int | None = None) -> Builtin:
+def elementwise(apply: Callable[..., NDArray], least: int, most: int | None = None) -> Builtin:
     """A function of numbers from a function of arrays."""
 
     def evaluate(call: FunctionCall) -> Value:
@@ -126,7 +126,7 @@ def _numbers(call: FunctionCall, argument: Value) -> Floats:
 
 def _chosen(numbers: Callable[..., NDArray], texts: Callable[..., str], count: int) -> Builtin:
     """A function that returns one of its arguments: of numbers, or of strings by their order."""
-    of_numbers, of_texts = _elementwise(numbers, count), text_function(texts, (count, count))
+    of_numbers, of_texts = elementwise(numbers, count), text_function(texts, (count, count))
 
     def evaluate(call: FunctionCall) -> Value:
         are_texts = kind_of(call.arguments[0]) == "string"
@@ -140,29 +140,29 @@ def _clamp(x: Floats, low: Floats, high: Floats) -> Floats:
 
 
 BUILTINS: dict[str, Builtin] = {
-    "abs": _elementwise(np.abs, 1),
-    "acos": _elementwise(lambda x: np.degrees(np.arccos(x)), 1),
-    "asin": _elementwise(lambda x: np.degrees(np.arcsin(x)), 1),
-    "atan": _elementwise(lambda x: np.degrees(np.arctan(x)), 1),
-    "atan2": _elementwise(lambda y, x: np.degrees(np.arctan2(y, x)), 2),
-    "ceil": _elementwise(np.ceil, 1),
+    "abs": elementwise(np.abs, 1),
+    "acos": elementwise(lambda x: np.degrees(np.arccos(x)), 1),
+    "asin": elementwise(lambda x: np.degrees(np.arcsin(x)), 1),
+    "atan": elementwise(lambda x: np.degrees(np.arctan(x)), 1),
+    "atan2": elementwise(lambda y, x: np.degrees(np.arctan2(y, x)), 2),
+    "ceil": elementwise(np.ceil, 1),
     "clamp": _chosen(_clamp, lambda x, low, high: min(max(x, low), high), 3),
-    "cos": _elementwise(lambda x: np.cos(np.radians(x)), 1),
-    "exp": _elementwise(np.exp, 1),
+    "cos": elementwise(lambda x: np.cos(np.radians(x)), 1),
+    "exp": elementwise(np.exp, 1),
     "fileRandom": Builtin(_file_random, (1, 1), random=True),
-    "floor": _elementwise(np.floor, 1),
-    "isinf": _elementwise(np.isinf, 1),
-    "isnan": _elementwise(np.isnan, 1),
+    "floor": elementwise(np.floor, 1),
+    "isinf": elementwise(np.isinf, 1),
+    "isnan": elementwise(np.isnan, 1),
     "listRandom": Builtin(_list_random, (1, 1), random=True),
-    "ln": _elementwise(np.log, 1),
-    "log10": _elementwise(np.log10, 1),
+    "ln": elementwise(np.log, 1),
+    "log10": elementwise(np.log10, 1),
     "max": _chosen(np.maximum, max, 2),
     "min": _chosen(np.minimum, min, 2),
     "p": Builtin(_bernoulli, (1, 1), random=True),
-    "pow": _elementwise(np.power, 2),
+    "pow": elementwise(np.power, 2),
     "rand": Builtin(_rand, (0, 2), random=True),
-    "rint": _elementwise(np.rint, 1),
-    "sin": _elementwise(lambda x: np.sin(np.radians(x)), 1),
-    "sqrt": _elementwise(np.sqrt, 1),
-    "tan": _elementwise(lambda x: np.tan(np.radians(x)), 1),
+    "rint": elementwise(np.rint, 1),
+    "sin": elementwise(lambda x: np.sin(np.radians(x)), 1),
+    "sqrt": elementwise(np.sqrt, 1),
+    "tan": elementwise(lambda x: np.tan(np.radians(x)), 1),
 }
