@@ -52,10 +52,10 @@ class BoostedPreference(AbstractPreference):
     num_columns: int
     groups: Ints
     """[F] group number of each column, for `explain`."""
-    whole: Booster
+    ensemble: Booster
     """Trees learned from all labels."""
     members: tuple[Booster, ...]
-    """Ensembles, each learned from a bootstrap sample of the rows."""
+    """Further ensembles, each learned from a bootstrap sample of the rows."""
     num_trees: int
     """Number of trees of each ensemble used for predictions."""
     error: float
@@ -67,14 +67,14 @@ class BoostedPreference(AbstractPreference):
             return Prediction(np.empty(0), np.empty(0))
         spread = np.var([_predicted(member, table, self.num_trees) for member in self.members], axis=0)
         return Prediction(
-            np.clip(_predicted(self.whole, table, self.num_trees), 0.0, MAX_SCORE), np.sqrt(spread + self.error)
+            np.clip(_predicted(self.ensemble, table, self.num_trees), 0.0, MAX_SCORE), np.sqrt(spread + self.error)
         )
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         """Share of each group in the gain of all splits."""
         if len(self.groups) and len(group_names) <= self.groups.max():
             raise UsageError(f"group_names: expected {self.groups.max() + 1} names, found {len(group_names)}.")
-        gains = self.whole.feature_importance("gain", self.num_trees)[: self.num_columns]
+        gains = self.ensemble.feature_importance("gain", self.num_trees)[: self.num_columns]
         shares = np.bincount(self.groups, gains, len(group_names)) / max(gains.sum(), np.finfo(np.float64).tiny)
         entries = [
             Relevance(name, share, level_of(share)) for name, share in zip(group_names, shares.tolist(), strict=True)
@@ -110,8 +110,8 @@ def fit(
     tree_counts = np.arange(_TREE_STEP, MAX_TREES + 1, _TREE_STEP)
     errors = _errors_outside(members, observations, samples, tree_counts)
     best = int(np.argmin(errors)) if total >= MIN_ROWS_TO_CHOOSE else -1
-    whole = _trained(observations, np.ones(total, dtype=np.int64))
-    return BoostedPreference(len(numbers), numbers, whole, members, int(tree_counts[best]), float(errors[best]))
+    ensemble = _trained(observations, np.ones(total, dtype=np.int64))
+    return BoostedPreference(len(numbers), numbers, ensemble, members, int(tree_counts[best]), float(errors[best]))
 
 
 def _trained(observations: Observations, drawn: Ints) -> Booster:

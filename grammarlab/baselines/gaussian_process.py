@@ -45,9 +45,8 @@ MAX_ITERATIONS = 100
 _ITERATIONS_PER_STAGE = 20
 """Largest number of iterations before columns are left out."""
 
-_MIN_LOG_THETA = np.log(1e-11)
+_MIN_LOG_THETA, _MAX_LOG_THETA = np.log(1e-11), np.log(1e5)
 """Bounds of log theta: wide enough to be inactive, narrow enough for exp."""
-_MAX_LOG_THETA = np.log(1e5)
 
 _MAX_IRRELEVANT = 3e-3
 """Weight times squared range below which a column may be left out: it lowers a correlation by 0.15 % at most."""

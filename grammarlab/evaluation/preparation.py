@@ -1,10 +1,8 @@
-"""Preparation: the material of the protocol from a scenario and its grammar.
+"""Material of an evaluation, from a scenario: labelled models, and a simulated person who scores others.
 
 The labelled set is derived at the scenario's seed. The pool is derived at seeds that follow from it
 (`grammarlab.learning.designs.pool`), so the two have no model in common. Each simulated person has its own models
 (`Source.for_person`), so that methods are not fitted to one pool.
-
-Material of an evaluation: labelled models with true scores, and a simulated person with all other true scores.
 """
 
 from __future__ import annotations
@@ -33,6 +31,9 @@ from grammarlab.learning.round import Study
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.randomness import derived_seed
+
+_PERSONS = 4
+"""Lane below the seed of a scenario for the models of persons."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,15 +97,6 @@ class Material:
     def js_original(self) -> float:
         """Divergence in nats of the original grammar."""
         return agreement(self.target, np.ones(len(self.weights)), self.weights).js
-
-
-def _product(scores: Floats) -> Floats:
-    """[n, 1] the scores of the product of K factors [n, K], 0 to 100."""
-    return 100.0 * np.prod(scores / 100.0, axis=1, keepdims=True)
-
-
-_PERSONS = 4
-"""Lane below the seed of a scenario for the models of persons."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,15 +176,20 @@ def prepare(source: Source, settings: Settings) -> Material:
     return material
 
 
+def true_scores(scenario: Scenario, forest: Forest) -> Floats:
+    """[models, K] scores of models by each factor of a scenario, 0 to 100."""
+    return np.column_stack([factor.score.evaluate(count(forest, factor.score.features)) for factor in scenario.factors])
+
+
 def labelled_set(source: Source, space: GrammarSpace) -> tuple[Forest, ...]:
     """The models of the labelled set, without geometry."""
     first = source.labelled_address
     return tuple(space.sample(first.flat, source.scenario.num_models, first.seed))
 
 
-def true_scores(scenario: Scenario, forest: Forest) -> Floats:
-    """[models, K] scores of models by each factor of a scenario, 0 to 100."""
-    return np.column_stack([factor.score.evaluate(count(forest, factor.score.features)) for factor in scenario.factors])
+def _product(scores: Floats) -> Floats:
+    """[n, 1] the scores of the product of K factors [n, K], 0 to 100."""
+    return 100.0 * np.prod(scores / 100.0, axis=1, keepdims=True)
 
 
 def _log_weight(scenario: Scenario, space: GrammarSpace, forest: Forest) -> Floats:

@@ -203,7 +203,7 @@ def _factors(file: TomlFile, table: dict[str, Any], name: str, title: str) -> tu
     names = file.strings(table, "factors", ())
     if not 1 <= len(names) <= MAX_FACTORS or len(set(names)) < len(names):
         raise file.wrong(f"expected 1 to {MAX_FACTORS} different names of scenarios", "factors")
-    return tuple(_factor(file, table, other) for other in names)
+    return tuple(_factor(file, table, factor) for factor in names)
 
 
 def _factor(file: TomlFile, table: dict[str, Any], name: str) -> Factor:
@@ -215,10 +215,10 @@ def _factor(file: TomlFile, table: dict[str, Any], name: str) -> Factor:
     # Checked before it is read, so that files that name each other do not recurse.
     if "factors" in TomlFile(text, path).table():
         raise file.wrong(f"{name} has factors itself; expected scenarios with a preference", "factors")
-    other = parse(text, path)
-    if other.grammar != _grammar(file, table):
-        raise file.wrong(f"{name} is about the grammar {other.grammar!r}, this about another", "factors")
-    return other.factors[0]
+    scenario = parse(text, path)
+    if scenario.grammar != _grammar(file, table):
+        raise file.wrong(f"{name} is about the grammar {scenario.grammar!r}, this about another", "factors")
+    return scenario.factors[0]
 
 
 def _score(file: TomlFile, table: dict[str, Any]) -> Score:

@@ -1,7 +1,4 @@
-"""Typed values from TOML files; errors name the file, the line and the expected value.
-
-Objects from lists of names.
-"""
+"""Typed values of TOML files, and objects from lists of names; errors name the line and the expected value."""
 
 from __future__ import annotations
 
@@ -15,77 +12,14 @@ from grammarlab.errors import AssetError, TomlError, UsageError
 from grammarlab.files import read_bounded
 from grammarlab.toml_text import toml_table, toml_text
 
-Named = TypeVar("Named")
-
-
-def chosen(names: str, objects: Mapping[str, Named], what: str) -> tuple[Named, ...]:
-    """Objects from a comma-separated list, in its order.
-
-    Args:
-        names: ``default,paper``; each name once.
-        objects: all objects by name.
-        what: noun for one of them, for messages: ``method``.
-
-    Raises:
-        UsageError: If a name is unknown, repeated or missing.
-    """
-    requested = [name.strip() for name in names.split(",") if name.strip()]
-    if not requested:
-        raise UsageError(f"which {what}s? Give names from: {', '.join(objects)}; several with commas between.")
-    for name in requested:
-        if name not in objects:
-            near = get_close_matches(name, objects, n=1)
-            hint = f" Did you mean {near[0]!r}?" if near else ""
-            raise UsageError(f"unknown {what} {name!r}.{hint} Expected one of {', '.join(objects)}.")
-        if requested.count(name) > 1:
-            raise UsageError(f"{what} {name!r} is given twice.")
-    return tuple(objects[name] for name in requested)
-
-
-def chosen_one(name: str, objects: Mapping[str, Named], what: str) -> Named:
-    """Object from a single name; for the arguments see `chosen`.
-
-    Raises:
-        UsageError: If the name is unknown, or there are several names.
-    """
-    matches = chosen(name, objects, what)
-    if len(matches) != 1:
-        raise UsageError(f"expected one {what}, found {len(matches)} in {name!r}.")
-    return matches[0]
-
-
+_Named = TypeVar("_Named")
 SUFFIX = ".toml"
-
 MAX_BYTES = 1 << 18
 """Largest size of a file in bytes."""
-MAX_CHARACTERS = 1000
+_MAX_CHARACTERS = 1000
 """Largest number of characters of a text."""
-MAX_ITEMS = 100
+_MAX_ITEMS = 100
 """Largest number of items of a list."""
-
-
-def read(path: Path, what: str) -> str:
-    """Text of a file.
-
-    Args:
-        path: the file.
-        what: expected kind of file, for messages: ``scenario``.
-
-    Raises:
-        UsageError: If the file is missing, unreadable, too large or not in UTF-8.
-    """
-    if not path.exists() or path.is_dir():
-        near = get_close_matches(path.name, [p.name for p in path.parent.glob(f"*{SUFFIX}")], n=3, cutoff=0.5)
-        hint = f"; did you mean {' or '.join(near)}?" if near else ""
-        raise UsageError(f"no {what} file {str(path)!r}{hint}")
-    try:
-        return toml_text(read_bounded(path, MAX_BYTES))
-    except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror or error}") from None
-    except AssetError as error:
-        raise UsageError(f"{error} A {what} is a short text file.") from None
-    except TomlError as error:
-        raise UsageError(f"{path}{f':{error.line}' if error.line else ''}: {error.message}") from None
 
 
 class TomlFile:
@@ -118,14 +52,14 @@ class TomlFile:
     def string(self, table: dict[str, Any], key: str, default: str | None = None) -> str:
         """A text; required and not empty if there is no default."""
         value = table.get(key, default)
-        if not isinstance(value, str) or (default is None and not value.strip()) or len(value) > MAX_CHARACTERS:
-            raise self.wrong(f"expected {key} = a text of 1 to {MAX_CHARACTERS} characters, found {value!r:.40}", key)
+        if not isinstance(value, str) or (default is None and not value.strip()) or len(value) > _MAX_CHARACTERS:
+            raise self.wrong(f"expected {key} = a text of 1 to {_MAX_CHARACTERS} characters, found {value!r:.40}", key)
         return value
 
     def strings(self, table: dict[str, Any], key: str, default: tuple[str, ...]) -> tuple[str, ...]:
         """A list of texts."""
         value = table.get(key, list(default))
-        if not isinstance(value, list) or len(value) > MAX_ITEMS or not all(isinstance(item, str) for item in value):
+        if not isinstance(value, list) or len(value) > _MAX_ITEMS or not all(isinstance(item, str) for item in value):
             raise self.wrong(f"expected {key} = a list of texts, found {value!r:.40}", key)
         return tuple(value)
 
@@ -173,6 +107,66 @@ class TomlFile:
         if key is not None and line is None:
             line = self.line(rf"^[ \t]*(?:\[+[ \t]*)?[\"']?{re.escape(key)}[\"']?[ \t]*[=.\]]")
         return UsageError(f"{self.path}{f':{line}' if line else ''}: {message}")
+
+
+def chosen_one(name: str, objects: Mapping[str, _Named], what: str) -> _Named:
+    """Object from a single name; for the arguments see `chosen`.
+
+    Raises:
+        UsageError: If the name is unknown, or there are several names.
+    """
+    matches = chosen(name, objects, what)
+    if len(matches) != 1:
+        raise UsageError(f"expected one {what}, found {len(matches)} in {name!r}.")
+    return matches[0]
+
+
+def chosen(names: str, objects: Mapping[str, _Named], what: str) -> tuple[_Named, ...]:
+    """Objects from a comma-separated list, in its order.
+
+    Args:
+        names: ``default,paper``; each name once.
+        objects: all objects by name.
+        what: noun for one of them, for messages: ``method``.
+
+    Raises:
+        UsageError: If a name is unknown, repeated or missing.
+    """
+    requested = [name.strip() for name in names.split(",") if name.strip()]
+    if not requested:
+        raise UsageError(f"which {what}s? Give names from: {', '.join(objects)}; several with commas between.")
+    for name in requested:
+        if name not in objects:
+            near = get_close_matches(name, objects, n=1)
+            hint = f" Did you mean {near[0]!r}?" if near else ""
+            raise UsageError(f"unknown {what} {name!r}.{hint} Expected one of {', '.join(objects)}.")
+        if requested.count(name) > 1:
+            raise UsageError(f"{what} {name!r} is given twice.")
+    return tuple(objects[name] for name in requested)
+
+
+def read(path: Path, what: str) -> str:
+    """Text of a file.
+
+    Args:
+        path: the file.
+        what: expected kind of file, for messages: ``scenario``.
+
+    Raises:
+        UsageError: If the file is missing, unreadable, too large or not in UTF-8.
+    """
+    if not path.exists() or path.is_dir():
+        near = get_close_matches(path.name, [p.name for p in path.parent.glob(f"*{SUFFIX}")], n=3, cutoff=0.5)
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise UsageError(f"no {what} file {str(path)!r}{hint}")
+    try:
+        return toml_text(read_bounded(path, MAX_BYTES))
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror or error}") from None
+    except AssetError as error:
+        raise UsageError(f"{error} A {what} is a short text file.") from None
+    except TomlError as error:
+        raise UsageError(f"{path}{f':{error.line}' if error.line else ''}: {error.message}") from None
 
 
 def nearest(name: str, names: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""Acceptance rules: annotations of a rule file that decide which of its models are kept.
+"""Acceptance rules: annotations of a rule file that decide which of its models are kept, and the accepted models.
 
 The rule is an expression over the features of a model; other engines ignore it::
 
@@ -11,10 +11,9 @@ which the file was learned: if symbols are split, further texts of the annotatio
 
     "Block_box/0 Block *:0"        the only way to rewrite Block_box is the first branch of Block
 
-Models that an acceptance rule keeps: each is the first accepted one of a sequence of candidates.
-
-The seed of candidate t of a model follows from the model's own seed and t; the first candidate has the model's
-own seed. So a model is the same alone, in a batch of any size, and on any number of workers.
+An accepted model is the first one kept of a sequence of candidates. The seed of candidate t follows from the model's
+own seed and t; the first candidate has the model's own seed. So a model is the same alone, in a batch of any size, and
+on any number of workers.
 """
 
 from __future__ import annotations
@@ -44,152 +43,15 @@ from grammarlab.randomness import fold, root_keys, uniforms
 MAX_USUAL_TRIES = 1_000
 """Largest number of candidates of one model, if one of them has a probability above 0."""
 _RARE_FACTOR = 20
-"""Factor of this number if all have probability 0, so that a rule may keep one model in 1,000."""
+"""Factor of `MAX_USUAL_TRIES` if all candidates have probability 0, so that a rule may keep one model in 1,000."""
 MAX_TRIES = _RARE_FACTOR * MAX_USUAL_TRIES
 """Largest number of candidates of one model."""
+_MAX_SYMBOLS = 10_000
+"""Largest number of new symbols in one annotation."""
 _MAX_CANDIDATES_AT_ONCE = 2_048
 """Number of candidates that are made at once."""
 _CANDIDATES, _DECISIONS = 0x4143_4345_5054, 0x4445_4349_4445
 """Lanes of random numbers: seeds of candidates, and decisions about them."""
-
-
-def derive_accepted(
-    program: Program,
-    acceptance: Acceptance | None,
-    lots: Lots,
-    assets: AssetFolder | None = None,
-    enough_tries: int = MAX_USUAL_TRIES,
-) -> Accepted:
-    """Accepted models of lots.
-
-    Args:
-        program: the compiled grammar.
-        acceptance: acceptance rule of the grammar; None for a grammar that keeps all models.
-        lots: the lots.
-        assets: meshes and images.
-        enough_tries: largest number of candidates of one model; 20 times as many if all have probability 0.
-
-    Raises:
-        GrammarlabError: If all candidates of a model have probability 0.
-    """
-    if acceptance is None or not len(lots):
-        return Accepted.all_of(derive(program, lots, assets=assets))
-    search = _AcceptingSearch(program, acceptance, lots, assets, enough_tries)
-    return search.run()
-
-
-class _AcceptingSearch:
-    def __init__(
-        self, program: Program, acceptance: Acceptance, lots: Lots, assets: AssetFolder | None, enough_tries: int
-    ) -> None:
-        self.program, self.acceptance, self.lots, self.assets = program, acceptance, lots, assets
-        self.enough_tries = enough_tries
-        self.tries = np.zeros(len(lots), dtype=np.int64)
-        self.chunks: list[tuple[Ints, Forest]] = []
-        """Models, and their candidates that were kept."""
-        self.best = np.zeros((2, len(lots)))
-        """Probability and number of the nearest candidate of each model."""
-
-    def run(self) -> Accepted:
-        num, enough = len(self.lots), self.enough_tries
-        waiting = self._search(np.arange(num), 0, enough)
-        possible = self.best[0, waiting] > 0.0
-        # If no candidate of any model has a probability above 0, fewer are made for each of many models.
-        most = _RARE_FACTOR * enough if self.best[0].any() else max(enough, _RARE_FACTOR * enough // num)
-        rare = self._search(waiting[~possible], enough, most)
-        self._settle(waiting[possible], enough)
-        self._settle(rare, most)
-        order = np.concatenate([models for models, _ in self.chunks])
-        forest = join_forests([forest for _, forest in self.chunks])
-        model = order.astype(forest.nodes.model.dtype)[forest.nodes.model]
-        is_accepted = np.ones(num, dtype=bool)
-        is_accepted[waiting[possible]] = is_accepted[rare] = False
-        return Accepted(
-            replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, is_accepted
-        )
-
-    def _search(self, waiting: Ints, first: int, end: int) -> Ints:
-        """Look for accepted candidates of models.
-
-        Args:
-            waiting: the models.
-            first: number of their first candidate.
-            end: number after the last one.
-
-        Returns:
-            Models without an accepted candidate.
-        """
-        num = 1
-        while len(waiting) and first < end:
-            num = min(num, end - first)
-            for some in np.array_split(waiting, -(-len(waiting) * num // _MAX_CANDIDATES_AT_ONCE)):
-                self._try(some, first, num)
-            waiting = waiting[self.tries[waiting] == 0]
-            first += num
-            # The number doubles each time, as long as the candidates of a round fit into a few chunks.
-            num = max(1, min(2 * num, _MAX_CANDIDATES_AT_ONCE // max(1, len(waiting))))
-        return waiting
-
-    def _try(self, models: Ints, first: int, num: int) -> None:
-        """Make candidates of models, in the order of their numbers."""
-        for candidates, index in self._derived(models, first, num):
-            number, model = np.divmod(index, len(models))
-            model, number = models[model], number + first
-            chances = self.acceptance.probabilities(candidates)
-            draws = self._draws(model, number)
-            self._note(model, number, chances / np.maximum(draws, 1e-300))
-            rows = np.flatnonzero((draws < chances) & (self.tries[model] == 0))
-            rows = np.sort(rows[np.unique(model[rows], return_index=True)[1]])
-            if len(rows):
-                self.tries[model[rows]] = number[rows] + 1
-                self.chunks.append((model[rows], select_models(candidates, rows)))
-
-    def _derived(self, models: Ints, first: int, num: int) -> Iterator[tuple[Forest, Ints]]:
-        """Candidates in chunks, and the index of each in the sequence of all."""
-        lots = self.lots.take(np.tile(models, num))
-        numbers = np.repeat(np.arange(first, first + num), len(models))
-        done = 0
-        for forest in derive_chunks(self.program, _candidates(lots, numbers), assets=self.assets):
-            yield forest, np.arange(done, done + forest.num_models)
-            done += forest.num_models
-
-    def _draws(self, models: Ints, numbers: Ints) -> Floats:
-        lots = self.lots
-        keys = root_keys(_seeds(lots.seed[models], numbers), lots.model[models])
-        return uniforms(fold(keys, _DECISIONS), 0)
-
-    def _note(self, model: Ints, number: Ints, near: Floats) -> None:
-        """Record the candidates with the highest probability; of equal ones the first."""
-        for row in np.flatnonzero(near > self.best[0, model]).tolist():
-            if near[row] > self.best[0, model[row]]:
-                self.best[:, model[row]] = near[row], number[row]
-
-    def _settle(self, models: Ints, tries: int) -> None:
-        """Take the nearest candidates of models without accepted candidates, after a number of tries."""
-        hopeless = models[self.best[0, models] <= 0.0]
-        if len(hopeless):
-            raise GrammarlabError(
-                f"the acceptance rule keeps none of {tries:,} candidates of {self.lots.name(int(hopeless[0]))}, nor "
-                "would it keep them more often: expected a rule that keeps about one model in 1,000 or more. Learn the "
-                "file again, or change its @Acceptance"
-            )
-        if len(models):
-            self.tries[models] = tries
-            lots = _candidates(self.lots.take(models), self.best[1, models].astype(np.int64))
-            self.chunks.append((models, derive(self.program, lots, assets=self.assets)))
-
-
-def _candidates(lots: Lots, numbers: Ints) -> Lots:
-    """Lots [n] with the seeds of their candidates of these numbers [n]."""
-    return replace(lots, seed=_seeds(lots.seed, numbers))
-
-
-def _seeds(seeds: NDArray[np.uint64], numbers: Ints) -> NDArray[np.uint64]:
-    return np.where(numbers == 0, seeds, fold(fold(seeds, _CANDIDATES), numbers))
-
-
-MAX_SYMBOLS = 10_000
-"""Largest number of new symbols in one annotation."""
 _SYMBOL = re.compile(r"([^\W\d]\w*)/(\d{1,3}) ([^\W\d]\w*)((?: \S+:\S+)*)")
 _ROOT, _NONE = "*", "-"
 
@@ -269,11 +131,29 @@ class Acceptance:
         return RuleName(split.symbol, rule.parameters, (1 << 30,) if branch is None else branch, 0)
 
 
-def _distinct(items: Iterable) -> tuple[tuple, NDArray[np.int64]]:
-    """The different items, and the index of each among them."""
-    listed = list(items)
-    index_of = {item: index for index, item in enumerate(dict.fromkeys(listed))}
-    return tuple(index_of), np.array([index_of[item] for item in listed], dtype=np.int64)
+def derive_accepted(
+    program: Program,
+    acceptance: Acceptance | None,
+    lots: Lots,
+    assets: AssetFolder | None = None,
+    enough_tries: int = MAX_USUAL_TRIES,
+) -> Accepted:
+    """Accepted models of lots.
+
+    Args:
+        program: the compiled grammar.
+        acceptance: acceptance rule of the grammar; None for a grammar that keeps all models.
+        lots: the lots.
+        assets: meshes and images.
+        enough_tries: largest number of candidates of one model; 20 times as many if all have probability 0.
+
+    Raises:
+        GrammarlabError: If all candidates of a model have probability 0.
+    """
+    if acceptance is None or not len(lots):
+        return Accepted.all_of(derive(program, lots, assets=assets))
+    search = _AcceptingSearch(program, acceptance, lots, assets, enough_tries)
+    return search.run()
 
 
 def _texts(annotation: Annotation) -> list[str]:
@@ -284,8 +164,8 @@ def _texts(annotation: Annotation) -> list[str]:
 
 
 def _split(texts: list[str]) -> dict[SymbolKey, SplitSymbol]:
-    if len(texts) > MAX_SYMBOLS:
-        raise UsageError(f"expected at most {MAX_SYMBOLS:,} split symbols, found {len(texts):,}")
+    if len(texts) > _MAX_SYMBOLS:
+        raise UsageError(f"expected at most {_MAX_SYMBOLS:,} split symbols, found {len(texts):,}")
     symbols: dict[SymbolKey, SplitSymbol] = {}
     for text in texts:
         match = _SYMBOL.fullmatch(text)
@@ -297,11 +177,6 @@ def _split(texts: list[str]) -> dict[SymbolKey, SplitSymbol]:
     return symbols
 
 
-def _symbol_text(key: SymbolKey, split: SplitSymbol) -> str:
-    pairs = (f" {_branch_text(new)}:{_branch_text(old)}" for new, old in split.branches.items())
-    return f"{key[0]}/{key[1]} {split.symbol}{''.join(pairs)}"
-
-
 def _branch(text: str) -> Branch | None:
     if text in (_ROOT, _NONE):
         return () if text == _ROOT else None
@@ -310,5 +185,127 @@ def _branch(text: str) -> Branch | None:
     return tuple(map(int, text.split(".")))
 
 
+def _symbol_text(key: SymbolKey, split: SplitSymbol) -> str:
+    pairs = (f" {_branch_text(new)}:{_branch_text(old)}" for new, old in split.branches.items())
+    return f"{key[0]}/{key[1]} {split.symbol}{''.join(pairs)}"
+
+
 def _branch_text(branch: Branch | None) -> str:
     return _NONE if branch is None else ".".join(map(str, branch)) or _ROOT
+
+
+def _distinct(items: Iterable) -> tuple[tuple, NDArray[np.int64]]:
+    """The different items, and the index of each among them."""
+    listed = list(items)
+    index_of = {item: index for index, item in enumerate(dict.fromkeys(listed))}
+    return tuple(index_of), np.array([index_of[item] for item in listed], dtype=np.int64)
+
+
+class _AcceptingSearch:
+    def __init__(
+        self, program: Program, acceptance: Acceptance, lots: Lots, assets: AssetFolder | None, enough_tries: int
+    ) -> None:
+        self.program, self.acceptance, self.lots, self.assets = program, acceptance, lots, assets
+        self.enough_tries = enough_tries
+        self.tries = np.zeros(len(lots), dtype=np.int64)
+        self.chunks: list[tuple[Ints, Forest]] = []
+        """Models, and their candidates that were kept."""
+        self.best = np.zeros((2, len(lots)))
+        """Probability and number of the nearest candidate of each model."""
+
+    def run(self) -> Accepted:
+        num, enough = len(self.lots), self.enough_tries
+        waiting = self._search(np.arange(num), 0, enough)
+        possible = self.best[0, waiting] > 0.0
+        # If no candidate of any model has a probability above 0, fewer are made for each of many models.
+        most = _RARE_FACTOR * enough if self.best[0].any() else max(enough, _RARE_FACTOR * enough // num)
+        rare = self._search(waiting[~possible], enough, most)
+        self._settle(waiting[possible], enough)
+        self._settle(rare, most)
+        order = np.concatenate([models for models, _ in self.chunks])
+        forest = join_forests([forest for _, forest in self.chunks])
+        model = order.astype(forest.nodes.model.dtype)[forest.nodes.model]
+        is_accepted = np.ones(num, dtype=bool)
+        is_accepted[waiting[possible]] = is_accepted[rare] = False
+        return Accepted(
+            replace(forest, lots=self.lots, nodes=replace(forest.nodes, model=model)), self.tries, is_accepted
+        )
+
+    def _search(self, waiting: Ints, first: int, end: int) -> Ints:
+        """Look for accepted candidates of models.
+
+        Args:
+            waiting: the models.
+            first: number of their first candidate.
+            end: number after the last one.
+
+        Returns:
+            Models without an accepted candidate.
+        """
+        num = 1
+        while len(waiting) and first < end:
+            num = min(num, end - first)
+            for models in np.array_split(waiting, -(-len(waiting) * num // _MAX_CANDIDATES_AT_ONCE)):
+                self._try(models, first, num)
+            waiting = waiting[self.tries[waiting] == 0]
+            first += num
+            # The number doubles each time, as long as the candidates of a round fit into a few chunks.
+            num = max(1, min(2 * num, _MAX_CANDIDATES_AT_ONCE // max(1, len(waiting))))
+        return waiting
+
+    def _try(self, models: Ints, first: int, num: int) -> None:
+        """Make candidates of models, in the order of their numbers."""
+        for candidates, index in self._derived(models, first, num):
+            number, model = np.divmod(index, len(models))
+            model, number = models[model], number + first
+            chances = self.acceptance.probabilities(candidates)
+            draws = self._draws(model, number)
+            self._note(model, number, chances / np.maximum(draws, 1e-300))
+            rows = np.flatnonzero((draws < chances) & (self.tries[model] == 0))
+            rows = np.sort(rows[np.unique(model[rows], return_index=True)[1]])
+            if len(rows):
+                self.tries[model[rows]] = number[rows] + 1
+                self.chunks.append((model[rows], select_models(candidates, rows)))
+
+    def _derived(self, models: Ints, first: int, num: int) -> Iterator[tuple[Forest, Ints]]:
+        """Candidates in chunks, and the index of each in the sequence of all."""
+        lots = self.lots.take(np.tile(models, num))
+        numbers = np.repeat(np.arange(first, first + num), len(models))
+        done = 0
+        for forest in derive_chunks(self.program, _candidates(lots, numbers), assets=self.assets):
+            yield forest, np.arange(done, done + forest.num_models)
+            done += forest.num_models
+
+    def _draws(self, models: Ints, numbers: Ints) -> Floats:
+        lots = self.lots
+        keys = root_keys(_seeds(lots.seed[models], numbers), lots.model[models])
+        return uniforms(fold(keys, _DECISIONS), 0)
+
+    def _note(self, model: Ints, number: Ints, near: Floats) -> None:
+        """Record the candidates with the highest probability; of equal ones the first."""
+        for row in np.flatnonzero(near > self.best[0, model]).tolist():
+            if near[row] > self.best[0, model[row]]:
+                self.best[:, model[row]] = near[row], number[row]
+
+    def _settle(self, models: Ints, tries: int) -> None:
+        """Take the nearest candidates of models without accepted candidates, after a number of tries."""
+        hopeless = models[self.best[0, models] <= 0.0]
+        if len(hopeless):
+            raise GrammarlabError(
+                f"the acceptance rule keeps none of {tries:,} candidates of {self.lots.name(int(hopeless[0]))}, nor "
+                "would it keep them more often: expected a rule that keeps about one model in 1,000 or more. Learn the "
+                "file again, or change its @Acceptance"
+            )
+        if len(models):
+            self.tries[models] = tries
+            lots = _candidates(self.lots.take(models), self.best[1, models].astype(np.int64))
+            self.chunks.append((models, derive(self.program, lots, assets=self.assets)))
+
+
+def _candidates(lots: Lots, numbers: Ints) -> Lots:
+    """Lots [n] with the seeds of their candidates of these numbers [n]."""
+    return replace(lots, seed=_seeds(lots.seed, numbers))
+
+
+def _seeds(seeds: NDArray[np.uint64], numbers: Ints) -> NDArray[np.uint64]:
+    return np.where(numbers == 0, seeds, fold(fold(seeds, _CANDIDATES), numbers))

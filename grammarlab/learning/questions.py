@@ -1,7 +1,4 @@
-"""Designs to ask about next, given a state.
-
-Questions about models near a bound on continuous draws, so that few labels narrow it.
-"""
+"""Designs to ask about next, given a state; some lie near a bound on continuous draws, so that few labels narrow it."""
 
 from __future__ import annotations
 
@@ -19,33 +16,6 @@ from grammarlab.learning.round import State, Study, table_rows
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.compared_pairs import propose_pairs
 from grammarlab.preference.queries import Situation, Way, propose
-
-
-def between(margins: Floats, scored: Ints, num: int) -> Ints:
-    """Models that narrow a bound: evenly spaced, by rank, between the nearest scored models on both sides.
-
-    With num models per round, the interval between the two sides shrinks by a factor of num + 1 per round.
-
-    Args:
-        margins: [m] signed distance of each model of the pool to the bound
-            (`grammarlab.features.search.thresholds.margins`).
-        scored: [n] pool indices of the scored models.
-        num: largest number of models; fewer if there are no more between the two.
-
-    Returns:
-        Different pool indices, none of them in ``scored``.
-
-    >>> between(np.arange(-8.0, 9.0), np.array([0, 4, 16]), 3).tolist()
-    [7, 10, 13]
-    """
-    scored_margins = margins[scored]
-    low = scored_margins[scored_margins < 0.0].max(initial=-np.inf)
-    high = scored_margins[scored_margins >= 0.0].min(initial=np.inf)
-    inside = np.flatnonzero((margins > low) & (margins < high) & np.isfinite(margins))
-    inside = np.setdiff1d(inside, scored)
-    inside = inside[np.argsort(margins[inside], kind="stable")]
-    num = min(num, len(inside))
-    return inside[((np.arange(num) + 1) * len(inside)) // (num + 1)]
 
 
 def ask(
@@ -92,6 +62,33 @@ def ask(
     return tuple(names[index] for index in chosen.tolist())
 
 
+def between(margins: Floats, scored: Ints, num: int) -> Ints:
+    """Models that narrow a bound: evenly spaced, by rank, between the nearest scored models on both sides.
+
+    With num models per round, the interval between the two sides shrinks by a factor of num + 1 per round.
+
+    Args:
+        margins: [m] signed distance of each model of the pool to the bound
+            (`grammarlab.features.search.thresholds.margins`).
+        scored: [n] pool indices of the scored models.
+        num: largest number of models; fewer if there are no more between the two.
+
+    Returns:
+        Different pool indices, none of them in ``scored``.
+
+    >>> between(np.arange(-8.0, 9.0), np.array([0, 4, 16]), 3).tolist()
+    [7, 10, 13]
+    """
+    scored_margins = margins[scored]
+    low = scored_margins[scored_margins < 0.0].max(initial=-np.inf)
+    high = scored_margins[scored_margins >= 0.0].min(initial=np.inf)
+    inside = np.flatnonzero((margins > low) & (margins < high) & np.isfinite(margins))
+    inside = np.setdiff1d(inside, scored)
+    inside = inside[np.argsort(margins[inside], kind="stable")]
+    num = min(num, len(inside))
+    return inside[((np.arange(num) + 1) * len(inside)) // (num + 1)]
+
+
 def ask_pairs(
     study: Study[Designs], state: State, num: int, seed: int, *, factor: str
 ) -> tuple[tuple[Address, Address], ...]:
@@ -126,7 +123,18 @@ def ask_pairs(
     )
     chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
     names = (*tables.addresses, *columns.elsewhere)
-    return tuple((names[one], names[other]) for one, other in chosen.tolist())
+    return tuple((names[first], names[second]) for first, second in chosen.tolist())
+
+
+def _product(state: State) -> Answers:
+    """The designs with answers for all liked factors, and the products of these answers."""
+    liked = [state.answers[name].scored for name in state.liked if name in state.answers]
+    scores = [dict(zip(answers.designs, answers.scores.tolist(), strict=True)) for answers in liked]
+    shared = [design for design in (scores[0] if scores else {}) if all(design in score_of for score_of in scores)]
+    values = np.array([[score_of[design] for design in shared] for score_of in scores]).reshape(
+        len(scores), len(shared)
+    )
+    return Answers("", tuple(shared), MAX_SCORE * np.prod(values / MAX_SCORE, axis=0))
 
 
 def _narrowing(tables: DesignTables[Designs], state: State, situation: Situation, chosen: Ints) -> Ints:
@@ -160,14 +168,3 @@ def _bounded(feature: Feature) -> set[Feature]:
         (feature.site,) if isinstance(feature, Threshold) else feature.sites if isinstance(feature, HalfSpace) else ()
     )
     return {feature, *(Draw(site) for site in sites)}
-
-
-def _product(state: State) -> Answers:
-    """The designs with answers for all liked factors, and the products of these answers."""
-    liked = [state.answers[name].scored for name in state.liked if name in state.answers]
-    scores = [dict(zip(answers.designs, answers.scores.tolist(), strict=True)) for answers in liked]
-    shared = [design for design in (scores[0] if scores else {}) if all(design in score_of for score_of in scores)]
-    values = np.array([[score_of[design] for design in shared] for score_of in scores]).reshape(
-        len(scores), len(shared)
-    )
-    return Answers("", tuple(shared), MAX_SCORE * np.prod(values / MAX_SCORE, axis=0))

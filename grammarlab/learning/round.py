@@ -208,8 +208,8 @@ def _some(table: DesignTable, weights: Floats) -> tuple[Floats, Floats]:
     """Rows and density weights of some designs of the pool, evenly spaced."""
     possible = np.flatnonzero(weights > 0.0)
     num = min(_MAX_DESIGNS, len(possible))
-    some = possible[np.arange(num) * len(possible) // max(num, 1)]
-    return table.rows[some], weights[some]
+    indices = possible[np.arange(num) * len(possible) // max(num, 1)]
+    return table.rows[indices], weights[indices]
 
 
 def table_rows(tables: DesignTables[Designs], columns: Columns, answers: Answers) -> Ints:
@@ -233,9 +233,9 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
         if np.ptp(scores) > 0.0:
             features = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
             if settings.grows and settings.fit == "blended":
-                some = selected(scores)
-                compared = tables.designs(rows[some], elsewhere)
-                features += further(tables.space, compared, scores[some], settings.features, features)
+                indices = selected(scores)
+                compared = tables.designs(rows[indices], elsewhere)
+                features += further(tables.space, compared, scores[indices], settings.features, features)
             extra |= dict.fromkeys(features)
     columns = replace(columns, extra=tuple(extra))
     if settings.grows:

@@ -11,8 +11,6 @@ scores
 
 Neither estimate sees what the other one measures, so the larger one is taken. An overconfident learner underestimates
 both: means over persons are right within a factor of two, estimates of a single person about every other time.
-
-Random functions from the posterior of a preference: values of all models at once.
 """
 
 from __future__ import annotations
@@ -29,6 +27,78 @@ from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.likelihood import value_of
 from grammarlab.preference.processes.disagreement import joint
+
+NUM_MORE = 16
+"""Number of scores whose gain is reported."""
+_MAX_DESIGNS = 500
+"""Number of designs of the pool, evenly spaced, on which densities are compared."""
+_NUM_DRAWS = 24
+"""Number of functions drawn from the posterior."""
+_CONSTANT_TOLERANCE = 1e-6
+"""Largest difference of predictions that distinguish nothing, as a share of the highest score."""
+
+
+def expected_gain(study: Study[Designs], state: State, more: int = NUM_MORE) -> float | None:
+    """Expected decrease, by more scores, of the divergence of the learned density from the target density, in nats.
+
+    Args:
+        study: the pool and its tables.
+        state: the state.
+        more: number of scores.
+
+    Returns:
+        Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None if nothing is liked yet, different scores have
+        no explanation yet, or the learning method has no posterior.
+    """
+    divergence = expected_divergence(study, state)
+    num_scores = state.num_answers
+    return None if divergence is None else divergence * more / (num_scores + more)
+
+
+def expected_divergence(study: Study[Designs], state: State) -> float | None:
+    """Expected divergence of the learned density from the target density in nats; None as in `expected_gain`."""
+    product = state.product
+    if product is None:
+        return None
+    rows, weights = some_designs(study, state)
+    divergence = remaining_divergence(product, rows, weights, state.num_answers, study.settings.seed)
+    is_constant = np.ptp(product.predict(rows).mean) <= _CONSTANT_TOLERANCE * MAX_SCORE
+    if is_constant and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
+        return None
+    return divergence
+
+
+def some_designs(study: Study[Designs], state: State) -> tuple[Floats, Floats]:
+    """Rows [m, F] and density weights [m] of some designs of the pool, evenly spaced."""
+    weights = study.tables(state.wide).pool_designs.weights
+    possible = np.flatnonzero(weights > 0.0)
+    num = min(_MAX_DESIGNS, len(possible))
+    selected = possible[np.arange(num) * len(possible) // num]
+    return study.table(state).rows[selected], weights[selected]
+
+
+def remaining_divergence(
+    product: ProductPreference, rows: Floats, weights: Floats, num_scores: int, seed: int
+) -> float | None:
+    """Expected divergence of a learned density from the target density in nats; None without a posterior.
+
+    Args:
+        product: the preference.
+        rows: [m, F] designs.
+        weights: [m] >= 0, their density without a preference; not all 0.
+        num_scores: number of scores.
+        seed: seed of the draws.
+    """
+    functions = draws(product, rows, _NUM_DRAWS, np.random.default_rng(seed))
+    if functions is None:
+        return None
+    # A function that likes nothing leaves the density of the grammar.
+    densities = [
+        weights * values if (weights * values).any() else weights for values in (*functions, product.predict(rows).mean)
+    ]
+    *possible, predicted = densities
+    open_divergence = float(np.mean([jensen_shannon(density, predicted) for density in possible]))
+    return max(open_divergence, _held_out_divergence(product, rows, weights, predicted, num_scores))
 
 
 def draws(preference: AbstractPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats | None:
@@ -78,79 +148,6 @@ def _of_process(preference: BlendedPreference, rows: Floats, num: int, randomnes
     length, direction = np.linalg.eigh(covariance)
     away = randomness.normal(size=(num, len(rows))) @ (direction * np.sqrt(np.maximum(length, 0.0))).T
     return value_of(mean + away, preference.noise, preference.blunders)
-
-
-NUM_MORE = 16
-"""Number of scores whose gain is reported."""
-_MAX_DESIGNS = 500
-"""Number of designs of the pool, evenly spaced, on which densities are compared."""
-_NUM_DRAWS = 24
-"""Number of functions drawn from the posterior."""
-_CONSTANT_TOLERANCE = 1e-6
-"""Largest difference of predictions that distinguish nothing, as a share of the highest score."""
-
-
-def expected_gain(study: Study[Designs], state: State, more: int = NUM_MORE) -> float | None:
-    """Expected decrease, by more scores, of the divergence of the learned density from the target density, in nats.
-
-    Args:
-        study: the pool and its tables.
-        state: the state.
-        more: number of scores.
-
-    Returns:
-        Expected drop of the Jensen-Shannon divergence, 0 to ln 2; None if nothing is liked yet, different scores have
-        no explanation yet, or the learning method has no posterior.
-    """
-    divergence = expected_divergence(study, state)
-    num_scores = state.num_answers
-    return None if divergence is None else divergence * more / (num_scores + more)
-
-
-def expected_divergence(study: Study[Designs], state: State) -> float | None:
-    """Expected divergence of the learned density from the target density in nats; None as in `expected_gain`."""
-    product = state.product
-    if product is None:
-        return None
-    rows, weights = some_designs(study, state)
-    divergence = remaining_divergence(product, rows, weights, state.num_answers, study.settings.seed)
-    is_constant = np.ptp(product.predict(rows).mean) <= _CONSTANT_TOLERANCE * MAX_SCORE
-    if is_constant and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
-        return None
-    return divergence
-
-
-def remaining_divergence(
-    product: ProductPreference, rows: Floats, weights: Floats, num_scores: int, seed: int
-) -> float | None:
-    """Expected divergence of a learned density from the target density in nats; None without a posterior.
-
-    Args:
-        product: the preference.
-        rows: [m, F] designs.
-        weights: [m] >= 0, their density without a preference; not all 0.
-        num_scores: number of scores.
-        seed: seed of the draws.
-    """
-    functions = draws(product, rows, _NUM_DRAWS, np.random.default_rng(seed))
-    if functions is None:
-        return None
-    # A function that likes nothing leaves the density of the grammar.
-    densities = [
-        weights * values if (weights * values).any() else weights for values in (*functions, product.predict(rows).mean)
-    ]
-    *possible, predicted = densities
-    open_ = float(np.mean([jensen_shannon(density, predicted) for density in possible]))
-    return max(open_, _held_out_divergence(product, rows, weights, predicted, num_scores))
-
-
-def some_designs(study: Study[Designs], state: State) -> tuple[Floats, Floats]:
-    """Rows [m, F] and density weights [m] of some designs of the pool, evenly spaced."""
-    weights = study.tables(state.wide).pool_designs.weights
-    possible = np.flatnonzero(weights > 0.0)
-    num = min(_MAX_DESIGNS, len(possible))
-    selected = possible[np.arange(num) * len(possible) // num]
-    return study.table(state).rows[selected], weights[selected]
 
 
 def _held_out_divergence(

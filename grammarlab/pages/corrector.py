@@ -1,7 +1,4 @@
-"""Session for the correction of an example by several windows.
-
-The page that corrects an example, over HTTP and a WebSocket.
-"""
+"""Session and page that correct an example in several windows."""
 
 from __future__ import annotations
 

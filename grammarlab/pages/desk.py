@@ -58,52 +58,6 @@ class History(Generic[Document]):
         return words
 
 
-def stem_of(path: Path) -> str:
-    """The name of a file of a facade or a design without its suffixes.
-
-    >>> stem_of(Path("house.facade.json")), stem_of(Path("house.json")), stem_of(Path("house.toml"))
-    ('house', 'house', 'house')
-    """
-    return path.name.removesuffix(".toml").removesuffix(".json").removesuffix(".facade")
-
-
-def unused_path(path: Path, suffix: str) -> Path:
-    """An unused path with this suffix in the same folder, numbered if needed."""
-    stem, number = stem_of(path), 1
-    while (candidate := path.with_name(f"{stem}{f'-{number}' if number > 1 else ''}{suffix}")).exists():
-        number += 1
-    return candidate
-
-
-def checked_target(path: Path, ending: str = ".json") -> Path:
-    """A path to which a facade, or another file with this suffix, can be saved.
-
-    Raises:
-        UsageError: If its folder is missing, or it has another suffix.
-    """
-    if path.suffix.lower() != ending:
-        raise UsageError(f"{path}: expected the name of a file that ends in {ending}.")
-    if not path.parent.is_dir():
-        raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; create it first.")
-    return path
-
-
-def opened_target(file: Path, output: Path | None, ending: str, suffix: str) -> tuple[Path, bool]:
-    """The file to save to, and whether it is the opened file.
-
-    Args:
-        file: the opened file.
-        output: the requested file; None for a new one in the current folder.
-        ending: required last suffix of a requested file.
-        suffix: all suffixes of a new file.
-
-    Raises:
-        UsageError: If the requested file cannot be saved to.
-    """
-    target = checked_target(output, ending) if output else unused_path(Path(f"{stem_of(file)}.edited{ending}"), suffix)
-    return target, target.exists() and target.samefile(file)
-
-
 class AbstractDesk(ABC):
     """State that windows change together. All methods are for one thread."""
 
@@ -153,6 +107,12 @@ class AbstractDesk(ABC):
     @abstractmethod
     def rescue(self) -> Path:
         """Save what is lost otherwise to a new file beside the target, and return its path."""
+
+
+DeskT = TypeVar("DeskT", bound=AbstractDesk)
+"""The desk of a page."""
+Command = Callable[[DeskT, Request], Message | None]
+"""Function of a command; one without a result sends the answer itself."""
 
 
 @dataclass(frozen=True)
@@ -275,14 +235,14 @@ class AbstractDocumentDesk(AbstractDesk, Generic[Document]):
 
     def export(self, form: str, answer: Answer, refuse: Refuse) -> None:
         """Write the document in another format beside the target; only previous exports are replaced."""
-        path = self._exported.get(form) or unused_path(self.target, self._exports.suffixes[form])
+        path = self._exported.get(form) or _unused_path(self.target, self._exports.suffixes[form])
         self._exports.write(path)
         self._exported[form] = path
         answer({"file": str(path)}, ())
 
     def rescue(self) -> Path:
         """Save unsaved changes to a new file beside the target."""
-        path = unused_path(self.target, f".unsaved{self._suffix}")
+        path = _unused_path(self.target, f".unsaved{self._suffix}")
         self.write(path, self.content, is_new=True)
         return path
 
@@ -315,10 +275,31 @@ class AbstractDocumentDesk(AbstractDesk, Generic[Document]):
         self.notify()
 
 
-DeskT = TypeVar("DeskT", bound=AbstractDesk)
-"""The desk of a page."""
-Command = Callable[[DeskT, Request], Message | None]
-"""Function of a command; one without a result sends the answer itself."""
+def opened_target(file: Path, output: Path | None, ending: str, suffix: str) -> tuple[Path, bool]:
+    """The file to save to, and whether it is the opened file.
+
+    Args:
+        file: the opened file.
+        output: the requested file; None for a new one in the current folder.
+        ending: required last suffix of a requested file.
+        suffix: all suffixes of a new file.
+
+    Raises:
+        UsageError: If the requested file cannot be saved to.
+    """
+    target = (
+        _checked_target(output, ending) if output else _unused_path(Path(f"{stem_of(file)}.edited{ending}"), suffix)
+    )
+    return target, target.exists() and target.samefile(file)
+
+
+def stem_of(path: Path) -> str:
+    """The name of a file of a facade or a design without its suffixes.
+
+    >>> stem_of(Path("house.facade.json")), stem_of(Path("house.json")), stem_of(Path("house.toml"))
+    ('house', 'house', 'house')
+    """
+    return path.name.removesuffix(".toml").removesuffix(".json").removesuffix(".facade")
 
 
 def _skip(_desk: AbstractDesk, _request: Request) -> Message:
@@ -352,3 +333,24 @@ DESK_COMMANDS: dict[str, Command[AbstractDesk]] = {
     "export": _export,
 }
 """Commands of all pages."""
+
+
+def _unused_path(path: Path, suffix: str) -> Path:
+    """An unused path with this suffix in the same folder, numbered if needed."""
+    stem, number = stem_of(path), 1
+    while (candidate := path.with_name(f"{stem}{f'-{number}' if number > 1 else ''}{suffix}")).exists():
+        number += 1
+    return candidate
+
+
+def _checked_target(path: Path, ending: str = ".json") -> Path:
+    """A path to which a facade, or another file with this suffix, can be saved.
+
+    Raises:
+        UsageError: If its folder is missing, or it has another suffix.
+    """
+    if path.suffix.lower() != ending:
+        raise UsageError(f"{path}: expected the name of a file that ends in {ending}.")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; create it first.")
+    return path

@@ -18,10 +18,9 @@ from grammarlab.pages.desk import Command, DeskT
 from grammarlab.pages.requests import run_request, unexpected
 from grammarlab.pages.windows import Argument, Message, Send
 
-CLOSED = "The page has been closed. Open its file again to go on."
-
 StateEvent = tuple[Message, Sequence[bytes]]
 """The event with the whole state of a page, and its buffers."""
+CLOSED = "The page has been closed. Open its file again to go on."
 
 
 def _nothing(*_: object) -> None:
@@ -44,25 +43,6 @@ class DeskHooks(Generic[DeskT]):
     """Ends the workers of the desk."""
     closed: str = CLOSED
     """Message to windows at the end, and to later requests."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Window:
-    """A window that cannot fail: one that cannot be reached is given up, so that all others hear of everything."""
-
-    send: Send
-    give_up: Callable[[_Window], None]
-
-    def __call__(self, message: Message, buffers: Sequence[bytes]) -> None:
-        try:
-            return self.send(message, buffers)
-        except Exception as error:  # of foreign code, so of any kind
-            traceback.print_exc()
-            reason = unexpected(error)
-        if message.get("ok"):
-            # A result may be what cannot be sent, such as a number that JSON does not have.
-            return self({"id": message["id"], "ok": False, "error": reason}, ())
-        return self.give_up(self)
 
 
 class Desktop(Generic[DeskT]):
@@ -223,12 +203,31 @@ class Desktop(Generic[DeskT]):
             self.tell(*self._state_of(self.desk))
 
 
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """A window that cannot fail: one that cannot be reached is given up, so that all others hear of everything."""
+
+    send: Send
+    give_up: Callable[[_Window], None]
+
+    def __call__(self, message: Message, buffers: Sequence[bytes]) -> None:
+        try:
+            return self.send(message, buffers)
+        except Exception as error:  # of foreign code, so of any kind
+            traceback.print_exc()
+            reason = unexpected(error)
+        if message.get("ok"):
+            # A result may be what cannot be sent, such as a number that JSON does not have.
+            return self({"id": message["id"], "ok": False, "error": reason}, ())
+        return self.give_up(self)
+
+
+def _is_drag(message: object) -> TypeGuard[Message]:
+    return isinstance(message, dict) and message.get("command") == "drag"
+
+
 def _attempt(job: Callable[[], None]) -> None:
     try:
         job()
     except Exception:  # a bug must not end the thread
         traceback.print_exc()
-
-
-def _is_drag(message: object) -> TypeGuard[Message]:
-    return isinstance(message, dict) and message.get("command") == "drag"

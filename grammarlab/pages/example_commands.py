@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from io import BytesIO
-
-from PIL import Image
-
 from grammarlab.errors import UsageError
 from grammarlab.pages import example_desk
 from grammarlab.pages.desk import DESK_COMMANDS, Command
 from grammarlab.pages.desktop import StateEvent
 from grammarlab.pages.example_desk import ExampleDesk
 from grammarlab.pages.requests import Request
-from grammarlab.pages.windows import Message
+from grammarlab.pages.windows import PROTOCOL, Message
+from grammarlab.runs.facade.gallery import png_of
 from grammarlab.synthesis.example_pictures import wall_picture
 
-PROTOCOL = 1
 MOST_UNITS = 60
 """Largest number of rows or columns of a building on the page; the command has no such limit."""
 
@@ -46,7 +42,7 @@ def state_of(desk: ExampleDesk) -> StateEvent:
 
 def _relabel(desk: ExampleDesk, request: Request) -> Message:
     row, column, last_row, last_column = (
-        request.whole(name, 0, 10_000, 0) for name in ("row", "column", "last_row", "last_column")
+        request.integer(name, 0, 10_000, 0) for name in ("row", "column", "last_row", "last_column")
     )
     name = request.text("label")
     cells = (row, column, last_row, last_column)
@@ -61,7 +57,7 @@ def _merge(desk: ExampleDesk, request: Request) -> Message:
 
 
 def _move(desk: ExampleDesk, request: Request) -> Message:
-    index, position = request.whole("line", 0, 10_000, -1), round(request.number("at"), 4)
+    index, position = request.integer("line", 0, 10_000, -1), round(request.number("at"), 4)
     desk.do(
         "move a line", example_desk.moved(desk.document, request.text("wall"), request.text("axis"), index, position)
     )
@@ -75,7 +71,7 @@ def _split(desk: ExampleDesk, request: Request) -> Message:
 
 
 def _join(desk: ExampleDesk, request: Request) -> Message:
-    index = request.whole("line", 0, 10_000, -1)
+    index = request.integer("line", 0, 10_000, -1)
     desk.do("one line less", example_desk.joined(desk.document, request.text("wall"), request.text("axis"), index))
     return {}
 
@@ -99,19 +95,13 @@ def _picture(desk: ExampleDesk, request: Request) -> None:
     region = next((region for region in desk.analysis.regions if region.name == name), None)
     if region is None:
         raise UsageError(f"unknown wall {name!r}.")
-    request.answer({}, (_png(wall_picture(desk.analysis, region)),))
+    request.answer({}, (png_of(wall_picture(desk.analysis, region)),))
 
 
 def _synthesize(desk: ExampleDesk, request: Request) -> None:
-    rows, columns = (request.whole(name, 1, MOST_UNITS, 0) for name in ("rows", "columns"))
-    building, picture = desk.synthesized(rows, columns, request.whole("seed", 0, 2**31 - 1, 0))
-    request.answer(building.as_dict(), (_png(picture),))
-
-
-def _png(picture: Image.Image) -> bytes:
-    content = BytesIO()
-    picture.save(content, "PNG")
-    return content.getvalue()
+    rows, columns = (request.integer(name, 1, MOST_UNITS, 0) for name in ("rows", "columns"))
+    building, picture = desk.synthesized(rows, columns, request.integer("seed", 0, 2**31 - 1, 0))
+    request.answer(building.as_dict(), (png_of(picture),))
 
 
 COMMANDS: dict[str, Command[ExampleDesk]] = {

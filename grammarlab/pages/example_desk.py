@@ -1,6 +1,6 @@
 """State of a correction session: the analysis of an example, corrections that can be undone, file, and results.
 
-Corrections of an example on the document of its file, one step at a time; every function returns a new document.
+Corrections change the document of the example's file, one step at a time; every function returns a new document.
 """
 
 from __future__ import annotations
@@ -28,9 +28,83 @@ from grammarlab.synthesis.mesh.building_files import read_mesh
 from grammarlab.synthesis.mesh.surface import edge_numbers
 from grammarlab.synthesis.units import stock_of
 
+Wall = dict[str, Any]
 Document = dict[str, Any]
 """Document of `grammarlab.synthesis.analysis.correction`."""
-Wall = dict[str, Any]
+
+
+class ExampleDesk(AbstractDocumentDesk[Document]):
+    """The corrections of an example."""
+
+    def __init__(self, file: Path, target: Path, analysis: Example, saved: Document | None = None) -> None:
+        """Start with the saved corrections, if any.
+
+        Args:
+            file: path of the mesh.
+            target: file to save corrections to.
+            analysis: the example from the analysis.
+            saved: content of the target; None if it is unknown.
+        """
+        super().__init__(target, json.loads(dumps(analysis)), saved=saved)
+        self.file, self.analysis = file, analysis
+        self._label_names: dict[str, None] = {}
+
+    @classmethod
+    def open(cls, file: Path, target: Path) -> ExampleDesk:
+        """A desk with the building of a file, and its saved corrections, if any.
+
+        Raises:
+            FacadeError: If the file cannot be read, or has no units, or the target belongs to another example.
+        """
+        analysis = analyse(read_mesh(file))
+        saved = json.loads(dumps(corrected(analysis, target))) if target.exists() else None
+        return cls(file, target, analysis, saved)
+
+    def accept(self, document: Document) -> None:
+        """Check that the example allows the corrections.
+
+        Raises:
+            FacadeError: If it does not, with the reason.
+        """
+        with_corrections(self.analysis, document)
+
+    def follow(self, previous: Document) -> None:
+        """No other state depends on the document."""
+
+    def write(self, path: Path, document: Document, *, is_new: bool) -> None:
+        """Write the corrections; a missing folder is made."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        (write_text if is_new else rewrite_text)(path, dumps(with_corrections(self.analysis, document)))
+
+    @property
+    def example(self) -> Example:
+        """The corrected example."""
+        return with_corrections(self.analysis, self.document)
+
+    @cached_property
+    def picture(self) -> Image.Image:
+        """Picture of the building."""
+        return building_picture(self.analysis.surface, self.analysis.mesh.colors)
+
+    def label_names(self) -> list[str]:
+        """All labels that have occurred so far, in order of first occurrence, so that their colors do not change."""
+        for wall in self.document["walls"]:
+            self._label_names |= dict.fromkeys(name for row in wall["labels"] for name in row)
+        return list(self._label_names)
+
+    def synthesized(self, rows: int, columns: int, seed: int) -> tuple[Built, Image.Image]:
+        """A new building from the corrected example, and a picture: example, labels, new labels, new building."""
+        example = replace(self.example, notes=())
+        stock = stock_of([example])
+        main = synthesize(stock.grids, rows, columns, seed=seed)[0]
+        building = build(example, stock, main, None, (None, None, None), seed, edge_numbers(example.surface), {})
+        pictures = [
+            self.picture,
+            label_picture(example.main.grid),
+            label_picture(main.grid),
+            building_picture(building.surface, stock.colors),
+        ]
+        return building, sheet(pictures)
 
 
 def relabelled(document: Document, wall: str, cells: tuple[int, int, int, int], name: str) -> Document:
@@ -113,38 +187,16 @@ def joined(document: Document, wall: str, axis: str, index: int) -> Document:
 def excluded(document: Document, wall: str) -> Document:
     """The document without a wall: it is stretched with the rest."""
     _changed(document, wall, lambda target: target)
-    return {**document, "walls": [other for other in document["walls"] if other["name"] != wall]}
+    return {**document, "walls": [item for item in document["walls"] if item["name"] != wall]}
 
 
 def included(document: Document, first: Document, wall: str) -> Document:
     """The document with an excluded wall restored from the analysis."""
-    present = {other["name"]: other for other in document["walls"]}
-    walls = [present.get(other["name"], other) for other in first["walls"] if other["name"] in {*present, wall}]
+    present = {item["name"]: item for item in document["walls"]}
+    walls = [present.get(item["name"], item) for item in first["walls"] if item["name"] in {*present, wall}]
     if len(walls) == len(present):
         raise UsageError(f"unknown excluded wall {wall!r}.")
     return {**document, "walls": walls}
-
-
-def _changed(document: Document, wall: str, change: Callable[[Wall], Wall]) -> Document:
-    names = [other["name"] for other in document["walls"]]
-    if wall not in names:
-        raise UsageError(f"unknown wall {wall!r}; expected one of {', '.join(names)}.")
-    return {**document, "walls": [change(other) if other["name"] == wall else other for other in document["walls"]]}
-
-
-def _lines(axis: str) -> str:
-    if axis not in {"rows", "columns"}:
-        raise UsageError(f"axis: expected rows or columns, found {axis!r:.40}.")
-    return axis
-
-
-def _axis(axis: str) -> int:
-    return 0 if _lines(axis) == "rows" else 1
-
-
-def _check_index(index: int, count: int) -> None:
-    if not 0 <= index < count:
-        raise UsageError(f"line: expected 0 to {count - 1}, found {index}.")
 
 
 def _checked(name: str) -> str:
@@ -153,75 +205,23 @@ def _checked(name: str) -> str:
     return name.strip()
 
 
-class ExampleDesk(AbstractDocumentDesk[Document]):
-    """The corrections of an example."""
+def _changed(document: Document, wall: str, change: Callable[[Wall], Wall]) -> Document:
+    names = [item["name"] for item in document["walls"]]
+    if wall not in names:
+        raise UsageError(f"unknown wall {wall!r}; expected one of {', '.join(names)}.")
+    return {**document, "walls": [change(item) if item["name"] == wall else item for item in document["walls"]]}
 
-    def __init__(self, file: Path, target: Path, analysis: Example, saved: Document | None = None) -> None:
-        """Start with the saved corrections, if any.
 
-        Args:
-            file: path of the mesh.
-            target: file to save corrections to.
-            analysis: the example from the analysis.
-            saved: content of the target; None if it is unknown.
-        """
-        super().__init__(target, json.loads(dumps(analysis)), saved=saved)
-        self.file, self.analysis = file, analysis
-        self._label_names: dict[str, None] = {}
+def _lines(axis: str) -> str:
+    if axis not in {"rows", "columns"}:
+        raise UsageError(f"axis: expected rows or columns, found {axis!r:.40}.")
+    return axis
 
-    @classmethod
-    def open(cls, file: Path, target: Path) -> ExampleDesk:
-        """A desk with the building of a file, and its saved corrections, if any.
 
-        Raises:
-            FacadeError: If the file cannot be read, or has no units, or the target belongs to another example.
-        """
-        analysis = analyse(read_mesh(file))
-        saved = json.loads(dumps(corrected(analysis, target))) if target.exists() else None
-        return cls(file, target, analysis, saved)
+def _check_index(index: int, count: int) -> None:
+    if not 0 <= index < count:
+        raise UsageError(f"line: expected 0 to {count - 1}, found {index}.")
 
-    def accept(self, document: Document) -> None:
-        """Check that the example allows the corrections.
 
-        Raises:
-            FacadeError: If it does not, with the reason.
-        """
-        with_corrections(self.analysis, document)
-
-    def follow(self, previous: Document) -> None:
-        """No other state depends on the document."""
-
-    def write(self, path: Path, document: Document, *, is_new: bool) -> None:
-        """Write the corrections; a missing folder is made."""
-        path.parent.mkdir(parents=True, exist_ok=True)
-        (write_text if is_new else rewrite_text)(path, dumps(with_corrections(self.analysis, document)))
-
-    @property
-    def example(self) -> Example:
-        """The corrected example."""
-        return with_corrections(self.analysis, self.document)
-
-    @cached_property
-    def picture(self) -> Image.Image:
-        """Picture of the building."""
-        return building_picture(self.analysis.surface, self.analysis.mesh.colors)
-
-    def label_names(self) -> list[str]:
-        """All labels that have occurred so far, in order of first occurrence, so that their colors do not change."""
-        for wall in self.document["walls"]:
-            self._label_names |= dict.fromkeys(name for row in wall["labels"] for name in row)
-        return list(self._label_names)
-
-    def synthesized(self, rows: int, columns: int, seed: int) -> tuple[Built, Image.Image]:
-        """A new building from the corrected example, and a picture: example, labels, new labels, new building."""
-        example = replace(self.example, notes=())
-        stock = stock_of([example])
-        main = synthesize(stock.grids, rows, columns, seed=seed)[0]
-        building = build(example, stock, main, None, (None, None, None), seed, edge_numbers(example.surface), {})
-        pictures = [
-            self.picture,
-            label_picture(example.main.grid),
-            label_picture(main.grid),
-            building_picture(building.surface, stock.colors),
-        ]
-        return building, sheet(pictures)
+def _axis(axis: str) -> int:
+    return 0 if _lines(axis) == "rows" else 1

@@ -37,7 +37,7 @@ def _correct(desk: ScanDesk, request: Request) -> Message:
 
 
 def _remove(desk: ScanDesk, request: Request) -> Message:
-    number = request.whole("number", 0, len(desk.document) - 1, -1)
+    number = request.integer("number", 0, len(desk.document) - 1, -1)
     desk.do("remove", (*desk.document[:number], *desk.document[number + 1 :]))
     return desk.done()
 

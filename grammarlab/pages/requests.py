@@ -41,7 +41,7 @@ class Request:
             raise UsageError(f"{name}: expected a text of at most {MAX_TEXT} characters, found {shown(value)}.")
         return value
 
-    def whole(self, name: str, low: int, high: int, default: int) -> int:
+    def integer(self, name: str, low: int, high: int, default: int) -> int:
         """A whole number.
 
         Raises:

@@ -14,9 +14,9 @@ from grammarlab.matching.match import Match, doubt, drawn_parameters, sentences
 from grammarlab.matching.match_grammar import color_of
 from grammarlab.matching.template import Template, points_along
 from grammarlab.pages.desk import AbstractDocumentDesk
+from grammarlab.pages.windows import PROTOCOL
 from grammarlab.runs.facade.match_files import match_elements
 
-PROTOCOL = 1
 MOST_SHOWN = 1_000
 """Largest number of elements on the page."""
 _POINTS = 120

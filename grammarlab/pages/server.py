@@ -3,8 +3,6 @@
 It is bound to 127.0.0.1. All requests need the token of the run, compared in constant time; host names other than this
 machine's own are refused, against DNS rebinding; other origins get no socket. Requests that do not arrive in full,
 windows that do not answer, and windows that ask without reading the answers are closed.
-
-Frames on their way to one window.
 """
 
 from __future__ import annotations
@@ -36,9 +34,26 @@ from grammarlab.pages import STATIC
 from grammarlab.pages.windows import Message, Send
 
 Frame = str | bytes
-
 MAX_UNSENT = 256 << 20
 """Bytes that may wait for a window. A window that reads has far fewer: the largest message is a file of 64 MiB."""
+ADDRESS = "127.0.0.1"
+MAX_CONNECTIONS = 200
+"""Connections that may send requests at once; more are closed. A window has about six, and one WebSocket."""
+MAX_UNANSWERED = 1000
+"""Requests of a window whose answers may be outstanding; its next request is read when there are fewer."""
+_ENVIRONMENT_VARIABLE = "GRAMMARLAB_TOKEN"
+"""Environment variable with the token to use."""
+_MAX_BUFFERS = 4
+"""Largest number of buffers of one request."""
+_TYPES = {".js": "text/javascript", ".css": "text/css"}
+_HOSTS = {ADDRESS, "localhost"}
+_POLICY = (
+    "default-src 'none'; script-src 'self' blob:; style-src 'self'; "
+    "img-src 'self' blob: data:; connect-src 'self' ws://{host} blob: data:; worker-src blob:; font-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+_INDEX = Path(__file__).with_name("index.html")
+"""An empty page with `page.css` and `page.js`."""
 
 
 class Outgoing:
@@ -84,27 +99,6 @@ class Outgoing:
                 self._num_bytes -= len(frame)
 
 
-ADDRESS = "127.0.0.1"
-ENVIRONMENT_VARIABLE = "GRAMMARLAB_TOKEN"
-"""Environment variable with the token to use."""
-MAX_BUFFERS = 4
-MAX_CONNECTIONS = 200
-"""Connections that may send requests at once; more are closed. A window has about six, and one WebSocket."""
-MAX_UNANSWERED = 1000
-"""Requests of a window whose answers may be outstanding; its next request is read when there are fewer."""
-_TYPES = {".js": "text/javascript", ".css": "text/css"}
-_HOSTS = {ADDRESS, "localhost"}
-_POLICY = (
-    "default-src 'none'; script-src 'self' blob:; style-src 'self'; "
-    "img-src 'self' blob: data:; connect-src 'self' ws://{host} blob: data:; worker-src blob:; font-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
-
-
-_INDEX = Path(__file__).with_name("index.html")
-"""An empty page with `page.css` and `page.js`."""
-
-
 @dataclass(frozen=True, slots=True)
 class Page:
     """Files and settings of a page."""
@@ -119,11 +113,6 @@ class Page:
     """Seconds until a request has to be there in full, and within which a window has to answer a ping."""
 
 
-def built_page(name: str, command: str, max_bytes: int) -> Page:
-    """Page that `pages_src/bundle.js` has built in a folder of `STATIC`, by the name of that folder."""
-    return Page({file: STATIC / name / file for file in ("page.css", "page.js")}, command, max_bytes)
-
-
 class Served(Protocol):
     """Subject of a page, such as a scoring session."""
 
@@ -134,6 +123,11 @@ class Served(Protocol):
     def listen(self, send: Send) -> Callable[[], None]:
         """Notify a window of every change, and once initially; the result ends the notifications."""
         ...
+
+
+def built_page(name: str, command: str, max_bytes: int) -> Page:
+    """Page that `pages_src/bundle.js` has built in a folder of `STATIC`, by the name of that folder."""
+    return Page({file: STATIC / name / file for file in ("page.css", "page.js")}, command, max_bytes)
 
 
 def serve(session: Served, page: Page, port: int, on_ready: Callable[[str], None]) -> None:
@@ -217,9 +211,9 @@ async def serving(session: Served, page: Page, port: int, on_ready: Callable[[st
 
 def _token() -> str:
     """A new token for each run, unless the environment sets one so that open pages find the next run."""
-    token = os.environ.get(ENVIRONMENT_VARIABLE, "")
+    token = os.environ.get(_ENVIRONMENT_VARIABLE, "")
     if token and not re.fullmatch(r"[\w-]{16,128}", token, re.ASCII):
-        raise UsageError(f"{ENVIRONMENT_VARIABLE}: expected 16 to 128 letters, digits, - and _.")
+        raise UsageError(f"{_ENVIRONMENT_VARIABLE}: expected 16 to 128 letters, digits, - and _.")
     return token or secrets.token_urlsafe(24)
 
 
@@ -232,27 +226,6 @@ def _bound_socket(port: int) -> socket.socket:
         ) from error
     listener.setblocking(False)
     return listener
-
-
-def _escaped(name: str) -> str:
-    return name.replace(".", r"\.")
-
-
-class _BoundedServer(HTTPServer):
-    """Closes connections beyond `MAX_CONNECTIONS`, so that none can use up the files that a process may open."""
-
-    _num_open = 0
-
-    def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
-        if self._num_open >= MAX_CONNECTIONS:
-            stream.close()
-            return
-        self._num_open += 1
-        super().handle_stream(stream, address)
-
-    def on_close(self, server_conn: object) -> None:
-        self._num_open -= 1
-        super().on_close(server_conn)
 
 
 class _GuardedHandler(RequestHandler):
@@ -288,26 +261,12 @@ class _GuardedHandler(RequestHandler):
         self.finish(f"{status_code} {self._reason}. Open the address that {self.page.command} printed.\n")
 
 
-class _NothingHandler(_GuardedHandler):
-    """All other addresses."""
-
-    def prepare(self) -> None:
-        super().prepare()
-        raise HTTPError(404)
-
-
 class _IndexHandler(_GuardedHandler):
     def get(self) -> None:
         text = _INDEX.read_text(encoding="utf-8")
         for name in self.page.files:
             text = text.replace(f'"{name}"', f'"{name}?token={self.token}"')
         self.finish(text)
-
-
-class _FileHandler(_GuardedHandler):
-    def get(self, name: str) -> None:
-        self.set_header("Content-Type", f"{_TYPES[self.page.files[name].suffix]}; charset=utf-8")
-        self.finish(self.page.files[name].read_bytes())
 
 
 class _SocketHandler(_GuardedHandler, WebSocketHandler):
@@ -360,7 +319,7 @@ class _SocketHandler(_GuardedHandler, WebSocketHandler):
         except (ValueError, RecursionError):
             return False
         number = self._message.get("buffers", 0) if isinstance(self._message, dict) else 0
-        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= MAX_BUFFERS:
+        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= _MAX_BUFFERS:
             return False
         self._missing, self._buffers = number, []
         return True
@@ -383,3 +342,38 @@ class _SocketHandler(_GuardedHandler, WebSocketHandler):
         self._unlisten()
         self._outgoing.close()
         self._answered.set()
+
+
+def _escaped(name: str) -> str:
+    return name.replace(".", r"\.")
+
+
+class _FileHandler(_GuardedHandler):
+    def get(self, name: str) -> None:
+        self.set_header("Content-Type", f"{_TYPES[self.page.files[name].suffix]}; charset=utf-8")
+        self.finish(self.page.files[name].read_bytes())
+
+
+class _NothingHandler(_GuardedHandler):
+    """All other addresses."""
+
+    def prepare(self) -> None:
+        super().prepare()
+        raise HTTPError(404)
+
+
+class _BoundedServer(HTTPServer):
+    """Closes connections beyond `MAX_CONNECTIONS`, so that none can use up the files that a process may open."""
+
+    _num_open = 0
+
+    def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
+        if self._num_open >= MAX_CONNECTIONS:
+            stream.close()
+            return
+        self._num_open += 1
+        super().handle_stream(stream, address)
+
+    def on_close(self, server_conn: object) -> None:
+        self._num_open -= 1
+        super().on_close(server_conn)

@@ -14,3 +14,5 @@ Answer = Callable[[Message, Sequence[bytes]], None]
 """Send the result of a command."""
 Refuse = Callable[[str], None]
 """Send the reason why there is no result."""
+PROTOCOL = 1
+"""Version of commands and states, which a page compares with its own."""

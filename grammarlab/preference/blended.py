@@ -224,8 +224,8 @@ def _share(
 ) -> tuple[float, float, tuple[BlendedPreference, ...]]:
     """Share of the process by held-out scores, the error, and the fits without these labels."""
     randomness = np.random.default_rng(seed)
-    some = np.sort(randomness.permutation(len(scores))[:MAX_HELD_OUT])
-    rows, scores = rows[some], scores[some]
+    selected = np.sort(randomness.permutation(len(scores))[:MAX_HELD_OUT])
+    rows, scores = rows[selected], scores[selected]
     # Equal rows are held out together: otherwise one would predict the other.
     _, row = np.unique(rows, axis=0, return_inverse=True)
     row = row.reshape(-1)

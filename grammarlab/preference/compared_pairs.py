@@ -75,21 +75,21 @@ def most_telling_pairs(
     Returns:
         [num, 2] indices, best first.
     """
-    posterior, open_ = covariance.copy(), np.triu(allowed, 1)
+    posterior, is_open = covariance.copy(), np.triu(allowed, 1)
     chosen: list[tuple[int, int]] = []
-    while len(chosen) < num and open_.any():
+    while len(chosen) < num and is_open.any():
         variances = np.diagonal(posterior)
         difference_variances = np.maximum(variances[:, None] + variances - 2.0 * posterior, 0.0) + 2.0 * noise
         gain_factors = _sign_gain((mean[:, None] - mean) / np.sqrt(difference_variances)) / difference_variances
         weighted = (posterior * stakes) @ posterior
         drops = np.diagonal(weighted)
-        gain = np.where(open_, gain_factors * np.maximum(drops[:, None] + drops - 2.0 * weighted, 0.0), -1.0)
-        one, other = divmod(int(np.argmax(gain)), len(mean))
-        chosen.append((one, other))
-        for model in (one, other):
-            open_[model] = open_[:, model] = False
-        across = posterior[one] - posterior[other]
-        posterior -= np.outer(across, across * gain_factors[one, other])
+        gain = np.where(is_open, gain_factors * np.maximum(drops[:, None] + drops - 2.0 * weighted, 0.0), -1.0)
+        first, second = divmod(int(np.argmax(gain)), len(mean))
+        chosen.append((first, second))
+        for model in (first, second):
+            is_open[model] = is_open[:, model] = False
+        across = posterior[first] - posterior[second]
+        posterior -= np.outer(across, across * gain_factors[first, second])
     return np.array(chosen, dtype=np.int64).reshape(-1, 2)
 
 

@@ -1,6 +1,4 @@
-"""Products of preferences, one per factor with its own labels: Equation 4.3.
-
-Relevance of groups of columns, in words.
+"""Products of preferences, one per factor with its own labels (Equation 4.3), and the relevance of groups of columns.
 
 The share of a group is the loss of correlation of two models that differ in this group only: one minus the kernel's
 correlation exp(-1/2 sum over the group of weight_d (x_d - x'_d)^2), averaged over all pairs of labelled rows that
@@ -18,54 +16,8 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Level, Prediction, Relevance, Rows
 
-LEVELS: tuple[tuple[float, Level], ...] = ((0.5, "strong"), (0.1, "medium"), (0.01, "weak"))
+_LEVELS: tuple[tuple[float, Level], ...] = ((0.5, "strong"), (0.1, "medium"), (0.01, "weak"))
 """Smallest share of each word."""
-
-
-def level_of(share: float) -> Level:
-    """The word for a share.
-
-    >>> [level_of(share) for share in (0.8, 0.5, 0.2, 0.03, 0.001)]
-    ['strong', 'strong', 'medium', 'weak', 'none']
-    """
-    for least, level in LEVELS:
-        if share >= least:
-            return level
-    return "none"
-
-
-def relevances(rows: Floats, weights: Floats, groups: Ints, group_names: Sequence[str]) -> list[Relevance]:
-    """One entry per group, largest share first; groups of equal share in the order of their numbers.
-
-    Args:
-        rows: [n, F] labelled rows.
-        weights: [F] the kernel's weights, >= 0.
-        groups: [F] group number of each column.
-        group_names: a name for each group number.
-
-    Raises:
-        UsageError: If a group has no name.
-    """
-    if len(groups) and len(group_names) <= groups.max():
-        raise UsageError(f"group_names: expected {groups.max() + 1} names, one per group, found {len(group_names)}.")
-    entries = []
-    for number, name in enumerate(group_names):
-        columns = np.flatnonzero((groups == number) & (weights > 0.0))
-        share = _share(rows[:, columns] * np.sqrt(weights[columns]))
-        entries.append(Relevance(name, share, level_of(share)))
-    return sorted(entries, key=lambda relevance: -relevance.share)
-
-
-def _share(scaled: Floats) -> float:
-    """Mean loss of correlation over pairs of different rows [n, f], with repeats."""
-    if not scaled.shape[1]:
-        return 0.0
-    distinct, counts = np.unique(scaled, axis=0, return_counts=True)
-    first, second = np.triu_indices(len(distinct), 1)
-    if not len(first):
-        return 0.0
-    pairs = (counts[first] * counts[second]).astype(np.float64)
-    return float(np.average(-np.expm1(-0.5 * pdist(distinct, "sqeuclidean")), weights=pairs))
 
 
 class ProductPreference(AbstractPreference):
@@ -111,3 +63,49 @@ class ProductPreference(AbstractPreference):
             for entry in factor.explain(group_names)
         ]
         return sorted(entries, key=lambda entry: -entry.share)
+
+
+def relevances(rows: Floats, weights: Floats, groups: Ints, group_names: Sequence[str]) -> list[Relevance]:
+    """One entry per group, largest share first; groups of equal share in the order of their numbers.
+
+    Args:
+        rows: [n, F] labelled rows.
+        weights: [F] the kernel's weights, >= 0.
+        groups: [F] group number of each column.
+        group_names: a name for each group number.
+
+    Raises:
+        UsageError: If a group has no name.
+    """
+    if len(groups) and len(group_names) <= groups.max():
+        raise UsageError(f"group_names: expected {groups.max() + 1} names, one per group, found {len(group_names)}.")
+    entries = []
+    for number, name in enumerate(group_names):
+        columns = np.flatnonzero((groups == number) & (weights > 0.0))
+        share = _share(rows[:, columns] * np.sqrt(weights[columns]))
+        entries.append(Relevance(name, share, level_of(share)))
+    return sorted(entries, key=lambda relevance: -relevance.share)
+
+
+def level_of(share: float) -> Level:
+    """The word for a share.
+
+    >>> [level_of(share) for share in (0.8, 0.5, 0.2, 0.03, 0.001)]
+    ['strong', 'strong', 'medium', 'weak', 'none']
+    """
+    for least, level in _LEVELS:
+        if share >= least:
+            return level
+    return "none"
+
+
+def _share(scaled: Floats) -> float:
+    """Mean loss of correlation over pairs of different rows [n, f], with repeats."""
+    if not scaled.shape[1]:
+        return 0.0
+    distinct, counts = np.unique(scaled, axis=0, return_counts=True)
+    first, second = np.triu_indices(len(distinct), 1)
+    if not len(first):
+        return 0.0
+    pairs = (counts[first] * counts[second]).astype(np.float64)
+    return float(np.average(-np.expm1(-0.5 * pdist(distinct, "sqeuclidean")), weights=pairs))

@@ -5,9 +5,7 @@ footprint, kind and other are optional and their cells may be empty; columns of 
 names of columns do not matter. A comparison (kind ``rather`` or ``tie``) needs no score; other rows without one are
 left out and counted in `Labels.notes`, which also names scales other than 0 to 100.
 
-Cells of label files as values: numbers and blanks as spreadsheets and other programs write them.
-
-Scales of scores in label files: fractions of 1 are read as points of 100, shorter scales are named in a note.
+Fractions of 1 are read as points of 100, shorter scales are named in a note.
 """
 
 from __future__ import annotations
@@ -32,162 +30,36 @@ from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import COMPARISONS, SCORES, Label, Labels
 from grammarlab.tables import Table, TableRow, decoded, read_table
 
-_DIGITS = re.compile(r"-?[0-9]{1,4300}")
-_WITH_ZEROS = re.compile(r"(-?[0-9]{1,4300})[.,](0+)")
-_ROUNDED = re.compile(r"-?[0-9]+([.,][0-9]+)?[eE]\+?[0-9]+")
-_EXACT = 1 << 53
-"""Integers below this are exact as floats of 64 bits."""
-_NO_SCORE = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none"))
-
+_Rows = Iterator[tuple[str, Mapping[str, Any]]]
+"""Position of each row, for messages, and its cells."""
 number: Callable[[str], float | None] = Table(",", ()).number
 """A text with a decimal point as a finite number; None if it is not one."""
-
-
-def whole(name: str, value: object) -> object:
-    """A whole number as an integer, such as ``17``, ``17.0`` or ``"17"``; any other value unchanged.
-
-    Args:
-        name: name of the column, for messages.
-        value: a cell.
-
-    Raises:
-        UsageError: If digits may have been lost, or the number may be two.
-
-    >>> [whole("model", value) for value in ("17", "17.0", 17.0, "17,0", "1_000", "1e3x", "١٧")]
-    [17, 17, 17, 17, '1_000', '1e3x', '١٧']
-    """
-    if isinstance(value, str):
-        return _whole_text(name, value)
-    if isinstance(value, float | Decimal) and math.isfinite(value) and value == int(value):
-        if isinstance(value, float) and abs(value) >= _EXACT:
-            raise UsageError(f"{name}: {value:.17g} is rounded: {_KEEP}")
-        return int(value)
-    return value
-
-
-_KEEP = "integers of more than 15 digits lose some in spreadsheets and in floats. Keep this column as text."
-
-
-def _whole_text(name: str, text: str) -> object:
-    text = text.strip()
-    if _DIGITS.fullmatch(text):
-        return int(text)
-    match = _WITH_ZEROS.fullmatch(text)
-    if match is not None:
-        if len(match[2]) == 3:
-            raise UsageError(
-                f"{name}: {text[:40]} may be {match[1][:40]} or a thousand times as much: write one number."
-            )
-        return int(match[1])
-    if _ROUNDED.fullmatch(text):
-        raise UsageError(f"{name}: {text[:40]} is rounded: {_KEEP}")
-    return text
-
-
-def score(value: object, read_number: Callable[[str], float | None] = number) -> object:
-    """A score as a number, None for a blank or missing one; any other value unchanged.
-
-    Args:
-        value: a cell.
-        read_number: reads a text.
-
-    >>> [score(value) for value in (3, "12.5", " ", "NaN", float("nan"), "good")]
-    [3, 12.5, None, None, None, 'good']
-    """
-    if isinstance(value, str):
-        if value.strip().lower() in _NO_SCORE:
-            return None
-        result = read_number(value.strip())
-        return value if result is None else result
-    if isinstance(value, Decimal):
-        value = float(value)
-    return None if isinstance(value, float) and math.isnan(value) else value
-
-
-def is_blank(value: object) -> bool:
-    """Whether a cell of text has no value."""
-    return value is None or value == "" or (isinstance(value, float) and math.isnan(value))
-
-
-_MAX_SHORT_SCALE = 10.0
-"""Largest highest score that is likely one of a scale of up to five or ten."""
-
-
-_MAX_NAMED = 5
-"""Largest number of factors in a note."""
-_ADVICE = (
-    "Give scores of a shorter scale in points of 100, or stars as the kind 'stars' with the scores 0, 25, 50, 75 and "
-    "100."
-)
-
-
-def on_one_scale(rows: Sequence[Label]) -> tuple[tuple[Label, ...], tuple[str, ...]]:
-    """Labels whose scores are from 0 to 100, and notes about other scales.
-
-    Only labels of kind ``score`` matter, since other kinds have fixed scores.
-
-    Args:
-        rows: all labels of a file.
-
-    >>> rows = [Label(1, model, "overall", score, "0" * 64) for model, score in enumerate((0.0, 0.25))]
-    >>> labels, notes = on_one_scale(rows)
-    >>> [label.score for label in labels], notes
-    ([0.0, 25.0], ('all scores are from 0 to 1 and are read as fractions of 100: 0.25 as 25',))
-    """
-    scores = {label.score for label in rows if label.kind == "score"}
-    highest = max(scores, default=0.0)
-    if highest > 1.0:
-        return tuple(rows), _short_notes(rows, highest)
-    if not highest:
-        return tuple(rows), ()
-    points = tuple(
-        replace(label, score=round(MAX_SCORE * label.score, 9)) if label.kind == "score" else label for label in rows
-    )
-    if scores <= {0.0, 1.0}:
-        return points, (f"all scores are 0 or 1 and are read as 0 (disliked) and {MAX_SCORE:g} (liked)",)
-    example = min(value for value in scores if 0.0 < value < 1.0)
-    reading = f"{example:g} as {MAX_SCORE * example:g}"
-    return points, (f"all scores are from 0 to 1 and are read as fractions of {MAX_SCORE:g}: {reading}",)
-
-
-def _short_notes(rows: Sequence[Label], highest: float) -> tuple[str, ...]:
-    """A note if all scores, or all of some factors, are likely of a shorter scale."""
-    scale = f"on a scale of 0 (disliked) to {MAX_SCORE:g}, so all models are nearly disliked"
-    if highest <= _MAX_SHORT_SCALE:
-        return (f"the highest score is {highest:g}, {scale}. {_ADVICE}",)
-    of_factor: dict[str, float] = {}
-    for label in rows:
-        if label.kind == "score":
-            of_factor[label.factor] = max(label.score, of_factor.get(label.factor, 0.0))
-    short = [
-        f"{score:g} for the factor {factor!r}" for factor, score in of_factor.items() if 0 < score <= _MAX_SHORT_SCALE
-    ]
-    if not short:
-        return ()
-    more = f" and {len(short) - _MAX_NAMED} more factors" if len(short) > _MAX_NAMED else ""
-    return (f"the highest score is {', '.join(short[:_MAX_NAMED])}{more}, {scale} by it. {_ADVICE}",)
-
-
 MAX_FILE_BYTES = 64 << 20
 """Largest size of a label file in bytes."""
 MAX_UNPACKED_BYTES = 512 << 20
 """Largest uncompressed size that a Parquet file may declare, in bytes."""
 MAX_LABELS = 500_000
 """Largest number of labels in a file."""
-
+_DIGITS = re.compile(r"-?[0-9]{1,4300}")
+_WITH_ZEROS = re.compile(r"(-?[0-9]{1,4300})[.,](0+)")
+_ROUNDED = re.compile(r"-?[0-9]+([.,][0-9]+)?[eE]\+?[0-9]+")
+_EXACT = 1 << 53
+"""Integers below this are exact as floats of 64 bits."""
+_NO_SCORE = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none"))
+_KEEP = "integers of more than 15 digits lose some in spreadsheets and in floats. Keep this column as text."
+_MAX_SHORT_SCALE = 10.0
+"""Largest highest score that is likely one of a scale of up to five or ten."""
+_MAX_NAMED = 5
+"""Largest number of factors in a note."""
+_ADVICE = (
+    "Give scores of a shorter scale in points of 100, or stars as the kind 'stars' with the scores 0, 25, 50, 75 and "
+    "100."
+)
 _COLUMNS = tuple(field.name for field in fields(Label))
 _REQUIRED = tuple(field.name for field in fields(Label) if field.default is MISSING)
 _OPTIONAL = frozenset(_COLUMNS) - frozenset(_REQUIRED)
 _KINDS: dict[str, Any] = {"seed": pa.uint64(), "model": pa.int64(), "score": pa.float64()}
 """Parquet types of the columns that are not text."""
-
-
-class _RowError(Exception):
-    """An error of a whole row; file and place are added where it is caught."""
-
-
-_Rows = Iterator[tuple[str, Mapping[str, Any]]]
-"""Position of each row, for messages, and its cells."""
 
 
 def save_labels(labels: Labels, path: Path | str) -> None:
@@ -246,51 +118,110 @@ def read_labels(path: Path | str) -> Labels:
         raise AssetError(f"{path}: {error}") from error
 
 
+def score(value: object, read_number: Callable[[str], float | None] = number) -> object:
+    """A score as a number, None for a blank or missing one; any other value unchanged.
+
+    Args:
+        value: a cell.
+        read_number: reads a text.
+
+    >>> [score(value) for value in (3, "12.5", " ", "NaN", float("nan"), "good")]
+    [3, 12.5, None, None, None, 'good']
+    """
+    if isinstance(value, str):
+        if value.strip().lower() in _NO_SCORE:
+            return None
+        result = read_number(value.strip())
+        return value if result is None else result
+    if isinstance(value, Decimal):
+        value = float(value)
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def integer(name: str, value: object) -> object:
+    """A whole number as an integer, such as ``17``, ``17.0`` or ``"17"``; any other value unchanged.
+
+    Args:
+        name: name of the column, for messages.
+        value: a cell.
+
+    Raises:
+        UsageError: If digits may have been lost, or the number may be two.
+
+    >>> [integer("model", value) for value in ("17", "17.0", 17.0, "17,0", "1_000", "1e3x", "١٧")]
+    [17, 17, 17, 17, '1_000', '1e3x', '١٧']
+    """
+    if isinstance(value, str):
+        return _integer_of_text(name, value)
+    if isinstance(value, float | Decimal) and math.isfinite(value) and value == int(value):
+        if isinstance(value, float) and abs(value) >= _EXACT:
+            raise UsageError(f"{name}: {value:.17g} is rounded: {_KEEP}")
+        return int(value)
+    return value
+
+
+def on_one_scale(rows: Sequence[Label]) -> tuple[tuple[Label, ...], tuple[str, ...]]:
+    """Labels whose scores are from 0 to 100, and notes about other scales.
+
+    Only labels of kind ``score`` matter, since other kinds have fixed scores.
+
+    Args:
+        rows: all labels of a file.
+
+    >>> rows = [Label(1, model, "overall", score, "0" * 64) for model, score in enumerate((0.0, 0.25))]
+    >>> labels, notes = on_one_scale(rows)
+    >>> [label.score for label in labels], notes
+    ([0.0, 25.0], ('all scores are from 0 to 1 and are read as fractions of 100: 0.25 as 25',))
+    """
+    scores = {label.score for label in rows if label.kind == "score"}
+    highest = max(scores, default=0.0)
+    if highest > 1.0:
+        return tuple(rows), _short_notes(rows, highest)
+    if not highest:
+        return tuple(rows), ()
+    points = tuple(
+        replace(label, score=round(MAX_SCORE * label.score, 9)) if label.kind == "score" else label for label in rows
+    )
+    if scores <= {0.0, 1.0}:
+        return points, (f"all scores are 0 or 1 and are read as 0 (disliked) and {MAX_SCORE:g} (liked)",)
+    example = min(value for value in scores if 0.0 < value < 1.0)
+    reading = f"{example:g} as {MAX_SCORE * example:g}"
+    return points, (f"all scores are from 0 to 1 and are read as fractions of {MAX_SCORE:g}: {reading}",)
+
+
 def _format(path: Path, formats: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
     if path.suffix.lower() not in formats:
         raise UsageError(f"{path.name}: expected a label file that ends in {', '.join(formats)}.")
     return formats[path.suffix.lower()]
 
 
-def _labels(rows: _Rows) -> Labels:
-    labels, num_blank = list[Label](), 0
-    for position, cells in rows:
-        if len(labels) + num_blank >= MAX_LABELS:
-            raise _RowError(f"more than {MAX_LABELS} labels; split the file.")
-        missing = [name for name in _REQUIRED if name not in cells]
-        if missing:
-            raise _RowError(f"{position}: expected {', '.join(_REQUIRED)}; missing {', '.join(missing)}.")
-        try:
-            label = _label(cells)
-        except UsageError as error:
-            raise _RowError(f"{position}: {error}") from error
-        if label is None:
-            num_blank += 1
-        else:
-            labels.append(label)
-    if num_blank and not labels:
-        raise _RowError(f"none of {num_blank:,} rows has a score.")
-    scaled, notes = on_one_scale(labels)
-    left_out = "1 row without a score is" if num_blank == 1 else f"{num_blank:,} rows without a score are"
-    return Labels(scaled, notes=(*([f"{left_out} left out"] if num_blank else []), *notes))
+def _write_csv(labels: Labels) -> bytes:
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    writer.writerows([getattr(label, name) for name in _COLUMNS] for label in labels)
+    return text.getvalue().encode("utf-8")
 
 
-def _label(cells: Mapping[str, Any]) -> Label | None:
-    """Label of a row; None if it has no score and is not a comparison."""
-    values = {name: cells[name] for name in _COLUMNS if name in cells}
-    values = {name: value for name, value in values.items() if name not in _OPTIONAL or not is_blank(value)}
-    for name in ("kind", "grammar"):
-        if isinstance(values.get(name), str):
-            values[name] = values[name].lower()
-    for name in ("seed", "model"):
-        values[name] = whole(name, values[name])
-    values["score"] = score(values["score"])
-    if values["score"] is None:
-        if values.get("kind") in COMPARISONS:
-            values["score"] = SCORES[values["kind"]][0]
-        elif "other" not in values:
-            return None
-    return Label(**values)
+def _write_jsonl(labels: Labels) -> bytes:
+    lines = (json.dumps({name: getattr(label, name) for name in _COLUMNS}, ensure_ascii=False) for label in labels)
+    return "".join(f"{line}\n" for line in lines).encode("utf-8")
+
+
+def _write_parquet(labels: Labels) -> bytes:
+    columns = {
+        name: pa.array([getattr(label, name) for label in labels], _KINDS.get(name, pa.string())) for name in _COLUMNS
+    }
+    sink = io.BytesIO()
+    pq.write_table(pa.table(columns), sink, compression="zstd")
+    return sink.getvalue()
+
+
+_WRITERS: dict[str, Callable[[Labels], bytes]] = {
+    ".csv": _write_csv,
+    ".jsonl": _write_jsonl,
+    ".parquet": _write_parquet,
+}
 
 
 def _read_text_table(data: bytes) -> _Rows:
@@ -299,15 +230,6 @@ def _read_text_table(data: bytes) -> _Rows:
     _check_header(header)
     for row in table.body:
         yield f"line {row.line}", _cells_of(table, header, row)
-
-
-def _cells_of(table: Table, header: Sequence[str], row: TableRow) -> dict[str, Any]:
-    """Cells by column; spreadsheets leave empty cells at the end out, or add some."""
-    required = max(header.index(name) for name in _REQUIRED) + 1
-    if len(row.cells) < required or any(row.cells[len(header) :]):
-        raise _RowError(f"line {row.line}: expected {len(header)} cells as in the header, found {len(row.cells)}.")
-    cells: dict[str, Any] = dict(zip(header, row.cells, strict=False))
-    return cells | {"score": score(cells["score"], table.number)}
 
 
 def _read_jsonl(data: bytes) -> _Rows:
@@ -342,8 +264,13 @@ def _read_parquet(data: bytes) -> _Rows:
             yield f"row {number}", {columns[name]: value for name, value in cells.items()}
 
 
-def _normal(name: str) -> str:
-    return name.strip().lower()
+_READERS: dict[str, Callable[[bytes], _Rows]] = {
+    ".csv": _read_text_table,
+    ".tsv": _read_text_table,
+    ".txt": _read_text_table,
+    ".jsonl": _read_jsonl,
+    ".parquet": _read_parquet,
+}
 
 
 def _check_header(names: Iterable[str]) -> None:
@@ -355,43 +282,104 @@ def _check_header(names: Iterable[str]) -> None:
     _check_different(present)
 
 
+class _RowError(Exception):
+    """An error of a whole row; file and place are added where it is caught."""
+
+
 def _check_different(names: Sequence[str], prefix: str = "") -> None:
     repeated = [name for name in _COLUMNS if names.count(name) > 1]
     if repeated:
         raise _RowError(f"{prefix}two columns have the same name: {', '.join(repeated)}.")
 
 
-def _write_csv(labels: Labels) -> bytes:
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_COLUMNS)
-    writer.writerows([getattr(label, name) for name in _COLUMNS] for label in labels)
-    return text.getvalue().encode("utf-8")
+def _cells_of(table: Table, header: Sequence[str], row: TableRow) -> dict[str, Any]:
+    """Cells by column; spreadsheets leave empty cells at the end out, or add some."""
+    required = max(header.index(name) for name in _REQUIRED) + 1
+    if len(row.cells) < required or any(row.cells[len(header) :]):
+        raise _RowError(f"line {row.line}: expected {len(header)} cells as in the header, found {len(row.cells)}.")
+    cells: dict[str, Any] = dict(zip(header, row.cells, strict=False))
+    return cells | {"score": score(cells["score"], table.number)}
 
 
-def _write_jsonl(labels: Labels) -> bytes:
-    lines = (json.dumps({name: getattr(label, name) for name in _COLUMNS}, ensure_ascii=False) for label in labels)
-    return "".join(f"{line}\n" for line in lines).encode("utf-8")
+def _normal(name: str) -> str:
+    return name.strip().lower()
 
 
-def _write_parquet(labels: Labels) -> bytes:
-    columns = {
-        name: pa.array([getattr(label, name) for label in labels], _KINDS.get(name, pa.string())) for name in _COLUMNS
-    }
-    sink = io.BytesIO()
-    pq.write_table(pa.table(columns), sink, compression="zstd")
-    return sink.getvalue()
+def _labels(rows: _Rows) -> Labels:
+    labels, num_blank = list[Label](), 0
+    for position, cells in rows:
+        if len(labels) + num_blank >= MAX_LABELS:
+            raise _RowError(f"more than {MAX_LABELS} labels; split the file.")
+        missing = [name for name in _REQUIRED if name not in cells]
+        if missing:
+            raise _RowError(f"{position}: expected {', '.join(_REQUIRED)}; missing {', '.join(missing)}.")
+        try:
+            label = _label(cells)
+        except UsageError as error:
+            raise _RowError(f"{position}: {error}") from error
+        if label is None:
+            num_blank += 1
+        else:
+            labels.append(label)
+    if num_blank and not labels:
+        raise _RowError(f"none of {num_blank:,} rows has a score.")
+    scaled, notes = on_one_scale(labels)
+    left_out = "1 row without a score is" if num_blank == 1 else f"{num_blank:,} rows without a score are"
+    return Labels(scaled, notes=(*([f"{left_out} left out"] if num_blank else []), *notes))
 
 
-_READERS: dict[str, Callable[[bytes], _Rows]] = {
-    ".csv": _read_text_table,
-    ".tsv": _read_text_table,
-    ".txt": _read_text_table,
-    ".jsonl": _read_jsonl,
-    ".parquet": _read_parquet,
-}
-_WRITERS: dict[str, Callable[[Labels], bytes]] = {
-    ".csv": _write_csv,
-    ".jsonl": _write_jsonl,
-    ".parquet": _write_parquet,
-}
+def _label(cells: Mapping[str, Any]) -> Label | None:
+    """Label of a row; None if it has no score and is not a comparison."""
+    values = {name: cells[name] for name in _COLUMNS if name in cells}
+    values = {name: value for name, value in values.items() if name not in _OPTIONAL or not _is_blank(value)}
+    for name in ("kind", "grammar"):
+        if isinstance(values.get(name), str):
+            values[name] = values[name].lower()
+    for name in ("seed", "model"):
+        values[name] = integer(name, values[name])
+    values["score"] = score(values["score"])
+    if values["score"] is None:
+        if values.get("kind") in COMPARISONS:
+            values["score"] = SCORES[values["kind"]][0]
+        elif "other" not in values:
+            return None
+    return Label(**values)
+
+
+def _is_blank(value: object) -> bool:
+    """Whether a cell of text has no value."""
+    return value is None or value == "" or (isinstance(value, float) and math.isnan(value))
+
+
+def _integer_of_text(name: str, text: str) -> object:
+    text = text.strip()
+    if _DIGITS.fullmatch(text):
+        return int(text)
+    match = _WITH_ZEROS.fullmatch(text)
+    if match is not None:
+        if len(match[2]) == 3:
+            raise UsageError(
+                f"{name}: {text[:40]} may be {match[1][:40]} or a thousand times as much: write one number."
+            )
+        return int(match[1])
+    if _ROUNDED.fullmatch(text):
+        raise UsageError(f"{name}: {text[:40]} is rounded: {_KEEP}")
+    return text
+
+
+def _short_notes(rows: Sequence[Label], highest: float) -> tuple[str, ...]:
+    """A note if all scores, or all of some factors, are likely of a shorter scale."""
+    scale = f"on a scale of 0 (disliked) to {MAX_SCORE:g}, so all models are nearly disliked"
+    if highest <= _MAX_SHORT_SCALE:
+        return (f"the highest score is {highest:g}, {scale}. {_ADVICE}",)
+    of_factor: dict[str, float] = {}
+    for label in rows:
+        if label.kind == "score":
+            of_factor[label.factor] = max(label.score, of_factor.get(label.factor, 0.0))
+    short = [
+        f"{score:g} for the factor {factor!r}" for factor, score in of_factor.items() if 0 < score <= _MAX_SHORT_SCALE
+    ]
+    if not short:
+        return ()
+    more = f" and {len(short) - _MAX_NAMED} more factors" if len(short) > _MAX_NAMED else ""
+    return (f"the highest score is {', '.join(short[:_MAX_NAMED])}{more}, {scale} by it. {_ADVICE}",)

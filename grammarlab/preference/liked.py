@@ -1,10 +1,9 @@
-"""Liked models: scores above those that a person with errors gives to disliked models.
+"""Liked models, and models similar to liked ones that have no reliable explanation yet.
 
-Models similar to liked ones that have no reliable explanation yet.
-
-While hardly any liked models are known, all explanations are unreliable. Later, a high score among many low ones may be
-an error, or the first model of another liked kind. If similar models are liked, it is none, and if they are not, less
-is lost than by looking for its reasons elsewhere.
+A liked model has a score above those that a person with errors gives to disliked models. While hardly any liked models
+are known, all explanations are unreliable. Later, a high score among many low ones may be an error, or the first model
+of another liked kind. If similar models are liked, it is none, and if they are not, less is lost than by looking for
+its reasons elsewhere.
 """
 
 from __future__ import annotations
@@ -22,12 +21,28 @@ from grammarlab.preference.processes.posterior import Hyperparameters, condition
 
 EXACT_NOISE = 1.5
 """Largest noise in points of a person without errors."""
-FAR_DEVIATIONS = 2.5
-"""Number of standard deviations of the noise that scores of disliked models rarely exceed: one in 160 does."""
 RARE_SHARE = 1 / 16
 """Share of liked models among `MIN_SCORED` or more scored ones below which liked models are rare."""
 MIN_SCORED = 64
 """Smallest number of scored models for a share of liked ones."""
+FEW_LIKED = 4
+"""Number of liked models from which questions follow from explanations only."""
+MIN_NOISE = 3.0
+"""Smallest standard deviation of cells, in points."""
+_FAR_DEVIATIONS = 2.5
+"""Number of standard deviations of the noise that scores of disliked models rarely exceed: one in 160 does."""
+_MIN_SCORE_SHARE = 0.25
+"""Share of a score below which the value by cells means that they take it for a blunder."""
+_SIMILAR_DISTANCE = 2.6
+"""Weighted squared distance between two typical models if all columns have equal weight."""
+_SIMILAR_NOISE = 1e-3
+"""Noise, as a share of the amplitude."""
+_MIN_EXCESS_SDS = 1.5
+"""Number of standard deviations by which a score is above the expected one if it has no explanation."""
+_MAX_CANDIDATES = 8_000
+"""Largest number of models that are compared with scored ones; a pool for rare tastes has many more."""
+_VALUE_SHARE = 0.5
+"""Value of models of another liked kind, as a share of the highest value."""
 
 
 def noise_of(preference: AbstractPreference | None) -> float:
@@ -38,19 +53,6 @@ def noise_of(preference: AbstractPreference | None) -> float:
 def blunders_of(preference: AbstractPreference | None) -> float:
     """Probability of a random score of a person; 0 if it is unknown."""
     return preference.blunders if isinstance(preference, BlendedPreference | PartitionPreference) else 0.0
-
-
-def liked(scores: Floats, noise: float) -> NDArray[np.bool_]:
-    """[n] whether scores mean that a model is liked.
-
-    Args:
-        scores: [n] 0 to 100.
-        noise: noise of the person, in points.
-
-    >>> liked(np.array([0.0, 5.0, 30.0]), 0.5).tolist(), liked(np.array([0.0, 5.0, 30.0]), 10.0).tolist()
-    ([False, True, True], [False, False, True])
-    """
-    return scores > (FAR_DEVIATIONS * noise if noise > EXACT_NOISE else 0.0)
 
 
 def liked_are_rare(scores: Floats, noise: float = 0.0, blunders: float = 0.0) -> bool:
@@ -68,22 +70,17 @@ def liked_are_rare(scores: Floats, noise: float = 0.0, blunders: float = 0.0) ->
     return bool(np.any((np.cumsum(liked(scores, noise)) < (RARE_SHARE + blunders) * number)[MIN_SCORED - 1 :]))
 
 
-FEW_LIKED = 4
-"""Number of liked models from which questions follow from explanations only."""
-_MIN_SCORE_SHARE = 0.25
-"""Share of a score below which the value by cells means that they take it for a blunder."""
-MIN_NOISE = 3.0
-"""Smallest standard deviation of cells, in points."""
-_SIMILAR_DISTANCE = 2.6
-"""Weighted squared distance between two typical models if all columns have equal weight."""
-_SIMILAR_NOISE = 1e-3
-"""Noise, as a share of the amplitude."""
-_MIN_EXCESS_SDS = 1.5
-"""Number of standard deviations by which a score is above the expected one if it has no explanation."""
-_MAX_CANDIDATES = 8_000
-"""Largest number of models that are compared with those; a pool for rare tastes has many more."""
-_VALUE_SHARE = 0.5
-"""Value of models of another liked kind, as a share of the highest value."""
+def liked(scores: Floats, noise: float) -> NDArray[np.bool_]:
+    """[n] whether scores mean that a model is liked.
+
+    Args:
+        scores: [n] 0 to 100.
+        noise: noise of the person, in points.
+
+    >>> liked(np.array([0.0, 5.0, 30.0]), 0.5).tolist(), liked(np.array([0.0, 5.0, 30.0]), 10.0).tolist()
+    ([False, True, True], [False, False, True])
+    """
+    return scores > (_FAR_DEVIATIONS * noise if noise > EXACT_NOISE else 0.0)
 
 
 def surely_liked(preference: BlendedPreference, rows: Floats, scores: Floats) -> NDArray[np.bool_]:
@@ -125,8 +122,8 @@ def most_unexplained(
     if not (excess > _MIN_EXCESS_SDS * noise).any():
         return scored[:0]
     amplitude = _VALUE_SHARE * max(float(values.max()), noise)
-    some = randomness.permutation(np.flatnonzero(allowed))[:_MAX_CANDIDATES]
-    return _nearest(pool, scored, excess, (noise / amplitude) ** 2, some)[:num]
+    candidates = randomness.permutation(np.flatnonzero(allowed))[:_MAX_CANDIDATES]
+    return _nearest(pool, scored, excess, (noise / amplitude) ** 2, candidates)[:num]
 
 
 def most_similar(
@@ -150,11 +147,11 @@ def most_similar(
     return _nearest(pool, scored, scores, _SIMILAR_NOISE, randomness.permutation(np.flatnonzero(allowed)))[:num]
 
 
-def _nearest(pool: Floats, scored: Ints, scores: Floats, noise: float, open_: Ints) -> Ints:
-    """Open models by their expected scores, highest first; the noise is a share of the amplitude."""
+def _nearest(pool: Floats, scored: Ints, scores: Floats, noise: float, candidates: Ints) -> Ints:
+    """Candidates by their expected scores, highest first; the noise is a share of the amplitude."""
     variance = pool.var(axis=0)
     varies = variance > 0.0
     weights = np.zeros(len(variance))
     weights[varies] = _SIMILAR_DISTANCE / (2.0 * varies.sum() * variance[varies])
     process = condition(Hyperparameters(MAX_SCORE**2, weights, noise * MAX_SCORE**2), observe(pool[scored], scores))
-    return open_[np.argsort(-process.predict(pool[open_]).mean, kind="stable")]
+    return candidates[np.argsort(-process.predict(pool[candidates]).mean, kind="stable")]

@@ -56,9 +56,9 @@ class Intervals:
         both = zip(self._columns(), other._columns(), strict=True)
         return Intervals(*(np.concatenate(pair) for pair in both))
 
-    def take(self, some: Ints | NDArray[np.bool_]) -> Intervals:
+    def take(self, selection: Ints | NDArray[np.bool_]) -> Intervals:
         """Selected intervals."""
-        return Intervals(*(column[some] for column in self._columns()))
+        return Intervals(*(column[selection] for column in self._columns()))
 
     def deviation(self, noise: float) -> Floats:
         """[n] standard deviation of labels around the value."""

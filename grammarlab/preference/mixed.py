@@ -121,13 +121,13 @@ def _share(
     fold_of = randomness.permutation(NUM_FOLDS * (1 + num_rows // NUM_FOLDS))[:num_rows] % NUM_FOLDS
     first, compared = judgements.first, judgements.second >= 0
     second = np.where(compared, judgements.second, first)
-    some = np.zeros(num_labels, dtype=bool)
-    some[randomness.permutation(num_labels)[:MAX_HELD_OUT]] = True
+    is_selected = np.zeros(num_labels, dtype=bool)
+    is_selected[randomness.permutation(num_labels)[:MAX_HELD_OUT]] = True
     evidence, sketches = np.zeros(len(PROCESS_SHARES)), list[tuple[GroupedPreference, PartitionPreference]]()
     for number in range(NUM_FOLDS):
         out = (fold_of[first] == number) | (fold_of[second] == number)
         is_training, apart = ~out[observed.label], np.flatnonzero((fold_of[observed.row_pairs] != number).all(axis=1))
-        held_out = np.flatnonzero(out & some)
+        held_out = np.flatnonzero(out & is_selected)
         if len(held_out) and is_training.any() and len(apart):
             with threadpool_limits(1, "blas"):
                 sketch = (

@@ -152,12 +152,11 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     the grammar. If liked models have been rare, all questions are of this kind. While few models are liked, half of the
     questions are about models similar to these, or all questions if liked models have been rare and cells do not take
     the scores of all of them for blunders. Later, one of eight questions is about a model similar to those with
-    scores above what cells expect, if there are any; with one of four, B1 was .053 and .066 instead of .033 and .039
-    after 128 scores with noise of 10 points, as cells of many scores of a rare kind are too large at first.
+    scores above what cells expect, if there are any. A larger share is worse if scores have noise, as cells of many
+    scores of a rare kind are too large at first.
 
     Doubtful scores are not requested again. Repeating them whenever cells expected more gain from it than from the last
-    new model did not help: the divergence after 64 scores was 0.080 instead of 0.076, the mean of three persons with
-    noise of 10 points on S1 and three with 5 % blunders on B1.
+    new model did not lower the divergence of persons with noise of 10 points or with 5 % blunders.
     """
     preference = situation.preference
     if preference is None:
@@ -212,9 +211,9 @@ def _informative(
     remaining = min(num, len(candidates)) - len(first)
     by_chance = 0 if rare else _one_in(_QUESTIONS_PER_RANDOM, remaining)
     second = _of_cells(preference, situation, candidates, first, remaining - by_chance)
-    open_ = np.ones(len(candidates), dtype=bool)
-    open_[np.concatenate((first, second))] = False
-    third = _drawn(open_, situation.from_grammar[candidates].astype(np.float64), by_chance, randomness)
+    is_open = np.ones(len(candidates), dtype=bool)
+    is_open[np.concatenate((first, second))] = False
+    third = _drawn(is_open, situation.from_grammar[candidates].astype(np.float64), by_chance, randomness)
     return candidates[np.concatenate((first, second, third))]
 
 
@@ -254,19 +253,19 @@ def _of_process(
 ) -> Ints:
     """Candidates that a process is uncertain about: some seem liked, and some lower the total variance most."""
     rows, typical = situation.pool[candidates], situation.stands_for(candidates)
-    noise, open_ = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
-    open_[chosen] = False
+    noise, is_open = NOISE * preference.highest**2, np.ones(len(candidates), dtype=bool)
+    is_open[chosen] = False
     scored_rows = situation.pool[situation.scored]
     good = scored_rows[situation.liked]
     mean, covariance = joint(preference, rows, doubtful_weights(preference, good if len(good) else scored_rows))
     elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
     stakes = np.maximum(mean, 0.0) * typical if len(good) else elsewhere
     share = 1.0 if rare and not len(good) else LIKED_SHARE
-    first = most_doubtful(conditional_covariance(covariance, chosen, noise), round(share * num), noise, stakes, open_)
-    open_[first] = False
+    first = most_doubtful(conditional_covariance(covariance, chosen, noise), round(share * num), noise, stakes, is_open)
+    is_open[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
     before = np.append(chosen, first)
-    second = most_telling(conditional_covariance(covariance, before, noise), num - len(first), noise, typical, open_)
+    second = most_telling(conditional_covariance(covariance, before, noise), num - len(first), noise, typical, is_open)
     return np.concatenate((first, second))
 
 
@@ -285,17 +284,19 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
     noise = max(cells.noise, MIN_NOISE) ** 2
     mean, covariance = cells.joint(rows)
     stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
-    open_ = np.ones(len(candidates), dtype=bool)
-    open_[chosen] = False
+    is_open = np.ones(len(candidates), dtype=bool)
+    is_open[chosen] = False
     cautious = cautious_weights(process, rows)
     doubtful = cautious + doubtful_weights(process, good if len(good) else scored_rows)
     amplitude = NOVELTY_VARIANCE * highest**2
     unlike = [unexplained(scored_rows, rows, weights, amplitude, noise) for weights in (doubtful, cautious)]
-    first = most_doubtful(conditional_covariance(covariance + unlike[0], chosen, noise), num // 2, noise, stakes, open_)
-    open_[first] = False
+    first = most_doubtful(
+        conditional_covariance(covariance + unlike[0], chosen, noise), num // 2, noise, stakes, is_open
+    )
+    is_open[first] = False
     before = np.concatenate((chosen, first))
     second = most_telling(
-        conditional_covariance(covariance + unlike[1], before, noise), num - len(first), noise, stakes, open_
+        conditional_covariance(covariance + unlike[1], before, noise), num - len(first), noise, stakes, is_open
     )
     return np.concatenate((first, second))
 
@@ -310,10 +311,10 @@ def _candidates(situation: Situation, num: int, but: Ints, by_liking: bool, rand
         by_liking: whether those from elsewhere are the models with the highest predictions, not models at random.
         randomness: generator.
     """
-    open_ = _is_unscored(situation)
-    open_[but] = False
+    is_open = _is_unscored(situation)
+    is_open[but] = False
     pools = [
-        randomness.permutation(np.flatnonzero(open_ & kind))
+        randomness.permutation(np.flatnonzero(is_open & kind))
         for kind in (situation.from_grammar, ~situation.from_grammar)
     ]
     if by_liking and situation.preference is not None:
@@ -328,10 +329,10 @@ def _candidates(situation: Situation, num: int, but: Ints, by_liking: bool, rand
 
 def _mixed(preference: AbstractPreference, situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
     """Strategy for preferences without covariances: one half by the current density, one half by uncertainty."""
-    prediction, open_ = preference.predict(situation.pool), _is_unscored(situation)
-    first = _drawn(open_, prediction.mean * situation.from_grammar, num // 2, randomness)
-    open_[first] = False
-    return np.concatenate((first, _drawn(open_, prediction.std, num - len(first), randomness)))
+    prediction, is_open = preference.predict(situation.pool), _is_unscored(situation)
+    first = _drawn(is_open, prediction.mean * situation.from_grammar, num // 2, randomness)
+    is_open[first] = False
+    return np.concatenate((first, _drawn(is_open, prediction.std, num - len(first), randomness)))
 
 
 def _grammar(situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
@@ -344,10 +345,10 @@ def _density(situation: Situation, num: int, randomness: np.random.Generator) ->
     if preference is None:
         return _grammar(situation, num, randomness)
     liking = np.clip(preference.predict(situation.pool).mean, 0.0, MAX_SCORE) / MAX_SCORE
-    open_ = _is_unscored(situation)
-    first = _drawn(open_, liking * situation.from_grammar, (num + 1) // 2, randomness)
-    open_[first] = False
-    second = _drawn(open_, (1.0 - liking) * situation.from_grammar, num - len(first), randomness)
+    is_open = _is_unscored(situation)
+    first = _drawn(is_open, liking * situation.from_grammar, (num + 1) // 2, randomness)
+    is_open[first] = False
+    second = _drawn(is_open, (1.0 - liking) * situation.from_grammar, num - len(first), randomness)
     return np.concatenate((first, second))
 
 
@@ -382,32 +383,32 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
     chosen = np.empty(num, dtype=np.int64)
     nearest = np.full(len(rows), np.inf)
     for start in range(0, len(situation.scored), _BLOCK_SIZE):
-        some = situation.scored[start : start + _BLOCK_SIZE]
-        nearest = np.minimum(nearest, squared_distances(scaled, scaled[some]).min(axis=1))
+        block = situation.scored[start : start + _BLOCK_SIZE]
+        nearest = np.minimum(nearest, squared_distances(scaled, scaled[block]).min(axis=1))
     # Equal distances are common among counts; the seed decides between them.
     order = randomness.permutation(len(rows))
-    open_ = _is_unscored(situation)
+    is_open = _is_unscored(situation)
     for index in range(num):
-        distance = np.where(open_, nearest, -1.0)[order]
+        distance = np.where(is_open, nearest, -1.0)[order]
         best = chosen[index] = order[np.argmax(distance)]
-        open_[best] = False
+        is_open[best] = False
         nearest = np.minimum(nearest, squared_distances(scaled, scaled[[best]])[:, 0])
     return chosen
 
 
 def _is_unscored(situation: Situation) -> NDArray[np.bool_]:
-    open_ = np.ones(len(situation.pool), dtype=bool)
-    open_[situation.scored] = False
-    return open_
+    is_open = np.ones(len(situation.pool), dtype=bool)
+    is_open[situation.scored] = False
+    return is_open
 
 
-def _drawn(open_: NDArray[np.bool_], weights: Floats, num: int, randomness: np.random.Generator) -> Ints:
+def _drawn(is_open: NDArray[np.bool_], weights: Floats, num: int, randomness: np.random.Generator) -> Ints:
     """Different open models, drawn one after the other in proportion to their weights; those of weight 0 come last."""
     # The largest values of log weight + Gumbel noise are such a draw.
     with np.errstate(divide="ignore"):
         keys = np.log(np.maximum(weights, 0.0)) + randomness.gumbel(size=len(weights))
     keys = np.where(np.isfinite(keys), keys, -1e300 + randomness.random(len(weights)))
-    candidates = np.flatnonzero(open_)
+    candidates = np.flatnonzero(is_open)
     return candidates[np.argsort(-keys[candidates], kind="stable")[:num]]
 
 

@@ -41,7 +41,7 @@ class NumberDesk(AbstractDocumentDesk[int]):
 
 
 def put(desk: NumberDesk, request: Request) -> Message:
-    desk.do("put", request.whole("number", -10, 10, 0))
+    desk.do("put", request.integer("number", -10, 10, 0))
     return desk.done()
 
 

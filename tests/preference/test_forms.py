@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from grammarlab.errors import AssetError, UsageError
-from grammarlab.preference.label_files import on_one_scale, read_labels, score, whole
+from grammarlab.preference.label_files import integer, on_one_scale, read_labels, score
 from grammarlab.preference.labels import Kind, Label, Labels
 
 HASH = "0123456789abcdef" * 4
@@ -180,8 +180,8 @@ def test_notes_of_labels_are_kept_when_they_are_joined():
 
 @pytest.mark.parametrize("text", ["12", "12.0", "12,00", "12.000000", " 12 ", 12.0, 12, Decimal(12)])
 def test_a_whole_number_has_several_forms(text):
-    assert whole("model", text) == 12
-    assert type(whole("model", text)) is int
+    assert integer("model", text) == 12
+    assert type(integer("model", text)) is int
 
 
 @pytest.mark.parametrize(
@@ -189,19 +189,19 @@ def test_a_whole_number_has_several_forms(text):
     ["1_000", "1 000", " 1_0", "١٢", "１２", "0x1F", "1e3x", "12.5", "", "+1", "12.", "--1", True, None, 12.5],
 )
 def test_what_is_not_a_whole_number_stays_as_it_is(text):
-    value = whole("model", text)
+    value = integer("model", text)
     assert not isinstance(value, int) or isinstance(value, bool)
 
 
 @pytest.mark.parametrize("value", ["1e3", "1.23E+19", "1,23e19", 1.23e19, 2.0**53])
 def test_digits_that_a_spreadsheet_has_lost_are_named(value):
     with pytest.raises(UsageError, match=r"seed: .* is rounded: .* as text"):
-        whole("seed", value)
+        integer("seed", value)
 
 
 def test_a_thousand_or_one_is_not_guessed():
     with pytest.raises(UsageError, match=r"model: 1.000 may be 1 or a thousand times as much"):
-        whole("model", "1.000")
+        integer("model", "1.000")
 
 
 def test_scores_are_numbers_or_blank():

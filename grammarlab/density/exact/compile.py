@@ -2,9 +2,8 @@
 
 The density is p(m) u(m) / Z, with p the density of the grammar, u the preference and Z the mean of u under p
 (``base="grammar"``). With ``base="uniform"``, all outcomes of the choices that the preference can reach have the same
-weight: p is left out for all symbols with finitely many trees, and drawn numbers stay uniform.
-
-Features that an exact grammar can express.
+weight: p is left out for all symbols with finitely many trees, and drawn numbers stay uniform. `Exactness` says which
+features an exact grammar can express.
 """
 
 from __future__ import annotations
@@ -36,9 +35,36 @@ from grammarlab.language.grammar import Grammar
 
 Preference = Callable[[Floats], Floats]
 """Function from the values [n, reads] of readings to values [n], finite and at least 0, row by row."""
-
-RECURSIVE_CAP = 12
+_RECURSIVE_CAP = 12
 """Default cap of counts in recursive grammars: counts of this or more are treated as equal."""
+
+
+@dataclass(frozen=True)
+class Exactness:
+    """Features that exact grammars made from one grammar can express."""
+
+    grammar: Grammar
+    forest: Forest
+    """Derivations for the numbers of successors inside blocks."""
+
+    def reason_against(self, feature: Feature) -> str:
+        """Reason why an exact grammar cannot express a feature; empty if it can."""
+        if isinstance(feature, Total):
+            return next(filter(None, (self.reason_against(term) for term, _ in feature.terms)), "")
+        try:
+            item = _countable(feature)
+            if isinstance(item, Reading):
+                reading = replace(item, cap=min(item.cap, _RECURSIVE_CAP))
+                count_automaton(PatternComponents(self._tree, (reading,)))
+            else:
+                attribute_parts(self.grammar, item.site, [item])
+        except InexactError as error:
+            return str(error)
+        return ""
+
+    @cached_property
+    def _tree(self) -> TreeGrammar:
+        return TreeGrammar.of(self.grammar).observed(self.forest)
 
 
 def compile_density(
@@ -104,6 +130,18 @@ def compile_density(
     )
 
 
+def _countable(item: Read) -> Reading | Threshold | Draw:
+    """Readings of a preference in forms that can be computed exactly."""
+    if isinstance(item, Present):
+        inner = _countable(item.feature)
+        return replace(inner, cap=1) if isinstance(inner, Reading) else inner
+    if isinstance(item, HalfSpace | Sum):
+        raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each separately")
+    if isinstance(item, Total):
+        raise InexactError(f"{item} is a total: give its terms, and add them in the preference")
+    return Reading.of(item) if isinstance(item, Pattern) else item
+
+
 @dataclass(frozen=True)
 class _Readings:
     """Readings of a preference, by kind."""
@@ -118,7 +156,7 @@ class _Readings:
 
     @classmethod
     def of(cls, grammar: Grammar, reads: Sequence[Read], preference: Preference) -> _Readings:
-        items = tuple(countable(item) for item in reads)
+        items = tuple(_countable(item) for item in reads)
         counted = tuple(dict.fromkeys(item for item in items if isinstance(item, Reading)))
         drawn: dict[str, list[Threshold | Draw]] = {}
         for item in dict.fromkeys(items):
@@ -147,7 +185,7 @@ class _Readings:
 def _counting(tree: TreeGrammar, readings: _Readings, cap: int | None) -> tuple[Automaton, tuple[str, ...]]:
     """The counting automaton, and remarks for the user about it."""
     components = PatternComponents(tree, readings.counted)
-    limit = cap if cap is not None else RECURSIVE_CAP if _is_recursive(components) else NO_CAP
+    limit = cap if cap is not None else _RECURSIVE_CAP if _is_recursive(components) else NO_CAP
     cut = tuple(replace(reading, cap=min(reading.cap, limit)) for reading in readings.counted)
     automaton = count_automaton(components if cut == readings.counted else PatternComponents(tree, cut))
     imposed = np.array([new.cap < old.cap for new, old in zip(cut, readings.counted, strict=True)], dtype=bool)
@@ -155,18 +193,6 @@ def _counting(tree: TreeGrammar, readings: _Readings, cap: int | None) -> tuple[
         return automaton, ()
     _check_cap(automaton.totals, imposed, limit, readings.scores_of_counts)
     return automaton, (f"counts from {limit} on are treated as equal, because the grammar is recursive",)
-
-
-def countable(item: Read) -> Reading | Threshold | Draw:
-    """Readings of a preference in forms that can be computed exactly."""
-    if isinstance(item, Present):
-        inner = countable(item.feature)
-        return replace(inner, cap=1) if isinstance(inner, Reading) else inner
-    if isinstance(item, HalfSpace | Sum):
-        raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each separately")
-    if isinstance(item, Total):
-        raise InexactError(f"{item} is a total: give its terms, and add them in the preference")
-    return Reading.of(item) if isinstance(item, Pattern) else item
 
 
 def _is_recursive(components: PatternComponents) -> bool:
@@ -202,31 +228,3 @@ def _nothing_liked(automaton: Automaton, readings: Sequence[Reading]) -> str:
     absent = [str(reading) for i, reading in enumerate(readings) if not totals[:, i].any()]
     hint = f"; {', '.join(absent[:3])} never occurs in this grammar" if absent else ""
     return f"the preference is 0 for every model that the grammar makes: there is nothing to sample{hint}"
-
-
-@dataclass(frozen=True)
-class Exactness:
-    """Features that exact grammars made from one grammar can express."""
-
-    grammar: Grammar
-    forest: Forest
-    """Derivations for the numbers of successors inside blocks."""
-
-    def reason_against(self, feature: Feature) -> str:
-        """Reason why an exact grammar cannot express a feature; empty if it can."""
-        if isinstance(feature, Total):
-            return next(filter(None, (self.reason_against(term) for term, _ in feature.terms)), "")
-        try:
-            item = countable(feature)
-            if isinstance(item, Reading):
-                reading = replace(item, cap=min(item.cap, RECURSIVE_CAP))
-                count_automaton(PatternComponents(self._tree, (reading,)))
-            else:
-                attribute_parts(self.grammar, item.site, [item])
-        except InexactError as error:
-            return str(error)
-        return ""
-
-    @cached_property
-    def _tree(self) -> TreeGrammar:
-        return TreeGrammar.of(self.grammar).observed(self.forest)

@@ -1,7 +1,4 @@
-"""Text of a grammar from a splitting.
-
-Text of attributes with new distributions.
-"""
+"""Text of a grammar from a splitting, with its attributes and their new distributions."""
 
 from __future__ import annotations
 
@@ -38,67 +35,6 @@ from grammarlab.language.syntax.syntax_tree import Choice
 _INDENT = "    "
 _PROBABILITY_TOLERANCE = 1e-13
 """Largest difference of equal probabilities."""
-
-
-def mixture_text(name: str, probabilities: Sequence[float]) -> str:
-    """Definition of the attribute with the number of a model's component, from 1.
-
-    Args:
-        name: name of the attribute.
-        probabilities: probability of each component, at least two.
-    """
-    choice = [(probability, str(i + 1)) for i, probability in enumerate(probabilities)]
-    return f"attr {name} ={choice_text(likely_last(choice), _INDENT)}"
-
-
-def attribute_text(grammar: Grammar, parts: AttributeParts, probabilities: Sequence[Floats], mixture: str) -> str:
-    """New value of an attribute; empty if it does not change.
-
-    Args:
-        grammar: the original grammar.
-        parts: the attribute.
-        probabilities: [parts] probabilities of the attribute's parts, for each component.
-        mixture: the attribute with the number of a model's component.
-    """
-    if all(np.abs(p - parts.probabilities).max() <= _PROBABILITY_TOLERANCE for p in probabilities):
-        return ""
-    value = grammar.attributes[parts.name].value
-    if all((np.abs(p - probabilities[0]) <= _PROBABILITY_TOLERANCE).all() for p in probabilities):
-        return _drawn(value, parts, probabilities[0], _INDENT)
-    values = [_drawn(value, parts, p, 2 * _INDENT) for p in probabilities]
-    heads = [*(f"case {mixture} == {i + 1} :" for i in range(len(values) - 1)), "else :"]
-    return "".join(f"\n{_INDENT}{head}{text}" for head, text in zip(heads, values, strict=True))
-
-
-def _drawn(value: Choice, parts: AttributeParts, probabilities: Floats, indent: str) -> str:
-    """Text of a value whose parts have these probabilities; adjacent parts of unchanged proportions are joined."""
-    runs: list[tuple[float, int, int]] = []
-    ratios = probabilities / parts.probabilities
-    for i, part in enumerate(parts.parts):
-        same_branch = bool(runs) and part.branch == parts.parts[i - 1].branch
-        if same_branch and abs(ratios[i] - ratios[i - 1]) <= _PROBABILITY_TOLERANCE * ratios[i]:
-            runs[-1] = (runs[-1][0] + float(probabilities[i]), runs[-1][1], i)
-        else:
-            runs.append((float(probabilities[i]), i, i))
-    texts = [(p, _part_text(value, parts, first, last)) for p, first, last in runs if p > 0.0]
-    return f" {texts[0][1]}" if len(texts) == 1 else choice_text(likely_last(texts), indent)
-
-
-def _part_text(value: Choice, parts: AttributeParts, first: int, last: int) -> str:
-    """Text of a run of parts of one branch."""
-    leaf = leaf_at(value, parts.parts[first].branch)
-    low, high = parts.parts[first].low, parts.parts[last].high
-    ends = drawn_range(leaf)
-    if ends is None or ends == (low, high):
-        return printing.value(leaf)
-    return f"rand({_number(low)}, {_number(high)})"
-
-
-def _number(value: float) -> str:
-    return repr(value).removesuffix(".0")
-
-
-"""Largest relative difference of unchanged probabilities."""
 _WORD = re.compile(r"[^\W\d]\w*")
 _MAX_PARENTS = 3
 """Largest number of rules named in the comment of a split symbol."""
@@ -203,9 +139,9 @@ class _GrammarWriter:
         attributes = {
             parts.name: text
             for parts, probabilities in zip(self.splitting.attributes, drawn, strict=True)
-            if (text := attribute_text(self.grammar, parts, probabilities, self.mixture))
+            if (text := _attribute_text(self.grammar, parts, probabilities, self.mixture))
         }
-        definitions = [mixture_text(self.mixture, [c.probability for c in self.components])] if self.mixed else []
+        definitions = [_mixture_text(self.mixture, [c.probability for c in self.components])] if self.mixed else []
         text = rewrite(self.grammar, copies, attributes, definitions, header)
         return WrittenGrammar(text, origins, (self.start_name, 0), self.components)
 
@@ -380,6 +316,90 @@ def _round_parts(parts: AttributeParts, probabilities: Floats, step: float) -> F
     return rounded_parts(probabilities, parts.probabilities, [part.branch for part in parts.parts], step)
 
 
+def _origins(body: Body, path: Branch) -> Iterator[tuple[Branch, Branch | None]]:
+    """The alternatives of a new body: their places and original alternatives."""
+    if isinstance(body, Text):
+        yield path, body.path
+        return
+    inner = body.branches if isinstance(body, Same) else [branch for _, branch in body.branches]
+    for i, branch in enumerate(inner):
+        yield from _origins(branch, (*path, i))
+    if isinstance(body, Same) and body.closed:
+        yield (*path, len(inner)), None
+
+
+def _attribute_text(grammar: Grammar, parts: AttributeParts, probabilities: Sequence[Floats], mixture: str) -> str:
+    """New value of an attribute; empty if it does not change.
+
+    Args:
+        grammar: the original grammar.
+        parts: the attribute.
+        probabilities: [parts] probabilities of the attribute's parts, for each component.
+        mixture: the attribute with the number of a model's component.
+    """
+    if all(np.abs(p - parts.probabilities).max() <= _PROBABILITY_TOLERANCE for p in probabilities):
+        return ""
+    value = grammar.attributes[parts.name].value
+    if all((np.abs(p - probabilities[0]) <= _PROBABILITY_TOLERANCE).all() for p in probabilities):
+        return _drawn(value, parts, probabilities[0], _INDENT)
+    values = [_drawn(value, parts, p, 2 * _INDENT) for p in probabilities]
+    heads = [*(f"case {mixture} == {i + 1} :" for i in range(len(values) - 1)), "else :"]
+    return "".join(f"\n{_INDENT}{head}{text}" for head, text in zip(heads, values, strict=True))
+
+
+def _drawn(value: Choice, parts: AttributeParts, probabilities: Floats, indent: str) -> str:
+    """Text of a value whose parts have these probabilities; adjacent parts of unchanged proportions are joined."""
+    runs: list[tuple[float, int, int]] = []
+    ratios = probabilities / parts.probabilities
+    for i, part in enumerate(parts.parts):
+        same_branch = bool(runs) and part.branch == parts.parts[i - 1].branch
+        if same_branch and abs(ratios[i] - ratios[i - 1]) <= _PROBABILITY_TOLERANCE * ratios[i]:
+            runs[-1] = (runs[-1][0] + float(probabilities[i]), runs[-1][1], i)
+        else:
+            runs.append((float(probabilities[i]), i, i))
+    texts = [(p, _part_text(value, parts, first, last)) for p, first, last in runs if p > 0.0]
+    return f" {texts[0][1]}" if len(texts) == 1 else choice_text(likely_last(texts), indent)
+
+
+def _part_text(value: Choice, parts: AttributeParts, first: int, last: int) -> str:
+    """Text of a run of parts of one branch."""
+    leaf = leaf_at(value, parts.parts[first].branch)
+    low, high = parts.parts[first].low, parts.parts[last].high
+    ends = drawn_range(leaf)
+    if ends is None or ends == (low, high):
+        return printing.value(leaf)
+    return f"rand({_number(low)}, {_number(high)})"
+
+
+def _number(value: float) -> str:
+    return repr(value).removesuffix(".0")
+
+
+def _mixture_text(name: str, probabilities: Sequence[float]) -> str:
+    """Definition of the attribute with the number of a model's component, from 1.
+
+    Args:
+        name: name of the attribute.
+        probabilities: probability of each component, at least two.
+    """
+    choice = [(probability, str(i + 1)) for i, probability in enumerate(probabilities)]
+    return f"attr {name} ={choice_text(likely_last(choice), _INDENT)}"
+
+
+def _keys_below(body: Original) -> list[SymbolKey]:
+    return [successor.key for alternative in leaves(body) for successor in alternative.successors]
+
+
+def _plain_body(body: Original) -> Body:
+    """The unchanged choices of a rule."""
+    if isinstance(body, Alternative):
+        return Text(body.branch or (), {})
+    if isinstance(body, Chance) and body.probabilities is not None:
+        pairs = zip(body.probabilities, body.branches, strict=True)
+        return _choice([(p, _plain_body(branch)) for p, branch in pairs if p > 0.0])
+    return _pruned(body, [_plain_body(branch) for branch in _written(body)])
+
+
 def _choice(branches: Sequence[tuple[float, Body]], step: float = EXACT) -> Body:
     """A choice of branches with these weights; choices directly inside it are merged into it."""
     total = sum(weight for weight, _ in branches)
@@ -400,32 +420,6 @@ def _pruned(body: Chance | Cases, branches: Sequence[Body]) -> Same:
 def _written(body: Chance | Cases) -> tuple[Original, ...]:
     """The branches in the text."""
     return body.branches[:-1] if isinstance(body, Cases) and not body.complete else body.branches
-
-
-def _plain_body(body: Original) -> Body:
-    """The unchanged choices of a rule."""
-    if isinstance(body, Alternative):
-        return Text(body.branch or (), {})
-    if isinstance(body, Chance) and body.probabilities is not None:
-        pairs = zip(body.probabilities, body.branches, strict=True)
-        return _choice([(p, _plain_body(branch)) for p, branch in pairs if p > 0.0])
-    return _pruned(body, [_plain_body(branch) for branch in _written(body)])
-
-
-def _keys_below(body: Original) -> list[SymbolKey]:
-    return [successor.key for alternative in leaves(body) for successor in alternative.successors]
-
-
-def _origins(body: Body, path: Branch) -> Iterator[tuple[Branch, Branch | None]]:
-    """The alternatives of a new body: their places and original alternatives."""
-    if isinstance(body, Text):
-        yield path, body.path
-        return
-    inner = body.branches if isinstance(body, Same) else [branch for _, branch in body.branches]
-    for i, branch in enumerate(inner):
-        yield from _origins(branch, (*path, i))
-    if isinstance(body, Same) and body.closed:
-        yield (*path, len(inner)), None
 
 
 def _identifiers(grammar: Grammar) -> set[str]:

@@ -97,9 +97,9 @@ def _combined(operation: str, operands: list[_Sum | None]) -> _Sum | None:
         terms = {pattern: a.terms.get(pattern, 0.0) + b.terms.get(pattern, 0.0) for pattern in {**a.terms, **b.terms}}
         return _Sum(terms, a.constant + b.constant)
     if operation == "*" and not (a.terms and b.terms):
-        factor, other = (b.constant, a) if a.terms else (a.constant, b)
+        factor, total = (b.constant, a) if a.terms else (a.constant, b)
         if factor > 0.0 and factor == floor(factor) <= _MAX_WEIGHT:
-            return _Sum({pattern: factor * weight for pattern, weight in other.terms.items()}, factor * other.constant)
+            return _Sum({pattern: factor * weight for pattern, weight in total.terms.items()}, factor * total.constant)
     if operation == "-" and not b.terms:
         return _Sum(a.terms, a.constant - b.constant)
     return None
@@ -147,8 +147,8 @@ def _bound(use: Apply | None, position: int, sums: list[_Sum | None]) -> float |
     if use is None:
         return None
     if use.operation in _COMPARISONS:
-        other = sums[use.operands[1 - position]]
-        return other.constant if other is not None and not other.terms else None
+        compared = sums[use.operands[1 - position]]
+        return compared.constant if compared is not None and not compared.terms else None
     if use.operation in {"and", "or", "not"}:
         return 0.0
     is_condition = use.operation == "choose" and position % 2 == 0 and position < len(use.operands) - 1

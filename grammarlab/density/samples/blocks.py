@@ -1,15 +1,14 @@
-"""Mixtures of blocks of choices: independent blocks are learned separately, and their mixtures multiplied.
+"""Dependent choices: blocks of choices with mixtures of their own, and gates found in few examples.
 
-Where the legs of a table and its wood are chosen independently, three kinds of legs and three woods are nine components
-of one mixture, each learned from a ninth of the examples; as two mixtures of three, each is learned from a third.
+Independent blocks are learned separately, and their mixtures multiplied. Where the legs of a table and its wood are
+chosen independently, three kinds of legs and three woods are nine components of one mixture, each learned from a ninth
+of the examples; as two mixtures of three, each is learned from a third.
 
-Dependent choices, found in few examples: one choice is the gate, and others depend on its branch.
-
-A gate that is made once in every example determines the component of the example: its
-branches fall into groups, and for each group the other choices may have their own levels. For a choice that is made
-several times, the counts of each example are the gate; then the groups pay for their number and sizes
-(Chinese restaurant process). A gate is used if it raises the likelihood of the examples by more than the number
-of possible gates.
+With few examples, one choice is the gate, and others depend on its branch. A gate that is made once in every example
+determines the component of the example: its branches fall into groups, and for each group the other choices may have
+their own levels. For a choice that is made several times, the counts of each example are the gate; then the groups pay
+for their number and sizes (Chinese restaurant process). A gate is used if it raises the likelihood of the examples by
+more than the number of possible gates.
 """
 
 from __future__ import annotations
@@ -31,6 +30,46 @@ from grammarlab.density.samples.sampled import MAX_COMPONENTS, Sample, chosen_co
 
 _MIN_DEVIATION = 5.0
 """Smallest deviation of dependent choices, in standard deviations."""
+_MAX_CANDIDATES = 12
+"""Largest number of choices examined for gates: those with the strongest dependence."""
+_MAX_GROUPS = 8
+"""Largest number of groups at the start."""
+_NUM_RANGES = 4
+"""Number of ranges of a drawn number that is a gate."""
+_MAX_GATES = 3
+"""Largest number of gates."""
+_MIN_GAIN = 2.0
+"""Gain in nats beyond their prior that guessed groups need, since they are the best of many."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockFit:
+    """A fitted mixture of blocks."""
+
+    mixture: Mixture
+    num_parameters: int
+    """Number of estimated free parameters."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """A gate with the choices that depend on it."""
+
+    cells: Ints
+    """The cells of all these choices."""
+    mixture: Mixture
+    """Mixture of these cells."""
+    gain: float
+    """Log of the ratio of the evidence with and without it, prior included."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gated:
+    """Learned choices and gates."""
+
+    mixture: Mixture
+    evidence: float
+    """Log of the probability of the examples, divided by that under the original grammar."""
 
 
 def dependent_choices(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Flags:
@@ -52,9 +91,9 @@ def dependent_choices(cells: Cells, counts: sparse.csr_array, weights: Floats) -
     dependent = spread @ (score > _MIN_DEVIATION) @ spread.T > 0.0
     np.fill_diagonal(dependent, False)
     single = (table @ spread.T).max(axis=0, initial=0.0) <= 1.0
-    for one, other in np.argwhere(dependent & single & single[:, None]):
-        columns = table[:, cells.choice == one], table[:, cells.choice == other]
-        dependent[one, other] = information(columns[0].T @ (weights[:, None] * columns[1])) > 0.0
+    for first, second in np.argwhere(dependent & single & single[:, None]):
+        columns = table[:, cells.choice == first], table[:, cells.choice == second]
+        dependent[first, second] = information(columns[0].T @ (weights[:, None] * columns[1])) > 0.0
     return dependent
 
 
@@ -68,15 +107,6 @@ def information(together: Floats) -> float:
     gain = xlogy(together, together).sum() - xlogy(rows, rows).sum() - xlogy(columns, columns).sum()
     num_parameters = max(0, np.count_nonzero(rows) - 1) * max(0, np.count_nonzero(columns) - 1)
     return float(gain + xlogy(total, total) - 0.5 * num_parameters * np.log(max(total, 1.0)))
-
-
-@dataclass(frozen=True, slots=True)
-class BlockFit:
-    """A fitted mixture of blocks."""
-
-    mixture: Mixture
-    num_parameters: int
-    """Number of estimated free parameters."""
 
 
 def fit_blocks(cells: Cells, counts: sparse.csr_array, weights: Floats, together: Flags) -> BlockFit:
@@ -99,17 +129,6 @@ def fit_blocks(cells: Cells, counts: sparse.csr_array, weights: Floats, together
     return BlockFit(mixture, sum(fit.num_parameters for fit in fitted))
 
 
-def _fitted(cells: Cells, counts: sparse.csr_array, weights: Floats, part: Ints) -> BlockFit:
-    """The mixture of selected cells only."""
-    block_cells = Cells(cells.original[part], np.unique(cells.choice[part], return_inverse=True)[1].reshape(-1))
-    block_counts = sparse.csr_array(counts[:, part])
-    nothing = np.zeros((len(weights), 0))
-    components = chosen_components(block_cells, Sample(block_counts, nothing, nothing, weights), [kinds(block_counts)])
-    mixture = fit_mixture(block_cells, block_counts, weights, components).mixture
-    free = len(part) - len(np.unique(block_cells.choice))
-    return BlockFit(mixture, len(mixture.weights) * (free + 1) - 1)
-
-
 def multiplied(parts: Sequence[Ints], mixtures: Sequence[Mixture], size: int) -> Mixture:
     """All combinations of the components of mixtures of different cells."""
     weights = reduce(np.multiply.outer, [mixture.weights for mixture in mixtures]).reshape(-1)
@@ -118,39 +137,6 @@ def multiplied(parts: Sequence[Ints], mixtures: Sequence[Mixture], size: int) ->
     for part, mixture, component in zip(parts, mixtures, chosen, strict=True):
         probabilities[:, part] = mixture.probabilities[component]
     return Mixture(weights, probabilities)
-
-
-_MAX_CANDIDATES = 12
-"""Largest number of choices examined for gates: those with the strongest dependence."""
-_MAX_GROUPS = 8
-"""Largest number of groups at the start."""
-_NUM_RANGES = 4
-"""Number of ranges of a drawn number that is a gate."""
-_MAX_GATES = 3
-"""Largest number of gates."""
-_MIN_GAIN = 2.0
-"""Gain in nats beyond their prior that guessed groups need, since they are the best of many."""
-
-
-@dataclass(frozen=True, slots=True)
-class Gate:
-    """A gate with the choices that depend on it."""
-
-    cells: Ints
-    """The cells of all these choices."""
-    mixture: Mixture
-    """Mixture of these cells."""
-    gain: float
-    """Log of the ratio of the evidence with and without it, prior included."""
-
-
-@dataclass(frozen=True, slots=True)
-class Gated:
-    """Learned choices and gates."""
-
-    mixture: Mixture
-    evidence: float
-    """Log of the probability of the examples, divided by that under the original grammar."""
 
 
 def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Gated:
@@ -186,14 +172,15 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
     return Gated(mixture, evidence)
 
 
-def _blocks(cells: Cells, ordered: Flags) -> Ints:
-    """[A] coarser cells: equally likely ranges of numbers; all other cells do not change."""
-    block = np.arange(len(cells.choice))
-    for choice in np.flatnonzero(ordered):
-        members = np.flatnonzero(cells.choice == choice)
-        ahead = np.cumsum(cells.original[members]) - 0.5 * cells.original[members]
-        block[members] = members[0] + np.minimum((_NUM_RANGES * ahead).astype(np.int64), _NUM_RANGES - 1)
-    return np.unique(block, return_inverse=True)[1].reshape(-1)
+def _fitted(cells: Cells, counts: sparse.csr_array, weights: Floats, part: Ints) -> BlockFit:
+    """The mixture of selected cells only."""
+    block_cells = Cells(cells.original[part], np.unique(cells.choice[part], return_inverse=True)[1].reshape(-1))
+    block_counts = sparse.csr_array(counts[:, part])
+    nothing = np.zeros((len(weights), 0))
+    components = chosen_components(block_cells, Sample(block_counts, nothing, nothing, weights), [kinds(block_counts)])
+    mixture = fit_mixture(block_cells, block_counts, weights, components).mixture
+    free = len(part) - len(np.unique(block_cells.choice))
+    return BlockFit(mixture, len(mixture.weights) * (free + 1) - 1)
 
 
 def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, ordered: Flags) -> Floats:
@@ -221,6 +208,16 @@ def _strength(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, o
     single = choice_counts.max(axis=0, initial=0.0) <= 1.0
     strength[np.diag_indices(len(strength))] = np.where(single, -np.inf, strength.diagonal())
     return strength
+
+
+def _blocks(cells: Cells, ordered: Flags) -> Ints:
+    """[A] coarser cells: equally likely ranges of numbers; all other cells do not change."""
+    block = np.arange(len(cells.choice))
+    for choice in np.flatnonzero(ordered):
+        members = np.flatnonzero(cells.choice == choice)
+        ahead = np.cumsum(cells.original[members]) - 0.5 * cells.original[members]
+        block[members] = members[0] + np.minimum((_NUM_RANGES * ahead).astype(np.int64), _NUM_RANGES - 1)
+    return np.unique(block, return_inverse=True)[1].reshape(-1)
 
 
 def _candidates(strength: Floats, open_choices: Flags) -> Ints:
@@ -306,13 +303,13 @@ class _GateSearch:
         """The labels with those two groups joined that cost least."""
         totals = self._totals(labels)
         pairs = list(combinations(range(len(totals)), 2))
-        rows = np.concatenate([totals, [totals[one] + totals[other] for one, other in pairs]])
+        rows = np.concatenate([totals, [totals[first] + totals[second] for first, second in pairs]])
         groups = [
             [*(i for i in range(len(totals)) if i not in pair), len(totals) + number]
             for number, pair in enumerate(pairs)
         ]
-        one, other = pairs[int(np.argmax(self._score(choice, rows, groups)))]
-        joined = np.where(labels == other, one, labels)
+        first, second = pairs[int(np.argmax(self._score(choice, rows, groups)))]
+        joined = np.where(labels == second, first, labels)
         return np.unique(joined, return_inverse=True)[1].reshape(-1)
 
     def _score(self, choice: int, totals: Floats, groupings: Sequence[Sequence[int]]) -> Floats:

@@ -180,8 +180,10 @@ def _tied(
         _shrunk(choices, counts[~is_held_out], weights[~is_held_out], extents, True).mixture,
         _by_em(cells, counts[~is_held_out], weights[~is_held_out]),
     )
-    one, other = (weights[is_held_out] * mixture.log_ratio(cells, counts[is_held_out]) for mixture in rivals)
-    gain = other - one
+    shrunk_ratios, em_ratios = (
+        weights[is_held_out] * mixture.log_ratio(cells, counts[is_held_out]) for mixture in rivals
+    )
+    gain = em_ratios - shrunk_ratios
     # The rule of one standard error: smaller gains may be random.
     if gain.sum() <= np.sqrt(len(gain)) * gain.std() or not weights[~is_held_out].any():
         return fit.mixture, fit.evidence

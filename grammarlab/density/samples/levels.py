@@ -6,8 +6,6 @@ fall into groups, a group has a probability drawn from a Dirichlet distribution 
 group the original proportions stay. Groups of a drawn number are ranges, so that a sum over all partitions is a
 recursion; partitions of other choices are enumerated.
 
-Choices learned from few examples: probability that each matters, and its shrunk probabilities.
-
 Most choices of a grammar are irrelevant to a preference. So each keeps its original probabilities, unless levels of its
 own make the examples much more likely: the spike-and-slab prior. About one choice of each kind is expected to matter,
 so the prior odds fall with the number of choices; choices that decide more of a model are more likely to matter than
@@ -29,7 +27,6 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.density.samples.mixture import Cells, dense
 
 Groups = tuple[tuple[int, ...], ...]
-
 CONCENTRATIONS = np.array([1.0, 4.0])
 """Candidate weights of the prior, as numbers of derivations by the original grammar; averaged by evidence."""
 _MAX_ENUMERATED = 5
@@ -38,6 +35,10 @@ _MAX_PAIRED = 24
 """Largest number of branches for which pairs against the rest are used."""
 _EXPECTED_CUTS = 2.0
 """Expected number of cuts of a drawn number."""
+_EXTENT_SHARE = 0.5
+"""Share of the prior probability that is distributed over choices of rules by their extents; the rest is uniform."""
+_MIN_RELEVANCE = 0.2
+"""Choices with a smaller probability of mattering are unchanged, so that the grammar stays readable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,87 +139,6 @@ class ProbabilityPrior:
         ratio[:, is_learned] = dense((mean * share[..., self.partition]).sum(axis=1) @ self.groups.T)[:, is_learned]
 
 
-def _log_ratio(group_counts: Floats, prior: Floats, original: Floats) -> Floats:
-    """A group's share in the log-evidence."""
-    return gammaln(prior + group_counts) - gammaln(prior) - group_counts * np.log(original)
-
-
-def _log_norm(total: Floats, concentration: Floats) -> Floats:
-    return gammaln(concentration) - gammaln(concentration + total)
-
-
-def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
-    """Sums over all partitions of choices into ranges.
-
-    Args:
-        counts: [K, choices, cells] counts of the cells.
-        original: [choices, cells] summing to 1.
-
-    Returns:
-        [K, choices] log-evidence and [K, choices, cells] posterior mean by the original probability.
-    """
-    size = original.shape[1]
-    low, high = np.triu_indices(size + 1, 1)
-    ends = np.concatenate([np.zeros((*original.shape[:-1], 1)), np.cumsum(original, axis=-1)], axis=-1)
-    cumulative = np.concatenate([np.zeros((*counts.shape[:-1], 1)), np.cumsum(counts, axis=-1)], axis=-1)
-    share = ends[:, high] - ends[:, low]
-    range_counts = (cumulative[..., high] - cumulative[..., low])[:, None]
-    concentration = CONCENTRATIONS[:, None, None]
-    cut = min(0.5, _EXPECTED_CUTS / size)
-    log_weights = np.full((len(counts), len(CONCENTRATIONS), len(original), size + 1, size + 1), -np.inf)
-    # A range from `low` to `high` ends in a cut, except at the end of the number, and has none inside.
-    log_weights[..., low, high] = _log_ratio(range_counts, concentration * share, share)
-    log_weights[..., low, high] += (high - low - 1) * np.log1p(-cut) + np.where(high < size, np.log(cut), 0.0)
-    ahead = np.full(log_weights.shape[:-1], -np.inf)
-    behind = np.full(log_weights.shape[:-1], -np.inf)
-    ahead[..., 0] = behind[..., size] = 0.0
-    for end in range(1, size + 1):
-        ahead[..., end] = np.logaddexp.reduce(ahead[..., :end] + log_weights[..., :end, end], axis=-1)
-    for start in range(size - 1, -1, -1):
-        behind[..., start] = np.logaddexp.reduce(
-            behind[..., start + 1 :] + log_weights[..., start, start + 1 :], axis=-1
-        )
-    total = cumulative[..., -1:][:, None]
-    logs = ahead[..., size] + _log_norm(total, concentration)[..., 0]
-    evidence = np.logaddexp.reduce(logs, axis=1)
-    logs = logs - evidence[:, None] - ahead[..., size]
-    weight = np.exp(ahead[..., low] + log_weights[..., low, high] + behind[..., high] + logs[..., None])
-    value = (weight * (concentration * share + range_counts) / (concentration + total) / share).sum(axis=1)
-    inside = (np.arange(size) >= low[:, None]) & (np.arange(size) < high[:, None])
-    return evidence - np.log(len(CONCENTRATIONS)), value @ inside
-
-
-@cache
-def _partitions(size: int) -> tuple[tuple[Groups, float], ...]:
-    """Partitions of branches into two groups or more with log-probabilities: their number is drawn first."""
-    if size <= _MAX_ENUMERATED:
-        partitions = [groups for groups in _all(size) if len(groups) > 1]
-    else:
-        some = [one for most in (1, 2)[: 1 + (size <= _MAX_PAIRED)] for one in combinations(range(size), most)]
-        rest = [tuple(i for i in range(size) if i not in one) for one in some]
-        partitions = [*zip(some, rest, strict=True), tuple((i,) for i in range(size))]
-    numbers = [len(groups) for groups in partitions]
-    prior = {number: -np.log(len(set(numbers)) * numbers.count(number)) for number in numbers}
-    return tuple((groups, float(prior[len(groups)])) for groups in partitions)
-
-
-def _all(size: int) -> Iterator[Groups]:
-    """All partitions of branches."""
-    if size == 0:
-        yield ()
-        return
-    for groups in _all(size - 1):
-        for index, group in enumerate(groups):
-            yield (*groups[:index], (*group, size - 1), *groups[index + 1 :])
-        yield (*groups, (size - 1,))
-
-
-_EXTENT_SHARE = 0.5
-"""Share of the prior probability that is distributed over choices of rules by their extents; the rest is uniform."""
-_MIN_RELEVANCE = 0.2
-"""Choices with a smaller probability of mattering are unchanged, so that the grammar stays readable."""
-
-
 @dataclass(frozen=True)
 class Shrinkage:
     """Choices, the prior of each, and the total counts of all examples."""
@@ -289,6 +209,86 @@ class Shrinkage:
         return self.cells.original * ratio
 
 
+def averaged(odds: Floats, evidence: Floats) -> Floats:
+    """Log-evidence of choices that matter with some prior odds, from the evidence if they do."""
+    return np.logaddexp(0.0, odds + evidence) - np.logaddexp(0.0, odds)
+
+
+@cache
+def _partitions(size: int) -> tuple[tuple[Groups, float], ...]:
+    """Partitions of branches into two groups or more with log-probabilities: their number is drawn first."""
+    if size <= _MAX_ENUMERATED:
+        partitions = [groups for groups in _all(size) if len(groups) > 1]
+    else:
+        subsets = [subset for most in (1, 2)[: 1 + (size <= _MAX_PAIRED)] for subset in combinations(range(size), most)]
+        rest = [tuple(i for i in range(size) if i not in subset) for subset in subsets]
+        partitions = [*zip(subsets, rest, strict=True), tuple((i,) for i in range(size))]
+    numbers = [len(groups) for groups in partitions]
+    prior = {number: -np.log(len(set(numbers)) * numbers.count(number)) for number in numbers}
+    return tuple((groups, float(prior[len(groups)])) for groups in partitions)
+
+
+def _all(size: int) -> Iterator[Groups]:
+    """All partitions of branches."""
+    if size == 0:
+        yield ()
+        return
+    for groups in _all(size - 1):
+        for index, group in enumerate(groups):
+            yield (*groups[:index], (*group, size - 1), *groups[index + 1 :])
+        yield (*groups, (size - 1,))
+
+
+def _ranges(counts: Floats, original: Floats) -> tuple[Floats, Floats]:
+    """Sums over all partitions of choices into ranges.
+
+    Args:
+        counts: [K, choices, cells] counts of the cells.
+        original: [choices, cells] summing to 1.
+
+    Returns:
+        [K, choices] log-evidence and [K, choices, cells] posterior mean by the original probability.
+    """
+    size = original.shape[1]
+    low, high = np.triu_indices(size + 1, 1)
+    ends = np.concatenate([np.zeros((*original.shape[:-1], 1)), np.cumsum(original, axis=-1)], axis=-1)
+    cumulative = np.concatenate([np.zeros((*counts.shape[:-1], 1)), np.cumsum(counts, axis=-1)], axis=-1)
+    share = ends[:, high] - ends[:, low]
+    range_counts = (cumulative[..., high] - cumulative[..., low])[:, None]
+    concentration = CONCENTRATIONS[:, None, None]
+    cut = min(0.5, _EXPECTED_CUTS / size)
+    log_weights = np.full((len(counts), len(CONCENTRATIONS), len(original), size + 1, size + 1), -np.inf)
+    # A range from `low` to `high` ends in a cut, except at the end of the number, and has none inside.
+    log_weights[..., low, high] = _log_ratio(range_counts, concentration * share, share)
+    log_weights[..., low, high] += (high - low - 1) * np.log1p(-cut) + np.where(high < size, np.log(cut), 0.0)
+    ahead = np.full(log_weights.shape[:-1], -np.inf)
+    behind = np.full(log_weights.shape[:-1], -np.inf)
+    ahead[..., 0] = behind[..., size] = 0.0
+    for end in range(1, size + 1):
+        ahead[..., end] = np.logaddexp.reduce(ahead[..., :end] + log_weights[..., :end, end], axis=-1)
+    for start in range(size - 1, -1, -1):
+        behind[..., start] = np.logaddexp.reduce(
+            behind[..., start + 1 :] + log_weights[..., start, start + 1 :], axis=-1
+        )
+    total = cumulative[..., -1:][:, None]
+    logs = ahead[..., size] + _log_norm(total, concentration)[..., 0]
+    evidence = np.logaddexp.reduce(logs, axis=1)
+    logs = logs - evidence[:, None] - ahead[..., size]
+    weight = np.exp(ahead[..., low] + log_weights[..., low, high] + behind[..., high] + logs[..., None])
+    value = (weight * (concentration * share + range_counts) / (concentration + total) / share).sum(axis=1)
+    inside = (np.arange(size) >= low[:, None]) & (np.arange(size) < high[:, None])
+    return evidence - np.log(len(CONCENTRATIONS)), value @ inside
+
+
+def _log_ratio(group_counts: Floats, prior: Floats, original: Floats) -> Floats:
+    """A group's share in the log-evidence."""
+    return gammaln(prior + group_counts) - gammaln(prior) - group_counts * np.log(original)
+
+
+def _log_norm(total: Floats, concentration: Floats) -> Floats:
+    return gammaln(concentration) - gammaln(concentration + total)
+
+
 def _spread(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Floats:
     """[A] overdispersion of each choice between examples, >= 1.
 
@@ -306,8 +306,3 @@ def _spread(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Floats:
     several = (freedom > 0.0) & (choice_counts.max(axis=0, initial=0.0) > 1.0)
     overdispersion = np.divide((weights @ squares) @ to_choice, freedom, out=np.ones(number), where=several)
     return np.maximum(overdispersion, 1.0)[cells.choice]
-
-
-def averaged(odds: Floats, evidence: Floats) -> Floats:
-    """Log-evidence of choices that matter with some prior odds, from the evidence if they do."""
-    return np.logaddexp(0.0, odds + evidence) - np.logaddexp(0.0, odds)

@@ -1,10 +1,8 @@
-"""Mixtures of stochastic grammars, fitted to derivations by expectation maximisation.
+"""Mixtures of stochastic grammars, fitted to derivations by expectation maximisation from clusters of models.
 
 A component has a probability for every branch of every choice, and a derivation is described by its counts of
 branches: so the log-probabilities of N derivations under K components are one matrix product. Probabilities are stored
 as ratios to those of the original grammar, so that choices that are not learned drop out.
-
-Clusters of models, as the initial components of a mixture.
 """
 
 from __future__ import annotations
@@ -21,14 +19,18 @@ from scipy.special import xlogy
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import GrammarlabError
 
-MAX_STEPS = 250
+_MAX_STEPS = 250
 """Largest number of EM steps."""
-TOLERANCE = 1e-6
+_TOLERANCE = 1e-6
 """Smallest gain of the mean log-likelihood of a step, in nats, before EM ends."""
+_NEIGHBOUR_SHARE = 1e-3
+"""Neighbours differ by less than this share of the largest difference (section 4.6)."""
 _LOG_OF_ZERO = -1e30
 """Replacement for the logarithm of 0, since its product with a count of 0 would be NaN."""
 _MAX_DENSE = 50_000_000
 """Largest size of dense tables of counts; larger ones are sparse."""
+_BLOCK_ROWS = 1_000
+"""Number of rows per block of distances, which bounds the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,21 +80,8 @@ class MixtureFit:
     """Mean log of the density divided by the original density, in nats, before each step and after the last."""
 
 
-def maximised(cells: Cells, counts: sparse.csr_array | Floats, responsibilities: Floats) -> Mixture:
-    """Maximum-likelihood mixture for given responsibilities (Eq. 4.11).
-
-    Args:
-        cells: cells of the learned choices.
-        counts: [N, A] counts of cells in each derivation.
-        responsibilities: [N, K] times the weight of each derivation; components without derivations are dropped.
-    """
-    used = responsibilities.sum(axis=0)
-    share = responsibilities[:, used > 0.0]
-    return Mixture(used[used > 0.0] / used.sum(), cells.normalised(dense(counts.T @ share).T))
-
-
 def fit_mixture(
-    cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints, tolerance: float = TOLERANCE
+    cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints, tolerance: float = _TOLERANCE
 ) -> MixtureFit:
     """The mixture of grammars that EM finds for a sample.
 
@@ -114,7 +103,7 @@ def fit_mixture(
     mixture = maximised(cells, counts, responsibilities)
     table = counts.toarray() if len(weights) * len(cells.original) <= _MAX_DENSE else counts
     log_likelihoods: list[float] = []
-    for _ in range(MAX_STEPS):
+    for _ in range(_MAX_STEPS):
         log_joint = mixture.log_ratios(cells, table)
         highest = log_joint.max(axis=1)
         responsibilities = np.exp(log_joint - highest[:, None])
@@ -127,6 +116,11 @@ def fit_mixture(
         # Eq. 4.10
         mixture = maximised(cells, table, responsibilities * (weights / total)[:, None])
     return MixtureFit(mixture, tuple(log_likelihoods))
+
+
+def dense(product: sparse.csr_array | Floats) -> Floats:
+    """A product with a sparse table as an ordinary array."""
+    return product.toarray() if sparse.issparse(product) else np.asarray(product)  # type: ignore[union-attr]
 
 
 def distinct_derivations(
@@ -145,33 +139,64 @@ def distinct_derivations(
     return counts[first], np.bincount(number, weights=weights).astype(np.float64), component[first]
 
 
-def complete_log_likelihood(cells: Cells, counts: Floats) -> Floats:
-    """Log-likelihood of derivations under one component with maximum-likelihood probabilities.
+def maximised(cells: Cells, counts: sparse.csr_array | Floats, responsibilities: Floats) -> Mixture:
+    """Maximum-likelihood mixture for given responsibilities (Eq. 4.11).
 
     Args:
         cells: cells of the learned choices.
-        counts: [..., A] how often the derivations took each cell altogether.
-
-    Returns:
-        [...] sum of logarithms, without the original density.
+        counts: [N, A] counts of cells in each derivation.
+        responsibilities: [N, K] times the weight of each derivation; components without derivations are dropped.
     """
-    starts = np.flatnonzero(np.diff(cells.choice, prepend=-1))
-    total = np.add.reduceat(counts, starts, axis=-1) if len(starts) else np.zeros((*counts.shape[:-1], 1))
-    return xlogy(counts, counts).sum(axis=-1) - xlogy(total, total).sum(axis=-1)
+    used = responsibilities.sum(axis=0)
+    share = responsibilities[:, used > 0.0]
+    return Mixture(used[used > 0.0] / used.sum(), cells.normalised(dense(counts.T @ share).T))
 
 
-def dense(product: sparse.csr_array | Floats) -> Floats:
-    """A product with a sparse table as an ordinary array."""
-    return product.toarray() if sparse.issparse(product) else np.asarray(product)  # type: ignore[union-attr]
+def merged(cells: Cells, counts: sparse.csr_array, weights: Floats, cluster: Ints, most: int) -> Iterator[Ints]:
+    """Coarser and coarser clusters: the two clusters whose common grammar explains their models best are merged.
+
+    This is the pair with the least loss of likelihood if each cluster has a grammar of its own: agglomeration by
+    classification likelihood (Banfield and Raftery, Model-based Gaussian and non-Gaussian clustering, 1993).
+
+    Args:
+        cells: learned cells.
+        counts: [N, A] count of each cell in each derivation.
+        weights: [N] weight of each derivation.
+        cluster: [N] initial clusters, from 0.
+        most: number of the heaviest clusters that stay separate at first; the others are merged into them before.
+
+    Yields:
+        [N] clusters, one less each time, down to one.
+    """
+    size = int(cluster.max()) + 1
+    share = sparse.csr_array((weights, (cluster, np.arange(len(cluster)))), shape=(size, len(cluster)))
+    total = dense(share @ counts)
+    mass = np.bincount(cluster, weights=weights, minlength=size).astype(np.float64)
+    label = np.arange(size)
+    order = np.argsort(-mass, kind="stable")
+    for small in order[most:]:
+        costs = _costs(cells, total, mass, int(small), order[:most])
+        target = int(order[:most][np.argmin(costs)])
+        _join(total, mass, label, target, int(small))
+    used, number = np.unique(label, return_inverse=True)
+    total, mass, label, size = total[used], mass[used], number.reshape(-1), len(used)
+    cost = np.full((size, size), np.inf)
+    for first in range(size - 1):
+        cost[first, first + 1 :] = _costs(cells, total, mass, first, np.arange(first + 1, size))
+    alive = set(range(size))
+    while True:
+        yield np.unique(label, return_inverse=True)[1].reshape(-1)[cluster]
+        if len(alive) == 1:
+            return
+        first, second = divmod(int(np.argmin(cost)), size)
+        _join(total, mass, label, first, second)
+        alive.remove(second)
+        cost[second], cost[:, second] = np.inf, np.inf
+        rest = np.array(sorted(alive - {first}), dtype=np.int64)
+        cost[np.minimum(first, rest), np.maximum(first, rest)] = _costs(cells, total, mass, first, rest)
 
 
-NEIGHBOUR_SHARE = 1e-3
-"""Neighbours differ by less than this share of the largest difference (section 4.6)."""
-_BLOCK_ROWS = 1_000
-"""Number of rows per block of distances, which bounds the memory."""
-
-
-def cluster(rows: Floats, weights: Floats, near: float = NEIGHBOUR_SHARE) -> Ints:
+def cluster(rows: Floats, weights: Floats, near: float = _NEIGHBOUR_SHARE) -> Ints:
     """Clusters of models that a preference hardly distinguishes, by the greedy method of section 4.6.
 
     Models are neighbours if their difference is below a share of the largest one. The model with most neighbours forms
@@ -205,6 +230,21 @@ def cluster(rows: Floats, weights: Floats, near: float = NEIGHBOUR_SHARE) -> Int
     return label[number]
 
 
+def complete_log_likelihood(cells: Cells, counts: Floats) -> Floats:
+    """Log-likelihood of derivations under one component with maximum-likelihood probabilities.
+
+    Args:
+        cells: cells of the learned choices.
+        counts: [..., A] how often the derivations took each cell altogether.
+
+    Returns:
+        [...] sum of logarithms, without the original density.
+    """
+    starts = np.flatnonzero(np.diff(cells.choice, prepend=-1))
+    total = np.add.reduceat(counts, starts, axis=-1) if len(starts) else np.zeros((*counts.shape[:-1], 1))
+    return xlogy(counts, counts).sum(axis=-1) - xlogy(total, total).sum(axis=-1)
+
+
 def _neighbours(rows: Floats, near: float) -> sparse.csr_array:
     """[N, N] whether two rows are neighbours; each row is its own neighbour."""
     blocks = [rows[i : i + _BLOCK_ROWS] for i in range(0, len(rows), _BLOCK_ROWS)]
@@ -215,60 +255,16 @@ def _neighbours(rows: Floats, near: float) -> sparse.csr_array:
     )
 
 
-def merged(cells: Cells, counts: sparse.csr_array, weights: Floats, cluster: Ints, most: int) -> Iterator[Ints]:
-    """Coarser and coarser clusters: the two clusters whose common grammar explains their models best are merged.
-
-    This is the pair with the least loss of likelihood if each cluster has a grammar of its own: agglomeration by
-    classification likelihood (Banfield and Raftery, Model-based Gaussian and non-Gaussian clustering, 1993).
-
-    Args:
-        cells: learned cells.
-        counts: [N, A] count of each cell in each derivation.
-        weights: [N] weight of each derivation.
-        cluster: [N] initial clusters, from 0.
-        most: number of the heaviest clusters that stay separate at first; the others are merged into them before.
-
-    Yields:
-        [N] clusters, one less each time, down to one.
-    """
-    size = int(cluster.max()) + 1
-    share = sparse.csr_array((weights, (cluster, np.arange(len(cluster)))), shape=(size, len(cluster)))
-    total = dense(share @ counts)
-    mass = np.bincount(cluster, weights=weights, minlength=size).astype(np.float64)
-    label = np.arange(size)
-    order = np.argsort(-mass, kind="stable")
-    for small in order[most:]:
-        costs = _costs(cells, total, mass, int(small), order[:most])
-        target = int(order[:most][np.argmin(costs)])
-        _join(total, mass, label, target, int(small))
-    used, number = np.unique(label, return_inverse=True)
-    total, mass, label, size = total[used], mass[used], number.reshape(-1), len(used)
-    cost = np.full((size, size), np.inf)
-    for one in range(size - 1):
-        cost[one, one + 1 :] = _costs(cells, total, mass, one, np.arange(one + 1, size))
-    alive = set(range(size))
-    while True:
-        yield np.unique(label, return_inverse=True)[1].reshape(-1)[cluster]
-        if len(alive) == 1:
-            return
-        one, other = divmod(int(np.argmin(cost)), size)
-        _join(total, mass, label, one, other)
-        alive.remove(other)
-        cost[other], cost[:, other] = np.inf, np.inf
-        rest = np.array(sorted(alive - {one}), dtype=np.int64)
-        cost[np.minimum(one, rest), np.maximum(one, rest)] = _costs(cells, total, mass, one, rest)
-
-
-def _join(total: Floats, mass: Floats, label: Ints, one: int, other: int) -> None:
-    total[one] += total[other]
-    mass[one] += mass[other]
-    label[label == other] = one
-
-
-def _costs(cells: Cells, total: Floats, mass: Floats, one: int, others: Ints) -> Floats:
+def _costs(cells: Cells, total: Floats, mass: Floats, index: int, others: Ints) -> Floats:
     """Loss of likelihood by merging a cluster with each of some others."""
-    apart = complete_log_likelihood(cells, total[others]) + complete_log_likelihood(cells, total[one])
-    together = complete_log_likelihood(cells, total[others] + total[one])
-    both = mass[others] + mass[one]
-    shares = xlogy(both, both) - xlogy(mass[others], mass[others]) - xlogy(mass[one], mass[one])
+    apart = complete_log_likelihood(cells, total[others]) + complete_log_likelihood(cells, total[index])
+    together = complete_log_likelihood(cells, total[others] + total[index])
+    both = mass[others] + mass[index]
+    shares = xlogy(both, both) - xlogy(mass[others], mass[others]) - xlogy(mass[index], mass[index])
     return apart - together - shares
+
+
+def _join(total: Floats, mass: Floats, label: Ints, target: int, source: int) -> None:
+    total[target] += total[source]
+    mass[target] += mass[source]
+    label[label == source] = target

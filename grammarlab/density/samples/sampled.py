@@ -1,4 +1,4 @@
-"""Learning a grammar from samples: parameter learning, structure learning, and structure learning with S tied.
+"""Grammar near a target density: exact, of ranges, or learned from samples with parameters, structure or S tied.
 
 Section 4.6 of the paper. Models are drawn from the target density; their branches are counted; a mixture of
 grammars is fitted to the counts. The methods differ in how symbols are split and in which choices are learned:
@@ -11,7 +11,7 @@ grammars is fitted to the counts. The methods differ in how symbols are split an
   other choices are independent of a preference that reads counts, so nothing is lost, and far fewer parameters are
   estimated.
 
-Best grammar for a target density: an exact one, or otherwise a near one with the reason.
+`compile_nearest` takes an exact grammar if there is one, and otherwise states the reason.
 """
 
 from __future__ import annotations
@@ -44,16 +44,19 @@ from grammarlab.errors import InexactError, UsageError
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 
 Method: TypeAlias = Literal["parameters", "structure", "tied"]
+Header = Callable[[str], Sequence[str]]
+"""Function from the name of a method to the comment lines at the top of a file."""
 METHODS: tuple[Method, ...] = get_args(Method)
-
 NUM_SAMPLES = 5_000
 """Default number of models to learn from, as in the paper."""
 MAX_COMPONENTS = 128
 """Largest number of components at the start."""
-HELD_OUT_STRIDE = 5
+_HELD_OUT_STRIDE = 5
 """One model in 5 is held out to choose the number of components."""
-NUM_RANGES = 12
+_NUM_RANGES = 12
 """Number of ranges of a drawn number that the preference reads by its value."""
+_RANGE_COUNTS = (24, 16, 12, 8, 6, 4)
+"""Candidate numbers of ranges of a drawn number; the first one that is not too large is used."""
 _EM_TOLERANCE = 1e-4
 """Tolerance of EM, in nats, when mixtures are only compared."""
 _MIN_GAIN = 1.0
@@ -74,6 +77,39 @@ class Sample:
     """[N, R] readings of the preference: sums and capped counts."""
     weights: Floats
     """[N] weight of each model."""
+
+
+def compile_nearest(
+    target: Target,
+    forest: Forest,
+    header: Header = lambda method: (),
+    *,
+    num_samples: int = NUM_SAMPLES,
+    seed: int = 0,
+    on_progress: Progress = silent,
+) -> LearnedGrammar:
+    """Exact grammar of a density; otherwise one of sub-ranges or from samples, with a finding that states the reason.
+
+    Args:
+        target: the target density.
+        forest: derivations of its grammar that show how often successors inside blocks occur.
+        header: header of the new file.
+        num_samples: number of samples if there is no exact grammar.
+        seed: seed of these samples.
+        on_progress: called with the progress of these samples.
+
+    Raises:
+        GrammarlabError: If the preference is 0 for every model.
+    """
+    try:
+        return target.compiled(forest, header("compile"))
+    except InexactError as error:
+        reason = str(error)
+    nearer = _with_ranges(target, forest, header("ranges"))
+    if nearer is not None:
+        return _explained(nearer, "numbers are drawn from ranges instead", reason)
+    learned = learn(target, "tied", num_samples=num_samples, seed=seed, header=header("tied"), on_progress=on_progress)
+    return _explained(learned, "one was learned from samples instead", reason)
 
 
 def learn(
@@ -122,6 +158,49 @@ def learn(
     return learned if even is None else _composed(even, learned)
 
 
+def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) -> Ints:
+    """Fewest components with which one part of a sample explains the rest as well as any, up to chance.
+
+    Args:
+        cells: cells of the learned choices.
+        sample: the models.
+        clusters: initial clusters [N] of each clustering; they are merged pairwise.
+
+    Returns:
+        [N] the component that each model belongs to most.
+    """
+    is_held_out = np.arange(len(sample.weights)) % _HELD_OUT_STRIDE == _HELD_OUT_STRIDE - 1
+    if not is_held_out.any() or not sample.weights[is_held_out].any():
+        return np.zeros(len(is_held_out), dtype=np.int64)
+    counts, weights = sample.counts[~is_held_out], sample.weights[~is_held_out]
+    candidates: list[tuple[int, Floats, Ints]] = []
+    paths = (
+        merged(cells, counts, weights, _consecutive(initial[~is_held_out]), MAX_COMPONENTS) for initial in clusters
+    )
+    for labels in chain.from_iterable(paths):
+        if not _is_candidate(int(labels.max()) + 1):
+            continue
+        fit = fit_mixture(cells, counts, weights, labels, _EM_TOLERANCE)
+        mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
+        log_joint = mixture.log_ratios(cells, sample.counts)
+        explained = sample.weights[is_held_out] * np.logaddexp.reduce(log_joint[is_held_out], axis=1)
+        candidates.append((len(mixture.weights), explained, _consecutive(log_joint.argmax(axis=1))))
+    best = max(candidates, key=lambda candidate: float(candidate[1].sum()))[1]
+    # One-standard-error rule: smaller differences may be chance.
+    near = [
+        candidate for candidate in candidates if (best - candidate[1]).sum() <= _spread(best - candidate[1]) + _MIN_GAIN
+    ]
+    return min(near, key=lambda candidate: (candidate[0], -float(candidate[1].sum())))[2]
+
+
+def kinds(counts: sparse.csr_array) -> Ints:
+    """Clusters [N] of models that took all choices alike."""
+    table = dense(counts)
+    if not table.shape[1]:
+        return np.zeros(len(table), dtype=np.int64)
+    return np.unique(table, axis=0, return_inverse=True)[1].reshape(-1)
+
+
 def written(
     target: Target,
     choices: Choices,
@@ -149,11 +228,29 @@ def written(
     )
 
 
-class _ModelData(NamedTuple):
-    """Kept data of accepted models."""
+def _with_ranges(target: Target, forest: Forest, header: Sequence[str]) -> LearnedGrammar | None:
+    """Grammar of the narrowest sub-ranges that is not too large; None if drawn numbers are not the reason."""
+    for number in _RANGE_COUNTS:
+        try:
+            reads, preference = with_ranges(target.grammar, target.reads, target.preference, number)
+            if preference is target.preference:
+                return None
+            learned = replace(target, reads=reads, preference=preference).compiled(forest, header)
+        except InexactError:
+            continue
+        return replace(learned, method="ranges")
+    return None
 
-    counts: sparse.csr_array
-    values: Floats
+
+def _explained(learned: LearnedGrammar, what: str, reason: str) -> LearnedGrammar:
+    return replace(learned, findings=(f"no exact grammar, so {what}: {reason}", *learned.findings))
+
+
+def _check_attributes(even: LearnedGrammar) -> None:
+    """Check that the evened grammar has the original drawn attributes."""
+    for parts in even.attributes:
+        if even.grammar.attributes[parts.name].value != even.original.attributes[parts.name].value:
+            raise UsageError(f"an even base also evens out how {parts.name} is chosen: use the method compile")
 
 
 class _Learner:
@@ -191,7 +288,7 @@ class _Learner:
             bounds = [feature for feature in features if isinstance(feature, Threshold)]
             by_value = range_ends(grammar, name) and len(bounds) < len(features)
             try:
-                cuts = even_cuts(grammar, name, NUM_RANGES, bounds) if by_value else features
+                cuts = even_cuts(grammar, name, _NUM_RANGES, bounds) if by_value else features
                 parts.append(attribute_parts(grammar, name, cuts))
             except InexactError as error:
                 self.findings.append(f"${name} keeps its density: {error}")
@@ -221,69 +318,32 @@ class _Learner:
         elif self.method == "structure":
             clusters = cluster(sample.features, sample.weights)
             if num_components is not None or clusters.max() >= MAX_COMPONENTS:
-                clusters = merged_to(self.cells, sample, clusters, num_components or MAX_COMPONENTS)
+                clusters = _merged_to(self.cells, sample, clusters, num_components or MAX_COMPONENTS)
         elif num_components is not None:
             clusters = cluster(sample.features, sample.weights)
-            clusters = merged_to(self.cells, sample, clusters, num_components)
+            clusters = _merged_to(self.cells, sample, clusters, num_components)
         else:
             begin = [cluster(rows, sample.weights) for rows in (sample.reads, sample.features)]
             clusters = chosen_components(self.cells, sample, _different([*begin, kinds(sample.counts)]))
         return fit_mixture(self.cells, sample.counts, sample.weights, clusters).mixture
 
 
-def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) -> Ints:
-    """Fewest components with which one part of a sample explains the rest as well as any, up to chance.
+class _ModelData(NamedTuple):
+    """Kept data of accepted models."""
 
-    Args:
-        cells: cells of the learned choices.
-        sample: the models.
-        clusters: initial clusters [N] of each clustering; they are merged pairwise.
-
-    Returns:
-        [N] the component that each model belongs to most.
-    """
-    is_held_out = np.arange(len(sample.weights)) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1
-    if not is_held_out.any() or not sample.weights[is_held_out].any():
-        return np.zeros(len(is_held_out), dtype=np.int64)
-    counts, weights = sample.counts[~is_held_out], sample.weights[~is_held_out]
-    candidates: list[tuple[int, Floats, Ints]] = []
-    paths = (merged(cells, counts, weights, consecutive(initial[~is_held_out]), MAX_COMPONENTS) for initial in clusters)
-    for labels in chain.from_iterable(paths):
-        if not _is_candidate(int(labels.max()) + 1):
-            continue
-        fit = fit_mixture(cells, counts, weights, labels, _EM_TOLERANCE)
-        mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
-        log_joint = mixture.log_ratios(cells, sample.counts)
-        explained = sample.weights[is_held_out] * np.logaddexp.reduce(log_joint[is_held_out], axis=1)
-        candidates.append((len(mixture.weights), explained, consecutive(log_joint.argmax(axis=1))))
-    best = max(candidates, key=lambda candidate: float(candidate[1].sum()))[1]
-    # One-standard-error rule: smaller differences may be chance.
-    near = [
-        candidate for candidate in candidates if (best - candidate[1]).sum() <= _spread(best - candidate[1]) + _MIN_GAIN
-    ]
-    return min(near, key=lambda candidate: (candidate[0], -float(candidate[1].sum())))[2]
+    counts: sparse.csr_array
+    values: Floats
 
 
-def _spread(values: Floats) -> float:
-    """Standard deviation of the sum of independent values."""
-    return float(np.sqrt(len(values)) * values.std())
-
-
-def merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:
+def _merged_to(cells: Cells, sample: Sample, clusters: Ints, number: int) -> Ints:
     """The clusters [N] merged until at most a given number remains."""
     steps = merged(cells, sample.counts, sample.weights, clusters, MAX_COMPONENTS)
     return next(labels for labels in steps if labels.max() < number)
 
 
-def _different(clusterings: Sequence[Ints]) -> list[Ints]:
-    """Clusterings without duplicates."""
-    distinct: list[Ints] = []
-    for labels in clusterings:
-        size = labels.max() + 1
-        same = [size == o.max() + 1 == np.unique(np.stack([labels, o]), axis=1).shape[1] for o in distinct]
-        if not any(same):
-            distinct.append(labels)
-    return distinct
+def _consecutive(labels: Ints) -> Ints:
+    """Labels renumbered from 0 without gaps."""
+    return np.unique(labels, return_inverse=True)[1].reshape(-1)
 
 
 def _is_candidate(number: int) -> bool:
@@ -302,24 +362,20 @@ def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
     return Mixture(weights, (1.0 - share) * mixture.probabilities + share * cells.original)
 
 
-def kinds(counts: sparse.csr_array) -> Ints:
-    """Clusters [N] of models that took all choices alike."""
-    table = dense(counts)
-    if not table.shape[1]:
-        return np.zeros(len(table), dtype=np.int64)
-    return np.unique(table, axis=0, return_inverse=True)[1].reshape(-1)
+def _spread(values: Floats) -> float:
+    """Standard deviation of the sum of independent values."""
+    return float(np.sqrt(len(values)) * values.std())
 
 
-def consecutive(labels: Ints) -> Ints:
-    """Labels renumbered from 0 without gaps."""
-    return np.unique(labels, return_inverse=True)[1].reshape(-1)
-
-
-def _check_attributes(even: LearnedGrammar) -> None:
-    """Check that the evened grammar has the original drawn attributes."""
-    for parts in even.attributes:
-        if even.grammar.attributes[parts.name].value != even.original.attributes[parts.name].value:
-            raise UsageError(f"an even base also evens out how {parts.name} is chosen: use the method compile")
+def _different(clusterings: Sequence[Ints]) -> list[Ints]:
+    """Clusterings without duplicates."""
+    distinct: list[Ints] = []
+    for labels in clusterings:
+        size = labels.max() + 1
+        same = [size == o.max() + 1 == np.unique(np.stack([labels, o]), axis=1).shape[1] for o in distinct]
+        if not any(same):
+            distinct.append(labels)
+    return distinct
 
 
 def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:
@@ -334,61 +390,3 @@ def _composed(even: LearnedGrammar, learned: LearnedGrammar) -> LearnedGrammar:
         elif first is not None:
             origins[key] = first
     return replace(learned, original=even.original, base="uniform", origins=origins)
-
-
-RANGE_COUNTS = (24, 16, 12, 8, 6, 4)
-"""Candidate numbers of ranges of a drawn number; the first one that is not too large is used."""
-
-Header = Callable[[str], Sequence[str]]
-"""Function from the name of a method to the comment lines at the top of a file."""
-
-
-def compile_nearest(
-    target: Target,
-    forest: Forest,
-    header: Header = lambda method: (),
-    *,
-    num_samples: int = NUM_SAMPLES,
-    seed: int = 0,
-    on_progress: Progress = silent,
-) -> LearnedGrammar:
-    """Exact grammar of a density; otherwise one of sub-ranges or from samples, with a finding that states the reason.
-
-    Args:
-        target: the target density.
-        forest: derivations of its grammar that show how often successors inside blocks occur.
-        header: header of the new file.
-        num_samples: number of samples if there is no exact grammar.
-        seed: seed of these samples.
-        on_progress: called with the progress of these samples.
-
-    Raises:
-        GrammarlabError: If the preference is 0 for every model.
-    """
-    try:
-        return target.compiled(forest, header("compile"))
-    except InexactError as error:
-        reason = str(error)
-    nearer = _with_ranges(target, forest, header("ranges"))
-    if nearer is not None:
-        return _explained(nearer, "numbers are drawn from ranges instead", reason)
-    learned = learn(target, "tied", num_samples=num_samples, seed=seed, header=header("tied"), on_progress=on_progress)
-    return _explained(learned, "one was learned from samples instead", reason)
-
-
-def _with_ranges(target: Target, forest: Forest, header: Sequence[str]) -> LearnedGrammar | None:
-    """Grammar of the narrowest sub-ranges that is not too large; None if drawn numbers are not the reason."""
-    for number in RANGE_COUNTS:
-        try:
-            reads, preference = with_ranges(target.grammar, target.reads, target.preference, number)
-            if preference is target.preference:
-                return None
-            learned = replace(target, reads=reads, preference=preference).compiled(forest, header)
-        except InexactError:
-            continue
-        return replace(learned, method="ranges")
-    return None
-
-
-def _explained(learned: LearnedGrammar, what: str, reason: str) -> LearnedGrammar:
-    return replace(learned, findings=(f"no exact grammar, so {what}: {reason}", *learned.findings))

@@ -3,8 +3,6 @@
 There is no new grammar, and rejected models cost time; but the preference may be any function of
 a model. A learned grammar can propose the models, so that fewer are rejected.
 
-Rejection: models of one density, thinned until they follow another (section 4.6).
-
 A model is accepted with the probability weight / bound, where its weight is the target density divided by the proposal
 density, up to a constant. The bound must be above all weights. If it is unknown, it is the largest weight found so far;
 when a larger one is found, the accepted models are thinned by the quotient.
@@ -34,17 +32,16 @@ T = TypeVar("T")
 K = TypeVar("K")
 Progress: TypeAlias = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
-
 MAX_PROPOSALS = 1_000_000
 """Largest number of proposed models."""
+_PILOT_MODELS = 2_000
+"""Number of accepted models for estimating the mean of the preference, and its bound if unknown."""
+_PILOT_PROPOSALS = 200_000
+"""Largest number of models of a pilot run: 400 accepted ones for a preference that likes one model in 500."""
 _LANE = 0x5245_4A45_4354
 """Separates the draws that accept models from those that made them."""
 _FIRST_CHUNK = 256
 """Number of models proposed at first, which shows how many are accepted."""
-
-
-def silent(what: str, done: int, total: int) -> None:
-    """Ignore progress."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,96 +82,6 @@ class Thinned(Generic[K]):
     chunks: tuple[tuple[K, Ints], ...]
     """Kept data of proposed models, and the accepted ones of each chunk [k], ascending."""
     acceptance: AcceptanceRate
-
-
-def thin(
-    propose: Callable[[int, int], T],
-    weigh: Callable[[T], Floats],
-    keep: Callable[[T, Ints], K],
-    num_models: int,
-    seed: int,
-    *,
-    bound: float | None = None,
-    least: float = 0.0,
-    most_proposals: int = MAX_PROPOSALS,
-    chunk: int = 4_096,
-    on_progress: Progress = silent,
-) -> Thinned[K]:
-    """Accept models until there are enough.
-
-    Args:
-        propose: from the index of the first model and a number to a chunk of models; each model depends on its index
-            only.
-        weigh: the weight [models] of each model of a chunk, finite and >= 0.
-        keep: function that selects the data to keep of models [k] of a chunk.
-        num_models: number of models to accept.
-        seed: 0 <= seed < 2**64; with its index it decides on each model.
-        bound: upper bound of all weights; None if unknown.
-        least: without a bound, a lower bound of the largest weight.
-        most_proposals: largest number of proposals; then it ends with fewer models.
-        chunk: largest number of models proposed at once.
-        on_progress: called with the number of accepted models.
-
-    Raises:
-        GrammarlabError: If none is accepted.
-    """
-    chunks: list[tuple[K, Floats]] = []
-    """Chunks of candidates, and the largest bound under which each is accepted."""
-    most = least if bound is None else bound
-    proposals = accepted = 0
-    total = cut = 0.0
-    size = min(_FIRST_CHUNK, chunk)
-    while accepted < num_models and proposals < most_proposals:
-        size = min(size, most_proposals - proposals)
-        models = propose(proposals, size)
-        weights = _checked(weigh(models), size)
-        if bound is None:
-            most = max(most, float(weights.max(initial=0.0)))
-        draws = uniforms(fold(root_keys(seed, np.arange(proposals, proposals + size, dtype=np.uint64)), _LANE), 0)
-        # Accepted for all bounds up to this one.
-        limit = np.divide(weights, draws, out=np.full(size, np.inf), where=draws > 0.0) * (weights > 0.0)
-        rows = np.flatnonzero((limit >= most) & (weights > 0.0))
-        if len(rows):
-            chunks.append((keep(models, rows), limit[rows]))
-        accepted = sum(int((limits >= most).sum()) for _, limits in chunks)
-        proposals += size
-        total += float(weights.sum())
-        cut += float(np.maximum(weights - most, 0.0).sum())
-        on_progress("models drawn", min(accepted, num_models), num_models)
-        num_proposals = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
-        size = int(min(chunk, max(_FIRST_CHUNK, num_proposals)))
-    if not accepted:
-        raise GrammarlabError(
-            f"none of {proposals:,} models was accepted: liked models are too rare for rejection. "
-            "Try the method compile, which needs no samples"
-        )
-    truncated = cut / total if total else 0.0
-    acceptance = AcceptanceRate(proposals, accepted, most, bound is not None, total / proposals, truncated)
-    return Thinned(tuple(_accepted(chunks, most, num_models)), acceptance)
-
-
-def _accepted(chunks: Sequence[tuple[K, Floats]], bound: float, num_models: int) -> Iterator[tuple[K, Ints]]:
-    """The first models accepted under a bound, by chunk."""
-    for models, limits in chunks:
-        rows = np.flatnonzero(limits >= bound)[:num_models]
-        num_models -= len(rows)
-        if len(rows):
-            yield models, rows
-
-
-def _checked(weights: Floats, size: int) -> Floats:
-    if weights.shape != (size,) or not np.isfinite(weights).all() or (weights < 0.0).any():
-        raise GrammarlabError(
-            f"expected a weight for each of {size} models, finite and at least 0; found shape {weights.shape}"
-            + (f" with {weights.min()} to {weights.max()}" if weights.size else "")
-        )
-    return weights
-
-
-PILOT_MODELS = 2_000
-"""Number of accepted models for estimating the mean of the preference, and its bound if unknown."""
-PILOT_PROPOSALS = 200_000
-"""Largest number of models of a pilot run: 400 accepted ones for a preference that likes one model in 500."""
 
 
 @dataclass(frozen=True)
@@ -268,10 +175,14 @@ class RejectionSampler(AbstractSampler):
         return self.target.of_models(forest) / self.pilot.mean_weight
 
 
+def silent(what: str, done: int, total: int) -> None:
+    """Ignore progress."""
+
+
 def reject(
     target: Target,
     *,
-    num_pilot: int = PILOT_MODELS,
+    num_pilot: int = _PILOT_MODELS,
     proposal: LearnedGrammar | None = None,
     seed: int = 0,
     most_proposals: int = MAX_PROPOSALS,
@@ -290,11 +201,77 @@ def reject(
     Raises:
         GrammarlabError: If no model is accepted.
     """
-    most = min(most_proposals, PILOT_PROPOSALS)
+    most = min(most_proposals, _PILOT_PROPOSALS)
     pilot = _thinned(
         target, proposal, lambda forest, rows: None, num_pilot, seed, most_proposals=most, on_progress=on_progress
     )
     return RejectionSampler(target, proposal, pilot.acceptance, most_proposals)
+
+
+def thin(
+    propose: Callable[[int, int], T],
+    weigh: Callable[[T], Floats],
+    keep: Callable[[T, Ints], K],
+    num_models: int,
+    seed: int,
+    *,
+    bound: float | None = None,
+    least: float = 0.0,
+    most_proposals: int = MAX_PROPOSALS,
+    chunk: int = 4_096,
+    on_progress: Progress = silent,
+) -> Thinned[K]:
+    """Accept models until there are enough.
+
+    Args:
+        propose: from the index of the first model and a number to a chunk of models; each model depends on its index
+            only.
+        weigh: the weight [models] of each model of a chunk, finite and >= 0.
+        keep: function that selects the data to keep of models [k] of a chunk.
+        num_models: number of models to accept.
+        seed: 0 <= seed < 2**64; with its index it decides on each model.
+        bound: upper bound of all weights; None if unknown.
+        least: without a bound, a lower bound of the largest weight.
+        most_proposals: largest number of proposals; then it ends with fewer models.
+        chunk: largest number of models proposed at once.
+        on_progress: called with the number of accepted models.
+
+    Raises:
+        GrammarlabError: If none is accepted.
+    """
+    chunks: list[tuple[K, Floats]] = []
+    """Chunks of candidates, and the largest bound under which each is accepted."""
+    most = least if bound is None else bound
+    proposals = accepted = 0
+    total = cut = 0.0
+    size = min(_FIRST_CHUNK, chunk)
+    while accepted < num_models and proposals < most_proposals:
+        size = min(size, most_proposals - proposals)
+        models = propose(proposals, size)
+        weights = _checked(weigh(models), size)
+        if bound is None:
+            most = max(most, float(weights.max(initial=0.0)))
+        draws = uniforms(fold(root_keys(seed, np.arange(proposals, proposals + size, dtype=np.uint64)), _LANE), 0)
+        # Accepted for all bounds up to this one.
+        limit = np.divide(weights, draws, out=np.full(size, np.inf), where=draws > 0.0) * (weights > 0.0)
+        rows = np.flatnonzero((limit >= most) & (weights > 0.0))
+        if len(rows):
+            chunks.append((keep(models, rows), limit[rows]))
+        accepted = sum(int((limits >= most).sum()) for _, limits in chunks)
+        proposals += size
+        total += float(weights.sum())
+        cut += float(np.maximum(weights - most, 0.0).sum())
+        on_progress("models drawn", min(accepted, num_models), num_models)
+        num_proposals = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
+        size = int(min(chunk, max(_FIRST_CHUNK, num_proposals)))
+    if not accepted:
+        raise GrammarlabError(
+            f"none of {proposals:,} models was accepted: liked models are too rare for rejection. "
+            "Try the method compile, which needs no samples"
+        )
+    truncated = cut / total if total else 0.0
+    acceptance = AcceptanceRate(proposals, accepted, most, bound is not None, total / proposals, truncated)
+    return Thinned(tuple(_accepted(chunks, most, num_models)), acceptance)
 
 
 def _thinned(
@@ -310,12 +287,12 @@ def _thinned(
 ) -> Thinned[K]:
     if num_models < 1:
         raise UsageError(f"expected at least one model, found {num_models}")
-    made_by = proposal or target.even
-    program = compile_grammar(target.grammar if made_by is None else made_by.grammar)
+    proposer = proposal or target.even
+    program = compile_grammar(target.grammar if proposer is None else proposer.grammar)
 
     def propose(first: int, number: int) -> Forest:
         forest = derive(program, number, seed, first_model=first, assets=target.folder)
-        return forest if made_by is None else made_by.as_original(forest)
+        return forest if proposer is None else proposer.as_original(forest)
 
     def weigh(forest: Forest) -> Floats:
         scores = target.of_models(forest)
@@ -336,3 +313,21 @@ def _thinned(
         chunk=target.chunk,
         on_progress=on_progress,
     )
+
+
+def _checked(weights: Floats, size: int) -> Floats:
+    if weights.shape != (size,) or not np.isfinite(weights).all() or (weights < 0.0).any():
+        raise GrammarlabError(
+            f"expected a weight for each of {size} models, finite and at least 0; found shape {weights.shape}"
+            + (f" with {weights.min()} to {weights.max()}" if weights.size else "")
+        )
+    return weights
+
+
+def _accepted(chunks: Sequence[tuple[K, Floats]], bound: float, num_models: int) -> Iterator[tuple[K, Ints]]:
+    """The first models accepted under a bound, by chunk."""
+    for models, limits in chunks:
+        rows = np.flatnonzero(limits >= bound)[:num_models]
+        num_models -= len(rows)
+        if len(rows):
+            yield models, rows

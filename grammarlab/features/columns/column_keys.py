@@ -47,8 +47,8 @@ class Meaning:
                 return self._path(self.steps(key))
             case ("far", rule, child, label):
                 return self._path(((rule, child),), Below((self.node(label),), deep=True))
-            case ("next", one, other):
-                return Pattern(below=(Below((self.node(one), self.node(other))),))
+            case ("next", first, second):
+                return Pattern(below=(Below((self.node(first), self.node(second))),))
             case ("symbol", symbol):
                 return Pattern(self._labels.symbols[symbol])
             case ("draw", name):

@@ -1,27 +1,23 @@
-"""Counts of every labelled path of length 1 to k in every model.
+"""Counts of labelled paths, of pairs of choices and of symbols in every model, and values of its random draws.
 
 An edge of a derivation tree is labelled with the rule of its upper node and the ``child`` of its lower one; a path is a
 sequence of edges, one below the other (Collins and Duffy 2001; paper 4.5.1). A path may end with a rule instead of an
 edge: the node at its end, with any nodes below it. Every node gets a number for the last k edges above it and its
 label; nodes are counted by that number once, and paths are suffixes of these sequences.
 
-Keys of paths, in a `KeyIndex`:
-
-    ("rule", context, label)    the nodes of a label below a context
-    ("edge", above, child)      the nodes that are this child of such nodes; itself a context
-
-where ``above`` is the column of a "rule" key and ``context`` the column of an "edge" key or -1 for any context.
-
-Pairs of choices that are not one path: an edge and a choice far below it, and choices of adjacent siblings.
-
-Only rules that are chosen at random count as choices, since everything else follows from them.
+Pairs of choices that are not one path are an edge with a choice far below it, and choices of adjacent siblings. Only
+rules that are chosen at random count as choices, since everything else follows from them. Random draws are counts of
+drawn branches, or means.
 
 Keys, in a `KeyIndex`:
 
+    ("rule", context, label)       the nodes of a label below a context
+    ("edge", above, child)         the nodes that are this child of such nodes; itself a context
     ("far", rule, child, label)    nodes of a label at least two edges below the child of nodes of a rule
     ("next", label, label)         nodes whose next sibling is one of the second label
+    ("symbol", symbol), ("branch", name, number), ("draw", name)    as in `column_keys`
 
-Random draws as columns: counts of drawn branches, and means of all other draws.
+where ``above`` is the column of a "rule" key and ``context`` the column of an "edge" key or -1 for any context.
 """
 
 from __future__ import annotations
@@ -41,30 +37,10 @@ from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.tree_index import Trees
 
-
-class _LabelPairs(NamedTuple):
-    """The K different pairs of a label and the ``child`` that a node is, ascending."""
-
-    number: Ints
-    """[N] the pair of each node."""
-    label: Ints
-    """[K] label of each pair."""
-    child: Ints
-    """[K] ``child`` of each pair."""
-
-
-class _Level(NamedTuple):
-    """The S different sequences of a label and the last edges above it, as many as the level, or up to the root."""
-
-    codes: Ints
-    """[S] the sequence of the node above at the level before (one past the last where there is no node) times K, plus
-    the kind of the node; ascending. At level 0, labels."""
-    rules: Ints
-    """[S] column of the "rule" key with exactly this number of edges; -1 for leaves and near the root."""
-    edges: Ints
-    """[S] column of the "edge" key with this number of edges; -1 near the root."""
-    shorter: Ints
-    """[S] the sequence of the level before that lacks the first edge."""
+_MAX_BRANCHES = 30
+"""Largest number of branches of a choice with counts per branch; otherwise the branch number is a quantity."""
+_MAX_STEPS = 200
+"""Largest number of levels between an edge and a choice."""
 
 
 class Tally(NamedTuple):
@@ -92,7 +68,7 @@ def count_paths(trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, 
     for level in reversed(levels):
         columns += [level.rules[sequence], level.edges[sequence]]
         sequence = level.shorter[sequence]
-    return tally(trees, slice(None), number, columns, len(index))
+    return _tally(trees, slice(None), number, columns, len(index))
 
 
 def count_symbols(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
@@ -100,10 +76,184 @@ def count_symbols(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool)
     number = labels.symbol_numbers[trees.labels(labels)] + 1
     keys = (("symbol", symbol) for symbol in range(len(labels.symbols)))
     columns = np.concatenate(([-1], index.columns(keys, grow)))
-    return tally(trees, slice(None), number, [columns], len(index))
+    return _tally(trees, slice(None), number, [columns], len(index))
 
 
-def tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints], width: int) -> Tally:
+def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
+    """Counts of choices below each edge, without the child of the edge itself."""
+    label = trees.labels(labels)
+    children = int(trees.forest.nodes.child.max(initial=0)) + 1
+    rows, keys = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    for lower, middle in _ancestors_of_choices(trees, label, labels):
+        above = trees.parent[middle]
+        inner = np.flatnonzero(above >= 0)
+        inner = inner[labels.telling[label[above[inner]]]]
+        edge = label[above[inner]] * children + trees.forest.nodes.child[middle[inner]]
+        rows.append(lower[inner])
+        keys.append(edge * (labels.unknown + 1) + label[lower[inner]])
+    number, codes = _compact(np.concatenate(keys), (labels.unknown + 1) ** 2 * children)
+    edge, below = np.divmod(codes, labels.unknown + 1)
+    upper, child = np.divmod(edge, children)
+    names = zip(upper.tolist(), child.tolist(), below.tolist(), strict=True)
+    columns = index.columns((("far", *name) for name in names), grow)
+    return _tally(trees, np.concatenate(rows), number, [columns], len(index))
+
+
+def choices_below(trees: Trees, labels: NodeLabels) -> list[tuple[int, int]]:
+    """Different (label of a node, label of a choice below it)."""
+    label = trees.labels(labels)
+    size = labels.unknown + 1
+    keys = [label[middle] * size + label[lower] for lower, middle in _ancestors_of_choices(trees, label, labels)]
+    upper, below = np.divmod(distinct(np.concatenate([np.zeros(0, np.int64), *keys]), size**2), size)
+    return list(zip(upper.tolist(), below.tolist(), strict=True))
+
+
+def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
+    """Counts of pairs of choices of adjacent siblings."""
+    label = trees.labels(labels)
+    chosen = labels.chosen[label]
+    rows = np.flatnonzero(chosen & (trees.next_sibling >= 0))
+    rows = rows[chosen[trees.next_sibling[rows]]]
+    size = labels.unknown + 1
+    number, codes = _compact(label[rows] * size + label[trees.next_sibling[rows]], size**2)
+    first, second = np.divmod(codes, size)
+    columns = index.columns((("next", *pair) for pair in zip(first.tolist(), second.tolist(), strict=True)), grow)
+    return _tally(trees, rows, number, [columns], len(index))
+
+
+def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
+    """Counts of the outcomes of choices of few branches, ``p`` and ``fileRandom``; one "branch" key each."""
+    sites, draws = trees.forest.sites, trees.forest.draws
+    names = list(dict.fromkeys(site.name for site in sites))
+    discrete = np.array([not is_quantity(site) for site in sites], dtype=bool)
+    rows = np.flatnonzero(discrete[draws.site])
+    name_of_site = np.array([names.index(site.name) for site in sites], dtype=np.int64)
+    outcome = draws.value[rows].astype(np.int64)
+    size = int(outcome.max(initial=0)) + 1
+    number, codes = _compact(name_of_site[draws.site[rows]] * size + outcome, len(names) * size)
+    name, drawn = np.divmod(codes, size)
+    keys = (("branch", names[n], value) for n, value in zip(name.tolist(), drawn.tolist(), strict=True))
+    columns = index.columns(keys, grow)
+    return _tally(trees, draws.node[rows].astype(np.int64), number, [columns], len(index))
+
+
+def is_quantity(site: Site) -> bool:
+    """Whether its draws are numbers to compare: random numbers, and branch numbers of choices of many branches."""
+    return site.kind == "uniform" or site.choices > _MAX_BRANCHES
+
+
+def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
+    """The mean of the draws of each ``rand`` and of each choice of many branches; one "draw" key each."""
+    names = tuple(dict.fromkeys(site.name for site in trees.forest.sites if is_quantity(site)))
+    columns = index.columns((("draw", name) for name in names), grow)
+    return columns_of(count(trees, [Draw(name) for name in names]), columns, len(index))
+
+
+def columns_of(values: Floats, columns: Ints, width: int) -> Tally:
+    """Values [models, C] at their columns [C] of a table, -1 for those to leave out; none is a count of nodes."""
+    indices = np.flatnonzero(columns >= 0)
+    model, position = np.nonzero(values[:, indices])
+    cells = model, columns[indices][position]
+    counts = sparse.csr_array((values[:, indices][model, position], cells), shape=(len(values), width))
+    return Tally(counts, np.zeros(width, dtype=bool))
+
+
+def _number_nodes(
+    trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool
+) -> tuple[Ints, list[_Level]]:
+    """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer if all paths are shorter."""
+    pairs = _label_pairs(trees, labels)
+    number, levels = trees.labels(labels), [_labels_alone(pairs, labels, index, grow)]
+    while len(levels) <= length and (levels[-1].rules >= 0).any():
+        above_roots = len(levels[-1].codes)
+        number = np.append(number, above_roots)[trees.parent]  # -1, above a root, is the last one
+        number *= len(pairs.label)
+        number += pairs.number
+        number, codes = _compact(number, (above_roots + 1) * len(pairs.label))
+        num_rules = len(labels.rules) if len(levels) < length else 0
+        levels.append(_next_level(levels, codes, pairs, num_rules, index, grow))
+    return number, levels
+
+
+class _Level(NamedTuple):
+    """The S different sequences of a label and the last edges above it, as many as the level, or up to the root."""
+
+    codes: Ints
+    """[S] the sequence of the node above at the level before (one past the last where there is no node) times K, plus
+    the pair of the node; ascending. At level 0, labels."""
+    rules: Ints
+    """[S] column of the "rule" key with exactly this number of edges; -1 for leaves and near the root."""
+    edges: Ints
+    """[S] column of the "edge" key with this number of edges; -1 near the root."""
+    shorter: Ints
+    """[S] the sequence of the level before that lacks the first edge."""
+
+
+def _label_pairs(trees: Trees, labels: NodeLabels) -> _LabelPairs:
+    child = trees.forest.nodes.child
+    children = int(child.max(initial=0)) + 1
+    number = trees.labels(labels) * children
+    number += child
+    number, codes = _compact(number, (labels.unknown + 1) * children)
+    return _LabelPairs(number, *np.divmod(codes, children))
+
+
+class _LabelPairs(NamedTuple):
+    """The K different pairs of a label and the ``child`` that a node is, ascending."""
+
+    number: Ints
+    """[N] the pair of each node."""
+    label: Ints
+    """[K] label of each pair."""
+    child: Ints
+    """[K] ``child`` of each pair."""
+
+
+def _compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
+    """For each value 0 <= value < limit its rank among the different values, and these, ascending."""
+    if limit > 8 * len(values) + 1024:
+        unique, rank = np.unique(values, return_inverse=True)
+        return rank, unique
+    unique = distinct(values, limit)
+    rank = np.empty(limit, dtype=np.int64)
+    rank[unique] = np.arange(len(unique))
+    return rank[values], unique
+
+
+def _labels_alone(pairs: _LabelPairs, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
+    label = np.arange(labels.unknown + 1)
+    none = np.full(len(label), -1)
+    met = np.zeros(len(label), dtype=bool)
+    met[pairs.label] = True
+    met[len(labels.rules) :] = False
+    return _Level(label, _lookup(index, grow, "rule", none, label, met), none, none)
+
+
+def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, last: Ints, valid: NDArray[np.bool_]) -> Ints:
+    """Columns of the keys (kind, above, last) if they are valid, otherwise -1."""
+    columns = np.full(len(last), -1, dtype=np.int64)
+    above, last = above[valid], last[valid]
+    columns[valid] = index.columns(zip(repeat(kind, len(last)), above.tolist(), last.tolist(), strict=True), grow)
+    return columns
+
+
+def _next_level(
+    levels: list[_Level], codes: Ints, pairs: _LabelPairs, num_rules: int, index: KeyIndex, grow: bool
+) -> _Level:
+    """The level after some others; labels below ``num_rules`` have columns of their own."""
+    before = levels[-1]
+    above, pair = np.divmod(codes, len(pairs.label))
+    context = np.append(before.rules, -1)[above]
+    edges = _lookup(index, grow, "edge", context, pairs.child[pair], context >= 0)
+    ends = (edges >= 0) & (pairs.label[pair] < num_rules)
+    rules = _lookup(index, grow, "rule", edges, pairs.label[pair], ends)
+    if len(levels) == 1:
+        return _Level(codes, rules, edges, pairs.label[pair])
+    shorter = np.append(before.shorter, len(levels[-2].codes))[above]
+    return _Level(codes, rules, edges, np.searchsorted(before.codes, shorter * len(pairs.label) + pair))
+
+
+def _tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints], width: int) -> Tally:
     """Counts of nodes per model by their numbers, assigned to columns.
 
     Args:
@@ -147,109 +297,6 @@ def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, 
     return sparse.csr_array((counts, unique - model * size, offsets), shape=(num_models, size))
 
 
-def compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
-    """For each value 0 <= value < limit its rank among the different values, and these, ascending."""
-    if limit > 8 * len(values) + 1024:
-        unique, rank = np.unique(values, return_inverse=True)
-        return rank, unique
-    unique = distinct(values, limit)
-    rank = np.empty(limit, dtype=np.int64)
-    rank[unique] = np.arange(len(unique))
-    return rank[values], unique
-
-
-def _number_nodes(
-    trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool
-) -> tuple[Ints, list[_Level]]:
-    """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer if all paths are shorter."""
-    kinds = _find_kinds(trees, labels)
-    number, levels = trees.labels(labels), [_labels_alone(kinds, labels, index, grow)]
-    while len(levels) <= length and (levels[-1].rules >= 0).any():
-        above_roots = len(levels[-1].codes)
-        number = np.append(number, above_roots)[trees.parent]  # -1, above a root, is the last one
-        number *= len(kinds.label)
-        number += kinds.number
-        number, codes = compact(number, (above_roots + 1) * len(kinds.label))
-        num_rules = len(labels.rules) if len(levels) < length else 0
-        levels.append(_next_level(levels, codes, kinds, num_rules, index, grow))
-    return number, levels
-
-
-def _find_kinds(trees: Trees, labels: NodeLabels) -> _LabelPairs:
-    child = trees.forest.nodes.child
-    children = int(child.max(initial=0)) + 1
-    number = trees.labels(labels) * children
-    number += child
-    number, codes = compact(number, (labels.unknown + 1) * children)
-    return _LabelPairs(number, *np.divmod(codes, children))
-
-
-def _labels_alone(kinds: _LabelPairs, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
-    label = np.arange(labels.unknown + 1)
-    none = np.full(len(label), -1)
-    met = np.zeros(len(label), dtype=bool)
-    met[kinds.label] = True
-    met[len(labels.rules) :] = False
-    return _Level(label, _lookup(index, grow, "rule", none, label, met), none, none)
-
-
-def _next_level(
-    levels: list[_Level], codes: Ints, kinds: _LabelPairs, num_rules: int, index: KeyIndex, grow: bool
-) -> _Level:
-    """The level after some others; labels below ``num_rules`` have columns of their own."""
-    before = levels[-1]
-    above, kind = np.divmod(codes, len(kinds.label))
-    context = np.append(before.rules, -1)[above]
-    edges = _lookup(index, grow, "edge", context, kinds.child[kind], context >= 0)
-    ends = (edges >= 0) & (kinds.label[kind] < num_rules)
-    rules = _lookup(index, grow, "rule", edges, kinds.label[kind], ends)
-    if len(levels) == 1:
-        return _Level(codes, rules, edges, kinds.label[kind])
-    shorter = np.append(before.shorter, len(levels[-2].codes))[above]
-    return _Level(codes, rules, edges, np.searchsorted(before.codes, shorter * len(kinds.label) + kind))
-
-
-def _lookup(index: KeyIndex, grow: bool, kind: str, above: Ints, last: Ints, valid: NDArray[np.bool_]) -> Ints:
-    """Columns of the keys (kind, above, own) if they are valid, otherwise -1."""
-    columns = np.full(len(last), -1, dtype=np.int64)
-    above, last = above[valid], last[valid]
-    columns[valid] = index.columns(zip(repeat(kind, len(last)), above.tolist(), last.tolist(), strict=True), grow)
-    return columns
-
-
-_MAX_STEPS = 200
-"""Largest number of levels between an edge and a choice."""
-
-
-def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
-    """Counts of choices below each edge, without the child of the edge itself."""
-    label = trees.labels(labels)
-    children = int(trees.forest.nodes.child.max(initial=0)) + 1
-    rows, keys = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
-    for lower, middle in _ancestors_of_choices(trees, label, labels):
-        above = trees.parent[middle]
-        inner = np.flatnonzero(above >= 0)
-        inner = inner[labels.telling[label[above[inner]]]]
-        edge = label[above[inner]] * children + trees.forest.nodes.child[middle[inner]]
-        rows.append(lower[inner])
-        keys.append(edge * (labels.unknown + 1) + label[lower[inner]])
-    number, codes = compact(np.concatenate(keys), (labels.unknown + 1) ** 2 * children)
-    edge, below = np.divmod(codes, labels.unknown + 1)
-    upper, child = np.divmod(edge, children)
-    names = zip(upper.tolist(), child.tolist(), below.tolist(), strict=True)
-    columns = index.columns((("far", *name) for name in names), grow)
-    return tally(trees, np.concatenate(rows), number, [columns], len(index))
-
-
-def choices_below(trees: Trees, labels: NodeLabels) -> list[tuple[int, int]]:
-    """Different (label of a node, label of a choice below it)."""
-    label = trees.labels(labels)
-    size = labels.unknown + 1
-    keys = [label[middle] * size + label[lower] for lower, middle in _ancestors_of_choices(trees, label, labels)]
-    upper, below = np.divmod(distinct(np.concatenate([np.zeros(0, np.int64), *keys]), size**2), size)
-    return list(zip(upper.tolist(), below.tolist(), strict=True))
-
-
 def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iterator[tuple[Ints, Ints]]:
     """Nodes that are choices with their parents, then with their grandparents, and so on."""
     lower = np.flatnonzero(labels.chosen[label])
@@ -261,57 +308,3 @@ def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iter
             return
         yield lower, middle
         middle = trees.parent[middle]
-
-
-def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
-    """Counts of pairs of choices of adjacent siblings."""
-    label = trees.labels(labels)
-    chosen = labels.chosen[label]
-    rows = np.flatnonzero(chosen & (trees.next_sibling >= 0))
-    rows = rows[chosen[trees.next_sibling[rows]]]
-    size = labels.unknown + 1
-    number, codes = compact(label[rows] * size + label[trees.next_sibling[rows]], size**2)
-    first, second = np.divmod(codes, size)
-    columns = index.columns((("next", *pair) for pair in zip(first.tolist(), second.tolist(), strict=True)), grow)
-    return tally(trees, rows, number, [columns], len(index))
-
-
-MAX_BRANCHES = 30
-"""Largest number of branches of a choice with counts per branch; otherwise the branch number is a quantity."""
-
-
-def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
-    """Counts of the outcomes of choices of few branches, ``p`` and ``fileRandom``; one "branch" key each."""
-    sites, draws = trees.forest.sites, trees.forest.draws
-    names = list(dict.fromkeys(site.name for site in sites))
-    discrete = np.array([not is_quantity(site) for site in sites], dtype=bool)
-    rows = np.flatnonzero(discrete[draws.site])
-    name_of_site = np.array([names.index(site.name) for site in sites], dtype=np.int64)
-    outcome = draws.value[rows].astype(np.int64)
-    size = int(outcome.max(initial=0)) + 1
-    number, codes = compact(name_of_site[draws.site[rows]] * size + outcome, len(names) * size)
-    name, drawn = np.divmod(codes, size)
-    keys = (("branch", names[n], value) for n, value in zip(name.tolist(), drawn.tolist(), strict=True))
-    columns = index.columns(keys, grow)
-    return tally(trees, draws.node[rows].astype(np.int64), number, [columns], len(index))
-
-
-def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
-    """The mean of the draws of each ``rand`` and of each choice of many branches; one "draw" key each."""
-    names = tuple(dict.fromkeys(site.name for site in trees.forest.sites if is_quantity(site)))
-    columns = index.columns((("draw", name) for name in names), grow)
-    return columns_of(count(trees, [Draw(name) for name in names]), columns, len(index))
-
-
-def is_quantity(site: Site) -> bool:
-    """Whether its draws are numbers to compare: random numbers, and branch numbers of choices of many branches."""
-    return site.kind == "uniform" or site.choices > MAX_BRANCHES
-
-
-def columns_of(values: Floats, columns: Ints, width: int) -> Tally:
-    """Values [models, C] at their columns [C] of a table, -1 for those to leave out; none is a count of nodes."""
-    indices = np.flatnonzero(columns >= 0)
-    model, position = np.nonzero(values[:, indices])
-    cells = model, columns[indices][position]
-    counts = sparse.csr_array((values[:, indices][model, position], cells), shape=(len(values), width))
-    return Tally(counts, np.zeros(width, dtype=bool))

@@ -178,10 +178,10 @@ class _Counter:
         here = rows
         for sibling in below.run[1:]:
             here = self.trees.next_sibling[here]
-            other, values = self._matches(sibling)
-            index = np.searchsorted(other, here)
-            is_match = (index < len(other)) & (here >= 0)
-            is_match[is_match] = other[index[is_match]] == here[is_match]
+            matching, values = self._matches(sibling)
+            index = np.searchsorted(matching, here)
+            is_match = (index < len(matching)) & (here >= 0)
+            is_match[is_match] = matching[index[is_match]] == here[is_match]
             rows, here = rows[is_match], here[is_match]
             ways = np.minimum(ways[is_match] * values[index[is_match]], MAX_EMBEDDINGS)
         return rows, ways

@@ -1,6 +1,6 @@
-"""Derivation trees of a forest, indexed for counting; each index is made when it is first needed.
+"""Derivation trees of a forest, indexed for counting, and forests without the data that no feature needs.
 
-Forests without data that no feature needs, to keep many of them in memory.
+Each index is made when it is first needed.
 """
 
 from __future__ import annotations
@@ -18,35 +18,12 @@ from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.node_labels import NodeLabels
 
-
-def without_geometry(forest: Forest) -> Forest:
-    """Only the trees and draws of a forest: leaves, meshes and reported values take most of its memory."""
-    reports = forest.reports
-    return replace(
-        forest,
-        leaves=Leaves(**{column.name: _emptied(getattr(forest.leaves, column.name)) for column in fields(Leaves)}),
-        reports=Reports(_emptied(reports.node), _emptied(reports.key), _emptied(reports.value), ()),
-        frames=_emptied(forest.frames),
-        meshes=forest.meshes.take(np.zeros(0, np.int64)),
-        materials=Materials(_emptied(forest.materials.channels), ()),
-        texture_maps=_emptied(forest.texture_maps),
-    )
-
-
-def _emptied(column: NDArray) -> NDArray:
-    """No rows of a column; a copy, since a view would keep the rows."""
-    return column[:0].copy()
-
-
+_MAX_CHILDREN = 1 << 23
+"""Upper bound on the number of successors of one rule branch, above that of the largest rule file."""
 _MAX_STEPS = 100
 """Largest number of levels summed node by node; deeper trees are then summed as a whole, in linear time."""
-
 _MIN_LOOK_ROWS = 64
 """Smallest number of rows searched for the end of a piece of `Trees._waves`; otherwise twice the previous piece."""
-
-
-MAX_CHILDREN = 1 << 23
-"""Upper bound on the number of successors of one rule branch, above that of the largest rule file."""
 
 
 class Trees:
@@ -170,9 +147,18 @@ class Trees:
         return _grouped(self.forest.draws.site, len(self.forest.sites))
 
 
-def _grouped(keys: NodeIds, limit: int) -> tuple[Ints, Ints]:
-    """Rows ordered by key, ascending within a key, and the offset of each key."""
-    return np.argsort(keys, kind="stable"), offsets_from_counts(np.bincount(keys, minlength=limit))
+def without_geometry(forest: Forest) -> Forest:
+    """Only the trees and draws of a forest: leaves, meshes and reported values take most of its memory."""
+    reports = forest.reports
+    return replace(
+        forest,
+        leaves=Leaves(**{column.name: _emptied(getattr(forest.leaves, column.name)) for column in fields(Leaves)}),
+        reports=Reports(_emptied(reports.node), _emptied(reports.key), _emptied(reports.value), ()),
+        frames=_emptied(forest.frames),
+        meshes=forest.meshes.take(np.zeros(0, np.int64)),
+        materials=Materials(_emptied(forest.materials.channels), ()),
+        texture_maps=_emptied(forest.texture_maps),
+    )
 
 
 def _check(forest: Forest) -> None:
@@ -183,7 +169,7 @@ def _check(forest: Forest) -> None:
         and _within(nodes.symbol, len(forest.symbols))
         and int(nodes.rule.min(initial=-1)) >= -1
         and int(nodes.rule.max(initial=-1)) < len(forest.rules)
-        and _within(nodes.child, MAX_CHILDREN)
+        and _within(nodes.child, _MAX_CHILDREN)
         and bool((nodes.parent < np.arange(size, dtype=nodes.parent.dtype)).all())
         and int(nodes.parent.min(initial=-1)) >= -1
         and _within(draws.node, size)
@@ -197,3 +183,13 @@ def _within(column: NDArray[np.integer], high: int) -> bool:
     """Whether 0 <= value < high for all."""
     # Read as unsigned integers, negative ones are the largest.
     return int(column.view(column.dtype.str.replace("i", "u")).max(initial=0)) < high or not len(column)
+
+
+def _grouped(keys: NodeIds, limit: int) -> tuple[Ints, Ints]:
+    """Rows ordered by key, ascending within a key, and the offset of each key."""
+    return np.argsort(keys, kind="stable"), offsets_from_counts(np.bincount(keys, minlength=limit))
+
+
+def _emptied(column: NDArray) -> NDArray:
+    """No rows of a column; a copy, since a view would keep the rows."""
+    return column[:0].copy()

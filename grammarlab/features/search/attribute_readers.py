@@ -74,9 +74,9 @@ def _inside(path: Branch, node: Node) -> Iterator[tuple[Branch, str]]:
 def _widest(patterns: tuple[Pattern, ...]) -> tuple[Pattern, ...]:
     """Patterns that no other pattern of the same symbol includes."""
 
-    def includes(one: Pattern, other: Pattern) -> bool:
-        begin, whole = one.branch or (), other.branch or ()
-        same = (one.symbol, one.parameters) == (other.symbol, other.parameters)
-        return same and len(begin) < len(whole) and whole[: len(begin)] == begin
+    def includes(wide: Pattern, narrow: Pattern) -> bool:
+        start, branch = wide.branch or (), narrow.branch or ()
+        same = (wide.symbol, wide.parameters) == (narrow.symbol, narrow.parameters)
+        return same and len(start) < len(branch) and branch[: len(start)] == start
 
     return tuple(pattern for pattern in patterns if not any(includes(other, pattern) for other in patterns))

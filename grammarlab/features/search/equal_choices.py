@@ -212,12 +212,12 @@ def _pairs(
     """Equalities of two choices that models make at most once."""
     choices = list(islice(_choices(table, labels, len(scores)), _MAX_CHOICES))
     alone = [float(gains_of((choice.branch + 1)[None], scores)[0]) for choice in choices]
-    for (one, first), (other, second) in combinations(zip(choices, alone, strict=True), 2):
-        top = _top(one, other, root)
+    for (first, first_gain), (second, second_gain) in combinations(zip(choices, alone, strict=True), 2):
+        top = _top(first, second, root)
         if top:
-            same = (one.branch == other.branch) & (one.branch >= 0)
-            total = partial(_equal, one.line, other.line, list(branches.values()), top)
-            yield _Equality(total, same.astype(np.int64), max(first, second, 0.0))
+            same = (first.branch == second.branch) & (first.branch >= 0)
+            total = partial(_equal, first.line, second.line, list(branches.values()), top)
+            yield _Equality(total, same.astype(np.int64), max(first_gain, second_gain, 0.0))
 
 
 def _choices(table: _ChoiceTable, labels: NodeLabels, num_models: int) -> Iterator[_Choice]:
@@ -241,19 +241,19 @@ def _line(table: _ChoiceTable, length: int, labels: NodeLabels) -> _Line:
     return _Line(names, tuple(table.children[:length, 0][::-1].tolist()))
 
 
-def _top(one: _Choice, other: _Choice, root: str) -> str:
+def _top(first: _Choice, second: _Choice, root: str) -> str:
     """Symbol of a node above both choices; empty if there is none that a pattern can name."""
-    (first, *inner), (second, *others) = one.line.symbols, other.line.symbols
+    (first_symbol, *inner), (second_symbol, *others) = first.line.symbols, second.line.symbols
     if len(inner) != len(others):
         return ""
-    both = (one.branch >= 0) & (other.branch >= 0)
-    shared = inner and first == second and (one.top == other.top)[both].all()
-    return (first if shared else root) or ""
+    both = (first.branch >= 0) & (second.branch >= 0)
+    shared = inner and first_symbol == second_symbol and (first.top == second.top)[both].all()
+    return (first_symbol if shared else root) or ""
 
 
-def _equal(one: _Line, other: _Line, branches: Sequence[_Branch], top: str) -> Total:
+def _equal(first: _Line, second: _Line, branches: Sequence[_Branch], top: str) -> Total:
     """The number of alternatives that both choices have taken, which is 1 or 0."""
-    pairs = [Pattern(top, below=(one.below(top, branch), other.below(top, branch))) for branch in branches]
+    pairs = [Pattern(top, below=(first.below(top, branch), second.below(top, branch))) for branch in branches]
     return Total(tuple((pair, 1) for pair in pairs))
 
 

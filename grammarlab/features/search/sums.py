@@ -106,12 +106,12 @@ def find_sum(
     """
     if len(scores) < MIN_SCORES or len(names) < 2:
         return None
-    some = np.arange(len(scores))
+    rows = np.arange(len(scores))
     if len(scores) > MAX_SCORES:
-        some = np.argsort(scores, kind="stable")[some[:MAX_SCORES] * len(scores) // MAX_SCORES]
-        scores = scores[some]
+        rows = np.argsort(scores, kind="stable")[rows[:MAX_SCORES] * len(scores) // MAX_SCORES]
+        scores = scores[rows]
     terms = _terms(forests, names, readers)
-    values = _values(forests, terms)[some]
+    values = _values(forests, terms)[rows]
     plain = _most_explaining(values, scores, MAX_DRAWS)
     terms, values = [terms[index] for index in plain], values[:, plain]
     uses = np.where([bool(term.readers) for term in terms], values != 0.0, 1.0)
@@ -119,10 +119,10 @@ def find_sum(
     if result is not None:
         return result
     numbers = _numbers(forests)
-    counts = _counts(forests, numbers)[some]
+    counts = _counts(forests, numbers)[rows]
     selected = _most_explaining(counts, scores, _MAX_NUMBERS)
     multiples = [term._replace(times=numbers[index]) for index in selected for term in terms]
-    multiplied = _values(forests, multiples)[some]
+    multiplied = _values(forests, multiples)[rows]
     # That a draw is used, together with the number, may be all that matters.
     counts = (1.0 + np.repeat(counts[:, selected], len(terms), axis=1)) * np.tile(uses, len(selected))
     selected = _most_explaining(multiplied, scores, _MAX_MULTIPLES)
@@ -154,7 +154,7 @@ def _terms(forests: Sequence[Forest], names: Sequence[str], readers: Mapping[str
     gated = [Term(name, 1.0, readers.get(name, ())) for name in names]
     plain = [term._replace(readers=()) for term in gated]
     always = (_values(forests, gated) == _values(forests, plain)).all(axis=0)
-    return [one if same else other for one, other, same in zip(plain, gated, always.tolist(), strict=True)]
+    return [plain[index] if is_used else gated[index] for index, is_used in enumerate(always.tolist())]
 
 
 def _values(forests: Sequence[Forest], terms: Sequence[Term]) -> Floats:
@@ -323,9 +323,9 @@ def _has_support(values: Floats, uses: Floats, scores: Floats, alone: Ints) -> b
         number_of = np.bincount(of_use[~is_held_out], minlength=of_use.max() + 1)
         means = np.bincount(of_use[~is_held_out], scores[~is_held_out], of_use.max() + 1) + scores.mean()
         use_error += float(((scores - means[of_use] / (number_of[of_use] + 1.0))[is_held_out] ** 2).sum())
-    whole = float(((scores - scores.mean()) ** 2).sum())
-    use_error = min(use_error, mean_error, whole)
-    return sum_error < (1.0 - _MIN_SUPPORT) * use_error and use_error - sum_error > _MIN_GAIN * whole
+    total_error = float(((scores - scores.mean()) ** 2).sum())
+    use_error = min(use_error, mean_error, total_error)
+    return sum_error < (1.0 - _MIN_SUPPORT) * use_error and use_error - sum_error > _MIN_GAIN * total_error
 
 
 def _predicted(sums: Floats, scores: Floats, others: Floats) -> Floats:

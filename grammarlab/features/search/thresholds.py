@@ -1,10 +1,9 @@
-"""Bounds on continuous draws that explain scores: ``height < 5``, ``width * depth * height < 125``.
+"""Bounds on continuous draws, and relations of two draws, that explain scores.
 
 A preference that steps at a bound cannot be learned by smooth interpolation; found as a feature, the step is one
-column. Bounds are halfway between the nearest models on both sides, so that scores of models near a bound (`margins`)
-narrow it.
-
-Relations of two draws that may matter: their ratio, or their difference, such as height to width.
+column. Bounds are those of one draw, ``height < 5``, or of a half-space, ``width * depth * height < 125``. They are
+halfway between the nearest models on both sides, so that scores of models near a bound (`margins`) narrow it. A
+relation is the ratio or the difference of two draws, such as height to width.
 """
 
 from __future__ import annotations
@@ -24,10 +23,20 @@ from grammarlab.features.search.sums import explained
 
 MAX_RELATIONS = 8
 """Largest number of relations."""
+MAX_TERMS = 4
+"""Largest number of draws in a half-space, since people consider few things."""
 _MAX_DRAWS = 48
 """Largest number of draws; of more, the first ones are used."""
 _MIN_POSITIVE = 1e-300
 """Smallest argument of a logarithm."""
+_NUM_SHUFFLES = 199
+"""Number of random orders of the scores: a bound by chance is kept once in 200 searches."""
+_NUM_FOLDS = 3
+"""Number of parts of the models, each held out once."""
+_MAX_WRONG = 0.3
+"""Largest share of held-out models on the wrong side, relative to the models of the smaller side."""
+_PRICE_OF_ERRORS = 1e4
+"""Cost of a model on the wrong side, relative to the sizes of the weights."""
 
 
 def find_relations(forests: Sequence[Forest], scores: Floats, names: Sequence[str]) -> tuple[list[Sum], float]:
@@ -59,18 +68,6 @@ def find_relations(forests: Sequence[Forest], scores: Floats, names: Sequence[st
             relations.append((float(shares[index]), Sum.of((names[first], names[second]), (1.0, -1.0), logarithmic)))
     best = sorted(relations, key=lambda item: -item[0])[:MAX_RELATIONS]
     return [relation for _, relation in best], float(np.log(2 * len(pairs)))
-
-
-MAX_TERMS = 4
-"""Largest number of draws in a half-space, since people consider few things."""
-_NUM_SHUFFLES = 199
-"""Number of random orders of the scores: a bound by chance is kept once in 200 searches."""
-_NUM_FOLDS = 3
-"""Number of parts of the models, each held out once."""
-_MAX_WRONG = 0.3
-"""Largest share of held-out models on the wrong side, relative to the models of the smaller side."""
-_PRICE_OF_ERRORS = 1e4
-"""Cost of a model on the wrong side, relative to the sizes of the weights."""
 
 
 def find_thresholds(
@@ -119,59 +116,6 @@ def find_half_space(forests: Sequence[Forest], inside: NDArray[np.bool_], names:
     return HalfSpace(sites, tuple(best.weights[used].tolist()), best.bound, best.logarithmic)
 
 
-def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _ThresholdFit | None:
-    """The best bound on a sum of at most `MAX_TERMS` columns [n, C], or of their logarithms."""
-    candidates: list[_ThresholdFit] = []
-    for logarithmic in (False, True):
-        if logarithmic and not (values > 0.0).all():
-            continue
-        columns = np.log(values) if logarithmic else values
-        weights = _of_few_terms(columns, inside)
-        if weights is None or not weights.any():
-            continue
-        weights = weights / np.abs(weights).max()
-        candidates += [_fit(columns, inside, trial, logarithmic) for trial in (np.round(weights), weights)]
-    good = [fit for fit in candidates if fit.errors < 0.1 * min(inside.sum(), (~inside).sum())]
-    return min(
-        good,
-        key=lambda fit: (fit.errors, np.count_nonzero(fit.weights), (fit.weights % 1.0).any(), -fit.gap),
-        default=None,
-    )
-
-
-def _of_few_terms(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
-    """Weights of a sum that is lower inside, of the columns with the largest weights in a sum of all."""
-    weights = _separating(columns, inside)
-    if weights is None or np.count_nonzero(weights) <= MAX_TERMS:
-        return weights
-    most = np.argsort(-np.abs(weights) * columns.std(axis=0), kind="stable")[:MAX_TERMS]
-    few_weights = _separating(columns[:, most], inside)
-    if few_weights is None:
-        return None
-    weights = np.zeros(columns.shape[1])
-    weights[most] = few_weights
-    return weights
-
-
-def _has_support(values: Floats, inside: NDArray[np.bool_]) -> bool:
-    """Whether half-spaces found without some of the models are right about these models.
-
-    Enough columns can separate any few models; such a half-space has no meaning for other models.
-    """
-    fold = np.empty(len(inside), dtype=np.int64)
-    for side in (inside, ~inside):
-        fold[side] = np.arange(side.sum()) % _NUM_FOLDS
-    wrong = 0
-    for number in range(_NUM_FOLDS):
-        is_held_out = fold == number
-        fit = _best_half_space(values[~is_held_out], inside[~is_held_out])
-        if fit is None:
-            return False
-        columns = np.log(values[is_held_out]) if fit.logarithmic else values[is_held_out]
-        wrong += int(((columns @ fit.weights < fit.bound) != inside[is_held_out]).sum())
-    return wrong < _MAX_WRONG * min(inside.sum(), (~inside).sum())
-
-
 def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats:
     """[n] distance of each model from a bound; negative inside, infinite if a logarithm is undefined."""
     space = HalfSpace((feature.site,), (1.0,), feature.bound) if isinstance(feature, Threshold) else feature
@@ -182,6 +126,18 @@ def margins(forests: Sequence[Forest], feature: Threshold | HalfSpace) -> Floats
     with np.errstate(invalid="ignore"):
         distance = columns @ np.array(space.weights) - space.bound
     return np.where(np.isfinite(columns).all(axis=1), distance, np.inf)
+
+
+def _values(forests: Sequence[Forest], names: Sequence[str], num_models: int) -> Floats:
+    """[n, len(names)] the draws of the models."""
+    values = np.concatenate([np.zeros((0, len(names))), *(count(forest, _draws(names)) for forest in forests)])
+    if len(values) != num_models:
+        raise UsageError(f"expected a score for each of {len(values)} models, found {num_models}")
+    return values
+
+
+def _draws(names: Sequence[str]) -> list[Draw]:
+    return [Draw(name) for name in names]
 
 
 class _Splits(NamedTuple):
@@ -209,6 +165,26 @@ class _Splits(NamedTuple):
         return explained.max(axis=0) / float(residuals @ residuals), (low + high) / 2.0
 
 
+def _best_half_space(values: Floats, inside: NDArray[np.bool_]) -> _ThresholdFit | None:
+    """The best bound on a sum of at most `MAX_TERMS` columns [n, C], or of their logarithms."""
+    candidates: list[_ThresholdFit] = []
+    for logarithmic in (False, True):
+        if logarithmic and not (values > 0.0).all():
+            continue
+        columns = np.log(values) if logarithmic else values
+        weights = _of_few_terms(columns, inside)
+        if weights is None or not weights.any():
+            continue
+        weights = weights / np.abs(weights).max()
+        candidates += [_fit(columns, inside, trial, logarithmic) for trial in (np.round(weights), weights)]
+    good = [fit for fit in candidates if fit.errors < 0.1 * min(inside.sum(), (~inside).sum())]
+    return min(
+        good,
+        key=lambda fit: (fit.errors, np.count_nonzero(fit.weights), (fit.weights % 1.0).any(), -fit.gap),
+        default=None,
+    )
+
+
 class _ThresholdFit(NamedTuple):
     errors: int
     gap: float
@@ -218,16 +194,18 @@ class _ThresholdFit(NamedTuple):
     logarithmic: bool
 
 
-def _draws(names: Sequence[str]) -> list[Draw]:
-    return [Draw(name) for name in names]
-
-
-def _values(forests: Sequence[Forest], names: Sequence[str], num_models: int) -> Floats:
-    """[n, len(names)] the draws of the models."""
-    values = np.concatenate([np.zeros((0, len(names))), *(count(forest, _draws(names)) for forest in forests)])
-    if len(values) != num_models:
-        raise UsageError(f"expected a score for each of {len(values)} models, found {num_models}")
-    return values
+def _of_few_terms(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
+    """Weights of a sum that is lower inside, of the columns with the largest weights in a sum of all."""
+    weights = _separating(columns, inside)
+    if weights is None or np.count_nonzero(weights) <= MAX_TERMS:
+        return weights
+    most = np.argsort(-np.abs(weights) * columns.std(axis=0), kind="stable")[:MAX_TERMS]
+    few_weights = _separating(columns[:, most], inside)
+    if few_weights is None:
+        return None
+    weights = np.zeros(columns.shape[1])
+    weights[most] = few_weights
+    return weights
 
 
 def _separating(columns: Floats, inside: NDArray[np.bool_]) -> Floats | None:
@@ -268,3 +246,22 @@ def _fit(columns: Floats, inside: NDArray[np.bool_], weights: Floats, logarithmi
     split = int(np.argmin(np.where(ends[1:] > ends[:-1], wrong, len(wrong) + 1)))
     gap = float(ends[split + 1] - ends[split]) / max(float(np.ptp(sums)), 1e-300)
     return _ThresholdFit(int(wrong[split]), gap, weights, float(ends[split] + ends[split + 1]) / 2.0, logarithmic)
+
+
+def _has_support(values: Floats, inside: NDArray[np.bool_]) -> bool:
+    """Whether half-spaces found without some of the models are right about these models.
+
+    Enough columns can separate any few models; such a half-space has no meaning for other models.
+    """
+    fold = np.empty(len(inside), dtype=np.int64)
+    for side in (inside, ~inside):
+        fold[side] = np.arange(side.sum()) % _NUM_FOLDS
+    wrong = 0
+    for number in range(_NUM_FOLDS):
+        is_held_out = fold == number
+        fit = _best_half_space(values[~is_held_out], inside[~is_held_out])
+        if fit is None:
+            return False
+        columns = np.log(values[is_held_out]) if fit.logarithmic else values[is_held_out]
+        wrong += int(((columns @ fit.weights < fit.bound) != inside[is_held_out]).sum())
+    return wrong < _MAX_WRONG * min(inside.sum(), (~inside).sum())

@@ -75,9 +75,11 @@ def counted(table: FeatureTable) -> tuple[list[Countable], Ints]:
     """The features of a table that are counts, and their counts [n, F]."""
     indices = [index for index, feature in enumerate(table.features) if isinstance(feature, Pattern | Present | Draw)]
     counts = table.counts.toarray()[:, indices]
-    whole = np.flatnonzero((counts % 1.0 == 0.0).all(axis=0))
-    features = (table.features[indices[index]] for index in whole.tolist())
-    return [item for item in features if isinstance(item, Pattern | Present | Draw)], counts[:, whole].astype(np.int64)
+    integer_columns = np.flatnonzero((counts % 1.0 == 0.0).all(axis=0))
+    features = (table.features[indices[index]] for index in integer_columns.tolist())
+    return [item for item in features if isinstance(item, Pattern | Present | Draw)], counts[:, integer_columns].astype(
+        np.int64
+    )
 
 
 def total_of(features: Sequence[Countable], weights: Ints) -> Total:

@@ -1,7 +1,4 @@
-"""The models of a stochastic grammar as a space of designs; its proposal is the grammar with equal percentages.
-
-The visible shapes of a model, and the rules that made them.
-"""
+"""The models of a stochastic grammar as a space of designs; its proposal is the grammar with equal percentages."""
 
 from __future__ import annotations
 
@@ -49,6 +46,13 @@ from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.scene.instances import realize
 from grammarlab.scene.triangles import leaf_of_triangle
 
+_MIN_LIKED = 3
+"""Smallest number of models with a score above 0 for a search for subtrees."""
+_BATCH_MODELS = 1_000
+"""Number of accepted models per batch."""
+_RATE_MODELS = 2_000
+"""Number of models of the grammar and of its proposal for estimating acceptance rates."""
+
 
 @dataclass(frozen=True)
 class GrammarParts(AbstractParts):
@@ -80,15 +84,6 @@ class GrammarParts(AbstractParts):
     def _step(self, node: int) -> tuple[str, str]:
         origin = origin_of(self.forest, self.numbering, node)
         return origin.symbol, str(origin.rule_at or origin.made_at or "")
-
-
-MIN_LIKED = 3
-"""Smallest number of models with a score above 0 for a search for subtrees."""
-
-_BATCH_MODELS = 1_000
-"""Number of accepted models per batch."""
-_RATE_MODELS = 2_000
-"""Number of models of the grammar and of its proposal for estimating acceptance rates."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +169,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         if "thresholds" in features.families:
             additions += self._bounds(designs, scores)
         # Some pattern fits any single liked model by chance.
-        if "subtrees" in features.families and (scores > 0.0).sum() >= MIN_LIKED:
+        if "subtrees" in features.families and (scores > 0.0).sum() >= _MIN_LIKED:
             additions += search_patterns(designs, scores)
         return additions
 
@@ -233,7 +228,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         smaller = values[:, :, None] < values[:, None, :]
         varying = np.triu(smaller.any(axis=0) & ~smaller.all(axis=0), 1)
         return tuple(
-            HalfSpace((self._drawn[one], self._drawn[other]), (1.0, -1.0), 0.0) for one, other in np.argwhere(varying)
+            HalfSpace((self._drawn[first], self._drawn[second]), (1.0, -1.0), 0.0)
+            for first, second in np.argwhere(varying)
         )
 
     @cached_property

@@ -1,9 +1,7 @@
-"""Pool of designs to ask about: seeds and numbers of designs.
+"""Pool of designs to ask about: their seeds and numbers, and the designs made from these.
 
 Most are samples of the space; the others are samples of its proposal, since rare designs would otherwise never be asked
 about. If liked designs are rare, a wider pool has many more samples of the proposal.
-
-Designs made from the addresses of a pool.
 """
 
 from __future__ import annotations
@@ -22,12 +20,14 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Design
 from grammarlab.learning.settings import POOL_SIZE
 from grammarlab.randomness import derived_seed
 
-PROPOSAL_STRIDE = 5
-"""One design in 5 is a sample of the proposal."""
+OnProgress = Callable[[int, int], None]
+"""Function called with the number of finished designs and the number of all designs."""
 WIDE_FACTOR = 10
 """Factor of the number of samples of the proposal in a wide pool."""
 MAX_WIDE = 50_000
-"""Largest number of these, unless the pool had more before; it bounds memory and time."""
+"""Largest number of samples of the proposal in a wide pool, unless the pool had more; it bounds memory and time."""
+_PROPOSAL_STRIDE = 5
+"""One design in 5 is a sample of the proposal."""
 _LANES = 1, 2
 """Lanes below a seed (`derived_seed`) for the seeds of both parts."""
 
@@ -46,7 +46,7 @@ class Pool:
     @property
     def sizes(self) -> tuple[int, int]:
         """Number of samples of the space, and of the proposal."""
-        flat = self.size // PROPOSAL_STRIDE
+        flat = self.size // _PROPOSAL_STRIDE
         return self.size - flat, max(flat, min(WIDE_FACTOR * flat, MAX_WIDE)) if self.wide else flat
 
     @property
@@ -72,10 +72,6 @@ class Pool:
         share = self.sizes[1] / len(self)
         with np.errstate(divide="ignore"):
             return -np.logaddexp(np.log1p(-share), np.log(share) - log_ratios)
-
-
-OnProgress = Callable[[int, int], None]
-"""Function called with the number of finished designs and the number of all designs."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,8 @@
-"""A density as a grammar of moderate size and an acceptance rule: together they follow the predictions.
-
-The grammar follows them as far as its size allows, so that many of its models are kept; the rule adds the rest.
-
-Smallest grammar whose density is near enough to a predicted one.
+"""Smallest grammar whose density is near enough to a predicted one, with an acceptance rule if it would be too large.
 
 Simple functions of few features (`grammarlab.learning.targets.simplification`) are compiled one after the other, and
-compared by the number of branches of their rules.
+compared by the number of branches of their rules. A grammar of moderate size follows the predictions as far as its size
+allows, so that many of its models are kept; the acceptance rule adds the rest.
 """
 
 from __future__ import annotations
@@ -61,20 +58,69 @@ _SIZE_FACTOR = 0.75
 """Factor of the splits of the next candidate after a tree whose grammar is too large."""
 _MIN_RATE_GAIN = 1.25
 """Smallest factor of the acceptance rate that a larger grammar needs."""
+_SIZE_TOLERANCE = 0.05
+"""Relative difference of sizes that count as equal; then the nearest grammar is used."""
 
 
-class _Part(NamedTuple):
-    """A candidate function for the grammar."""
+class ReadableSampler(NamedTuple):
+    """A grammar that samples a density, and the function it was made from."""
 
-    preference: SimplifiedPreference | None
-    """Function that the grammar follows; None for the original grammar."""
-    highest: float
-    """Largest quotient of the whole function and this one, on the pool."""
-    rate: float
-    """Share of its models that are kept."""
+    learned: LearnedGrammar | AcceptedGrammar | RejectionSampler
+    preference: SimplifiedPreference
+    even: LearnedGrammar | None
+    """Grammar that the preference multiplies; only with base uniform."""
 
 
-def with_acceptance(
+def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequence[str]) -> ReadableSampler:
+    """Smallest grammar near enough to the target density; with an acceptance rule if it would be too large.
+
+    Args:
+        density: the density.
+        forest: derivations of the grammar that show how often successors inside blocks occur.
+        making: options, such as the largest size.
+        lines: comment lines at the top of the new file.
+    """
+    usual = 2 * num_alternatives(density.target.grammar)
+    most = making.max_rules or usual
+    best: tuple[Simple, LearnedGrammar] | None = None
+    fewest, fitting = 0, np.inf
+    header = [*lines, f"Method compile, base {making.base}"]
+    if Acceptance.of(density.target.grammar.tree) is None:
+        for simple in density.simple(exact_only=True):
+            if simple.js > TOLERANCE:
+                break
+            if len(simple.preference.tree) > fitting:
+                continue  # a larger tree than one that was too large
+            learned = compiled(simple.target, forest, header, most)
+            # A finding reports the size of the whole grammar, where counting takes no longer than usual.
+            size = 0 if learned is None else rules_if_few(learned, max(most, usual))
+            if learned is None or size > most:
+                fewest, fitting = min(fewest or size, size), len(simple.preference.tree)
+            elif best is None or _is_better((simple, learned), best):
+                best = simple, learned
+    if best is not None:
+        ones = np.ones(len(density.scores))
+        return ReadableSampler(
+            rounded_off(density, best[0].target, forest, header, best[1], ones), best[0].preference, best[0].target.even
+        )
+    reason = (
+        f"a grammar alone would have {fewest:,} branches of rules or more, and {most:,} {'is' if most == 1 else 'are'} "
+        "allowed"
+        if fewest
+        else "no grammar alone says it"
+    )
+    return ReadableSampler(*_with_acceptance(density, forest, lines, most, reason), density.target.even)
+
+
+def _is_better(grammar: tuple[Simple, LearnedGrammar], best: tuple[Simple, LearnedGrammar]) -> bool:
+    """Whether a grammar is smaller, or equally small and nearer."""
+    size, best_size = grammar[1].rules_after, best[1].rules_after
+    if abs(size - best_size) <= _SIZE_TOLERANCE * best_size:
+        return grammar[0].js < best[0].js
+    return size < best_size
+
+
+def _with_acceptance(
     density: PoolDensity, forest: Forest, lines: Sequence[str], max_branches: int, why: str
 ) -> tuple[AcceptedGrammar, SimplifiedPreference]:
     """Grammar of limited size with an acceptance rule, and the function that both together follow.
@@ -141,17 +187,21 @@ def with_acceptance(
     return result, simple.preference
 
 
-def _mean(rule: Acceptance, density: PoolDensity) -> float:
-    """Share of the models of the original rules that the original acceptance rule keeps."""
-    program = compile_grammar(density.target.grammar)
-    forests = derive_chunks(program, _RATE_MODELS, 0, assets=density.target.assets)
-    return float(np.concatenate([rule.probabilities(forest) for forest in forests]).mean())
+class _Part(NamedTuple):
+    """A candidate function for the grammar."""
+
+    preference: SimplifiedPreference | None
+    """Function that the grammar follows; None for the original grammar."""
+    highest: float
+    """Largest quotient of the predicted function and this one, on the pool."""
+    rate: float
+    """Share of its models that are kept."""
 
 
-def _parts(density: PoolDensity, whole: SimplifiedPreference) -> Iterator[_Part]:
+def _parts(density: PoolDensity, predicted: SimplifiedPreference) -> Iterator[_Part]:
     """Functions of few features that exact grammars express, and their acceptance rates."""
     columns = density.columns
-    values = whole(columns.rows)
+    values = predicted(columns.rows)
     liked = density.weights * values
     few_liked = bool(liked.sum() ** 2 < _MIN_EFFECTIVE_LIKED * (liked @ liked))
     exact = columns.order[columns.exact[columns.order]]
@@ -162,7 +212,7 @@ def _parts(density: PoolDensity, whole: SimplifiedPreference) -> Iterator[_Part]
         )
         for size in _LEAVES[: sum(size <= len(tree) + 1 for size in _LEAVES)]:
             leaf = leaves_of(tree[: size - 1], columns.rows)
-            possible = np.logical_and(few_liked, _overlaps(tree[: size - 1], whole))
+            possible = np.logical_and(few_liked, _overlaps(tree[: size - 1], predicted))
             highest = np.zeros(size)
             np.maximum.at(highest, leaf, values)
             for scores in (means_of(leaf, size, values, density.weights), highest):
@@ -175,13 +225,13 @@ def _parts(density: PoolDensity, whole: SimplifiedPreference) -> Iterator[_Part]
                 yield _Part(SimplifiedPreference(tree[: size - 1], above).pruned(), quotient, min(rate, 1.0))
 
 
-def _overlaps(tree: Sequence[Split], whole: SimplifiedPreference) -> NDArray[np.bool_]:
+def _overlaps(tree: Sequence[Split], predicted: SimplifiedPreference) -> NDArray[np.bool_]:
     """[leaves] whether ranges of columns of a leaf overlap with those of a positive leaf of another tree."""
-    used = np.unique([split.column for split in (*tree, *whole.tree)])
+    used = np.unique([split.column for split in (*tree, *predicted.tree)])
     low, high = _ranges(tree, used)
-    other_low, other_high = _ranges(whole.tree, used)
+    other_low, other_high = _ranges(predicted.tree, used)
     overlap = (low[:, None] < other_high).all(axis=2) & (other_low < high[:, None]).all(axis=2)
-    return np.any(overlap & (whole.scores > 0.0), axis=1)
+    return np.any(overlap & (predicted.scores > 0.0), axis=1)
 
 
 def _ranges(tree: Sequence[Split], used: NDArray[np.number]) -> tuple[Floats, Floats]:
@@ -193,11 +243,6 @@ def _ranges(tree: Sequence[Split], used: NDArray[np.number]) -> tuple[Floats, Fl
         low[number, column] = max(low[number, column], split.bound)
         high[split.leaf, column] = min(high[split.leaf, column], split.bound)
     return low, high
-
-
-def _worth(part: _Part) -> float:
-    """Acceptance rate of a candidate, reduced for each of its splits."""
-    return part.rate * _MIN_RATE_FACTOR ** len(part.preference.tree if part.preference else ())
 
 
 def _cut(quotients: Floats, masses: Floats, target: Floats) -> float:
@@ -219,12 +264,9 @@ def _quotient(values: Floats, divisor: Floats) -> Floats:
     return np.divide(values, divisor, out=np.zeros(len(divisor)), where=divisor > 0.0)
 
 
-def _rule(density: PoolDensity, whole: Simple, part: _Part) -> str:
-    """The quotient of both functions as an expression, at most 1."""
-    if part.preference is None:
-        return density.columns.text(whole.preference.scaled(1.0 / part.highest))
-    below = density.columns.text(part.preference.scaled(part.highest))
-    return f"{density.columns.text(whole.preference)} / {below}"
+def _worth(part: _Part) -> float:
+    """Acceptance rate of a candidate, reduced for each of its splits."""
+    return part.rate * _MIN_RATE_FACTOR ** len(part.preference.tree if part.preference else ())
 
 
 def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGrammar) -> bool:
@@ -247,63 +289,16 @@ def _sites(feature: Draw | Threshold | HalfSpace | Sum) -> tuple[str, ...]:
     return feature.sites if isinstance(feature, HalfSpace) else (feature.site,)
 
 
-_SIZE_TOLERANCE = 0.05
-"""Relative difference of sizes that count as equal; then the nearest grammar is used."""
+def _mean(rule: Acceptance, density: PoolDensity) -> float:
+    """Share of the models of the original rules that the original acceptance rule keeps."""
+    program = compile_grammar(density.target.grammar)
+    forests = derive_chunks(program, _RATE_MODELS, 0, assets=density.target.assets)
+    return float(np.concatenate([rule.probabilities(forest) for forest in forests]).mean())
 
 
-class ReadableSampler(NamedTuple):
-    """A grammar that samples a density, and the function it was made from."""
-
-    learned: LearnedGrammar | AcceptedGrammar | RejectionSampler
-    preference: SimplifiedPreference
-    even: LearnedGrammar | None
-    """Grammar that the preference multiplies; only with base uniform."""
-
-
-def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequence[str]) -> ReadableSampler:
-    """Smallest grammar near enough to the target density; with an acceptance rule if it would be too large.
-
-    Args:
-        density: the density.
-        forest: derivations of the grammar that show how often successors inside blocks occur.
-        making: options, such as the largest size.
-        lines: comment lines at the top of the new file.
-    """
-    usual = 2 * num_alternatives(density.target.grammar)
-    most = making.max_rules or usual
-    best: tuple[Simple, LearnedGrammar] | None = None
-    fewest, fitting = 0, np.inf
-    header = [*lines, f"Method compile, base {making.base}"]
-    if Acceptance.of(density.target.grammar.tree) is None:
-        for simple in density.simple(exact_only=True):
-            if simple.js > TOLERANCE:
-                break
-            if len(simple.preference.tree) > fitting:
-                continue  # a larger tree than one that was too large
-            learned = compiled(simple.target, forest, header, most)
-            # A finding reports the size of the whole grammar, where counting takes no longer than usual.
-            size = 0 if learned is None else rules_if_few(learned, max(most, usual))
-            if learned is None or size > most:
-                fewest, fitting = min(fewest or size, size), len(simple.preference.tree)
-            elif best is None or _is_better((simple, learned), best):
-                best = simple, learned
-    if best is not None:
-        ones = np.ones(len(density.scores))
-        return ReadableSampler(
-            rounded_off(density, best[0].target, forest, header, best[1], ones), best[0].preference, best[0].target.even
-        )
-    reason = (
-        f"a grammar alone would have {fewest:,} branches of rules or more, and {most:,} {'is' if most == 1 else 'are'} "
-        "allowed"
-        if fewest
-        else "no grammar alone says it"
-    )
-    return ReadableSampler(*with_acceptance(density, forest, lines, most, reason), density.target.even)
-
-
-def _is_better(one: tuple[Simple, LearnedGrammar], other: tuple[Simple, LearnedGrammar]) -> bool:
-    """Whether a grammar is smaller, or equally small and nearer."""
-    size, other_size = one[1].rules_after, other[1].rules_after
-    if abs(size - other_size) <= _SIZE_TOLERANCE * other_size:
-        return one[0].js < other[0].js
-    return size < other_size
+def _rule(density: PoolDensity, predicted: Simple, part: _Part) -> str:
+    """The quotient of both functions as an expression, at most 1."""
+    if part.preference is None:
+        return density.columns.text(predicted.preference.scaled(1.0 / part.highest))
+    below = density.columns.text(part.preference.scaled(part.highest))
+    return f"{density.columns.text(predicted.preference)} / {below}"

@@ -132,8 +132,10 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
         return Words((), ())
     ranges = _ranges(tree)
 
-    def select(some: NDArray[np.bool_], by: Floats, most: int) -> list[int]:
-        candidates = [index for index in np.argsort(-by, kind="stable").tolist() if some[index] and mass[index] > 0.0]
+    def select(is_candidate: NDArray[np.bool_], by: Floats, most: int) -> list[int]:
+        candidates = [
+            index for index in np.argsort(-by, kind="stable").tolist() if is_candidate[index] and mass[index] > 0.0
+        ]
         return [index for index in candidates if 0 < len(ranges[index]) <= most][:MAX_KINDS]
 
     def text(indices: Sequence[int]) -> tuple[str, ...]:
@@ -160,7 +162,7 @@ class _ColumnWords:
 
     def __init__(self, table: DesignTable, rows: Floats) -> None:
         self.table, self.rows = table, rows
-        self.whole = ~table.continuous
+        self.is_integer = ~table.continuous
         self.lowest, self.highest = rows.min(axis=0), rows.max(axis=0)
 
     @property
@@ -173,7 +175,7 @@ class _ColumnWords:
     def simple(self) -> NDArray[np.bool_]:
         """[F] whether columns are choices of one symbol, or draws."""
         choices = [" → " in name and " › " not in name for name in self.table.names]
-        return np.array(choices, dtype=bool) | ~self.whole
+        return np.array(choices, dtype=bool) | ~self.is_integer
 
     def kind(self, ranges: dict[int, _Range]) -> str:
         """All conditions on a kind of designs, without implied ones."""
@@ -200,7 +202,7 @@ class _ColumnWords:
 
     def _is_choice(self, column: int) -> bool:
         """Whether a column is a property that designs have or not: its values are 0 and 1."""
-        return bool(self.whole[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
+        return bool(self.is_integer[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
 
     @staticmethod
     def _choice(name: str, interval: _Range) -> Iterator[str]:
@@ -211,7 +213,7 @@ class _ColumnWords:
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
         yield f"{name}:" if " " in name else name
         low, high = interval.low, interval.high
-        if not self.whole[interval.column]:
+        if not self.is_integer[interval.column]:
             yield (
                 f"{low:.3g} to {high:.3g}"
                 if np.isfinite(low + high)

@@ -129,7 +129,8 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
         max_leaves: largest number of leaves of a tree.
     """
     paths = [
-        _Path.grown(rows, scores, weights, some, max_leaves) for some in _column_sets(rows, scores, weights, columns)
+        _Path.grown(rows, scores, weights, column_set, max_leaves)
+        for column_set in _column_sets(rows, scores, weights, columns)
     ]
     near = [path for path in paths if path.smallest]
     if not near:

@@ -1,7 +1,4 @@
-"""The protocol of the page that edits a facade; see `grammarlab.pages.requests` for the form of requests.
-
-Manual editing of grids: the nodes of a click and a lasso, and names.
-"""
+"""Commands of the page that edits a facade; see `grammarlab.pages.requests` for the form of requests."""
 
 from __future__ import annotations
 
@@ -33,6 +30,18 @@ from grammarlab.pages.editor.suggestions import none_found
 from grammarlab.pages.requests import Request
 from grammarlab.pages.windows import Message
 
+MOST_EXPLAINED = 2_000
+"""Largest number of leaves for which contradictions are explained during a drag; that takes up to a second."""
+LATER = "These sizes contradict locks, alignments or equal sizes: release to see which."
+"""Answer to a drag of larger facades whose sizes are contradictory."""
+_MOST_SUGGESTIONS = 60
+"""Largest number of variations in one answer."""
+
+
+def with_pressed(facade: Facade, grid: str, node: int) -> Facade:
+    """A facade after a press on a leaf: the selected node is added to the grid, or removed from it."""
+    return toggled(facade, grid, [pressed(facade, grid, node)])
+
 
 def pressed(facade: Facade, grid: str, node: int) -> int:
     """The node selected by a press on a leaf, for a grid.
@@ -57,11 +66,6 @@ def pressed(facade: Facade, grid: str, node: int) -> int:
         if facade.label[ancestor] in labels and not ((elements > ancestor) & (elements < facade.end[ancestor])).any()
     ]
     return free[0] if free else node
-
-
-def with_pressed(facade: Facade, grid: str, node: int) -> Facade:
-    """A facade after a press on a leaf: the selected node is added to the grid, or removed from it."""
-    return toggled(facade, grid, [pressed(facade, grid, node)])
 
 
 def with_lasso(facade: Facade, low: ArrayLike, high: ArrayLike) -> tuple[Facade, str]:
@@ -90,20 +94,6 @@ def renamed(facade: Facade, name: str, to: str) -> Facade:
     return replace(facade, grids=tuple(replace(grid, name=to) if grid is old else grid for grid in facade.grids))
 
 
-def _around(facade: Facade, node: int) -> Ints:
-    """The ancestors of a node, and itself, the topmost first."""
-    nodes = [node]
-    while facade.parent[nodes[-1]] >= 0:
-        nodes.append(int(facade.parent[nodes[-1]]))
-    return np.array(nodes[::-1])
-
-
-MOST_SUGGESTIONS = 60
-MOST_EXPLAINED = 2_000
-"""Largest number of leaves for which contradictions are explained during a drag; that takes up to a second."""
-LATER = "These sizes contradict locks, alignments or equal sizes: release to see which."
-
-
 def _drag(desk: EditorDesk, request: Request) -> None:
     """Sizes during a drag of a side or a part: nothing is stored, and contradictory sizes are not shown."""
     if "node" in request.values:
@@ -130,23 +120,12 @@ def _resize(desk: EditorDesk, request: Request) -> Message:
     return desk.done()
 
 
-def _wishes(desk: EditorDesk, request: Request) -> tuple[Wish, ...]:
-    width, height = (_metres(request, name) for name in ("width", "height"))
-    return desk.document.wishes(width, height)
-
-
 def _move(desk: EditorDesk, request: Request) -> Message:
     requested, sizing = _moved_sizing(desk, request)
     desk.do(
         "move", requested.settled(sizing.resized(requested.wishes(requested.facade.width, requested.facade.height)))
     )
     return desk.done()
-
-
-def _moved_sizing(desk: EditorDesk, request: Request) -> tuple[Document, Sizing]:
-    node = _node(desk, request)
-    requested = with_locks(desk.document, node, {name: request.number(name) for name in ("left", "bottom")})
-    return requested, desk.sizing(requested, node)
 
 
 def _give(desk: EditorDesk, request: Request) -> Message:
@@ -205,8 +184,8 @@ def _propose(desk: EditorDesk, _request: Request) -> Message:
 
 
 def _vary(desk: EditorDesk, request: Request) -> None:
-    axis, more = _axis(request), request.whole("change", -1, 1, 1) > 0
-    suggestions = desk.suggest(axis, more=more, most=request.whole("most", 1, MOST_SUGGESTIONS, 12))
+    axis, more = _axis(request), request.integer("change", -1, 1, 1) > 0
+    suggestions = desk.suggest(axis, more=more, most=request.integer("most", 1, _MOST_SUGGESTIONS, 12))
     variations, buffers = [], []
     for suggestion in suggestions.variations:
         values, columns = drawing(suggestion.document.facade)
@@ -227,7 +206,7 @@ def _accept(desk: EditorDesk, request: Request) -> Message:
     suggestions = desk.suggestions
     if suggestions is None or suggestions.document is not desk.document:
         raise UsageError("The facade has changed since these variations were made; choose from the new ones.")
-    chosen = suggestions.variations[request.whole("number", 0, len(suggestions.variations) - 1, 0)]
+    chosen = suggestions.variations[request.integer("number", 0, len(suggestions.variations) - 1, 0)]
     if chosen.resized.conflict:
         raise FacadeError(contradiction(chosen.resized.conflict))
     desk.chosen = desk.active
@@ -237,27 +216,8 @@ def _accept(desk: EditorDesk, request: Request) -> Message:
 
 def _picture(desk: EditorDesk, request: Request) -> None:
     pictures = desk.document.facade.pictures
-    picture = pictures[request.whole("number", 0, len(pictures) - 1, 0)]
+    picture = pictures[request.integer("number", 0, len(pictures) - 1, 0)]
     request.answer({"name": picture.name}, (picture.content,))
-
-
-def _metres(request: Request, name: str) -> float:
-    metres = request.number(name)
-    if metres <= 0.0:
-        raise UsageError(f"{name}: expected metres above 0, found {metres:g}.")
-    return metres
-
-
-def _node(desk: EditorDesk, request: Request) -> int:
-    return request.whole("node", 0, len(desk.document.facade) - 1, -1)
-
-
-def _axis(request: Request) -> int:
-    return {"x": X, "y": Y}[request.one_of("axis", ("x", "y"))]
-
-
-def _property(request: Request) -> str:
-    return request.one_of("what", KINDS)
 
 
 COMMANDS: dict[str, Command[EditorDesk]] = {
@@ -279,3 +239,41 @@ COMMANDS: dict[str, Command[EditorDesk]] = {
     "picture": _picture,
 }
 """Functions of commands."""
+
+
+def _around(facade: Facade, node: int) -> Ints:
+    """The ancestors of a node, and itself, the topmost first."""
+    nodes = [node]
+    while facade.parent[nodes[-1]] >= 0:
+        nodes.append(int(facade.parent[nodes[-1]]))
+    return np.array(nodes[::-1])
+
+
+def _moved_sizing(desk: EditorDesk, request: Request) -> tuple[Document, Sizing]:
+    node = _node(desk, request)
+    requested = with_locks(desk.document, node, {name: request.number(name) for name in ("left", "bottom")})
+    return requested, desk.sizing(requested, node)
+
+
+def _node(desk: EditorDesk, request: Request) -> int:
+    return request.integer("node", 0, len(desk.document.facade) - 1, -1)
+
+
+def _wishes(desk: EditorDesk, request: Request) -> tuple[Wish, ...]:
+    width, height = (_metres(request, name) for name in ("width", "height"))
+    return desk.document.wishes(width, height)
+
+
+def _metres(request: Request, name: str) -> float:
+    metres = request.number(name)
+    if metres <= 0.0:
+        raise UsageError(f"{name}: expected metres above 0, found {metres:g}.")
+    return metres
+
+
+def _property(request: Request) -> str:
+    return request.one_of("what", KINDS)
+
+
+def _axis(request: Request) -> int:
+    return {"x": X, "y": Y}[request.one_of("axis", ("x", "y"))]

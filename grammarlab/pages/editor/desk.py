@@ -21,27 +21,13 @@ from grammarlab.facade.tree import Facade
 from grammarlab.pages.desk import AbstractDocumentDesk, Exports, stem_of
 from grammarlab.pages.editor.document import Document, opened
 from grammarlab.pages.editor.suggestions import Suggestions, suggest
-from grammarlab.pages.windows import Message
+from grammarlab.pages.windows import PROTOCOL, Message
 from grammarlab.runs.facade.gallery import show_facade
 from grammarlab.runs.facade.grammar_file import grammar_of, save_grammar
 
 SUFFIX = ".facade.json"
 SUFFIXES = {"json": SUFFIX} | {form: f".{form}" for form in ("svg", "png", "glb", "obj", "cga")}
 """Suffixes of exported files by format."""
-
-
-def export(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
-    """Write a facade in the format of the path's suffix.
-
-    Raises:
-        FacadeError: If it cannot be written in that format.
-    """
-    if path.suffix == ".json":
-        return save_facade(facade, path, locks)
-    if path.suffix == ".cga":
-        save_grammar(grammar_of(facade), facade, path)
-        return path
-    return show_facade(facade, path)
 
 
 class EditorDesk(AbstractDocumentDesk[Document]):
@@ -120,44 +106,6 @@ class EditorDesk(AbstractDocumentDesk[Document]):
         return self.suggestions
 
 
-def drawing(facade: Facade) -> tuple[Message, bytes]:
-    """Drawing data of a facade.
-
-    Returns:
-        label: [L] index of each leaf into `colors`; -1 for none.
-        picture: [L] index of each leaf's picture, -1 for none.
-        outlines: for each leaf with an outline: its index among leaves, and its corners as fractions of its box.
-        And as bytes [L, 8] doubles: left, bottom, width and height in metres, left, bottom, right and top of its part
-        of the picture.
-    """
-    leaves = facade.leaves
-    counts = np.diff(facade.outline_offsets)[leaves]
-    values = {
-        "width": facade.width,
-        "height": facade.height,
-        "label": facade.label[leaves].tolist(),
-        "picture": facade.picture[leaves].tolist(),
-        "outlines": [
-            {"leaf": leaf, "corners": facade.outline(int(leaves[leaf])).tolist()}
-            for leaf in np.flatnonzero(counts).tolist()
-        ],
-    }
-    return values, np.hstack([boxes(facade)[leaves], facade.window[leaves]]).astype("<f8").tobytes()
-
-
-def colors(facade: Facade) -> list[str]:
-    """The color of each label, with that of unlabelled leaves last."""
-    return [look_of(label).color for label in (*facade.labels, "")]
-
-
-def boxes(facade: Facade) -> np.ndarray:
-    """[N, 4] left, bottom, width and height of all nodes, metres, from the lower left corner of the facade."""
-    return np.hstack([facade.position - facade.position[0], facade.size])
-
-
-PROTOCOL = 1
-
-
 def state_of(desk: EditorDesk) -> tuple[Message, tuple[bytes, bytes]]:
     """The whole state of the page, except pictures.
 
@@ -198,3 +146,52 @@ def state_of(desk: EditorDesk) -> tuple[Message, tuple[bytes, bytes]]:
         "drawing": values,
     }
     return {"event": "state", "state": state}, (columns, boxes(facade).astype("<f8").tobytes())
+
+
+def export(facade: Facade, path: Path, locks: Sequence[Wish] = ()) -> Path:
+    """Write a facade in the format of the path's suffix.
+
+    Raises:
+        FacadeError: If it cannot be written in that format.
+    """
+    if path.suffix == ".json":
+        return save_facade(facade, path, locks)
+    if path.suffix == ".cga":
+        save_grammar(grammar_of(facade), facade, path)
+        return path
+    return show_facade(facade, path)
+
+
+def drawing(facade: Facade) -> tuple[Message, bytes]:
+    """Drawing data of a facade.
+
+    Returns:
+        label: [L] index of each leaf into `colors`; -1 for none.
+        picture: [L] index of each leaf's picture, -1 for none.
+        outlines: for each leaf with an outline: its index among leaves, and its corners as fractions of its box.
+        And as bytes [L, 8] doubles: left, bottom, width and height in metres, left, bottom, right and top of its part
+        of the picture.
+    """
+    leaves = facade.leaves
+    counts = np.diff(facade.outline_offsets)[leaves]
+    values = {
+        "width": facade.width,
+        "height": facade.height,
+        "label": facade.label[leaves].tolist(),
+        "picture": facade.picture[leaves].tolist(),
+        "outlines": [
+            {"leaf": leaf, "corners": facade.outline(int(leaves[leaf])).tolist()}
+            for leaf in np.flatnonzero(counts).tolist()
+        ],
+    }
+    return values, np.hstack([boxes(facade)[leaves], facade.window[leaves]]).astype("<f8").tobytes()
+
+
+def boxes(facade: Facade) -> np.ndarray:
+    """[N, 4] left, bottom, width and height of all nodes, metres, from the lower left corner of the facade."""
+    return np.hstack([facade.position - facade.position[0], facade.size])
+
+
+def colors(facade: Facade) -> list[str]:
+    """The color of each label, with that of unlabelled leaves last."""
+    return [look_of(label).color for label in (*facade.labels, "")]

@@ -1,7 +1,4 @@
-"""Editing a facade.
-
-The page that edits a facade, over HTTP and a WebSocket.
-"""
+"""Session and page that edit a facade in several windows."""
 
 from __future__ import annotations
 
@@ -16,8 +13,6 @@ from grammarlab.pages.editor.desk import SUFFIX, EditorDesk, state_of
 from grammarlab.pages.server import built_page
 
 PAGE = built_page("editor", "grammarlab facade open", max_bytes=64 << 10)
-
-
 MOST_LEAVES = 20_000
 """Largest number of leaves of a facade on the page."""
 

@@ -67,7 +67,7 @@ def _edit(desk: DesignDesk, request: Request) -> Message:
 
 
 def _choose(desk: DesignDesk, request: Request) -> Message:
-    desk.choose(request.whole("number", 0, 1_000, -1))
+    desk.choose(request.integer("number", 0, 1_000, -1))
     return desk.done()
 
 
@@ -83,7 +83,7 @@ def _canvas(request: Request) -> Canvas:
 
 
 def _layer(desk: DesignDesk, request: Request) -> int:
-    return request.whole("layer", 0, len(desk.design.layers) - 1, -1)
+    return request.integer("layer", 0, len(desk.design.layers) - 1, -1)
 
 
 def _truth(request: Request, name: str) -> bool:

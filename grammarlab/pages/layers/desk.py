@@ -1,6 +1,6 @@
 """State of a design session: text and history, visible layouts, file.
 
-Layouts adapted to a dragged canvas: alignments are kept, only sizes are solved for.
+Layouts are adapted to a dragged canvas: alignments are kept, only sizes are solved for.
 """
 
 from __future__ import annotations
@@ -27,81 +27,18 @@ from grammarlab.pages.layers.solver import Job, Solver, SolverOutcome
 from grammarlab.pages.layers.text_edits import same_but_canvas, with_canvas
 from grammarlab.runs.facade.layer_files import SolvedLayout
 
+Canvas = tuple[float, float]
+"""Width and height, metres."""
 Key = tuple[object, ...]
 """Key of a layout, independent of the canvas."""
-
-
-def key_of(layout: Layout) -> Key:
-    """A key that is equal for layouts of a design that differ only in sizes."""
-    return tuple((group, alignment.words, alignment.cells) for group, alignment in layout.alignments.items())
-
-
-def adapted(design: Design, layouts: Sequence[Layout], width: float, height: float) -> list[Layout]:
-    """Known layouts on another canvas, those of least energy first; without those with too much stretching.
-
-    Better layouts are possible, so none is proven.
-
-    Args:
-        design: the design of the layouts.
-        layouts: layouts for canvases of any size.
-        width: metres.
-        height: metres.
-    """
-    fitting = []
-    for layout in layouts:
-        alignments = [(alignment, (width, height)[axis]) for (axis, _), alignment in layout.alignments.items()]
-        sizing = size_letters(alignments, gaps=design.overhang)
-        if sizing is None or not _is_close(design, sizing.sizes):
-            continue
-        alignment_energy = sum(alignment.energy for alignment, _ in alignments)
-        energy = alignment_energy + design.weights.sizing * sizing.error
-        fitting.append(replace(layout, sizing=sizing, energy=energy, bound=0.0, proven=False))
-    return sorted(fitting, key=lambda layout: layout.energy)
-
-
-def with_panels(design: Design, layout: Layout, width: float, height: float) -> SolvedLayout:
-    """A layout with its panels on its canvas."""
-    start = time.perf_counter()
-    panels = panels_of(design, layout, width, height)
-    return SolvedLayout(design, layout, panels, flattened(panels), time.perf_counter() - start)
-
-
-def _is_close(design: Design, sizes: Mapping[str, float]) -> bool:
-    """Whether no symbol is more than `STRETCH` times larger or smaller than its preferred size."""
-    preferred = {name: design.symbols[name].size for name in sizes}
-    return all(size is None or size / STRETCH <= sizes[name] <= size * STRETCH for name, size in preferred.items())
-
-
 SUFFIX = ".toml"
-COUNT = 5
+_COUNT = 5
 """Number of layouts side by side."""
 _MAX_SOLUTIONS, _MAX_OUTCOMES = 40, 200
 """Largest number of layouts that are adapted to a canvas, and of canvases whose layouts are cached."""
 _EDIT = "edit the text"
-
 _parsed = lru_cache(maxsize=8)(parse_design)
 """The design of a text; each text is parsed once, although several steps ask for it."""
-
-Canvas = tuple[float, float]
-"""Width and height, metres."""
-
-
-@dataclass(frozen=True, eq=False)
-class ShownLayouts:
-    """Layouts of a design, best first; at least one."""
-
-    design: Design
-    canvas: Canvas
-    solved: tuple[SolvedLayout, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Waiting:
-    """A requested canvas to which no known layout can be adapted."""
-
-    canvas: Canvas
-    answer: Callable[[str], None]
-    """Receives the reason why it is impossible, or an empty text when it is done."""
 
 
 class DesignDesk(AbstractDocumentDesk[str]):
@@ -144,8 +81,8 @@ class DesignDesk(AbstractDocumentDesk[str]):
         """Outcomes for the design, by canvas."""
         self._request: tuple[Canvas, tuple[int, ...]] | None = None
         """Canvas and numbers of layouts of the last job."""
-        self._waiting: Waiting | None = None
-        self._solve(self.canvas, 1, COUNT)
+        self._waiting: _Waiting | None = None
+        self._solve(self.canvas, 1, _COUNT)
 
     def accept(self, document: str) -> None:
         """Check that a text is a design.
@@ -161,7 +98,7 @@ class DesignDesk(AbstractDocumentDesk[str]):
         self._drop_waiting()
         if not same_but_canvas(_parsed(previous), self.design):
             self._solutions, self._outcomes, self._request, self.chosen = [], {}, None, None
-        self._solve(self.canvas, 1, COUNT)
+        self._solve(self.canvas, 1, _COUNT)
         self._show()
 
     def write(self, path: Path, document: str, *, is_new: bool) -> None:
@@ -218,7 +155,7 @@ class DesignDesk(AbstractDocumentDesk[str]):
 
     def chosen_of(self, solved: Sequence[SolvedLayout]) -> int:
         """Index of the chosen layout among some, or of the best one."""
-        keys = [key_of(candidate.layout) for candidate in solved]
+        keys = [_key_of(candidate.layout) for candidate in solved]
         return keys.index(self.chosen) if self.chosen in keys else 0
 
     def edit(self, text: str) -> None:
@@ -235,7 +172,7 @@ class DesignDesk(AbstractDocumentDesk[str]):
         Better ones are requested at the same time.
         """
         if self._waiting is None:
-            self._solve(canvas, *((1, COUNT) if canvas == self.canvas else (1,)))
+            self._solve(canvas, *((1, _COUNT) if canvas == self.canvas else (1,)))
         outcome = self._outcomes.get(canvas)
         solved = self._layouts_on(canvas)
         return solved, "" if solved or outcome is None else outcome.error
@@ -249,13 +186,13 @@ class DesignDesk(AbstractDocumentDesk[str]):
         if solved or error:
             answer(error)
         else:
-            self._waiting = Waiting(canvas, answer)
+            self._waiting = _Waiting(canvas, answer)
 
     def choose(self, number: int) -> None:
         """Selects one of the layouts."""
         if self.layouts is None or not 0 <= number < len(self.layouts.solved):
             raise UsageError("These layouts are out of date; choose from the new ones.")
-        self.chosen = key_of(self.layouts.solved[number].layout)
+        self.chosen = _key_of(self.layouts.solved[number].layout)
         self.notify()
 
     def take(self, outcome: SolverOutcome) -> None:
@@ -265,7 +202,7 @@ class DesignDesk(AbstractDocumentDesk[str]):
             return
         self._outcomes.pop(canvas, None)
         self._outcomes = dict(islice({canvas: outcome, **self._outcomes}.items(), _MAX_OUTCOMES))
-        solutions = {key_of(layout): layout for layout in (*outcome.layouts, *self._solutions)}
+        solutions = {_key_of(layout): layout for layout in (*outcome.layouts, *self._solutions)}
         self._solutions = list(islice(solutions.values(), _MAX_SOLUTIONS))
         if self._waiting and self._waiting.canvas == canvas:
             waiting, self._waiting = self._waiting, None
@@ -294,12 +231,12 @@ class DesignDesk(AbstractDocumentDesk[str]):
         """Layouts of a canvas: solved ones, then the latest others that can be adapted."""
         outcome, design = self._outcomes.get(canvas), self.design
         layouts = list(outcome.layouts) if outcome else []
-        keys = {key_of(layout) for layout in layouts}
-        others = [layout for layout in self._solutions if key_of(layout) not in keys]
-        others.sort(key=lambda layout: key_of(layout) != self.chosen)
+        keys = {_key_of(layout) for layout in layouts}
+        others = [layout for layout in self._solutions if _key_of(layout) not in keys]
+        others.sort(key=lambda layout: _key_of(layout) != self.chosen)
         if not _is_complete(outcome):
-            layouts += adapted(design, others[: COUNT - len(layouts)], *canvas)
-        return [with_panels(design, layout, *canvas) for layout in layouts]
+            layouts += _adapted(design, others[: _COUNT - len(layouts)], *canvas)
+        return [_with_panels(design, layout, *canvas) for layout in layouts]
 
     def _solve(self, canvas: Canvas, *counts: int) -> None:
         """Request layouts, unless they are known or requested already."""
@@ -315,6 +252,65 @@ class DesignDesk(AbstractDocumentDesk[str]):
             waiting.answer("Another change came first.")
 
 
+@dataclass(frozen=True, eq=False)
+class ShownLayouts:
+    """Layouts of a design, best first; at least one."""
+
+    design: Design
+    canvas: Canvas
+    solved: tuple[SolvedLayout, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Waiting:
+    """A requested canvas to which no known layout can be adapted."""
+
+    canvas: Canvas
+    answer: Callable[[str], None]
+    """Receives the reason why it is impossible, or an empty text when it is done."""
+
+
 def _is_complete(outcome: SolverOutcome | None) -> bool:
     """Whether no better layouts are possible."""
-    return outcome is not None and (outcome.count >= COUNT or not outcome.layouts)
+    return outcome is not None and (outcome.count >= _COUNT or not outcome.layouts)
+
+
+def _key_of(layout: Layout) -> Key:
+    """A key that is equal for layouts of a design that differ only in sizes."""
+    return tuple((group, alignment.words, alignment.cells) for group, alignment in layout.alignments.items())
+
+
+def _adapted(design: Design, layouts: Sequence[Layout], width: float, height: float) -> list[Layout]:
+    """Known layouts on another canvas, those of least energy first; without those with too much stretching.
+
+    Better layouts are possible, so none is proven.
+
+    Args:
+        design: the design of the layouts.
+        layouts: layouts for canvases of any size.
+        width: metres.
+        height: metres.
+    """
+    fitting = []
+    for layout in layouts:
+        alignments = [(alignment, (width, height)[axis]) for (axis, _), alignment in layout.alignments.items()]
+        sizing = size_letters(alignments, gaps=design.overhang)
+        if sizing is None or not _is_close(design, sizing.sizes):
+            continue
+        alignment_energy = sum(alignment.energy for alignment, _ in alignments)
+        energy = alignment_energy + design.weights.sizing * sizing.error
+        fitting.append(replace(layout, sizing=sizing, energy=energy, bound=0.0, proven=False))
+    return sorted(fitting, key=lambda layout: layout.energy)
+
+
+def _is_close(design: Design, sizes: Mapping[str, float]) -> bool:
+    """Whether no symbol is more than `STRETCH` times larger or smaller than its preferred size."""
+    preferred = {name: design.symbols[name].size for name in sizes}
+    return all(size is None or size / STRETCH <= sizes[name] <= size * STRETCH for name, size in preferred.items())
+
+
+def _with_panels(design: Design, layout: Layout, width: float, height: float) -> SolvedLayout:
+    """A layout with its panels on its canvas."""
+    start = time.perf_counter()
+    panels = panels_of(design, layout, width, height)
+    return SolvedLayout(design, layout, panels, flattened(panels), time.perf_counter() - start)

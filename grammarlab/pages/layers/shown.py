@@ -9,10 +9,8 @@ from grammarlab.layers.design import Design, Layer, Symbol
 from grammarlab.pages.editor.desk import colors, drawing
 from grammarlab.pages.layers.desk import DesignDesk
 from grammarlab.pages.layers.text_edits import FLAGS
-from grammarlab.pages.windows import Message
+from grammarlab.pages.windows import PROTOCOL, Message
 from grammarlab.runs.facade.layer_files import SolvedLayout
-
-PROTOCOL = 1
 
 
 def state_of(desk: DesignDesk) -> tuple[Message, tuple[bytes, ...]]:

@@ -35,6 +35,7 @@ from grammarlab.pages.record.model_grids import (
 from grammarlab.preference.labels import COMPARISONS, OVERALL
 
 MAX_FACTORS = 24
+"""Largest number of factors of a session."""
 VIEWS = ("active", "product")
 
 

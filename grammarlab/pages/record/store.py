@@ -34,9 +34,11 @@ STEPS = (
 )
 """Migrations from each version of the tables to the next, beginning with an empty file."""
 MAX_FILE_BYTES = 1 << 30
+"""Largest size of a session file in bytes."""
 MAX_TEXT = 8 << 20
 """Largest number of characters of one value in a file."""
 MAX_EVENTS = 1_000_000
+"""Largest number of events of a session."""
 TITLE = re.compile(r"[\w ().-]{1,200}")
 KIND = re.compile(r"\.\w{1,32}")
 LOCK_SECONDS = 5.0

@@ -105,7 +105,7 @@ def _cancel(desk: SessionDesk, _request: Request) -> Message:
 
 def _pictures(desk: SessionDesk, request: Request) -> None:
     models = checked_models(request.values.get("models"), MAX_PICTURES)
-    size = request.whole("size", SMALLEST, LARGEST, 160)
+    size = request.integer("size", SMALLEST, LARGEST, 160)
     request.answer({}, ())
     desk.thumbnails.request(models, size, request.window)
 
@@ -118,7 +118,7 @@ def _model(desk: SessionDesk, request: Request) -> None:
 
 def _part(desk: SessionDesk, request: Request) -> None:
     kind = "triangle" if "triangle" in request.values else "part"
-    number = request.whole(kind, -(2**53), 2**53, 0)
+    number = request.integer(kind, -(2**53), 2**53, 0)
     task = FindPart(str(Address.parse(request.values.get("model"))), number, kind == "triangle")
     desk.ask_artist(task, lambda part: (asdict(part), []), request.answer, request.refuse)
 
@@ -138,7 +138,7 @@ def _learn(desk: SessionDesk, request: Request) -> None:
 
 
 def _sheet(desk: SessionDesk, request: Request) -> None:
-    desk.files.sheet(request.whole("num", 1, MAX_SHEET, 16), request.answer, request.refuse)
+    desk.files.sheet(request.integer("num", 1, MAX_SHEET, 16), request.answer, request.refuse)
 
 
 COMMANDS: dict[str, Command[SessionDesk]] = {

@@ -11,11 +11,10 @@ from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.desk import SessionDesk
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.populate import WAYS
-from grammarlab.pages.windows import Message
+from grammarlab.pages.windows import PROTOCOL, Message
 from grammarlab.pages.workers.tasks import Predictions, Singles
 from grammarlab.preference.labels import Kind
 
-PROTOCOL = 1
 _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))
 """Messages, each with its order of models."""
 

@@ -1,7 +1,4 @@
-"""Drawing of models, and model files, in a worker process.
-
-Visible parts of a viewed model, and their rules.
-"""
+"""Drawing of models, model files, and the rules of visible parts, in a worker process."""
 
 from __future__ import annotations
 
@@ -29,6 +26,13 @@ from grammarlab.runs.sample.contact_sheet import PAPER, seen_points
 from grammarlab.runs.sample.domains import opened
 from grammarlab.scene import TriangleBatch, triangles
 
+_MAX_MODELS = 48
+"""Largest number of models in memory, since they are drawn twice: quickly, then well."""
+_MAX_VERTICES = 8_000_000
+"""Largest number of their vertices, unless the models requested last have more."""
+_MAX_GLB_BYTES = 128 << 20
+"""Largest size of a GLB file for a window, in bytes."""
+
 
 @dataclass(frozen=True, slots=True)
 class PartFinder:
@@ -53,13 +57,6 @@ class PartFinder:
         part = int(part_of[number]) if is_triangle else number % num_parts
         triangles = np.flatnonzero(part_of == part)
         return FoundPart(part, num_parts, (int(triangles[0]), int(triangles[-1]) + 1), self.parts.way_to(part))
-
-
-MAX_MODELS = 48
-"""Largest number of models in memory, since they are drawn twice: quickly, then well."""
-MAX_VERTICES = 8_000_000
-"""Largest number of their vertices, unless the models requested last have more."""
-MAX_GLB_BYTES = 128 << 20
 
 
 def artist(suffix: str, text: str, name: str, assets: str) -> Handler:
@@ -95,7 +92,7 @@ class _Studio:
 
     def _glb(self, model: str) -> bytes:
         content = merged_glb(self._model(model), model, self.assets)
-        if len(content) > MAX_GLB_BYTES:
+        if len(content) > _MAX_GLB_BYTES:
             raise GrammarlabError(f"model {model} is too large to be shown: {len(content) >> 20} MiB.")
         return content
 
@@ -133,5 +130,5 @@ class _Studio:
         batch = triangles(realized.scene)
         self.models |= {str(address): batch.model(index) for index, address in enumerate(ordered)}
         vertices = sum(len(model.vertices) for model in self.models.values())
-        while len(self.models) > MAX_MODELS or (vertices > MAX_VERTICES and len(self.models) > len(addresses)):
+        while len(self.models) > _MAX_MODELS or (vertices > _MAX_VERTICES and len(self.models) > len(addresses)):
             vertices -= len(self.models.popitem(last=False)[1].vertices)

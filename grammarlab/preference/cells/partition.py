@@ -10,8 +10,6 @@ label lies between two bounds, the alternative trees that choose questions have 
 Cells of value 0 are predicted as 0, which matters most to a density: Gaussian processes predict a small mean for
 clipped scores.
 
-Values of cells for a density over designs.
-
 A density divides values by their total over all designs. If cells hold masses w of the designs, the share of a cell in
 this total is v w / (v w + r), r the total of the other cells, and the expected density has the expected share. Expected
 values have another one: if hardly any design is liked, and a cell of nearly all designs has a value of 0 with a
@@ -51,43 +49,20 @@ from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 
+_MAX_ROWS_TO_FIT = 512
+"""Largest number of labels that trees are grown from; of more, an even selection by score is used."""
+_NUM_TREES = 12
+"""Number of trees of the average."""
+_NUM_AROUND = 6
+"""Number of further trees, found by changing the most likely one."""
+_NUM_DOUBTFUL = 10
+"""Number of alternative trees, used only to choose questions."""
+_DOUBT_TEMPERATURE = 4.0
+"""Approximate loss in nats of the alternative trees."""
 _NUM_SWEEPS = 3
 """Number of sweeps; each takes the total of the other cells from the sweep before."""
 _MIN_TOTAL = 1e-12
 """Totals of at most this count as 0."""
-
-
-def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
-    """[k] values of cells with which each has its expected share in the total, with the same highest value.
-
-    Args:
-        posteriors: [k, G] probability of each value of each cell; rows sum to 1.
-        grid: [G] possible values, >= 0.
-        masses: [k] share of the designs in each cell, >= 0.
-    """
-    expected = posteriors @ grid
-    values = expected
-    for _ in range(_NUM_SWEEPS):
-        others = np.maximum(masses @ values - masses * values, 0.0)
-        value_mass = grid * masses[:, None]
-        share = (posteriors * (value_mass / np.maximum(value_mass + others[:, None], _MIN_TOTAL))).sum(axis=1)
-        # A cell without designs, or without other cells of some value, has no share that its value could change.
-        open_ = (masses > 0.0) & (others > _MIN_TOTAL)
-        odds = share / np.maximum(1.0 - share, _MIN_TOTAL)
-        values = np.where(open_, odds * others / np.where(open_, masses, 1.0), expected)
-    return values * (expected.max() / values.max()) if values.max(initial=0.0) > 0.0 else expected
-
-
-MAX_ROWS_TO_FIT = 512
-"""Largest number of labels that trees are grown from; of more, an even selection by score is used."""
-NUM_TREES = 12
-"""Number of trees of the average."""
-NUM_AROUND = 6
-"""Number of further trees, found by changing the most likely one."""
-NUM_DOUBTFUL = 10
-"""Number of alternative trees, used only to choose questions."""
-DOUBT_TEMPERATURE = 4.0
-"""Approximate loss in nats of these trees."""
 _NUM_REPLANTED = 4
 """Number of trees of all labels that are candidates for some of the labels."""
 _WARM_TEMPERATURE = 1.0
@@ -344,7 +319,7 @@ def fit(
         scores: [n] 0-100; equal rows may have different ones.
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
-        seed: seed of the draws of splits, and of the selection of labels if there are more than `MAX_ROWS_TO_FIT`.
+        seed: seed of the draws of splits, and of the selection of labels if there are more than `_MAX_ROWS_TO_FIT`.
         warm: not used.
         intervals: [n] intervals of the labels, if they are not scores; the scores are then approximate values.
 
@@ -355,14 +330,14 @@ def fit(
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     randomness = np.random.default_rng(seed)
-    if len(values) > MAX_ROWS_TO_FIT:
+    if len(values) > _MAX_ROWS_TO_FIT:
         by_score = np.argsort(values + 1e-6 * randomness.random(len(values)), kind="stable")
-        some = np.sort(by_score[np.arange(MAX_ROWS_TO_FIT) * len(values) // MAX_ROWS_TO_FIT])
-        table, values = table[some], values[some]
-        intervals = None if intervals is None else intervals.take(some)
+        selected = np.sort(by_score[np.arange(_MAX_ROWS_TO_FIT) * len(values) // _MAX_ROWS_TO_FIT])
+        table, values = table[selected], values[selected]
+        intervals = None if intervals is None else intervals.take(selected)
     sums = sums_of(table, numbers, drawn)
     wide, every = widened(table, sums), np.arange(len(values))
-    num_trees, num_around, num_doubtful = (enough(num, values) for num in (NUM_TREES, NUM_AROUND, NUM_DOUBTFUL))
+    num_trees, num_around, num_doubtful = (enough(num, values) for num in (_NUM_TREES, _NUM_AROUND, _NUM_DOUBTFUL))
     with threadpool_limits(1, "blas"):
         start = find_error(splits_of(table, numbers, drawn, sums, values), values, intervals, randomness)
         cells, guides, refined = start.refined(
@@ -380,7 +355,7 @@ def fit(
             randomness,
         )
         doubtful = [
-            grow(cells, every, Growth(_WARM_TEMPERATURE, DOUBT_TEMPERATURE, guides), randomness)
+            grow(cells, every, Growth(_WARM_TEMPERATURE, _DOUBT_TEMPERATURE, guides), randomness)
             for _ in range(num_doubtful)
         ]
         doubtful = [loosened(tree, wide, randomness) for tree in doubtful]
@@ -393,6 +368,27 @@ def fit(
         trees=tuple(trees),
         doubtful=tuple(doubtful),
     )
+
+
+def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
+    """[k] values of cells with which each has its expected share in the total, with the same highest value.
+
+    Args:
+        posteriors: [k, G] probability of each value of each cell; rows sum to 1.
+        grid: [G] possible values, >= 0.
+        masses: [k] share of the designs in each cell, >= 0.
+    """
+    expected = posteriors @ grid
+    values = expected
+    for _ in range(_NUM_SWEEPS):
+        others = np.maximum(masses @ values - masses * values, 0.0)
+        value_mass = grid * masses[:, None]
+        share = (posteriors * (value_mass / np.maximum(value_mass + others[:, None], _MIN_TOTAL))).sum(axis=1)
+        # A cell without designs, or without other cells of some value, has no share that its value could change.
+        has_share = (masses > 0.0) & (others > _MIN_TOTAL)
+        odds = share / np.maximum(1.0 - share, _MIN_TOTAL)
+        values = np.where(has_share, odds * others / np.where(has_share, masses, 1.0), expected)
+    return values * (expected.max() / values.max()) if values.max(initial=0.0) > 0.0 else expected
 
 
 def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:

@@ -107,8 +107,8 @@ def _most_likely(cells: ScoreCells, divisions: Sequence[tuple[float, Sequence[In
         members.append((share, inside))
 
     def posterior(erring: tuple[float, float]) -> float:
-        other = replace(cells, noise=erring[0], blunders=erring[1])
-        evidence = sum(share * float(other.log_evidence(inside, every).sum()) for share, inside in members)
+        candidate = replace(cells, noise=erring[0], blunders=erring[1])
+        evidence = sum(share * float(candidate.log_evidence(inside, every).sum()) for share, inside in members)
         return evidence / sum(share for share, _ in members) - PRICE_OF_BLUNDERS * erring[1]
 
     return max(((noise, blunders) for noise in NOISES for blunders in BLUNDERS), key=posterior)

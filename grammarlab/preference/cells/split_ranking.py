@@ -123,14 +123,14 @@ def _highest(values: Floats, num: int) -> Ints:
 def _halves_divided(inside: Singles, price: Floats, terms: Singles, evidence: Evidence) -> Floats:
     """[t] evidence of both halves of splits [t, c], each left or divided by the best of the splits at its price [t]."""
     sums, total = inside @ terms, terms.sum(axis=0)
-    one, other = evidence(sums), evidence(total - sums)
+    inner, outer = evidence(sums), evidence(total - sums)
     for index, half in enumerate(inside):
         # Two splits make the same quarters in either order.
         both, second = inside[index:] @ (terms * half[:, None]), sums[index:]
         quarters = (both, sums[index] - both, second - both, total - second - sums[index] + both)
         a, b, c, d = evidence(np.concatenate(quarters)).reshape(4, -1)
-        one[index] = max(one[index], float((a + b + price[index:]).max()))
-        other[index] = max(other[index], float((c + d + price[index:]).max()))
-        one[index:] = np.maximum(one[index:], a + c + price[index])
-        other[index:] = np.maximum(other[index:], b + d + price[index])
-    return one + other
+        inner[index] = max(inner[index], float((a + b + price[index:]).max()))
+        outer[index] = max(outer[index], float((c + d + price[index:]).max()))
+        inner[index:] = np.maximum(inner[index:], a + c + price[index])
+        outer[index:] = np.maximum(outer[index:], b + d + price[index])
+    return inner + outer

@@ -1,11 +1,9 @@
-"""Splits of designs into two or more parts by their rows, with prior probabilities.
+"""Splits of designs into two or more parts, with prior probabilities, and intervals that explain scores.
 
 Columns of one group are alternatives of one choice: a group may divide designs by all of its alternatives at once. A
 count divides them at a bound, at one number, into odd and even, or number by number; a continuous column at a bound.
 Each group has the same share of the prior mass, since few groups matter; a continuous one has less, since it can
 explain anything.
-
-Intervals of columns that explain scores.
 """
 
 from __future__ import annotations
@@ -20,42 +18,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, Ints
 
-
-def best_intervals(values: Floats, scores: Floats) -> Floats:
-    """[C, 2] ends of the interval of each column [n, C] inside and outside of which scores [n] vary least.
-
-    Ends lie halfway between neighbouring values, or are infinite.
-
-    >>> best_intervals(np.array([[1.0], [2.0], [3.0], [5.0]]), np.array([0.0, 90.0, 80.0, 10.0])).tolist()
-    [[1.5, 4.0]]
-    """
-    num, width = values.shape
-    order = np.argsort(values, axis=0, kind="stable")
-    ascending = np.take_along_axis(values, order, axis=0)
-    sums = np.concatenate([np.zeros((1, width)), np.cumsum((scores - scores.mean())[order], axis=0)])
-    bounds = np.full((num + 1, width), np.inf)
-    bounds[0] = -np.inf
-    bounds[1:num] = (ascending[1:] + ascending[:-1]) / 2.0
-    # No interval ends between equal values.
-    apart = np.ones((num + 1, width), dtype=bool)
-    apart[1:num] = ascending[1:] > ascending[:-1]
-    ends = np.empty((width, 2))
-    first, last = np.triu_indices(num + 1, 1)
-    some = last - first < num
-    first, last = first[some], last[some]
-    size = (last - first).astype(np.float64)
-    # Scores are centred, so that what is outside has the opposite sum.
-    scale = 1.0 / size + 1.0 / (num - size)
-    # Column by column, since pairs of bounds are many.
-    for column in range(width):
-        inside = sums[last, column] - sums[first, column]
-        between = np.where(apart[first, column] & apart[last, column], inside**2 * scale, -1.0)
-        best = int(np.argmax(between)) if len(between) else 0
-        ends[column] = (bounds[first[best], column], bounds[last[best], column]) if len(between) else (-np.inf, np.inf)
-    return ends
-
-
-CONTINUOUS_SHARE = 0.15
+_CONTINUOUS_SHARE = 0.15
 """Prior mass of a continuous group; all others have 1."""
 _MAX_BOUNDS = 24
 """Number of bounds on a continuous column, evenly spaced by rank."""
@@ -222,7 +185,7 @@ class Splits:
         varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
         bounds = _bounds_of(rows, varying, scores, near)
         shares = {
-            group: CONTINUOUS_SHARE if continuous[varying[groups[varying] == group]].all() else 1.0
+            group: _CONTINUOUS_SHARE if continuous[varying[groups[varying] == group]].all() else 1.0
             for group in np.unique(groups[varying]).tolist()
         }
         total = sum(shares.values())
@@ -254,10 +217,38 @@ class Splits:
         )
 
 
-def _drawn(mass: Floats, randomness: np.random.Generator) -> int:
-    """An index, drawn in proportion to mass."""
-    total = np.cumsum(mass)
-    return int(np.searchsorted(total, randomness.random() * total[-1], side="right").clip(0, len(mass) - 1))
+def best_intervals(values: Floats, scores: Floats) -> Floats:
+    """[C, 2] ends of the interval of each column [n, C] inside and outside of which scores [n] vary least.
+
+    Ends lie halfway between neighbouring values, or are infinite.
+
+    >>> best_intervals(np.array([[1.0], [2.0], [3.0], [5.0]]), np.array([0.0, 90.0, 80.0, 10.0])).tolist()
+    [[1.5, 4.0]]
+    """
+    num, width = values.shape
+    order = np.argsort(values, axis=0, kind="stable")
+    ascending = np.take_along_axis(values, order, axis=0)
+    sums = np.concatenate([np.zeros((1, width)), np.cumsum((scores - scores.mean())[order], axis=0)])
+    bounds = np.full((num + 1, width), np.inf)
+    bounds[0] = -np.inf
+    bounds[1:num] = (ascending[1:] + ascending[:-1]) / 2.0
+    # No interval ends between equal values.
+    apart = np.ones((num + 1, width), dtype=bool)
+    apart[1:num] = ascending[1:] > ascending[:-1]
+    ends = np.empty((width, 2))
+    first, last = np.triu_indices(num + 1, 1)
+    is_partial = last - first < num
+    first, last = first[is_partial], last[is_partial]
+    size = (last - first).astype(np.float64)
+    # Scores are centred, so that what is outside has the opposite sum.
+    scale = 1.0 / size + 1.0 / (num - size)
+    # Column by column, since pairs of bounds are many.
+    for column in range(width):
+        inside = sums[last, column] - sums[first, column]
+        between = np.where(apart[first, column] & apart[last, column], inside**2 * scale, -1.0)
+        best = int(np.argmax(between)) if len(between) else 0
+        ends[column] = (bounds[first[best], column], bounds[last[best], column]) if len(between) else (-np.inf, np.inf)
+    return ends
 
 
 def different(sides: Flags) -> tuple[Ints, Ints]:
@@ -272,10 +263,10 @@ def different(sides: Flags) -> tuple[Ints, Ints]:
     return first, index.reshape(-1)
 
 
-@cache
-def _factors(number: int) -> Ints:
-    """[number] different random numbers from 1 to 2^62."""
-    return np.random.default_rng(0).integers(1, 2**62, number, dtype=np.int64)
+def _drawn(mass: Floats, randomness: np.random.Generator) -> int:
+    """An index, drawn in proportion to mass."""
+    total = np.cumsum(mass)
+    return int(np.searchsorted(total, randomness.random() * total[-1], side="right").clip(0, len(mass) - 1))
 
 
 def _bounds_of(rows: Floats, columns: Ints, scores: Floats, near: Collection[Above]) -> dict[int, Floats]:
@@ -319,3 +310,9 @@ def _of_group(
         yield 0.2 * share, [Equal(column, value) for value in values[1:-1].tolist()]
         yield 0.1 * share, [Patterns((column,), values[:, None])]
         yield 0.1 * share, [Odd(column, float(values[0]), float(np.diff(values).min()))]
+
+
+@cache
+def _factors(number: int) -> Ints:
+    """[number] different random numbers from 1 to 2^62."""
+    return np.random.default_rng(0).integers(1, 2**62, number, dtype=np.int64)

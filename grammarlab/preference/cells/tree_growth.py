@@ -63,16 +63,16 @@ class Tree:
         self._assign(rows, np.arange(len(rows)), number, cells)
         return number, tuple(cells)
 
-    def _assign(self, rows: Floats, some: Ints, number: Ints, cells: list[Ints]) -> None:
-        part_of = np.full(len(some), -1) if self.split is None else self.split.parts(rows[some])
-        unassigned = np.ones(len(some), dtype=bool)
+    def _assign(self, rows: Floats, indices: Ints, number: Ints, cells: list[Ints]) -> None:
+        part_of = np.full(len(indices), -1) if self.split is None else self.split.parts(rows[indices])
+        unassigned = np.ones(len(indices), dtype=bool)
         for part, tree in self.parts:
             inside = part_of == part
             unassigned &= ~inside
             if inside.any():
-                tree._assign(rows, some[inside], number, cells)
+                tree._assign(rows, indices[inside], number, cells)
         if unassigned.any():
-            number[some[unassigned]] = len(cells)
+            number[indices[unassigned]] = len(cells)
             cells.append(self.labels)
 
 
@@ -131,8 +131,8 @@ def grow(cells: ScoreCells, labels: Ints, growth: Growth, randomness: np.random.
         depth: depth of the node.
     """
     leaf, dividing = _leaf(cells, labels, depth)
-    whole = leaf.log_posterior - float(np.log1p(-dividing))
-    if len(labels) < 2 or depth >= MAX_DEPTH or whole > cells.best_possible(labels) - _MIN_POSSIBLE_GAIN:
+    undivided = leaf.log_posterior - float(np.log1p(-dividing))
+    if len(labels) < 2 or depth >= MAX_DEPTH or undivided > cells.best_possible(labels) - _MIN_POSSIBLE_GAIN:
         return leaf
     guided = bool(growth.guides) and randomness.random() < GUIDE_PROBABILITY
     guide = growth.guides[int(randomness.integers(len(growth.guides)))] if guided else cells
@@ -171,9 +171,9 @@ def regrown(
     """
     if len(tree.labels) < 2:
         return tree
-    other = grow(cells, tree.labels, growth, randomness, depth)
-    if other.log_posterior - tree.log_posterior > -temperature * randomness.exponential():
-        tree = other
+    candidate = grow(cells, tree.labels, growth, randomness, depth)
+    if candidate.log_posterior - tree.log_posterior > -temperature * randomness.exponential():
+        tree = candidate
     parts = tuple(
         (part, regrown(cells, branch, growth, randomness, temperature, depth + 1)) for part, branch in tree.parts
     )

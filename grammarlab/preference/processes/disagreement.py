@@ -118,12 +118,12 @@ def _greedy(
     allowed: NDArray[np.bool_],
     gain: Callable[[Floats, Floats], Floats],
 ) -> Ints:
-    posterior, open_ = covariance.copy(), allowed.copy()
+    posterior, is_open = covariance.copy(), allowed.copy()
     counts = stakes if stakes.any() else np.ones(len(stakes))
     chosen = np.empty(num, dtype=np.int64)
     for index in range(num):
-        best = chosen[index] = int(np.argmax(np.where(open_, gain(posterior, counts), -1.0)))
-        open_[best] = False
+        best = chosen[index] = int(np.argmax(np.where(is_open, gain(posterior, counts), -1.0)))
+        is_open[best] = False
         posterior -= np.outer(posterior[best], posterior[best] / (posterior[best, best] + noise))
     return chosen
 

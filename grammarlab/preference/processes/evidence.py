@@ -1,4 +1,4 @@
-"""Evidence of hyperparameters: Equations 4.6 and 4.7, with an analytic gradient, in JAX.
+"""Evidence of hyperparameters (Equations 4.6 and 4.7), with an analytic gradient, in JAX, and its minimum by L-BFGS.
 
 `loss` can be composed with any parametrisation and penalty and differentiated: weights shared by a group of columns
 are ``weights = group_weights[groups]``. Its gradient costs two more matrix products and an inverse, and needs no
@@ -8,8 +8,6 @@ are ``weights = group_weights[groups]``. Its gradient costs two more matrix prod
 
 Everything is float64. JAX has this option per thread, so callers compute inside ``with jax.enable_x64(True)`` and
 do not affect the rest of the program.
-
-L-BFGS for a smooth function of a few hundred variables, within bounds.
 """
 
 from __future__ import annotations
@@ -29,6 +27,8 @@ from grammarlab.preference.observations import Observations
 
 Evaluate = Callable[[Floats], tuple[float, Floats]]
 """Function from a point [d] to its value and gradient [d]."""
+_MIN_BLOCK = 64
+"""Size below which halving a triangular matrix costs more than it saves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +42,25 @@ class Minimum:
     evaluations: int
     converged: bool
     """Whether it converged before the limit of iterations."""
+
+
+class Data(NamedTuple):
+    """Observations as arrays of a few fixed sizes, so that a growing label set is rarely recompiled."""
+
+    rows: jax.Array | Floats
+    """[n, F] centred rows, zeros for padding."""
+    means: jax.Array | Floats
+    """[n] mean scores, 0 for padding."""
+    counts: jax.Array | Floats
+    """[n] number of labels of each row; 0 for padding."""
+    spread: jax.Array | float
+    """Sum of the squared distances of labels to the mean of their row, as in `Observations`."""
+    others: jax.Array | Floats | None = None
+    """[n, F] subtracted rows as in `Differences`, shifted like the rows; None if all observations are of one row."""
+    compared: jax.Array | Floats | None = None
+    """[n] 1 if a row is subtracted, else 0."""
+    variances: jax.Array | Floats | None = None
+    """[n] variance of each observation; 0 for mean scores."""
 
 
 def minimise(
@@ -78,58 +97,6 @@ def minimise(
     return Minimum(
         visited.point, visited.value, int(result.nit), int(result.nfev), converged=bool(result.success) and not rose
     )
-
-
-class _Visited:
-    """A function that records its best point; values that are not finite count as very bad."""
-
-    def __init__(self, evaluate: Evaluate, start: Floats) -> None:
-        self.point, self.value = start, np.inf
-        self._evaluate, self._worst = evaluate, 0.0
-
-    def __call__(self, point: Floats) -> tuple[float, Floats]:
-        value, gradient = self._evaluate(point)
-        if not (np.isfinite(value) and np.isfinite(gradient).all()):
-            return 10.0 * self._worst + 1e6, np.zeros_like(point)
-        if value < self.value:
-            self.point, self.value = point.copy(), value
-        self._worst = max(self._worst, abs(value))
-        return value, gradient
-
-
-_MIN_BLOCK = 64
-"""Size below which halving a triangular matrix costs more than it saves."""
-
-
-class Data(NamedTuple):
-    """Observations as arrays of a few fixed sizes, so that a growing label set is rarely recompiled."""
-
-    rows: jax.Array | Floats
-    """[n, F] centred rows, zeros for padding."""
-    means: jax.Array | Floats
-    """[n] mean scores, 0 for padding."""
-    counts: jax.Array | Floats
-    """[n] number of labels of each row; 0 for padding."""
-    spread: jax.Array | float
-    """Sum of the squared distances of labels to the mean of their row, as in `Observations`."""
-    others: jax.Array | Floats | None = None
-    """[n, F] subtracted rows as in `Differences`, shifted like the rows; None if all observations are of one row."""
-    compared: jax.Array | Floats | None = None
-    """[n] 1 if a row is subtracted, else 0."""
-    variances: jax.Array | Floats | None = None
-    """[n] variance of each observation; 0 for mean scores."""
-
-
-def padded_size(size: int, steps: int) -> int:
-    """The next larger size of a grid with a given number of equal steps between powers of two; at least 16.
-
-    >>> [padded_size(n, 2) for n in (1, 16, 17, 25, 33, 100, 256, 257)]
-    [16, 16, 24, 32, 48, 128, 256, 384]
-    """
-    if size <= 16:
-        return 16
-    step = (1 << (size - 1).bit_length() - 1) // steps
-    return -(-size // step) * step
 
 
 def padded(observations: Observations, num_columns_padded: int, num_rows_padded: int = 0) -> Data:
@@ -169,18 +136,16 @@ def padded(observations: Observations, num_columns_padded: int, num_rows_padded:
     return data._replace(others=others, compared=compared, variances=variances)
 
 
-def covariance(rows: jax.Array, others: jax.Array, amplitude: jax.Array, weights: jax.Array) -> jax.Array:
-    """[m, n] kernel of Equation 4.6 without noise, between rows [m, F] and [n, F].
+def padded_size(size: int, steps: int) -> int:
+    """The next larger size of a grid with a given number of equal steps between powers of two; at least 16.
 
-    Args:
-        rows: [m, F] rows.
-        others: [n, F] rows.
-        amplitude: theta_0.
-        weights: [F] theta_d of Equation 4.6.
+    >>> [padded_size(n, 2) for n in (1, 16, 17, 25, 33, 100, 256, 257)]
+    [16, 16, 24, 32, 48, 128, 256, 384]
     """
-    weighted = rows * weights
-    squared = jnp.sum(weighted * rows, axis=1)[:, None] + jnp.sum(others * weights * others, axis=1)
-    return amplitude * jnp.exp(-0.5 * jnp.maximum(squared - 2.0 * weighted @ others.T, 0.0))
+    if size <= 16:
+        return 16
+    step = (1 << (size - 1).bit_length() - 1) // steps
+    return -(-size // step) * step
 
 
 @jax.custom_vjp
@@ -196,16 +161,35 @@ def loss(amplitude: jax.Array, weights: jax.Array, noise: jax.Array, data: Data)
     return _loss_and_gradient(amplitude, weights, noise, data)[0]
 
 
-def _forward(amplitude: jax.Array, weights: jax.Array, noise: jax.Array, data: Data):  # noqa: ANN202
-    return _loss_and_gradient(amplitude, weights, noise, data)
+def covariance(rows: jax.Array, others: jax.Array, amplitude: jax.Array, weights: jax.Array) -> jax.Array:
+    """[m, n] kernel of Equation 4.6 without noise, between rows [m, F] and [n, F].
+
+    Args:
+        rows: [m, F] rows.
+        others: [n, F] rows.
+        amplitude: theta_0.
+        weights: [F] theta_d of Equation 4.6.
+    """
+    weighted = rows * weights
+    squared = jnp.sum(weighted * rows, axis=1)[:, None] + jnp.sum(others * weights * others, axis=1)
+    return amplitude * jnp.exp(-0.5 * jnp.maximum(squared - 2.0 * weighted @ others.T, 0.0))
 
 
-def _backward(gradient: tuple[jax.Array, ...], outer: jax.Array):  # noqa: ANN202
-    by_amplitude, by_weights, by_noise = gradient
-    return outer * by_amplitude, outer * by_weights, outer * by_noise, None
+class _Visited:
+    """A function that records its best point; values that are not finite count as very bad."""
 
+    def __init__(self, evaluate: Evaluate, start: Floats) -> None:
+        self.point, self.value = start, np.inf
+        self._evaluate, self._worst = evaluate, 0.0
 
-loss.defvjp(_forward, _backward)
+    def __call__(self, point: Floats) -> tuple[float, Floats]:
+        value, gradient = self._evaluate(point)
+        if not (np.isfinite(value) and np.isfinite(gradient).all()):
+            return 10.0 * self._worst + 1e6, np.zeros_like(point)
+        if value < self.value:
+            self.point, self.value = point.copy(), value
+        self._worst = max(self._worst, abs(value))
+        return value, gradient
 
 
 def _loss_and_gradient(
@@ -251,6 +235,16 @@ def _inverse_and_log_determinant(C: jax.Array) -> tuple[jax.Array, jax.Array]:
     return _gram(_triangular_inverse(L)), 2.0 * jnp.sum(jnp.log(jnp.diagonal(L)))
 
 
+def _gram(L: jax.Array) -> jax.Array:
+    """L^T L of a lower triangular matrix."""
+    n = len(L)
+    if n <= _MIN_BLOCK:
+        return L.T @ L
+    h = n // 2
+    corner = L[h:, :h].T @ L[h:, h:]
+    return jnp.block([[_gram(L[:h, :h]) + L[h:, :h].T @ L[h:, :h], corner], [corner.T, _gram(L[h:, h:])]])
+
+
 # By halves: most of the work becomes products of full blocks, which run near the machine's peak, and the blocks known
 # to be zero are left out. At n = 512 this takes 60 % of the time of two triangular solves.
 
@@ -264,11 +258,13 @@ def _triangular_inverse(L: jax.Array) -> jax.Array:
     return jnp.block([[top, jnp.zeros((h, n - h), L.dtype)], [-bottom @ (L[h:, :h] @ top), bottom]])
 
 
-def _gram(L: jax.Array) -> jax.Array:
-    """L^T L of a lower triangular matrix."""
-    n = len(L)
-    if n <= _MIN_BLOCK:
-        return L.T @ L
-    h = n // 2
-    corner = L[h:, :h].T @ L[h:, h:]
-    return jnp.block([[_gram(L[:h, :h]) + L[h:, :h].T @ L[h:, :h], corner], [corner.T, _gram(L[h:, h:])]])
+def _forward(amplitude: jax.Array, weights: jax.Array, noise: jax.Array, data: Data):  # noqa: ANN202
+    return _loss_and_gradient(amplitude, weights, noise, data)
+
+
+def _backward(gradient: tuple[jax.Array, ...], outer: jax.Array):  # noqa: ANN202
+    by_amplitude, by_weights, by_noise = gradient
+    return outer * by_amplitude, outer * by_weights, outer * by_noise, None
+
+
+loss.defvjp(_forward, _backward)

@@ -10,8 +10,7 @@ Lasso (Equation 4.8): a relevant group has a price of 5 nats or more, almost ind
 A theta_g, the size of the group's effect on scores, and with the number of groups (`KernelProblem.epsilon`): otherwise
 dozens of groups of small weight explain a person's errors.
 Two thirds of the groups are usually irrelevant after a few iterations; they are then left out.
-
-Start of searches for a kernel: the best relevance that all columns can share.
+Searches start from the best relevance that all columns can share.
 """
 
 from __future__ import annotations
@@ -30,62 +29,16 @@ from grammarlab.preference.observations import Observations
 from grammarlab.preference.processes.evidence import Data, Minimum, loss, minimise, padded, padded_size
 from grammarlab.preference.processes.posterior import Hyperparameters, squared_distances
 
-_RELEVANCES = np.exp(np.linspace(-4.0, 4.0, 9))
-"""Candidate relevances, as multiples of one over the mean squared distance of two rows."""
-
-
-@dataclass(frozen=True, slots=True)
-class StartingKernel:
-    """A kernel with equal relevance of all columns."""
-
-    amplitude: float
-    """theta_0 in squared scores."""
-    weights: Floats
-    """[F] equal for all columns once each is scaled to the range 0-1; 0 for columns that do not vary, about which
-    the labels say nothing."""
-
-
-def common_relevance(observations: Observations, noise: float, penalty: float) -> StartingKernel:
-    """The start with the best evidence (Equation 4.8) among a few relevances.
-
-    For each the best amplitude has a closed form, taking noise as a share of the mean squared score. If all scores
-    are zero, no choice is possible: the amplitude is then half of `MAX_SCORE` squared.
-
-    Args:
-        observations: the labels.
-        noise: 1 / beta > 0 in squared scores.
-        penalty: lambda >= 0.
-    """
-    ranges = np.ptp(observations.rows, axis=0)
-    unit = np.divide(1.0, ranges**2, out=np.zeros_like(ranges), where=ranges > 0.0)
-    scaled = (observations.rows - observations.rows.mean(axis=0)) * np.sqrt(unit)
-    squared, u = squared_distances(scaled, scaled), observations.means
-    n, typical = len(u), float(np.mean(squared)) or 1.0
-    best, least = StartingKernel((MAX_SCORE / 2.0) ** 2, unit / typical), np.inf
-    if not np.any(u > 0.0):
-        return best
-    ratio = noise / float(np.mean(u * u))
-    for relevance in _RELEVANCES / typical:
-        correlation = np.exp(-0.5 * relevance * squared)
-        correlation.flat[:: n + 1] += ratio / observations.counts + 1e-12
-        factor = cholesky(correlation, lower=True, overwrite_a=True, check_finite=False)
-        amplitude = float(u @ cho_solve((factor, True), u, check_finite=False)) / n
-        energy = float(np.sum(np.log(np.diag(factor))) + 0.5 * n * np.log(amplitude) + penalty * relevance * unit.sum())
-        if energy < least:
-            best, least = StartingKernel(amplitude, relevance * unit), energy
-    return best
-
-
 EPSILON = 1e-2
 """eps of a few groups: smallest weight of a relevant group."""
-_FEW_GROUPS = 4
-"""Largest number of groups with this eps; it is inversely proportional to the number of more groups."""
-
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
 NOISE = (1e-4, 2.0)
 """Median and deviation of the noise's prior: a person may be exact, or have errors of a fifth of the scale."""
-
+_RELEVANCES = np.exp(np.linspace(-4.0, 4.0, 9))
+"""Candidate relevances, as multiples of one over the mean squared distance of two rows."""
+_FEW_GROUPS = 4
+"""Largest number of groups with `EPSILON`; eps of more groups is inversely proportional to their number."""
 _AMPLITUDE_BOUNDS = (1e-2, 10.0)
 """Bounds of the amplitude, as shares of the squared highest score."""
 _NOISE_BOUNDS = (1e-6, 0.05)
@@ -105,6 +58,17 @@ _LOG_NO_WEIGHT = -40.0
 """Logarithm of a weight without effect."""
 _STAGE_ITERATIONS = (20, 80)
 """L-BFGS iterations with all groups, and with the remaining ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class StartingKernel:
+    """A kernel with equal relevance of all columns."""
+
+    amplitude: float
+    """theta_0 in squared scores."""
+    weights: Floats
+    """[F] equal for all columns once each is scaled to the range 0-1; 0 for columns that do not vary, about which
+    the labels say nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +101,37 @@ class KernelProblem:
     def epsilon(self) -> float:
         """eps: the price of a relevant group is its logarithm with a minus sign, so choices among many cost more."""
         return EPSILON * min(1.0, _FEW_GROUPS / max(float(self.varying.sum()), 1.0))
+
+
+def common_relevance(observations: Observations, noise: float, penalty: float) -> StartingKernel:
+    """The start with the best evidence (Equation 4.8) among a few relevances.
+
+    For each the best amplitude has a closed form, taking noise as a share of the mean squared score. If all scores
+    are zero, no choice is possible: the amplitude is then half of `MAX_SCORE` squared.
+
+    Args:
+        observations: the labels.
+        noise: 1 / beta > 0 in squared scores.
+        penalty: lambda >= 0.
+    """
+    ranges = np.ptp(observations.rows, axis=0)
+    unit = np.divide(1.0, ranges**2, out=np.zeros_like(ranges), where=ranges > 0.0)
+    scaled = (observations.rows - observations.rows.mean(axis=0)) * np.sqrt(unit)
+    squared, u = squared_distances(scaled, scaled), observations.means
+    n, typical = len(u), float(np.mean(squared)) or 1.0
+    best, least = StartingKernel((MAX_SCORE / 2.0) ** 2, unit / typical), np.inf
+    if not np.any(u > 0.0):
+        return best
+    ratio = noise / float(np.mean(u * u))
+    for relevance in _RELEVANCES / typical:
+        correlation = np.exp(-0.5 * relevance * squared)
+        correlation.flat[:: n + 1] += ratio / observations.counts + 1e-12
+        factor = cholesky(correlation, lower=True, overwrite_a=True, check_finite=False)
+        amplitude = float(u @ cho_solve((factor, True), u, check_finite=False)) / n
+        energy = float(np.sum(np.log(np.diag(factor))) + 0.5 * n * np.log(amplitude) + penalty * relevance * unit.sum())
+        if energy < least:
+            best, least = StartingKernel(amplitude, relevance * unit), energy
+    return best
 
 
 def scales_of(rows: Floats) -> Floats:
@@ -215,17 +210,6 @@ def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
     return Kernel(weights, float(parameters[0]), float(parameters[1]), energy)
 
 
-def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> tuple[Floats, float]:
-    """The point of a minimum without the weights that can be dropped at no cost, and its energy."""
-    for least in _IRRELEVANT_WEIGHTS:
-        point = minimum.point.copy()
-        point[2:][point[2:] < np.log(least)] = _LOG_NO_WEIGHT
-        value = energy(point)
-        if value <= minimum.value + _MAX_FREE_LOSS:
-            return point, value
-    return minimum.point, minimum.value
-
-
 def _on_device(problem: KernelProblem, columns: Ints, active: Ints) -> tuple[Data, jax.Array, int]:
     """The active columns and their groups, padded to few sizes, since a compilation takes as long as many searches."""
     full = padded_size(len(problem.groups), 4)
@@ -250,8 +234,19 @@ def _energy(point: jax.Array, groups: jax.Array, data: Data, epsilon: float) -> 
     )
 
 
+_energy_and_gradient = jax.jit(jax.value_and_grad(_energy))
+
+
 def _log_normal(log_value: jax.Array, median: float, deviation: float) -> jax.Array:
     return 0.5 * ((log_value - np.log(median)) / deviation) ** 2
 
 
-_energy_and_gradient = jax.jit(jax.value_and_grad(_energy))
+def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> tuple[Floats, float]:
+    """The point of a minimum without the weights that can be dropped at no cost, and its energy."""
+    for least in _IRRELEVANT_WEIGHTS:
+        point = minimum.point.copy()
+        point[2:][point[2:] < np.log(least)] = _LOG_NO_WEIGHT
+        value = energy(point)
+        if value <= minimum.value + _MAX_FREE_LOSS:
+            return point, value
+    return minimum.point, minimum.value

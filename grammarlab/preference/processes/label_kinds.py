@@ -1,8 +1,7 @@
 """Labels of several kinds as observations of rows, for processes, and as intervals of values, for cells.
 
-Expectation propagation: labels of values with a joint normal prior (Minka 2001).
-
-Each label is replaced by a normal site, so that mean and variance of its value are right given all other sites. For a
+Observations are found by expectation propagation (Minka 2001) for values with a joint normal prior: each label is
+replaced by a normal site, so that mean and variance of its value are right given all other sites. For a
 single label the result is exact; for comparisons it is that of Chu and Ghahramani (2005) with better means.
 """
 
@@ -24,7 +23,15 @@ from grammarlab.preference.likelihood import Intervals, intervals_of, matched
 from grammarlab.preference.observations import Differences, Observations, checked_labels, observe
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
-MAX_SWEEPS = 50
+STAR_HALF_STEP = 12.5
+"""Half of the step between two stars, in points."""
+TIE_DIFFERENCE = 5.0
+"""Difference in points below which a person who uses ties calls two models equal."""
+MIN_NOISE = 3.0
+"""Smallest standard deviation in points of comparisons."""
+BLUNDER_PROBABILITY = 0.05
+"""Probability that a label is a blunder."""
+_MAX_SWEEPS = 50
 """Largest number of sweeps over all sites."""
 _DAMPING = 0.7
 """Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
@@ -32,6 +39,10 @@ _TOLERANCE = 1e-4
 """Change of a mean, as a share of its deviation, below which sweeps end."""
 _MIN_PRECISION = 1e-8
 """Smallest precision of a site or a cavity, so that variances are finite."""
+_MIDDLE_GRID = np.arange(5.0, 96.0, 2.5)
+"""Candidate values at which thumbs turn, in points."""
+_SD_OF_MIDDLE = 20.0
+"""Standard deviation of the middle of people, around 50."""
 
 
 class Sites(NamedTuple):
@@ -61,59 +72,6 @@ class Sites(NamedTuple):
         marginal = np.maximum(np.diagonal(self.covariance), 1e-9)
         precision = np.maximum(1.0 / marginal - self.precisions, _MIN_PRECISION)
         return (self.mean / marginal - self.shifts) / precision, 1.0 / precision
-
-
-def propagate(mean: Floats, covariance: Floats, intervals: Intervals, noise: float, blunders: float) -> Sites:
-    """Sites for labels of values.
-
-    Args:
-        mean: [k] prior means of the values.
-        covariance: [k, k] prior covariance of the values.
-        intervals: [k] interval of each label.
-        noise: standard deviation of the noise of a value, > 0.
-        blunders: probability of a blunder.
-    """
-    sites = _sites(mean, covariance, np.full(len(intervals), _MIN_PRECISION), np.zeros(len(intervals)))
-    for _ in range(MAX_SWEEPS):
-        cavity_means, cavity_variances = sites.cavity()
-        _, means, variances = matched(intervals, cavity_means, cavity_variances, noise, blunders)
-        precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, _MIN_PRECISION)
-        shifts = means * (1.0 / cavity_variances + precisions) - cavity_means / cavity_variances
-        converged = np.all(np.abs(means - sites.mean) <= _TOLERANCE * np.sqrt(cavity_variances))
-        sites = _sites(
-            mean,
-            covariance,
-            sites.precisions + _DAMPING * (precisions - sites.precisions),
-            sites.shifts + _DAMPING * (shifts - sites.shifts),
-        )
-        if converged:
-            break
-    return sites
-
-
-def _sites(mean: Floats, covariance: Floats, precisions: Floats, shifts: Floats) -> Sites:
-    """Sites, with mean and covariance of the values given them."""
-    roots = np.sqrt(precisions)
-    inner = roots[:, None] * covariance * roots
-    inner.flat[:: len(mean) + 1] += 1.0
-    factor = cholesky(inner, lower=True, overwrite_a=True, check_finite=False)
-    explained = solve_triangular(factor, roots[:, None] * covariance, lower=True, check_finite=False)
-    spread = covariance - explained.T @ explained
-    return Sites(precisions, shifts, mean + spread @ (shifts - precisions * mean), spread)
-
-
-STAR_HALF_STEP = 12.5
-"""Half of the step between two stars, in points."""
-TIE_DIFFERENCE = 5.0
-"""Difference in points below which a person who uses ties calls two models equal."""
-MIN_NOISE = 3.0
-"""Smallest standard deviation in points of comparisons."""
-BLUNDER_PROBABILITY = 0.05
-"""Probability that a label is a blunder."""
-_MIDDLE_GRID = np.arange(5.0, 96.0, 2.5)
-"""Candidate values at which thumbs turn, in points."""
-_SD_OF_MIDDLE = 20.0
-"""Standard deviation of the middle of people, around 50."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,10 +114,10 @@ class Judgements:
         mixing[compared, second[compared]] = -1.0
         return mixing
 
-    def take(self, some: Ints) -> Judgements:
+    def take(self, indices: Ints) -> Judgements:
         """Selected labels, ascending."""
-        kinds = tuple(self.kinds[index] for index in some.tolist())
-        return Judgements(self.rows, self.scores[some], kinds, self.first[some], self.second[some])
+        kinds = tuple(self.kinds[index] for index in indices.tolist())
+        return Judgements(self.rows, self.scores[indices], kinds, self.first[indices], self.second[indices])
 
     def intervals(self, middle: float) -> Intervals:
         """[k] intervals of labels other than scores, of values or of differences of two.
@@ -184,8 +142,31 @@ class Judgements:
 
     def scored(self) -> Observations | None:
         """The scores; None if there are none."""
-        some = self.first[self.plain]
-        return observe(self.rows[some], self.scores[self.plain]) if len(some) else None
+        rows = self.first[self.plain]
+        return observe(self.rows[rows], self.scores[self.plain]) if len(rows) else None
+
+
+@dataclass(frozen=True, eq=False)
+class LabelObservations:
+    """Observations from labels of several kinds, under one kernel."""
+
+    observations: Observations
+    """Observations for processes: scores, and sites instead of all other labels."""
+    search_observations: Observations
+    """Observations for a search for kernels: scores, and estimates instead of all other labels. They do not contain the
+    prior of the kernel, so that another kernel does not need it."""
+    row_pairs: Ints
+    """[n, 2] indices of the rows of each observation."""
+    bounds: Intervals
+    """[p + k] interval of each label, of a value or of a difference."""
+    rows: Floats
+    """[c, F] rows of the labels, for cells; comparisons have two."""
+    scores: Floats
+    """[c] approximate value of each row."""
+    intervals: Intervals
+    """[c] interval of each label for one value; for comparisons, given all other labels of the other value."""
+    label: Ints
+    """[c] index of the label of each row."""
 
 
 def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: Rows) -> Judgements:
@@ -221,32 +202,9 @@ def judgements_of(rows: Rows, scores: ArrayLike, kinds: Sequence[Kind], others: 
     )
 
 
-@dataclass(frozen=True, eq=False)
-class LabelObservations:
-    """Observations from labels of several kinds, under one kernel."""
-
-    observations: Observations
-    """Observations for processes: scores, and sites instead of all other labels."""
-    search_observations: Observations
-    """Observations for a search for kernels: scores, and estimates instead of all other labels. They do not contain the
-    prior of the kernel, so that another kernel does not need it."""
-    row_pairs: Ints
-    """[n, 2] indices of the rows of each observation."""
-    bounds: Intervals
-    """[p + k] interval of each label, of a value or of a difference."""
-    rows: Floats
-    """[c, F] rows of the labels, for cells; comparisons have two."""
-    scores: Floats
-    """[c] approximate value of each row."""
-    intervals: Intervals
-    """[c] interval of each label for one value; for comparisons, given all other labels of the other value."""
-    label: Ints
-    """[c] index of the label of each row."""
-
-
 def label_observations(judgements: Judgements, hyperparameters: Hyperparameters, middle: float) -> LabelObservations:
     """Observations from labels under a kernel."""
-    mean, covariance = _beforehand(judgements, hyperparameters)
+    mean, covariance = _given_scores(judgements, hyperparameters)
     mixing, intervals = judgements.mixing, judgements.intervals(middle)
     noise = max(float(np.sqrt(hyperparameters.noise)), MIN_NOISE)
     spread = covariance @ mixing.T
@@ -274,25 +232,53 @@ def label_observations(judgements: Judgements, hyperparameters: Hyperparameters,
     )
 
 
+def propagate(mean: Floats, covariance: Floats, intervals: Intervals, noise: float, blunders: float) -> Sites:
+    """Sites for labels of values.
+
+    Args:
+        mean: [k] prior means of the values.
+        covariance: [k, k] prior covariance of the values.
+        intervals: [k] interval of each label.
+        noise: standard deviation of the noise of a value, > 0.
+        blunders: probability of a blunder.
+    """
+    sites = _sites(mean, covariance, np.full(len(intervals), _MIN_PRECISION), np.zeros(len(intervals)))
+    for _ in range(_MAX_SWEEPS):
+        cavity_means, cavity_variances = sites.cavity()
+        _, means, variances = matched(intervals, cavity_means, cavity_variances, noise, blunders)
+        precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, _MIN_PRECISION)
+        shifts = means * (1.0 / cavity_variances + precisions) - cavity_means / cavity_variances
+        converged = np.all(np.abs(means - sites.mean) <= _TOLERANCE * np.sqrt(cavity_variances))
+        sites = _sites(
+            mean,
+            covariance,
+            sites.precisions + _DAMPING * (precisions - sites.precisions),
+            sites.shifts + _DAMPING * (shifts - sites.shifts),
+        )
+        if converged:
+            break
+    return sites
+
+
 def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float:
     """Value at which a person's thumbs turn, from the scores of the models; 50 without scores."""
     thumbs = np.array([kind == "thumb" for kind in judgements.kinds])
     if not thumbs.any() or not judgements.num_scores:
         return MAX_SCORE / 2.0
-    mean, covariance = _beforehand(judgements, hyperparameters)
+    mean, covariance = _given_scores(judgements, hyperparameters)
     rows = judgements.first[thumbs]
-    some = judgements.take(np.flatnonzero(thumbs))
+    thumb_labels = judgements.take(np.flatnonzero(thumbs))
     noise = max(float(np.sqrt(hyperparameters.noise)), MIN_NOISE)
     values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
-    plausible = [
-        float(matched(some.intervals(middle), values, variances, noise, BLUNDER_PROBABILITY)[0].sum())
+    log_posteriors = [
+        float(matched(thumb_labels.intervals(middle), values, variances, noise, BLUNDER_PROBABILITY)[0].sum())
         - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2
         for middle in _MIDDLE_GRID.tolist()
     ]
-    return float(_MIDDLE_GRID[int(np.argmax(plausible))])
+    return float(_MIDDLE_GRID[int(np.argmax(log_posteriors))])
 
 
-def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tuple[Floats, Floats]:
+def _given_scores(judgements: Judgements, hyperparameters: Hyperparameters) -> tuple[Floats, Floats]:
     """Mean [N] and covariance [N, N] of the values of all rows, given the scores."""
     rows, scored = judgements.rows, judgements.scored()
     scaled = rows * np.sqrt(hyperparameters.weights)
@@ -303,6 +289,17 @@ def _beforehand(judgements: Judgements, hyperparameters: Hyperparameters) -> tup
     across = posterior.covariance_with_observed(rows)
     explained = np.linalg.solve(posterior.factor, across.T)
     return across @ posterior.solution, covariance - explained.T @ explained
+
+
+def _sites(mean: Floats, covariance: Floats, precisions: Floats, shifts: Floats) -> Sites:
+    """Sites, with mean and covariance of the values given them."""
+    roots = np.sqrt(precisions)
+    inner = roots[:, None] * covariance * roots
+    inner.flat[:: len(mean) + 1] += 1.0
+    factor = cholesky(inner, lower=True, overwrite_a=True, check_finite=False)
+    explained = solve_triangular(factor, roots[:, None] * covariance, lower=True, check_finite=False)
+    spread = covariance - explained.T @ explained
+    return Sites(precisions, shifts, mean + spread @ (shifts - precisions * mean), spread)
 
 
 def _observations(judgements: Judgements, means: Floats, variances: Floats) -> tuple[Observations, Ints]:
@@ -340,9 +337,15 @@ def _for_cells(
     row_indices = np.concatenate([judgements.first[plain], judgements.first[rest[alone]], a, b])
     known_scores = np.concatenate([judgements.scores[plain], judgements.scores[rest[alone]]])
     scores = np.concatenate([known_scores, np.clip(mean[a], 0.0, MAX_SCORE), np.clip(mean[b], 0.0, MAX_SCORE)])
-    all_said = intervals_of(judgements.scores[plain]) + intervals.take(alone) + to_first + to_second
+    row_intervals = intervals_of(judgements.scores[plain]) + intervals.take(alone) + to_first + to_second
     label = np.concatenate([np.arange(judgements.num_scores), rest[alone], rest[pairs], rest[pairs]])
-    return judgements.rows[row_indices], scores, all_said, label
+    return judgements.rows[row_indices], scores, row_intervals, label
+
+
+def _shifted(bounds: Intervals, means: Floats, variances: Floats, *, sign: float) -> Intervals:
+    """Bounds of one side from bounds of a difference and the distribution of the other side."""
+    low, high = (bounds.low, bounds.high) if sign > 0.0 else (-bounds.high, -bounds.low)
+    return Intervals(low + means, high + means, bounds.length, bounds.looks, variances)
 
 
 def _without(
@@ -356,9 +359,3 @@ def _without(
     cavity_factor = np.maximum(1.0 - precision * between, 1e-6)
     means = mean[side] + across * (precision * (mean[a] - mean[b]) - shift) / cavity_factor
     return means, np.maximum(covariance[side, side] + across**2 * precision / cavity_factor, 0.0)
-
-
-def _shifted(bounds: Intervals, means: Floats, variances: Floats, *, sign: float) -> Intervals:
-    """Bounds of one side from bounds of a difference and the distribution of the other side."""
-    low, high = (bounds.low, bounds.high) if sign > 0.0 else (-bounds.high, -bounds.low)
-    return Intervals(low + means, high + means, bounds.length, bounds.looks, variances)

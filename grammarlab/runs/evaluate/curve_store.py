@@ -1,7 +1,4 @@
-"""Finished curves on disk.
-
-Finished measurements on disk.
-"""
+"""Finished curves and other measurements on disk."""
 
 from __future__ import annotations
 
@@ -16,32 +13,9 @@ from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.respondents import EXACT
 from grammarlab.runs.work.results import Results, adopt_lines, json_kind
 
-_MEASUREMENT = json_kind(dict, dict)
-
-
-def measurements_in(folder: Path, name: str, *, fresh: bool = False) -> Results[dict[str, Any]]:
-    """The measurements of a folder, JSON objects by key.
-
-    Args:
-        folder: folder of a run.
-        name: name of the folder in it; with the suffix .jsonl, of the file of earlier versions.
-        fresh: remove stored measurements first.
-    """
-    results, earlier = Results(folder / name, _MEASUREMENT), (folder / name).with_suffix(".jsonl")
-    if fresh:
-        results.clear()
-        earlier.unlink(missing_ok=True)
-    adopt_lines(results, earlier, lambda entry: (str(entry["key"]), dict(entry["values"])))
-    return results
-
-
-def digest(values: object) -> str:
-    """SHA-256 of JSON values, as a key."""
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
-
-
 STORE = "curves"
 """Folder of the curves in the folder of a run; with the suffix .jsonl, the file of earlier versions."""
+_MEASUREMENT = json_kind(dict, dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +39,27 @@ class CurveRecord:
     def curve_name(self) -> str:
         """Name of the curve among all curves: its key and number of labels."""
         return f"{self.key}-{self.max_labels}"
+
+
+def measurements_in(folder: Path, name: str, *, fresh: bool = False) -> Results[dict[str, Any]]:
+    """The measurements of a folder, JSON objects by key.
+
+    Args:
+        folder: folder of a run.
+        name: name of the folder in it; with the suffix .jsonl, of the file of earlier versions.
+        fresh: remove stored measurements first.
+    """
+    results, earlier = Results(folder / name, _MEASUREMENT), (folder / name).with_suffix(".jsonl")
+    if fresh:
+        results.clear()
+        earlier.unlink(missing_ok=True)
+    adopt_lines(results, earlier, lambda entry: (str(entry["key"]), dict(entry["values"])))
+    return results
+
+
+def digest(values: object) -> str:
+    """SHA-256 of JSON values, as a key."""
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 
 def curves_in(folder: Path, *, fresh: bool = False) -> Results[CurveRecord]:
@@ -111,9 +106,7 @@ def _parse(values: Any) -> CurveRecord:
     )
 
 
-def _earlier(entry: Any) -> tuple[str, CurveRecord]:
-    record = _parse(entry)
-    return record.curve_name, record
+_KIND = json_kind(_as_json, _parse)
 
 
 def _finite(value: float) -> float:
@@ -122,4 +115,6 @@ def _finite(value: float) -> float:
     return float(value)
 
 
-_KIND = json_kind(_as_json, _parse)
+def _earlier(entry: Any) -> tuple[str, CurveRecord]:
+    record = _parse(entry)
+    return record.curve_name, record

@@ -1,7 +1,4 @@
-"""Curves of many tasks: computed on several cores, each stored when it is finished.
-
-Task of one learning curve, which runs in any process.
-"""
+"""Tasks of learning curves: computed in several processes, each curve stored when it is finished."""
 
 from __future__ import annotations
 
@@ -23,6 +20,9 @@ from grammarlab.runs.evaluate.curve_store import CurveRecord, curves_in, digest
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.results import Progress, computed
+
+Store: TypeAlias = dict[str, dict[int, CurveRecord]]
+"""Curves by key, and then by their largest number of labels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,33 +64,6 @@ class CurveTask:
         )
 
 
-@lru_cache(maxsize=2)
-def load_material(scenario: Path, _source_key: str, settings: Settings, seed: int) -> Material:
-    """Material of the curves of a scenario and a seed; their tasks are consecutive, so few are cached.
-
-    The key makes changed files be read again.
-    """
-    return prepare(load_source(scenario).for_person(seed), settings)
-
-
-def run_protocol(
-    task: CurveTask, on_round: Callable[[Material, State], None] = lambda _material, _state: None
-) -> tuple[Material, State, Curve]:
-    """The simulated person of a task, after all rounds.
-
-    Args:
-        task: the task.
-        on_round: called with the material and the state after every round.
-    """
-    material = load_material(task.scenario, task.source_key, task.settings, task.seed)
-    material = material if task.method.factored else material.as_one_factor()
-    material = material.answered_by(task.person, task.seed)
-    state, curve = protocol.run(
-        material, task.method.batch, task.seed, task.max_labels, lambda state: on_round(material, state)
-    )
-    return material, state, curve
-
-
 def make_curve(task: CurveTask) -> CurveRecord:
     """The curve of a task."""
     material, _, curve = run_protocol(task)
@@ -107,8 +80,22 @@ def make_curve(task: CurveTask) -> CurveRecord:
     )
 
 
-Store: TypeAlias = dict[str, dict[int, CurveRecord]]
-"""Curves by key, and then by their largest number of labels."""
+def run_protocol(
+    task: CurveTask, on_round: Callable[[Material, State], None] = lambda _material, _state: None
+) -> tuple[Material, State, Curve]:
+    """The simulated person of a task, after all rounds.
+
+    Args:
+        task: the task.
+        on_round: called with the material and the state after every round.
+    """
+    material = _load_material(task.scenario, task.source_key, task.settings, task.seed)
+    material = material if task.method.factored else material.as_one_factor()
+    material = material.answered_by(task.person, task.seed)
+    state, curve = protocol.run(
+        material, task.method.batch, task.seed, task.max_labels, lambda state: on_round(material, state)
+    )
+    return material, state, curve
 
 
 def run_tasks(
@@ -157,6 +144,19 @@ def run_tasks(
     )
 
 
+@lru_cache(maxsize=2)
+def _load_material(scenario: Path, _source_key: str, settings: Settings, seed: int) -> Material:
+    """Material of the curves of a scenario and a seed; their tasks are consecutive, so few are cached.
+
+    The key makes changed files be read again.
+    """
+    return prepare(load_source(scenario).for_person(seed), settings)
+
+
+def _add(store: Store, record: CurveRecord) -> None:
+    store.setdefault(record.key, {})[record.max_labels] = record
+
+
 def _missing(tasks: Sequence[CurveTask], store: Store) -> list[CurveTask]:
     """The curves to compute: each once, longer ones first, since they include shorter ones; scenario by scenario."""
     planned = {key: dict(curves) for key, curves in store.items()}
@@ -176,10 +176,6 @@ def _missing(tasks: Sequence[CurveTask], store: Store) -> list[CurveTask]:
             )
             _add(planned, placeholder)
     return sorted(missing, key=lambda task: (task.scenario, task.seed, task.method.families))
-
-
-def _add(store: Store, record: CurveRecord) -> None:
-    store.setdefault(record.key, {})[record.max_labels] = record
 
 
 def _usable(task: CurveTask, store: Store) -> CurveRecord | None:

@@ -1,11 +1,4 @@
-"""All pictures of an evaluation.
-
-Pages of models with their true scores, as in appendix A of the paper.
-
-Parts of a Markdown page that show pictures.
-
-Models to show for each score of a scenario, as in appendix A of the paper.
-"""
+"""Pictures of an evaluation, liked models of each scenario (appendix A of the paper) among them, and their Markdown."""
 
 from __future__ import annotations
 
@@ -48,6 +41,16 @@ OTHERS = "others"
 """Name of the models without a case."""
 BANDS = (80.0, 60.0, 40.0, 20.0, 0.0)
 """Lower bounds of the groups of a continuous score."""
+COLUMNS = 8
+"""Number of models of one group."""
+ABOUT_SAMPLES = """\
+## Pictures
+
+For each scenario: divergence against labels, the median over seeds and a band from the 10 % to the 90 % quantile;
+models of the labelled set for each score, as in appendix A of the paper; samples of the density before learning and
+after all labels of one simulated person, each above its true score, as in appendix B.
+"""
+"""Text of a page before pictures of samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +63,134 @@ class LikedModels:
     """The reason in words."""
     models: tuple[int, ...]
     """The first ones of the labelled set; none if it has none."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReportPicture:
+    """A picture for a page."""
+
+    file: Path
+    title: str
+    """Title; printed above the picture if it has neighbours."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A heading and pictures below it."""
+
+    title: str
+    rows: tuple[tuple[ReportPicture, ...], ...]
+    """Pictures side by side, row by row."""
+    remark: str = ""
+    """Text below the pictures."""
+    linked: tuple[ReportPicture, ...] = ()
+    """Pictures that are too large for the page."""
+
+
+@dataclass(frozen=True, slots=True)
+class SamplePictures:
+    """Pictures of liked models of a scenario, and of samples before and after learning."""
+
+    scenario: Path
+    examples: Path
+    """Models with their true scores."""
+    grids: dict[int, dict[str, Path]]
+    """Pictures by number of models along each side, and then by stage: ``before`` and ``after``."""
+
+
+def markdown(section: Section, folder: Path) -> str:
+    """A part of a page in a folder."""
+    parts = [f"## {section.title}", *(_row(row, folder) for row in section.rows)]
+    links = [f"[{picture.title}]({_link(picture, folder)})" for picture in section.linked]
+    below = " ".join(filter(None, [section.remark, f"Larger: {', '.join(links)}." if links else ""]))
+    return "\n\n".join([*parts, *filter(None, [below])]) + "\n"
+
+
+def copied_beside(section: Section, page: Path) -> Section:
+    """The part with copies of its pictures, in a folder next to a page, with the name of the page."""
+    rows = tuple(tuple(_copied(picture, page.with_suffix("")) for picture in row) for row in section.rows)
+    return replace(
+        section, rows=rows, linked=tuple(_copied(picture, page.with_suffix("")) for picture in section.linked)
+    )
+
+
+def draw_results(results: Sequence[ScenarioResults], folder: Path) -> dict[str, Section]:
+    """Draw the curves of each scenario.
+
+    Args:
+        results: results of some scenarios and persons.
+        folder: folder for the pictures.
+
+    Returns:
+        By `ScenarioResults.name`, with one line per method; with only one method, one picture for all persons, with a
+        line for each, under the name of the first.
+    """
+    one_method = len({record.method for item in results for record in item.records}) == 1
+    groups: dict[str, list[ScenarioResults]] = {}
+    for item in results:
+        groups.setdefault(item.scenario.name if one_method else item.name, []).append(item)
+    return {items[0].name: _draw_scenario(items, folder) for items in groups.values()}
+
+
+def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Section:
+    """Draw an experiment.
+
+    Args:
+        figure: the experiment.
+        lines: the runs of each of its curves.
+        folder: folder for the picture.
+    """
+    series = [Series(curve.label, records) for curve, records in zip(figure.curves, lines, strict=True)]
+    png, *_ = draw_curves(folder / f"figure-{figure.name}", figure.title, series)
+    title = f"Figure {figure.name}: {figure.title}"
+    return Section(title, ((ReportPicture(png, title),),), figure.paper and f"Paper: {figure.paper}")
+
+
+def draw_samples(
+    samples: Mapping[Path, BeforeAfter], folder: Path, executor: AbstractExecutor, on_progress: Progress
+) -> dict[Path, SamplePictures]:
+    """Draw liked models of scenarios, and samples before and after learning.
+
+    Args:
+        samples: samples by scenario file.
+        folder: folder for the pictures; created if missing.
+        executor: draws the pictures, which do not depend on it.
+        on_progress: called after every finished scenario.
+
+    Returns:
+        The pictures, by scenario file.
+    """
+    drawn: dict[Path, SamplePictures] = {}
+    on_progress("grids", 0, len(samples))
+
+    def finish(_index: int, pictures: SamplePictures) -> None:
+        drawn[pictures.scenario] = pictures
+        on_progress("grids", len(drawn), len(samples))
+
+    executor.run(partial(_draw_samples, folder, executor.share(len(samples))), samples.items(), finish)
+    return drawn
+
+
+def draw_examples(scenario: Path, folder: Path, executor: AbstractExecutor) -> Path:
+    """Draw models of the labelled set for every case of a preference: a row per case, with its score and its meaning.
+
+    Args:
+        scenario: the scenario file.
+        folder: folder for the picture; created if missing.
+        executor: draws the picture, which does not depend on it.
+
+    Returns:
+        ``F1-scores.jpg``.
+
+    Raises:
+        GrammarlabError: If the scenario or its grammar has an error.
+    """
+    source = load_source(scenario)
+    groups = [group for group in models_for_scores(source, COLUMNS) if group.models]
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{source.scenario.name}-scores.jpg"
+    save_picture(_draw_groups(source, groups, executor), path)
+    return path
 
 
 def models_for_scores(source: Source, num: int) -> tuple[LikedModels, ...]:
@@ -89,6 +220,71 @@ def models_for_scores(source: Source, num: int) -> tuple[LikedModels, ...]:
     return tuple(
         LikedModels(score, means, tuple(models)) for (score, means), models in zip(labels, members, strict=True)
     )
+
+
+def with_samples(section: Section, record: CurveRecord, pictures: SamplePictures) -> Section:
+    """The part of a scenario, with samples below its curves.
+
+    Args:
+        section: the curves.
+        record: the curve of the samples.
+        pictures: pictures of the samples.
+    """
+    smallest, *larger = sorted(pictures.grids)
+    titles = {
+        "before": "samples before learning",
+        "after": f"samples after {record.curve.points[-1].labels} labels ({record.method}, seed {record.seed})",
+    }
+    examples = ReportPicture(pictures.examples, f"{record.scenario}: models and their scores")
+    grid = tuple(ReportPicture(file, titles[stage]) for stage, file in pictures.grids[smallest].items())
+    linked = tuple(
+        ReportPicture(file, f"{size}x{size} samples {stage}")
+        for size in larger
+        for stage, file in pictures.grids[size].items()
+    )
+    return replace(section, rows=(*section.rows, (examples,), grid), linked=linked)
+
+
+def _row(pictures: tuple[ReportPicture, ...], folder: Path) -> str:
+    images = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
+    if len(images) == 1:
+        return images[0]
+    return markdown_table([picture.title for picture in pictures], [images]).rstrip("\n")
+
+
+def _link(picture: ReportPicture, folder: Path) -> str:
+    return Path(os.path.relpath(picture.file, folder)).as_posix()
+
+
+def _copied(picture: ReportPicture, folder: Path) -> ReportPicture:
+    folder.mkdir(parents=True, exist_ok=True)
+    with atomic_file(folder / picture.file.name) as part:
+        part.write_bytes(picture.file.read_bytes())
+    return replace(picture, file=folder / picture.file.name)
+
+
+def _draw_scenario(items: Sequence[ScenarioResults], folder: Path) -> Section:
+    """Draw the curves of one scenario: of all methods or all persons."""
+    first = items[0]
+    target, title = first.scenario.target, f"{first.name if len(items) == 1 else first.scenario.name}: "
+    title += first.scenario.title
+    series = [
+        Series(
+            method if len(items) == 1 else item.person,
+            tuple(replace(r, curve=c) for r, c in zip(records, item.counted(records), strict=True)),
+        )
+        for item in items
+        for method, records in item.by_method().items()
+    ]
+    labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
+    png, *_ = draw_curves(folder / first.name, title, series, close=target.js, labels=labels)
+    return Section(title, ((ReportPicture(png, title),),))
+
+
+def _draw_samples(folder: Path, executor: AbstractExecutor, item: tuple[Path, BeforeAfter]) -> SamplePictures:
+    scenario, samples = item
+    examples = draw_examples(scenario, folder, executor)
+    return SamplePictures(scenario, examples, draw_grids(scenario, samples, folder, executor))
 
 
 def _grouping(scenario: Scenario) -> tuple[list[tuple[float, str]], Callable[[Forest], NDArray[np.intp]]]:
@@ -123,33 +319,7 @@ def _deciding_case(score: Score) -> Expression:
     return Expression.parse(f"choose({pairs}, {len(names)})", names)
 
 
-COLUMNS = 8
-"""Number of models of one group."""
-
-
-def draw_examples(scenario: Path, folder: Path, executor: AbstractExecutor) -> Path:
-    """Draw models of the labelled set for every case of a preference: a row per case, with its score and its meaning.
-
-    Args:
-        scenario: the scenario file.
-        folder: folder for the picture; created if missing.
-        executor: draws the picture, which does not depend on it.
-
-    Returns:
-        ``F1-scores.jpg``.
-
-    Raises:
-        GrammarlabError: If the scenario or its grammar has an error.
-    """
-    source = load_source(scenario)
-    groups = [group for group in models_for_scores(source, COLUMNS) if group.models]
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{source.scenario.name}-scores.jpg"
-    save_picture(_draw(source, groups, executor), path)
-    return path
-
-
-def _draw(source: Source, groups: list[LikedModels], executor: AbstractExecutor) -> np.ndarray:
+def _draw_groups(source: Source, groups: list[LikedModels], executor: AbstractExecutor) -> np.ndarray:
     tiles = tiles_of(source, [model for group in groups for model in group.models], TILE_AREA, executor)
     drawn = iter(tiles.pictures)
     blank = np.full((tiles.height, tiles.width, 3), PAPER, np.uint8)
@@ -161,182 +331,3 @@ def _draw(source: Source, groups: list[LikedModels], executor: AbstractExecutor)
         captions += [(f"{group.score:g}   {group.means}", "")] + [("", "")] * (COLUMNS - 1)
     heading = (f"{source.scenario.name}: models and their scores", source.scenario.title)
     return draw_page(lay_out(len(cells), COLUMNS, tiles.width, tiles.height), cells, captions, heading)
-
-
-@dataclass(frozen=True, slots=True)
-class ReportPicture:
-    """A picture for a page."""
-
-    file: Path
-    title: str
-    """Title; printed above the picture if it has neighbours."""
-
-
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A heading and pictures below it."""
-
-    title: str
-    rows: tuple[tuple[ReportPicture, ...], ...]
-    """Pictures side by side, row by row."""
-    remark: str = ""
-    """Text below the pictures."""
-    linked: tuple[ReportPicture, ...] = ()
-    """Pictures that are too large for the page."""
-
-
-def markdown(section: Section, folder: Path) -> str:
-    """A part of a page in a folder."""
-    parts = [f"## {section.title}", *(_row(row, folder) for row in section.rows)]
-    links = [f"[{picture.title}]({_link(picture, folder)})" for picture in section.linked]
-    below = " ".join(filter(None, [section.remark, f"Larger: {', '.join(links)}." if links else ""]))
-    return "\n\n".join([*parts, *filter(None, [below])]) + "\n"
-
-
-def copied_beside(section: Section, page: Path) -> Section:
-    """The part with copies of its pictures, in a folder next to a page, with the name of the page."""
-    rows = tuple(tuple(_copied(picture, page.with_suffix("")) for picture in row) for row in section.rows)
-    return replace(section, rows=rows, linked=tuple(_copied(other, page.with_suffix("")) for other in section.linked))
-
-
-def _row(pictures: tuple[ReportPicture, ...], folder: Path) -> str:
-    images = [f"![{picture.title}]({_link(picture, folder)})" for picture in pictures]
-    if len(images) == 1:
-        return images[0]
-    return markdown_table([picture.title for picture in pictures], [images]).rstrip("\n")
-
-
-def _link(picture: ReportPicture, folder: Path) -> str:
-    return Path(os.path.relpath(picture.file, folder)).as_posix()
-
-
-def _copied(picture: ReportPicture, folder: Path) -> ReportPicture:
-    folder.mkdir(parents=True, exist_ok=True)
-    with atomic_file(folder / picture.file.name) as part:
-        part.write_bytes(picture.file.read_bytes())
-    return replace(picture, file=folder / picture.file.name)
-
-
-ABOUT_SAMPLES = """\
-## Pictures
-
-For each scenario: divergence against labels, the median over seeds and a band from the 10 % to the 90 % quantile;
-models of the labelled set for each score, as in appendix A of the paper; samples of the density before learning and
-after all labels of one simulated person, each above its true score, as in appendix B.
-"""
-"""Text of a page before pictures of samples."""
-
-
-def draw_results(results: Sequence[ScenarioResults], folder: Path) -> dict[str, Section]:
-    """Draw the curves of each scenario.
-
-    Args:
-        results: results of some scenarios and persons.
-        folder: folder for the pictures.
-
-    Returns:
-        By `ScenarioResults.name`, with one line per method; with only one method, one picture for all persons, with a
-        line for each, under the name of the first.
-    """
-    one_method = len({record.method for item in results for record in item.records}) == 1
-    groups: dict[str, list[ScenarioResults]] = {}
-    for item in results:
-        groups.setdefault(item.scenario.name if one_method else item.name, []).append(item)
-    return {items[0].name: _draw_scenario(items, folder) for items in groups.values()}
-
-
-def _draw_scenario(items: Sequence[ScenarioResults], folder: Path) -> Section:
-    """Draw the curves of one scenario: of all methods or all persons."""
-    first = items[0]
-    target, title = first.scenario.target, f"{first.name if len(items) == 1 else first.scenario.name}: "
-    title += first.scenario.title
-    series = [
-        Series(
-            method if len(items) == 1 else item.person,
-            tuple(replace(r, curve=c) for r, c in zip(records, item.counted(records), strict=True)),
-        )
-        for item in items
-        for method, records in item.by_method().items()
-    ]
-    labels = "labels from the first liked model on" if target.since == "first liked" else "labels"
-    png, *_ = draw_curves(folder / first.name, title, series, close=target.js, labels=labels)
-    return Section(title, ((ReportPicture(png, title),),))
-
-
-def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Section:
-    """Draw an experiment.
-
-    Args:
-        figure: the experiment.
-        lines: the runs of each of its curves.
-        folder: folder for the picture.
-    """
-    series = [Series(curve.label, records) for curve, records in zip(figure.curves, lines, strict=True)]
-    png, *_ = draw_curves(folder / f"figure-{figure.name}", figure.title, series)
-    title = f"Figure {figure.name}: {figure.title}"
-    return Section(title, ((ReportPicture(png, title),),), figure.paper and f"Paper: {figure.paper}")
-
-
-@dataclass(frozen=True, slots=True)
-class SamplePictures:
-    """Pictures of liked models of a scenario, and of samples before and after learning."""
-
-    scenario: Path
-    examples: Path
-    """Models with their true scores."""
-    grids: dict[int, dict[str, Path]]
-    """Pictures by number of models along each side, and then by stage: ``before`` and ``after``."""
-
-
-def draw_samples(
-    samples: Mapping[Path, BeforeAfter], folder: Path, executor: AbstractExecutor, on_progress: Progress
-) -> dict[Path, SamplePictures]:
-    """Draw liked models of scenarios, and samples before and after learning.
-
-    Args:
-        samples: samples by scenario file.
-        folder: folder for the pictures; created if missing.
-        executor: draws the pictures, which do not depend on it.
-        on_progress: called after every finished scenario.
-
-    Returns:
-        The pictures, by scenario file.
-    """
-    drawn: dict[Path, SamplePictures] = {}
-    on_progress("grids", 0, len(samples))
-
-    def finish(_index: int, pictures: SamplePictures) -> None:
-        drawn[pictures.scenario] = pictures
-        on_progress("grids", len(drawn), len(samples))
-
-    executor.run(partial(_draw_samples, folder, executor.share(len(samples))), samples.items(), finish)
-    return drawn
-
-
-def _draw_samples(folder: Path, executor: AbstractExecutor, item: tuple[Path, BeforeAfter]) -> SamplePictures:
-    scenario, samples = item
-    examples = draw_examples(scenario, folder, executor)
-    return SamplePictures(scenario, examples, draw_grids(scenario, samples, folder, executor))
-
-
-def with_samples(section: Section, record: CurveRecord, pictures: SamplePictures) -> Section:
-    """The part of a scenario, with samples below its curves.
-
-    Args:
-        section: the curves.
-        record: the curve of the samples.
-        pictures: pictures of the samples.
-    """
-    smallest, *larger = sorted(pictures.grids)
-    titles = {
-        "before": "samples before learning",
-        "after": f"samples after {record.curve.points[-1].labels} labels ({record.method}, seed {record.seed})",
-    }
-    examples = ReportPicture(pictures.examples, f"{record.scenario}: models and their scores")
-    grid = tuple(ReportPicture(file, titles[stage]) for stage, file in pictures.grids[smallest].items())
-    linked = tuple(
-        ReportPicture(file, f"{size}x{size} samples {stage}")
-        for size in larger
-        for stage, file in pictures.grids[size].items()
-    )
-    return replace(section, rows=(*section.rows, (examples,), grid), linked=linked)

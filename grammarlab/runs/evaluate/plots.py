@@ -1,9 +1,4 @@
-"""Pictures of learning curves, PNG and SVG, in colours that colour-blind people can distinguish.
-
-Grids of samples before and after learning, as in appendix B of the paper.
-
-The curves of one scenario and one person.
-"""
+"""Plots of the curves of a scenario, and grids of samples before and after learning (appendix B of the paper)."""
 
 from __future__ import annotations
 
@@ -33,71 +28,22 @@ from grammarlab.scene import triangles
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-
 TILE_AREA = 144 * 144
 """Number of pixels of the picture of one model."""
 SIZES = {4: TILE_AREA, 10: TILE_AREA // 5}
 """Number of models along each side of a grid, and of pixels of the picture of each."""
-QUALITY = 70
+FLOOR = 1e-4
+"""Lowest drawn divergence, in nats, since the axis is logarithmic; lower ones are drawn here."""
+_QUALITY = 70
 """JPEG quality, 1 to 95, such that the pictures of all scenarios fit in a repository."""
-
-
-def draw_grids(
-    scenario: Path, samples: BeforeAfter, folder: Path, executor: AbstractExecutor
-) -> dict[int, dict[str, Path]]:
-    """Draw samples of the labelled set with their true scores.
-
-    Args:
-        scenario: the scenario file.
-        samples: the samples; a small grid shows the first ones.
-        folder: folder for the pictures; created if missing.
-        executor: draws the pictures, which do not depend on it.
-
-    Returns:
-        ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
-    """
-    source = load_source(scenario).for_person(samples.seed)
-    name = source.scenario.name
-    folder.mkdir(parents=True, exist_ok=True)
-    stages = {
-        "before": (samples.before, (f"{name} before learning", f"JS {samples.before.js:.3f}")),
-        "after": (samples.after, (f"{name} after {samples.labels} labels", f"JS {samples.after.js:.4f}")),
-    }
-    files: dict[int, dict[str, Path]] = {size: {} for size in SIZES}
-    for size, area in SIZES.items():
-        num = size * size
-        # Drawn together, so that pictures side by side have one shape.
-        tiles = tiles_of(source, samples.before.models[:num] + samples.after.models[:num], area, executor)
-        for index, (stage, (sample, heading)) in enumerate(stages.items()):
-            captions = [(f"{score:.3g}", "") for score in sample.scores[:num]]
-            page = lay_out(num, size, tiles.width, tiles.height)
-            picture = draw_page(page, tiles.pictures[index * num : (index + 1) * num], captions, heading)
-            files[size][stage] = folder / f"{name}-{stage}-{size}x{size}.jpg"
-            save_picture(picture, files[size][stage])
-    return files
-
-
-def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
-    """Write pixels [height, width, 3] as JPEG, atomically."""
-    with atomic_file(path) as part:
-        Image.fromarray(picture).save(part, "JPEG", quality=QUALITY, optimize=True, progressive=True)
-
-
-def tiles_of(source: Source, models: Sequence[int], area: int, executor: AbstractExecutor) -> Tiles:
-    """Pictures of labelled models, each rebuilt from its address; each fills its picture.
-
-    Args:
-        source: the scenario with its grammar.
-        models: indices in the labelled set; repeats are drawn once.
-        area: approximate number of pixels of each picture.
-        executor: draws the pictures, which do not depend on it.
-    """
-    different = sorted(set(models))
-    batch = triangles(
-        source.space.realize([source.labelled_address._replace(model=model) for model in different]).scene
-    )
-    tiles = draw_tiles([batch.model(index) for index in range(len(different))], area, executor)
-    return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))
+# Okabe and Ito's palette, the strongest first; each line also has its own dash pattern.
+_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
+_DASHES = ("-", "--", "-.", ":")
+_BAND = (0.1, 0.9)
+"""Quantiles over the runs at the ends of the band around a median."""
+_SUFFIXES = (".png", ".svg")
+_TITLE_WIDTH = 68
+"""Largest number of characters of a line above a picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,18 +82,6 @@ class ScenarioResults:
         return [record.curve.since_first_liked() if later else record.curve for record in records]
 
 
-# Okabe and Ito's palette, the strongest first; each line also has its own dash pattern.
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
-DASHES = ("-", "--", "-.", ":")
-FLOOR = 1e-4
-"""Lowest drawn divergence, in nats, since the axis is logarithmic; lower ones are drawn here."""
-BAND = (0.1, 0.9)
-"""Quantiles over the runs at the ends of the band around a median."""
-SUFFIXES = (".png", ".svg")
-TITLE_WIDTH = 68
-"""Largest number of characters of a line above a picture."""
-
-
 @dataclass(frozen=True, slots=True)
 class Series:
     """One line with its band."""
@@ -155,6 +89,64 @@ class Series:
     label: str
     records: tuple[CurveRecord, ...]
     """The runs, one per seed; at least one."""
+
+
+def draw_grids(
+    scenario: Path, samples: BeforeAfter, folder: Path, executor: AbstractExecutor
+) -> dict[int, dict[str, Path]]:
+    """Draw samples of the labelled set with their true scores.
+
+    Args:
+        scenario: the scenario file.
+        samples: the samples; a small grid shows the first ones.
+        folder: folder for the pictures; created if missing.
+        executor: draws the pictures, which do not depend on it.
+
+    Returns:
+        ``F1-before-4x4.jpg`` and ``F1-after-4x4.jpg``, and the same with 10x10: by size, and then by stage.
+    """
+    source = load_source(scenario).for_person(samples.seed)
+    name = source.scenario.name
+    folder.mkdir(parents=True, exist_ok=True)
+    stages = {
+        "before": (samples.before, (f"{name} before learning", f"JS {samples.before.js:.3f}")),
+        "after": (samples.after, (f"{name} after {samples.labels} labels", f"JS {samples.after.js:.4f}")),
+    }
+    files: dict[int, dict[str, Path]] = {size: {} for size in SIZES}
+    for size, area in SIZES.items():
+        num = size * size
+        # Drawn together, so that pictures side by side have one shape.
+        tiles = tiles_of(source, samples.before.models[:num] + samples.after.models[:num], area, executor)
+        for index, (stage, (sample, heading)) in enumerate(stages.items()):
+            captions = [(f"{score:.3g}", "") for score in sample.scores[:num]]
+            page = lay_out(num, size, tiles.width, tiles.height)
+            picture = draw_page(page, tiles.pictures[index * num : (index + 1) * num], captions, heading)
+            files[size][stage] = folder / f"{name}-{stage}-{size}x{size}.jpg"
+            save_picture(picture, files[size][stage])
+    return files
+
+
+def tiles_of(source: Source, models: Sequence[int], area: int, executor: AbstractExecutor) -> Tiles:
+    """Pictures of labelled models, each rebuilt from its address; each fills its picture.
+
+    Args:
+        source: the scenario with its grammar.
+        models: indices in the labelled set; repeats are drawn once.
+        area: approximate number of pixels of each picture.
+        executor: draws the pictures, which do not depend on it.
+    """
+    different = sorted(set(models))
+    batch = triangles(
+        source.space.realize([source.labelled_address._replace(model=model) for model in different]).scene
+    )
+    tiles = draw_tiles([batch.model(index) for index in range(len(different))], area, executor)
+    return replace(tiles, pictures=tuple(tiles.pictures[different.index(model)] for model in models))
+
+
+def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
+    """Write pixels [height, width, 3] as JPEG, atomically."""
+    with atomic_file(path) as part:
+        Image.fromarray(picture).save(part, "JPEG", quality=_QUALITY, optimize=True, progressive=True)
 
 
 def draw_curves(
@@ -170,7 +162,7 @@ def draw_curves(
         labels: text below the axis of labels.
 
     Returns:
-        The files, one for each of `SUFFIXES`.
+        The files, one for each of `_SUFFIXES`.
 
     Raises:
         UsageError: If matplotlib is not installed.
@@ -179,8 +171,8 @@ def draw_curves(
     axes = figure.subplots()
     for index, line in enumerate(series):
         counts, (low, median, high) = quantiles(line.records)
-        color = COLORS[index % len(COLORS)]
-        axes.plot(counts, median, DASHES[index % len(DASHES)], color=color, label=line.label, linewidth=1.8)
+        color = _COLORS[index % len(_COLORS)]
+        axes.plot(counts, median, _DASHES[index % len(_DASHES)], color=color, label=line.label, linewidth=1.8)
         axes.fill_between(counts, low, high, color=color, alpha=0.15, linewidth=0)
     axes.axhline(close, color="#777777", linewidth=0.8)
     axes.set_yscale("log")
@@ -188,7 +180,7 @@ def draw_curves(
     axes.set_xlim(left=0)
     axes.set_xlabel(labels)
     axes.set_ylabel("Jensen-Shannon divergence (nats)")
-    axes.set_title(fill(title, TITLE_WIDTH), fontsize=11)
+    axes.set_title(fill(title, _TITLE_WIDTH), fontsize=11)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False, fontsize=9)
     return _save(figure, path)
@@ -206,7 +198,7 @@ def quantiles(records: Sequence[CurveRecord]) -> tuple[NDArray[np.int64], NDArra
     values = np.array([[record.curve.js_at(count, record.js_original) for count in labels] for record in records])
     lasts = [record.curve.points[-1].labels if record.curve.points else 0 for record in records]
     values[np.array(labels) > np.array(lasts)[:, None]] = np.nan
-    low, high = BAND
+    low, high = _BAND
     return np.array(labels), np.maximum(np.nanquantile(values, [low, 0.5, high], axis=0), FLOOR)
 
 
@@ -220,7 +212,7 @@ def _save(figure: Figure, path: Path) -> tuple[Path, ...]:
     from matplotlib import rc_context  # noqa: PLC0415
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    files = tuple(path.with_name(path.name + suffix) for suffix in SUFFIXES)
+    files = tuple(path.with_name(path.name + suffix) for suffix in _SUFFIXES)
     for file in files:
         metadata: dict[str, Any] = {"Date": None} if file.suffix == ".svg" else {"Software": None}
         # Without salt and date, equal pictures are equal files.

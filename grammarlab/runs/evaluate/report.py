@@ -1,7 +1,4 @@
-"""Tables of learning curves: Parquet for programs, Markdown for people, with the paper's results.
-
-Divergence for each person, worst cases first, with the targets.
-"""
+"""Tables of learning curves: Parquet for programs, Markdown for people, with the paper's results and the targets."""
 
 from __future__ import annotations
 
@@ -33,66 +30,10 @@ TARGETS = {
     "blunders10": (0.08, 0.02, 0.005),
 }
 """Targets by person: medians over scenarios, in nats, of the default method at each of `CHECKPOINTS`."""
-METHOD = "default"
-"""Method of the targets `TARGETS`."""
-
-
-def by_person(results: Sequence[ScenarioResults]) -> str:
-    """The section of a page: a table for each folder of scenarios."""
-    max_labels = max(point.labels for item in results for record in item.records for point in record.curve.points)
-    after = [labels for labels in CHECKPOINTS if labels < max_labels] + [max_labels]
-    folders = dict.fromkeys(item.path.absolute().parent for item in results)
-    head = ("person", "method", "scenario", "original", *(f"after {labels}" for labels in after), "worst seed")
-    seeds = max(len(records) for item in results for records in item.by_method().values())
-    about = (
-        "## By person\n\n"
-        "Divergence in nats from the person's target density, after 64, 128, … scores; the worst scenarios come "
-        f"first. The numbers are medians over {seeds} {'seeds' if seeds > 1 else 'seed'}; the last column is the worst "
-        "seed. *exact* gives the scores of the scenario; *stars* rounds them to 0, 25, 50, 75 and 100, and its target "
-        "density is that of the rounded scores; *sd10* adds normal noise of 10 points; 5 % of the scores of "
-        "*blunders5* are random. *all* is the median over scenarios. *target* is the goal for this median with the "
-        "default method, on scenarios that were not used to tune it.\n"
-    )
-    parts = [about]
-    for folder in folders:
-        folder_results = [item for item in results if item.path.absolute().parent == folder]
-        num_shown, num_scenarios = (
-            len({item.scenario.name for item in folder_results}),
-            len(list(folder.glob(f"*{SUFFIX}"))),
-        )
-        parts.append(f"### Scenarios of `{folder.name}`: {num_shown} of {num_scenarios}\n")
-        parts.append(markdown_table(head, _rows(folder_results, after)))
-    return "\n".join(parts)
-
-
-def _rows(results: Sequence[ScenarioResults], after: Sequence[int]) -> list[tuple[str, ...]]:
-    cases: dict[tuple[str, str], dict[str, NDArray[np.float64]]] = {}
-    for item in results:
-        for method, records in item.by_method().items():
-            js = [[record.curve.js_at(labels, record.js_original) for labels in (0, *after)] for record in records]
-            cases.setdefault((item.person, method), {})[item.scenario.name] = np.array(js)
-    rows = []
-    for (person, method), by_scenario in cases.items():
-        if len(by_scenario) > 1:
-            rows.append((person, method, "*all*", *_numbers(np.concatenate(list(by_scenario.values())))))
-            rows += [(person, method, "*target*", "", *_targets(person, after), "")] if method == METHOD else []
-        worst_first = sorted(by_scenario, key=lambda name: -np.median(by_scenario[name][:, -1]))
-        rows += [(person, method, name, *_numbers(by_scenario[name])) for name in worst_first]
-    return rows
-
-
-def _numbers(js: NDArray[np.float64]) -> Iterable[str]:
-    """Numbers from divergences [seeds, checkpoints]: the median over seeds, and the worst of the last column."""
-    return (f"{number:.4f}" for number in (*np.median(js, axis=0), js[:, -1].max()))
-
-
-def _targets(person: str, after: Sequence[int]) -> list[str]:
-    targets: Mapping[int, float] = dict(zip(CHECKPOINTS, TARGETS[person], strict=True))
-    return [f"{targets[labels]:.4f}" if labels in targets else "" for labels in after]
-
-
 TABLE = "results.parquet"
 PAGE = "results.md"
+_METHOD = "default"
+"""Method of the targets `TARGETS`."""
 
 
 def write_table(path: Path, records: Sequence[CurveRecord]) -> None:
@@ -136,20 +77,12 @@ def write_page(
         "# Results\n",
         f"Written by `{command}`. Run the command again instead of editing this page.\n",
         _original_table(results),
-        by_person(results),
+        _by_person(results),
         _labels_table(results),
         *sections,
         *(markdown(section, path.parent) for section in pictures),
     ]
     write_text(path, "\n".join(parts))
-
-
-def _firsts(results: Sequence[ScenarioResults]) -> list[ScenarioResults]:
-    """The results of each scenario for the first person."""
-    firsts: dict[str, ScenarioResults] = {}
-    for item in results:
-        firsts.setdefault(item.scenario.name, item)
-    return list(firsts.values())
 
 
 def _original_table(results: Sequence[ScenarioResults]) -> str:
@@ -169,6 +102,76 @@ def _original_table(results: Sequence[ScenarioResults]) -> str:
         "*paper*: the same in the paper.\n\n"
         + markdown_table(("scenario", "liked models", "original", "paper", "difference"), rows)
     )
+
+
+def _number(value: float | None, form: str = "g") -> str:
+    return "" if value is None else format(value, form)
+
+
+def _difference(value: float, reference: float | None) -> str:
+    return "" if reference is None else f"{100 * (value / reference - 1):+.0f} %"
+
+
+def _firsts(results: Sequence[ScenarioResults]) -> list[ScenarioResults]:
+    """The results of each scenario for the first person."""
+    firsts: dict[str, ScenarioResults] = {}
+    for item in results:
+        firsts.setdefault(item.scenario.name, item)
+    return list(firsts.values())
+
+
+def _by_person(results: Sequence[ScenarioResults]) -> str:
+    """The section of a page: a table for each folder of scenarios."""
+    max_labels = max(point.labels for item in results for record in item.records for point in record.curve.points)
+    after = [labels for labels in CHECKPOINTS if labels < max_labels] + [max_labels]
+    folders = dict.fromkeys(item.path.absolute().parent for item in results)
+    head = ("person", "method", "scenario", "original", *(f"after {labels}" for labels in after), "worst seed")
+    seeds = max(len(records) for item in results for records in item.by_method().values())
+    about = (
+        "## By person\n\n"
+        "Divergence in nats from the person's target density, after 64, 128, … scores; the worst scenarios come "
+        f"first. The numbers are medians over {seeds} {'seeds' if seeds > 1 else 'seed'}; the last column is the worst "
+        "seed. *exact* gives the scores of the scenario; *stars* rounds them to 0, 25, 50, 75 and 100, and its target "
+        "density is that of the rounded scores; *sd10* adds normal noise of 10 points; 5 % of the scores of "
+        "*blunders5* are random. *all* is the median over scenarios. *target* is the goal for this median with the "
+        "default method, on scenarios that were not used to tune it.\n"
+    )
+    parts = [about]
+    for folder in folders:
+        folder_results = [item for item in results if item.path.absolute().parent == folder]
+        num_shown, num_scenarios = (
+            len({item.scenario.name for item in folder_results}),
+            len(list(folder.glob(f"*{SUFFIX}"))),
+        )
+        parts.append(f"### Scenarios of `{folder.name}`: {num_shown} of {num_scenarios}\n")
+        parts.append(markdown_table(head, _rows(folder_results, after)))
+    return "\n".join(parts)
+
+
+def _rows(results: Sequence[ScenarioResults], after: Sequence[int]) -> list[tuple[str, ...]]:
+    cases: dict[tuple[str, str], dict[str, NDArray[np.float64]]] = {}
+    for item in results:
+        for method, records in item.by_method().items():
+            js = [[record.curve.js_at(labels, record.js_original) for labels in (0, *after)] for record in records]
+            cases.setdefault((item.person, method), {})[item.scenario.name] = np.array(js)
+    rows = []
+    for (person, method), by_scenario in cases.items():
+        if len(by_scenario) > 1:
+            rows.append((person, method, "*all*", *_numbers(np.concatenate(list(by_scenario.values())))))
+            rows += [(person, method, "*target*", "", *_targets(person, after), "")] if method == _METHOD else []
+        worst_first = sorted(by_scenario, key=lambda name: -np.median(by_scenario[name][:, -1]))
+        rows += [(person, method, name, *_numbers(by_scenario[name])) for name in worst_first]
+    return rows
+
+
+def _numbers(js: NDArray[np.float64]) -> Iterable[str]:
+    """Numbers from divergences [seeds, checkpoints]: the median over seeds, and the worst of the last column."""
+    return (f"{number:.4f}" for number in (*np.median(js, axis=0), js[:, -1].max()))
+
+
+def _targets(person: str, after: Sequence[int]) -> list[str]:
+    targets: Mapping[int, float] = dict(zip(CHECKPOINTS, TARGETS[person], strict=True))
+    return [f"{targets[labels]:.4f}" if labels in targets else "" for labels in after]
 
 
 def _labels_table(results: Sequence[ScenarioResults]) -> str:
@@ -210,9 +213,23 @@ def _labels_table(results: Sequence[ScenarioResults]) -> str:
     )
 
 
+def _summary(summary: Summary) -> str:
+    if not summary.reached:
+        return f"never (0/{summary.runs})"
+    median = "–" if summary.median is None else f"{summary.median:g}"
+    highest = "never" if summary.highest is None else f"{summary.highest}"
+    return f"**{median}** ({summary.lowest}–{highest}; {summary.reached}/{summary.runs})"
+
+
 def _target(target: ScenarioGoal, labels: int | None) -> str:
     later = labels is not None and target.since == "first liked"
     return _number(labels) + " from the first liked model on" * later
+
+
+def _paper_labels(scenario: Scenario, method: str) -> str:
+    if method.startswith("kde"):
+        return _number(scenario.paper.kde_labels)
+    return _number(scenario.paper.labels)
 
 
 def _first_liked(item: ScenarioResults, method: str, records: Sequence[CurveRecord]) -> str:
@@ -222,25 +239,3 @@ def _first_liked(item: ScenarioResults, method: str, records: Sequence[CurveReco
         f"{item.name}, {method}: *first* and *stays* count from the first liked model on, with all labels of the "
         f"round that showed it. Before that round, {_summary(before)} labels had been given."
     )
-
-
-def _paper_labels(scenario: Scenario, method: str) -> str:
-    if method.startswith("kde"):
-        return _number(scenario.paper.kde_labels)
-    return _number(scenario.paper.labels)
-
-
-def _summary(summary: Summary) -> str:
-    if not summary.reached:
-        return f"never (0/{summary.runs})"
-    median = "–" if summary.median is None else f"{summary.median:g}"
-    highest = "never" if summary.highest is None else f"{summary.highest}"
-    return f"**{median}** ({summary.lowest}–{highest}; {summary.reached}/{summary.runs})"
-
-
-def _number(value: float | None, form: str = "g") -> str:
-    return "" if value is None else format(value, form)
-
-
-def _difference(value: float, reference: float | None) -> str:
-    return "" if reference is None else f"{100 * (value / reference - 1):+.0f} %"

@@ -1,7 +1,4 @@
-"""Several facades as files in one folder, with a picture of all of them.
-
-Facades as files for other programs.
-"""
+"""Facades as files for other programs, and several facades in one folder with a picture of all of them."""
 
 from __future__ import annotations
 
@@ -26,7 +23,27 @@ from grammarlab.files import atomic_file, write_bytes, write_text
 from grammarlab.runs.work.run_folder import only_run_in, replace_written
 
 PIXELS_PER_METRE = 50.0
-ENDINGS = ("svg", "png", *FORMATS)
+"""Largest resolution of the pictures of a gallery, and default resolution of a picture."""
+_ENDINGS = ("svg", "png", *FORMATS)
+_CONTACT, GALLERY = "contact.png", "gallery"
+"""The picture of all facades, and the name of the command in the record of written files."""
+_FACADE = ".facade.json"
+_MAX_SIDE = 640
+"""Largest side of a picture of a gallery, pixels."""
+_SAMPLES_PER_PIXEL = 1
+"""Samples per pixel: most edges are along pixels, and pictures are needed at once."""
+_SHEET_WIDTH, _MARGIN = 2400, 24
+"""Width of the contact sheet, and distance between facades, pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gallery:
+    """Facades with their drawings; all pictures have one scale."""
+
+    facades: Sequence[Facade]
+    drawings: Sequence[str]
+    """SVG of each facade."""
+    pictures: Sequence[Image.Image]
 
 
 def show_facade(facade: Facade, path: Path | str, pixels_per_metre: float = PIXELS_PER_METRE) -> Path:
@@ -46,8 +63,8 @@ def show_facade(facade: Facade, path: Path | str, pixels_per_metre: float = PIXE
     """
     path = Path(path)
     ending = path.suffix.lower().removeprefix(".")
-    if ending not in ENDINGS:
-        raise UsageError(f"{path.name!r}: expected a file that ends in one of .{', .'.join(ENDINGS)}.")
+    if ending not in _ENDINGS:
+        raise UsageError(f"{path.name!r}: expected a file that ends in one of .{', .'.join(_ENDINGS)}.")
     path.parent.mkdir(parents=True, exist_ok=True)
     if ending == "svg":
         write_text(path, svg(facade))
@@ -60,27 +77,6 @@ def show_facade(facade: Facade, path: Path | str, pixels_per_metre: float = PIXE
             store_as_assets(facade, Path(folder))
             save(realize_facade(facade), path, options=SaveOptions(assets=Path(folder)))
     return path
-
-
-CONTACT, GALLERY = "contact.png", "gallery"
-"""The picture of all facades, and the name of the command in the record of written files."""
-_FACADE = ".facade.json"
-_PIXELS_PER_METRE, _MAX_SIDE = 50.0, 640
-"""Largest resolution of pictures, pixels per metre, and largest side of a picture, pixels."""
-_SAMPLES_PER_PIXEL = 1
-"""Samples per pixel: most edges are along pixels, and pictures are needed at once."""
-_SHEET_WIDTH, _MARGIN = 2400, 24
-"""Width of the contact sheet, and distance between facades, pixels."""
-
-
-@dataclass(frozen=True, slots=True)
-class Gallery:
-    """Facades with their drawings; all pictures have one scale."""
-
-    facades: Sequence[Facade]
-    drawings: Sequence[str]
-    """SVG of each facade."""
-    pictures: Sequence[Image.Image]
 
 
 def save_gallery(
@@ -123,8 +119,8 @@ def draw_gallery(facades: Sequence[Facade], folder: Path, source: Path | None = 
     if source and any(file.exists() and file.samefile(source) for file in files):
         raise UsageError(f"{source} would be overwritten or removed: write to another folder.")
     longest = max(max(facade.width, facade.height) for facade in facades)
-    scale = min(_PIXELS_PER_METRE, _MAX_SIDE / longest)
-    facades = [_renamed(facade, {CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
+    scale = min(PIXELS_PER_METRE, _MAX_SIDE / longest)
+    facades = [_renamed(facade, {_CONTACT, *(f"{name}.png" for name in names)}) for facade in facades]
     drawings = [svg(facade) for facade in facades]
     pictures = [Image.fromarray(draw(facade, scale, _SAMPLES_PER_PIXEL)) for facade in facades]
     return Gallery(facades, drawings, pictures)
@@ -141,20 +137,16 @@ def write_gallery(
     names = _names(len(gallery.facades))
     files = [folder / f"{name}{_FACADE}" for name in names]
     locks = locks or [()] * len(files)
-    written = [folder / CONTACT, *files]
+    written = [folder / _CONTACT, *files]
     for name, file, facade, facade_locks, drawing, picture in zip(
         names, files, gallery.facades, locks, gallery.drawings, gallery.pictures, strict=True
     ):
         save_facade(facade, file, facade_locks)
         write_text(folder / f"{name}.svg", drawing)
-        write_bytes(folder / f"{name}.png", _png(picture))
+        write_bytes(folder / f"{name}.png", png_of(picture))
         written += [folder / f"{name}.svg", folder / f"{name}.png"]
-    write_bytes(folder / CONTACT, _png(sheet(gallery.pictures)))
+    write_bytes(folder / _CONTACT, png_of(sheet(gallery.pictures)))
     return files, written
-
-
-def _names(num: int) -> list[str]:
-    return [f"{number:03}" for number in range(1, num + 1)]
 
 
 def sheet(pictures: Sequence[Image.Image]) -> Image.Image:
@@ -175,6 +167,17 @@ def sheet(pictures: Sequence[Image.Image]) -> Image.Image:
     return page
 
 
+def png_of(picture: Image.Image) -> bytes:
+    """Content of a PNG file."""
+    content = BytesIO()
+    picture.save(content, "PNG")
+    return content.getvalue()
+
+
+def _names(num: int) -> list[str]:
+    return [f"{number:03}" for number in range(1, num + 1)]
+
+
 def _renamed(facade: Facade, used_names: set[str]) -> Facade:
     """The facade, with other names for pictures whose names the drawings need."""
     pictures = [
@@ -182,9 +185,3 @@ def _renamed(facade: Facade, used_names: set[str]) -> Facade:
         for picture in facade.pictures
     ]
     return replace(facade, pictures=tuple(pictures))
-
-
-def _png(picture: Image.Image) -> bytes:
-    content = BytesIO()
-    picture.save(content, "PNG")
-    return content.getvalue()

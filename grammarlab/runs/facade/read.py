@@ -1,7 +1,4 @@
-"""From a file of labelled boxes or of a building to the file of a facade.
-
-From one side of a derived building to the file of a facade, with its picture.
-"""
+"""Facade files from labelled boxes, from files of buildings, and from one side of a derived building."""
 
 from __future__ import annotations
 
@@ -29,6 +26,11 @@ from grammarlab.files import check_overwrites, read_bounded
 from grammarlab.rendering.renderer import LARGEST_SIDE
 from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import find_rules
+
+PIXELS_PER_METRE, MAX_PIXELS = 50.0, 1_000_000
+"""Largest resolution and largest area of the picture of a side."""
+_MARK = "Software", "grammarlab"
+"""Text in the pictures drawn here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,12 +109,6 @@ def read_facade(
         file.parent.mkdir(parents=True, exist_ok=True)
         save_facade(facade, file)
     return ReadResult(facade, file, assembled.moved, assembled.notes, time.perf_counter() - start)
-
-
-PIXELS_PER_METRE, MAX_PIXELS = 50.0, 1_000_000
-"""Largest resolution and largest area of the picture of a side."""
-_MARK = "Software", "grammarlab"
-"""Text in the pictures drawn here."""
 
 
 def read_face(

@@ -1,13 +1,9 @@
-"""New buildings from examples: read, analysed, labelled anew, built, stitched, measured and written.
-
-The map from parts of a new wall to examples, from a file.
-"""
+"""New buildings from examples: read, analysed, labelled anew, built, stitched, measured and written."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +15,7 @@ from grammarlab.facade.file import save_facade
 from grammarlab.facade.grammar.family import Range
 from grammarlab.facade.values import UNITS, a_list, parse_json, read_bounded
 from grammarlab.files import check_overwrites, write_bytes, write_text
-from grammarlab.runs.facade.gallery import sheet
+from grammarlab.runs.facade.gallery import png_of, sheet
 from grammarlab.runs.work.run_folder import only_run_in, replace_written
 from grammarlab.synthesis.analysis.correction import corrected, dumps
 from grammarlab.synthesis.analysis.example import MOST_LINES, Example, analyse
@@ -32,33 +28,6 @@ from grammarlab.synthesis.label_synthesis import NO_WISHES, Method
 from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb
 from grammarlab.synthesis.mesh.surface import edge_numbers
 from grammarlab.synthesis.units import UnitStock
-
-
-def read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:
-    """[rows, columns] index of the example of each cell, from 0.
-
-    The file is a JSON array of rows, the lowest first, each an array of numbers from 1. It is stretched over the wall
-    if it has other numbers of rows and columns.
-
-    Raises:
-        FacadeError: If it is not such a map.
-    """
-    try:
-        cells = [a_list(row, "row", MOST_LINES) for row in a_list(parse_json(read_bounded(path)), "map", MOST_LINES)]
-    except FacadeError as error:
-        raise FacadeError(f"{path.name}: {error}") from error
-    if not cells or not cells[0] or len({len(row) for row in cells}) > 1:
-        raise FacadeError(f"{path.name}: expected rows of one length, such as [[1, 1, 2], [1, 1, 2]].")
-    for row in cells:
-        for number in row:
-            if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= examples:
-                raise FacadeError(f"{path.name}: expected examples 1 to {examples}, found {number!r:.40}.")
-    regions = np.array(cells, dtype=np.int64) - 1
-    indices = [
-        (2 * np.arange(new) + 1) * old // (2 * new) for new, old in ((rows, len(cells)), (columns, len(cells[0])))
-    ]
-    return regions[np.ix_(*indices)]
-
 
 _ASSETS = "assets"
 """Folder of the meshes of rules."""
@@ -109,7 +78,7 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
     if len(task.corrections) > len(files):
         raise UsageError(f"`corrections=`: expected at most {len(files)} files, one for each building; found more.")
     check_overwrites(folder.glob("[0-9][0-9][0-9].glb"), files)
-    regions = read_regions(task.regions, task.rows, task.columns, len(files)) if task.regions else None
+    regions = _read_regions(task.regions, task.rows, task.columns, len(files)) if task.regions else None
     watch = Stopwatch()
     with watch("read"):
         meshes = [read_mesh(file, UNITS[task.unit]) for file in files]
@@ -151,6 +120,32 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
     }
 
 
+def _read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:
+    """[rows, columns] index of the example of each cell, from 0.
+
+    The file is a JSON array of rows, the lowest first, each an array of numbers from 1. It is stretched over the wall
+    if it has other numbers of rows and columns.
+
+    Raises:
+        FacadeError: If it is not such a map.
+    """
+    try:
+        cells = [a_list(row, "row", MOST_LINES) for row in a_list(parse_json(read_bounded(path)), "map", MOST_LINES)]
+    except FacadeError as error:
+        raise FacadeError(f"{path.name}: {error}") from error
+    if not cells or not cells[0] or len({len(row) for row in cells}) > 1:
+        raise FacadeError(f"{path.name}: expected rows of one length, such as [[1, 1, 2], [1, 1, 2]].")
+    for row in cells:
+        for number in row:
+            if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= examples:
+                raise FacadeError(f"{path.name}: expected examples 1 to {examples}, found {number!r:.40}.")
+    regions = np.array(cells, dtype=np.int64) - 1
+    indices = [
+        (2 * np.arange(new) + 1) * old // (2 * new) for new, old in ((rows, len(cells)), (columns, len(cells[0])))
+    ]
+    return regions[np.ix_(*indices)]
+
+
 def _write_all(new: NewBuildings, folder: Path, picture: Image.Image, written: list[Path]) -> list[dict[str, Any]]:
     """Write the examples and all buildings; adds the files to `written`, and returns values for `--json`."""
     written.append(save_facade(facade_of(new.examples[0].main), folder / "example.facade.json"))
@@ -189,9 +184,9 @@ def _write(
         written += [*files.values(), *_write_rules(rules, stock, files["cga"])]
     with watch("pictures"):
         grids = [label_picture(grid) for grid in (stock.walls[0].grid, built.main.grid)]
-        write_bytes(files["labels"], _png(grids[1]))
+        write_bytes(files["labels"], png_of(grids[1]))
         result_picture = building_picture(built.surface, stock.colors)
-        write_bytes(files["picture"], _png(sheet([picture, grids[0], grids[1], result_picture])))
+        write_bytes(files["picture"], png_of(sheet([picture, grids[0], grids[1], result_picture])))
     built.seconds.update(watch.seconds)
     return {key: str(path) for key, path in files.items()}
 
@@ -249,9 +244,3 @@ def _example_dict(example: Example, folder: Path) -> dict[str, Any]:
             for region in example.regions
         ],
     }
-
-
-def _png(picture: Image.Image) -> bytes:
-    content = BytesIO()
-    picture.save(content, "PNG")
-    return content.getvalue()

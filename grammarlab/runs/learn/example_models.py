@@ -182,16 +182,16 @@ def _read(file: Path, kinds: Mapping[str, bool]) -> dict[str, NDArray[Any]]:
     with file.open("rb") as stream, pq.ParquetFile(stream) as table:
         if table.metadata.num_rows > MAX_ROWS:
             raise ValueError(f"{file.name} has more than {MAX_ROWS:,} rows")
-        for name, whole in kinds.items():
+        for name, is_integer in kinds.items():
             kind = table.schema_arrow.field(name).type
-            if not (pa.types.is_integer(kind) if whole else pa.types.is_floating(kind)):
+            if not (pa.types.is_integer(kind) if is_integer else pa.types.is_floating(kind)):
                 raise ValueError(f"column {name} of {file.name} holds {kind}")
         values = table.read(columns=list(kinds), use_threads=False)
     if any(values.column(name).null_count for name in kinds):
         raise ValueError(f"{file.name} has cells without a value")
     return {
-        name: values.column(name).cast(pa.int64() if whole else pa.float64()).to_numpy()
-        for name, whole in kinds.items()
+        name: values.column(name).cast(pa.int64() if is_integer else pa.float64()).to_numpy()
+        for name, is_integer in kinds.items()
     }
 
 

@@ -1,7 +1,4 @@
-"""Page about a learned density: its divergence, its cost, and samples before and after.
-
-Samples of several densities side by side in one picture.
-"""
+"""Page about a learned density: its divergence, its cost, and samples before and after, side by side."""
 
 from __future__ import annotations
 
@@ -25,6 +22,9 @@ from grammarlab.tables import markdown_table
 
 WIDTH = 900
 """Approximate width of the samples of one density in pixels."""
+SIDES = (4, 10)
+"""Models along each side of the grids."""
+_PAGE = "report.md"
 _MARGIN = 12
 """Distance between the samples in pixels."""
 
@@ -35,38 +35,6 @@ class Sampled(Protocol):
     def scene(self, num: int, seed: int, /) -> Scene:
         """Samples, as meshes."""
         ...
-
-
-def draw_side_by_side(
-    densities: Sequence[tuple[str, Sampled]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
-) -> None:
-    """Draw samples of densities side by side; each model fills its picture.
-
-    Args:
-        densities: headings and densities.
-        file: the picture.
-        side: number of models along each side of a grid.
-        seed: seed of the models.
-        executor: draws the picture, which does not depend on it.
-    """
-    number = side * side
-    batches = [triangles(sampler.scene(number, seed)) for _, sampler in densities]
-    models = [batch.model(index) for batch in batches for index in range(number)]
-    tiles = draw_tiles(models, (WIDTH // side) ** 2, executor)
-    layout = lay_out(number, side, tiles.width, tiles.height)
-    pages = []
-    for column, (name, _) in enumerate(densities):
-        pictures = tiles.pictures[column * number :][:number]
-        pages.append(draw_page(layout, pictures, [("", "")] * number, (name, f"{number} samples")))
-    gap = np.full((pages[0].shape[0], _MARGIN, 3), PAPER, np.uint8)
-    joined = [part for page in pages for part in (page, gap)][:-1]
-    with atomic_file(file) as part:
-        Image.fromarray(np.concatenate(joined, axis=1)).save(part, format="PNG")
-
-
-SIDES = (4, 10)
-"""Models along each side of the grids."""
-PAGE = "report.md"
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,23 +71,45 @@ def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractE
         UsageError: If another run is writing into the folder.
     """
     densities = [("before", report.before), ("after", report.after)]
-    page = folder / PAGE
+    page = folder / _PAGE
     with only_run_in(folder):
         for side in SIDES:
-            draw_side_by_side(densities, folder / picture_name(side), side=side, seed=seed, executor=executor)
+            draw_side_by_side(densities, folder / _picture_name(side), side=side, seed=seed, executor=executor)
         write_text(page, report_text(report))
     return page
 
 
-def picture_name(side: int) -> str:
-    """The file of a grid."""
-    return f"before-after-{side}x{side}.png"
+def draw_side_by_side(
+    densities: Sequence[tuple[str, Sampled]], file: Path, *, side: int, seed: int, executor: AbstractExecutor
+) -> None:
+    """Draw samples of densities side by side; each model fills its picture.
+
+    Args:
+        densities: headings and densities.
+        file: the picture.
+        side: number of models along each side of a grid.
+        seed: seed of the models.
+        executor: draws the picture, which does not depend on it.
+    """
+    number = side * side
+    batches = [triangles(sampler.scene(number, seed)) for _, sampler in densities]
+    models = [batch.model(index) for batch in batches for index in range(number)]
+    tiles = draw_tiles(models, (WIDTH // side) ** 2, executor)
+    layout = lay_out(number, side, tiles.width, tiles.height)
+    pages = []
+    for column, (name, _) in enumerate(densities):
+        pictures = tiles.pictures[column * number :][:number]
+        pages.append(draw_page(layout, pictures, [("", "")] * number, (name, f"{number} samples")))
+    gap = np.full((pages[0].shape[0], _MARGIN, 3), PAPER, np.uint8)
+    joined = [part for page in pages for part in (page, gap)][:-1]
+    with atomic_file(file) as part:
+        Image.fromarray(np.concatenate(joined, axis=1)).save(part, format="PNG")
 
 
 def report_text(report: Report) -> str:
     """The page as Markdown."""
     pictures = [
-        f"![{side * side} samples before and {side * side} after, drawn at random]({picture_name(side)})\n"
+        f"![{side * side} samples before and {side * side} after, drawn at random]({_picture_name(side)})\n"
         for side in SIDES
     ]
     parts = [
@@ -148,25 +138,30 @@ def compared_rows(target: str, measured: Measured) -> tuple[tuple[str, str, str]
     )
 
 
-def cost_facts(learned: Learned[Any], measured: Measured) -> tuple[tuple[str, str], ...]:
-    """Rows about how rare what is liked is, and what rejection makes of it."""
-    effective = (f"effective models of the {measured.num_models:,} looked at", f"{measured.effective_models:,.0f}")
-    if not isinstance(learned, RejectionSampler):
-        return (effective, ("models that rejection would accept", percent(measured.acceptance)))
-    pilot = learned.pilot
-    return (
-        effective,
-        ("models accepted", f"{percent(pilot.rate)} of {pilot.proposals:,}"),
-        ("bound", f"{pilot.bound:.4g}, " + ("known" if pilot.has_bound else "the largest one met")),
-        ("density above the bound, cut off", percent(pilot.truncated)),
-    )
-
-
 def nats(value: float) -> str:
     """A divergence."""
     return f"{value:.4f}" if value >= 1e-3 else f"{value:.2g}"
 
 
-def percent(share: float) -> str:
+def cost_facts(learned: Learned[Any], measured: Measured) -> tuple[tuple[str, str], ...]:
+    """Rows about how rare what is liked is, and what rejection makes of it."""
+    effective = (f"effective models of the {measured.num_models:,} looked at", f"{measured.effective_models:,.0f}")
+    if not isinstance(learned, RejectionSampler):
+        return (effective, ("models that rejection would accept", _percent(measured.acceptance)))
+    pilot = learned.pilot
+    return (
+        effective,
+        ("models accepted", f"{_percent(pilot.rate)} of {pilot.proposals:,}"),
+        ("bound", f"{pilot.bound:.4g}, " + ("known" if pilot.has_bound else "the largest one met")),
+        ("density above the bound, cut off", _percent(pilot.truncated)),
+    )
+
+
+def _picture_name(side: int) -> str:
+    """The file of a grid."""
+    return f"before-after-{side}x{side}.png"
+
+
+def _percent(share: float) -> str:
     """A share with two significant digits."""
     return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.1f} %"

@@ -1,9 +1,4 @@
-"""Checks of a rule file for a run.
-
-Warnings about meshes that an asset folder lacks, or that cannot be looked up in it.
-
-Asset files of a run, and detection of changes in them.
-"""
+"""Checks of a rule file and its asset files for a run: unsupported features, missing meshes, changed files."""
 
 from __future__ import annotations
 
@@ -29,61 +24,22 @@ from grammarlab.runs.sample.domains import opened_models
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import RuleSource
 
-
-def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding, ...]:
-    """One finding for each missing mesh.
-
-    Args:
-        missing: the meshes.
-        assets: the searched folder.
-    """
-    return tuple(
-        Finding(
-            "warning",
-            "missing-asset",
-            f'there is no asset "{asset.path}" in the asset folder {assets}; a box stands in its place',
-            asset.location,
-            "say where the meshes are with `assets=DIR`",
-        )
-        for asset in missing
-    )
-
-
-def findings_about(tree: RuleFile, assets: Path) -> tuple[Finding, ...]:
-    """One finding for each mesh named by ``i`` in a rule file that is missing or cannot be inserted.
-
-    Names are literals at the operation, or the values of its attributes and constants. Names that rules build from
-    parts are known only during the derivation.
-
-    Args:
-        tree: the rule file.
-        assets: the searched folder.
-    """
-    texts = {d.name: d.value for d in tree.definitions if isinstance(d, Attribute)}
-    named = by_path(
-        MissingAsset(path, node.location)
-        for node in walk(tree)
-        if isinstance(node, Invoke) and node.name == "i" and node.arguments
-        for path in _path(node.arguments[0], texts)
-    )
-    return tuple(finding for asset in named for finding in _findings(asset, assets))
-
-
-def _path(argument: Choice, texts: dict[str, Choice]) -> Iterator[str]:
-    value = texts.get(argument.identifier) if isinstance(argument, Name) else argument
-    if isinstance(value, String) and not value.value.startswith("builtin:"):
-        yield value.value
-
-
-def _findings(asset: MissingAsset, assets: Path) -> tuple[Finding, ...]:
-    try:
-        find_asset(asset.path, assets)
-    except MissingAssetError:
-        return warnings_of([asset], assets)
-    except AssetError as error:
-        hint = "models that insert it fail: correct the path, or put another file there"
-        return (Finding("warning", "bad-asset", str(error), asset.location, hint),)
-    return ()
+_KEYWORDS = {
+    **{name: operation.keywords for name, operation in OPERATIONS.items()},
+    **{name: block.keywords | block.selectors for name, block in BLOCKS.items()},
+    **{name: function.keywords for name, function in BUILTINS.items()},
+}
+_MATERIAL = frozenset(name for name in SHAPE_ATTRIBUTES if name.startswith("material."))
+SUPPORTED = SupportedFeatures(
+    operations=(frozenset(OPERATIONS) - LEFT_OUT) | frozenset(BLOCKS) | {"NIL"},
+    functions=frozenset(BUILTINS) | {"sel"},
+    attributes=frozenset(SHAPE_ATTRIBUTES),
+    keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
+    constructs=frozenset({"array", "comp-function", "connected", "import"}),
+    harmless=CHANGE_LOOKS
+    | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
+)
+"""Features that derivations support."""
 
 
 def hash_assets(request: SampleRequest) -> dict[str, str]:
@@ -125,60 +81,6 @@ def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:
     return ""
 
 
-def _texts(request: SampleRequest) -> Iterator[str]:
-    """Every string that may name an asset file."""
-    yield from opened_models(request.suffix, request.text, request.name, request.assets).asset_names()
-    for values in (request.attributes, *(footprint.properties for footprint in request.footprints)):
-        yield from (value for value in values.values() if isinstance(value, str))
-
-
-def _files(name: str, assets: Path) -> Iterator[Path]:
-    """Files of the asset folder that match a name or pattern, with the buffers of glTF files."""
-    for path in matching_files(assets, name) if "*" in name or "?" in name else [name]:
-        file = _asset(path, assets)
-        if file is None:
-            continue
-        yield file
-        if file.suffix.lower() == ".gltf":
-            folder = file.parent.relative_to(assets.resolve())
-            yield from filter(None, (_asset(str(folder / uri), assets) for uri in _buffers(file)))
-
-
-def _asset(name: str, assets: Path) -> Path | None:
-    try:
-        return find_asset(name, assets)
-    except AssetError:
-        return None
-
-
-def _buffers(file: Path) -> list[str]:
-    """Names of the buffers in a glTF file; none for a broken file, which no model can use."""
-    try:
-        return [unquote(buffer["uri"]) for buffer in json.loads(file.read_bytes())["buffers"]]
-    except (ValueError, LookupError, TypeError, RecursionError):
-        return []
-
-
-_KEYWORDS = {
-    **{name: operation.keywords for name, operation in OPERATIONS.items()},
-    **{name: block.keywords | block.selectors for name, block in BLOCKS.items()},
-    **{name: function.keywords for name, function in BUILTINS.items()},
-}
-
-_MATERIAL = frozenset(name for name in SHAPE_ATTRIBUTES if name.startswith("material."))
-
-SUPPORTED = SupportedFeatures(
-    operations=(frozenset(OPERATIONS) - LEFT_OUT) | frozenset(BLOCKS) | {"NIL"},
-    functions=frozenset(BUILTINS) | {"sel"},
-    attributes=frozenset(SHAPE_ATTRIBUTES),
-    keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
-    constructs=frozenset({"array", "comp-function", "connected", "import"}),
-    harmless=CHANGE_LOOKS
-    | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
-)
-"""Features that derivations support."""
-
-
 def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and its imports, including unsupported features and missing meshes.
 
@@ -189,22 +91,23 @@ def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
     return tuple(replace(file, findings=_with_assets(file, source.assets)) for file in checked)
 
 
-def _with_assets(file: CheckedFile, assets: Path) -> tuple[Finding, ...]:
-    findings = (*file.findings, *findings_about(file.tree, assets), *_acceptance(file.tree))
-    return tuple(sorted(findings, key=lambda finding: finding.location))
+def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding, ...]:
+    """One finding for each missing mesh.
 
-
-def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
-    """Findings about an acceptance rule."""
-    if not annotations_of(tree):
-        return ()
-    from grammarlab.features.acceptance import Acceptance  # noqa: PLC0415  # few grammars have a rule
-
-    try:
-        Acceptance.of(tree)
-    except UsageError as error:
-        return (Finding("error", "bad-acceptance", str(error), annotations_of(tree)[0].location),)
-    return ()
+    Args:
+        missing: the meshes.
+        assets: the searched folder.
+    """
+    return tuple(
+        Finding(
+            "warning",
+            "missing-asset",
+            f'there is no asset "{asset.path}" in the asset folder {assets}; a box stands in its place',
+            asset.location,
+            "say where the meshes are with `assets=DIR`",
+        )
+        for asset in missing
+    )
 
 
 def grammar_to_run(text: str, file: str) -> Grammar:
@@ -236,3 +139,92 @@ def unsupported_features(grammar: Grammar) -> tuple[Finding, ...]:
         for statement in grammar.imports.values()
     )
     return (*unread, *findings)
+
+
+def _files(name: str, assets: Path) -> Iterator[Path]:
+    """Files of the asset folder that match a name or pattern, with the buffers of glTF files."""
+    for path in matching_files(assets, name) if "*" in name or "?" in name else [name]:
+        file = _asset(path, assets)
+        if file is None:
+            continue
+        yield file
+        if file.suffix.lower() == ".gltf":
+            folder = file.parent.relative_to(assets.resolve())
+            yield from filter(None, (_asset(str(folder / uri), assets) for uri in _buffers(file)))
+
+
+def _asset(name: str, assets: Path) -> Path | None:
+    try:
+        return find_asset(name, assets)
+    except AssetError:
+        return None
+
+
+def _buffers(file: Path) -> list[str]:
+    """Names of the buffers in a glTF file; none for a broken file, which no model can use."""
+    try:
+        return [unquote(buffer["uri"]) for buffer in json.loads(file.read_bytes())["buffers"]]
+    except (ValueError, LookupError, TypeError, RecursionError):
+        return []
+
+
+def _texts(request: SampleRequest) -> Iterator[str]:
+    """Every string that may name an asset file."""
+    yield from opened_models(request.suffix, request.text, request.name, request.assets).asset_names()
+    for values in (request.attributes, *(footprint.properties for footprint in request.footprints)):
+        yield from (value for value in values.values() if isinstance(value, str))
+
+
+def _with_assets(file: CheckedFile, assets: Path) -> tuple[Finding, ...]:
+    findings = (*file.findings, *_findings_about(file.tree, assets), *_acceptance(file.tree))
+    return tuple(sorted(findings, key=lambda finding: finding.location))
+
+
+def _findings_about(tree: RuleFile, assets: Path) -> tuple[Finding, ...]:
+    """One finding for each mesh named by ``i`` in a rule file that is missing or cannot be inserted.
+
+    Names are literals at the operation, or the values of its attributes and constants. Names that rules build from
+    parts are known only during the derivation.
+
+    Args:
+        tree: the rule file.
+        assets: the searched folder.
+    """
+    texts = {d.name: d.value for d in tree.definitions if isinstance(d, Attribute)}
+    named = by_path(
+        MissingAsset(path, node.location)
+        for node in walk(tree)
+        if isinstance(node, Invoke) and node.name == "i" and node.arguments
+        for path in _path(node.arguments[0], texts)
+    )
+    return tuple(finding for asset in named for finding in _findings(asset, assets))
+
+
+def _path(argument: Choice, texts: dict[str, Choice]) -> Iterator[str]:
+    value = texts.get(argument.identifier) if isinstance(argument, Name) else argument
+    if isinstance(value, String) and not value.value.startswith("builtin:"):
+        yield value.value
+
+
+def _findings(asset: MissingAsset, assets: Path) -> tuple[Finding, ...]:
+    try:
+        find_asset(asset.path, assets)
+    except MissingAssetError:
+        return warnings_of([asset], assets)
+    except AssetError as error:
+        hint = "models that insert it fail: correct the path, or put another file there"
+        return (Finding("warning", "bad-asset", str(error), asset.location, hint),)
+    return ()
+
+
+def _acceptance(tree: RuleFile) -> tuple[Finding, ...]:
+    """Findings about an acceptance rule."""
+    if not annotations_of(tree):
+        return ()
+    from grammarlab.features.acceptance import Acceptance  # noqa: PLC0415  # few grammars have a rule
+
+    try:
+        Acceptance.of(tree)
+    except UsageError as error:
+        return (Finding("error", "bad-acceptance", str(error), annotations_of(tree)[0].location),)
+    return ()

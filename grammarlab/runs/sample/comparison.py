@@ -120,12 +120,12 @@ def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, s
     if num_models < 1:
         raise UsageError(f"expected at least one model of each grammar, found {num_models}")
     sources = find_rules(first), find_rules(second)
-    one, other = (compiled(source.text(), source.name)[0] for source in sources)
-    common = _common(sources, (one, other))
+    first_grammar, second_grammar = (compiled(source.text(), source.name)[0] for source in sources)
+    common = _common(sources, (first_grammar, second_grammar))
     if common is None:
         forests = tuple(
             GrammarSampler(grammar, source.assets).sample(num_models, seed)
-            for grammar, source in zip((one, other), sources, strict=True)
+            for grammar, source in zip((first_grammar, second_grammar), sources, strict=True)
         )
     else:
         forests = tuple(learned.sample(num_models, seed) for learned in common.learned)
@@ -137,7 +137,7 @@ def compare_grammars(first: str, second: str, *, num_models: int = NUM_MODELS, s
     significant = tuple(difference for difference in differences if difference.js > _MIN_DIVERGENCE)
     return Comparison(
         sources=(sources[0], sources[1]),
-        grammars=(one, other),
+        grammars=(first_grammar, second_grammar),
         origin="" if common is None else common.name,
         js=None if common is None else _divergence(common, forests),
         at_least=differences[0].js if differences else 0.0,
@@ -256,9 +256,11 @@ def _counts(forest: Forest) -> dict[str, Floats]:
     return {symbol: table[:, i].astype(np.float64) for i, symbol in enumerate(forest.symbols) if table[:, i].any()}
 
 
-def _differences(one: dict[str, Floats], other: dict[str, Floats], shared: Sequence[str]) -> Iterator[Difference]:
+def _differences(
+    first_counts: dict[str, Floats], second_counts: dict[str, Floats], shared: Sequence[str]
+) -> Iterator[Difference]:
     for symbol in shared:
-        first, second = one[symbol], other[symbol]
+        first, second = first_counts[symbol], second_counts[symbol]
         _, number = np.unique(np.concatenate([first, second]), return_inverse=True)
         size = int(number.max()) + 1
         parts = np.split(number.reshape(-1), [len(first)])

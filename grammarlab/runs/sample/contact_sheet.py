@@ -1,9 +1,4 @@
-"""Page of a contact sheet: a heading, and pictures in rows with captions.
-
-Pictures of many models in one format, for grids.
-
-A scene as one picture.
-"""
+"""Contact sheets: pictures of models in one format, in rows with captions below a heading."""
 
 from __future__ import annotations
 
@@ -25,16 +20,20 @@ from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.scene import Scene, TriangleBatch, triangles
 
 Picture: TypeAlias = NDArray[np.uint8]
-Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
-
-PAPER, INK, FAINT = (247, 247, 245), (52, 56, 62), (128, 132, 138)
+_Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
+PAPER, _INK, _FAINT = (247, 247, 245), (52, 56, 62), (128, 132, 138)
 """Colours of the page, of primary text, and of secondary text."""
 BORDER, GAP = 16, 10
 """Pixels around the page, and between pictures."""
-HEADING, CAPTION = 34, 24
+_HEADING, _CAPTION = 34, 24
 """Pixels of height for a line of text."""
-LARGE, SMALL = 18, 13
+_LARGE, _SMALL = 18, 13
 """Sizes of type in pixels."""
+_MIN_ASPECT, _MAX_ASPECT = 0.65, 1.6
+"""Aspect ratio of the pictures, chosen for the models."""
+_CAST = RendererChoice("cast")
+_MIN_PIXELS = 16
+"""Smallest side of a picture in pixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,80 +51,13 @@ class SheetPage:
         row, column = divmod(index, self.columns)
         return (
             BORDER + column * (self.width + GAP),
-            BORDER + HEADING + row * (self.height + CAPTION + GAP),
+            BORDER + _HEADING + row * (self.height + _CAPTION + GAP),
         )
 
     def size(self) -> tuple[int, int]:
         """Width and height of the page."""
         x, y = self.corner(self.rows * self.columns - 1)
-        return x + self.width + BORDER, y + self.height + CAPTION + BORDER
-
-
-def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:
-    """A page for pictures of one size.
-
-    Args:
-        num: pictures, at least 1.
-        columns: pictures side by side; 0 for a page that is about square.
-        width: pixels of a picture.
-        height: pixels of a picture.
-    """
-    best = min(columns, num) or min(range(1, num + 1), key=lambda count: _awkwardness(num, count, width, height))
-    return SheetPage(width, height, best, math.ceil(num / best))
-
-
-def _awkwardness(num: int, columns: int, width: int, height: int) -> float:
-    """Deviation of a page from a square without gaps."""
-    rows = math.ceil(num / columns)
-    shape = math.log(columns * (width + GAP) / (rows * (height + CAPTION + GAP)))
-    return abs(shape) + 4 * (rows * columns - num) / num
-
-
-def draw_page(
-    page: SheetPage, pictures: Sequence[Picture], captions: Sequence[tuple[str, str]], heading: tuple[str, str]
-) -> Picture:
-    """The whole page.
-
-    Args:
-        page: the layout.
-        pictures: [height, width, 3] each.
-        captions: below each picture, at its left and its right.
-        heading: texts at the left and the right of the page; the right one is left out if it does not fit.
-    """
-    canvas = Image.new("RGB", page.size(), PAPER)
-    draw, large, small = ImageDraw.Draw(canvas), ImageFont.load_default(LARGE), ImageFont.load_default(SMALL)
-    _line(draw, (BORDER, canvas.width - BORDER), BORDER + HEADING // 2 - 6, heading, (large, small))
-    for index, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
-        x, y = page.corner(index)
-        canvas.paste(Image.fromarray(picture), (x, y))
-        _line(draw, (x + 2, x + page.width - 2), y + page.height + CAPTION // 2, caption, (small, small))
-    return np.asarray(canvas)
-
-
-def _line(
-    draw: ImageDraw.ImageDraw, between: tuple[int, int], middle: int, texts: tuple[str, str], fonts: tuple[Font, Font]
-) -> None:
-    """One text from the left in ink, one from the right, fainter and clipped to the remaining width."""
-    start, end = between
-    draw.text((start, middle), texts[0], INK, fonts[0], anchor="lm")
-    room = end - start - draw.textlength(texts[0], fonts[0]) - GAP
-    if draw.textlength(texts[1], fonts[1]) <= room:
-        draw.text((end, middle), texts[1], FAINT, fonts[1], anchor="rm")
-
-
-MIN_ASPECT, MAX_ASPECT = 0.65, 1.6
-"""Aspect ratio of the pictures, chosen for the models."""
-_CAST = RendererChoice("cast")
-
-
-class _Task(NamedTuple):
-    """A picture to draw."""
-
-    model: TriangleBatch
-    camera: Camera
-
-    def __str__(self) -> str:
-        return f"the picture of a model of {len(self.model.triangles):,} triangles"
+        return x + self.width + BORDER, y + self.height + _CAPTION + BORDER
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,57 +70,6 @@ class Tiles:
     """Height of each picture in pixels."""
     pictures: tuple[Picture, ...]
     """Picture [height, width, 3] of each model."""
-
-
-def draw_tiles(
-    models: Sequence[TriangleBatch],
-    area: int,
-    executor: AbstractExecutor,
-    *,
-    same_scale: bool = False,
-    choice: RendererChoice = _CAST,
-) -> Tiles:
-    """Draw each model separately.
-
-    Args:
-        models: one model in each.
-        area: approximate number of pixels of a picture; its aspect ratio suits most models.
-        executor: draws the pictures, which do not depend on it.
-        same_scale: whether all pictures have the same scale; otherwise each model fills its own.
-        choice: the renderer.
-    """
-    points = [seen_points(model) for model in models]
-    view = View()
-    width, height = _size(points, area, view)
-    aspect = width / height
-    cameras = (
-        frame_alike(points, aspect, view)
-        if same_scale
-        else [frame(model_points, aspect, view) for model_points in points]
-    )
-    draw = partial(_draw, choice, RenderOptions(width=width, height=height))
-    # OpenGL drivers use all cores by themselves.
-    executor = SERIAL if choice.name == "gl" else executor
-    return Tiles(width, height, tuple(executor.results(draw, map(_Task, models, cameras))))
-
-
-def seen_points(model: TriangleBatch) -> NDArray[np.float32]:
-    """[n, 3] the vertices of a model; the origin for a model without any."""
-    return model.vertices if len(model.vertices) else np.zeros((1, 3), np.float32)
-
-
-def _size(points: Sequence[NDArray[np.float32]], area: int, view: View) -> tuple[int, int]:
-    aspect = float(np.median([seen_aspect(model_points, view) for model_points in points]))
-    aspect = min(max(aspect, MIN_ASPECT), MAX_ASPECT)
-    return round(math.sqrt(area * aspect)), round(math.sqrt(area / aspect))
-
-
-def _draw(choice: RendererChoice, options: RenderOptions, task: _Task) -> Picture:
-    return choice.make().render(task.model, task.camera, options)
-
-
-_MIN_PIXELS = 16
-"""Smallest side of a picture in pixels."""
 
 
 def render(
@@ -229,3 +110,112 @@ def render(
     page = lay_out(len(models), columns, tiles.width, tiles.height)
     captions = [(str(index), "") for index in range(len(models))]
     return Image.fromarray(draw_page(page, tiles.pictures, captions, (title, "")))
+
+
+def draw_tiles(
+    models: Sequence[TriangleBatch],
+    area: int,
+    executor: AbstractExecutor,
+    *,
+    same_scale: bool = False,
+    choice: RendererChoice = _CAST,
+) -> Tiles:
+    """Draw each model separately.
+
+    Args:
+        models: one model in each.
+        area: approximate number of pixels of a picture; its aspect ratio suits most models.
+        executor: draws the pictures, which do not depend on it.
+        same_scale: whether all pictures have the same scale; otherwise each model fills its own.
+        choice: the renderer.
+    """
+    points = [seen_points(model) for model in models]
+    view = View()
+    width, height = _size(points, area, view)
+    aspect = width / height
+    cameras = (
+        frame_alike(points, aspect, view)
+        if same_scale
+        else [frame(model_points, aspect, view) for model_points in points]
+    )
+    draw = partial(_draw, choice, RenderOptions(width=width, height=height))
+    # OpenGL drivers use all cores by themselves.
+    executor = SERIAL if choice.name == "gl" else executor
+    return Tiles(width, height, tuple(executor.results(draw, map(_Task, models, cameras))))
+
+
+def seen_points(model: TriangleBatch) -> NDArray[np.float32]:
+    """[n, 3] the vertices of a model; the origin for a model without any."""
+    return model.vertices if len(model.vertices) else np.zeros((1, 3), np.float32)
+
+
+def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:
+    """A page for pictures of one size.
+
+    Args:
+        num: pictures, at least 1.
+        columns: pictures side by side; 0 for a page that is about square.
+        width: pixels of a picture.
+        height: pixels of a picture.
+    """
+    best = min(columns, num) or min(range(1, num + 1), key=lambda count: _awkwardness(num, count, width, height))
+    return SheetPage(width, height, best, math.ceil(num / best))
+
+
+def draw_page(
+    page: SheetPage, pictures: Sequence[Picture], captions: Sequence[tuple[str, str]], heading: tuple[str, str]
+) -> Picture:
+    """The whole page.
+
+    Args:
+        page: the layout.
+        pictures: [height, width, 3] each.
+        captions: below each picture, at its left and its right.
+        heading: texts at the left and the right of the page; the right one is left out if it does not fit.
+    """
+    canvas = Image.new("RGB", page.size(), PAPER)
+    draw, large, small = ImageDraw.Draw(canvas), ImageFont.load_default(_LARGE), ImageFont.load_default(_SMALL)
+    _line(draw, (BORDER, canvas.width - BORDER), BORDER + _HEADING // 2 - 6, heading, (large, small))
+    for index, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
+        x, y = page.corner(index)
+        canvas.paste(Image.fromarray(picture), (x, y))
+        _line(draw, (x + 2, x + page.width - 2), y + page.height + _CAPTION // 2, caption, (small, small))
+    return np.asarray(canvas)
+
+
+def _size(points: Sequence[NDArray[np.float32]], area: int, view: View) -> tuple[int, int]:
+    aspect = float(np.median([seen_aspect(model_points, view) for model_points in points]))
+    aspect = min(max(aspect, _MIN_ASPECT), _MAX_ASPECT)
+    return round(math.sqrt(area * aspect)), round(math.sqrt(area / aspect))
+
+
+def _draw(choice: RendererChoice, options: RenderOptions, task: _Task) -> Picture:
+    return choice.make().render(task.model, task.camera, options)
+
+
+class _Task(NamedTuple):
+    """A picture to draw."""
+
+    model: TriangleBatch
+    camera: Camera
+
+    def __str__(self) -> str:
+        return f"the picture of a model of {len(self.model.triangles):,} triangles"
+
+
+def _awkwardness(num: int, columns: int, width: int, height: int) -> float:
+    """Deviation of a page from a square without gaps."""
+    rows = math.ceil(num / columns)
+    shape = math.log(columns * (width + GAP) / (rows * (height + _CAPTION + GAP)))
+    return abs(shape) + 4 * (rows * columns - num) / num
+
+
+def _line(
+    draw: ImageDraw.ImageDraw, between: tuple[int, int], middle: int, texts: tuple[str, str], fonts: tuple[_Font, _Font]
+) -> None:
+    """One text from the left in ink, one from the right, fainter and clipped to the remaining width."""
+    start, end = between
+    draw.text((start, middle), texts[0], _INK, fonts[0], anchor="lm")
+    room = end - start - draw.textlength(texts[0], fonts[0]) - GAP
+    if draw.textlength(texts[1], fonts[1]) <= room:
+        draw.text((end, middle), texts[1], _FAINT, fonts[1], anchor="rm")

@@ -1,9 +1,4 @@
-"""Models of a rule file in a run: derived, with saved derivations.
-
-Summaries of the reports of each model by key, as in CityEngine.
-
-Rule files, as a kind of file that describes designs.
-"""
+"""Rule files as a domain of runs: their models are derived, with saved derivations and summaries of reports."""
 
 from __future__ import annotations
 
@@ -34,35 +29,8 @@ if TYPE_CHECKING:
     from grammarlab.learning.designs.grammar_space import GrammarSpace
     from grammarlab.learning.targets.grammar_target import GrammarWriter
 
-
 Summary: TypeAlias = dict[str, float | int | None]
 """``count``, and ``sum``, ``mean``, ``min`` and ``max``: None if reported values are not finite numbers."""
-
-
-def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:
-    """Summaries of the values of each key of each model, keys in alphabetical order."""
-    summaries: list[dict[str, Summary]] = [{} for _ in range(forest.num_models)]
-    reports = forest.reports
-    model = forest.nodes.model[reports.node].astype(np.int64)
-    order = np.lexsort((reports.key, model))
-    groups, starts = np.unique((model * max(len(reports.keys), 1) + reports.key)[order], return_index=True)
-    for group, values in zip(groups.tolist(), np.split(reports.value[order], starts[1:]), strict=False):
-        key = reports.keys[group % len(reports.keys)]
-        summaries[group // len(reports.keys)][key] = _summary(values)
-    return summaries
-
-
-def _summary(values: np.ndarray) -> Summary:
-    count, total = len(values), float(values.sum())
-    if not np.isfinite(total):
-        return {"count": count, "sum": None, "mean": None, "min": None, "max": None}
-    return {
-        "count": count,
-        "sum": total,
-        "mean": total / count,
-        "min": float(values.min()),
-        "max": float(values.max()),
-    }
 
 
 @dataclass(frozen=True)
@@ -148,3 +116,29 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
         from grammarlab.learning.targets.grammar_target import GrammarWriter  # noqa: PLC0415
 
         return GrammarWriter(space)
+
+
+def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:
+    """Summaries of the values of each key of each model, keys in alphabetical order."""
+    summaries: list[dict[str, Summary]] = [{} for _ in range(forest.num_models)]
+    reports = forest.reports
+    model = forest.nodes.model[reports.node].astype(np.int64)
+    order = np.lexsort((reports.key, model))
+    groups, starts = np.unique((model * max(len(reports.keys), 1) + reports.key)[order], return_index=True)
+    for group, values in zip(groups.tolist(), np.split(reports.value[order], starts[1:]), strict=False):
+        key = reports.keys[group % len(reports.keys)]
+        summaries[group // len(reports.keys)][key] = _summary(values)
+    return summaries
+
+
+def _summary(values: np.ndarray) -> Summary:
+    count, total = len(values), float(values.sum())
+    if not np.isfinite(total):
+        return {"count": count, "sum": None, "mean": None, "min": None, "max": None}
+    return {
+        "count": count,
+        "sum": total,
+        "mean": total / count,
+        "min": float(values.min()),
+        "max": float(values.max()),
+    }

@@ -1,7 +1,4 @@
-"""Manifest of a run: request, versions and results, enough to make the same files again.
-
-The place of a run on the earth, as plain values for its manifest.
-"""
+"""Manifest of a run: request, versions, place on the earth and results, enough to make the same files again."""
 
 from __future__ import annotations
 
@@ -26,47 +23,13 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import examples_folder
 from grammarlab.runs.work.json_members import member, numbers, of_kind, texts
 
-
-def place_of(request: SampleRequest) -> dict[str, Any]:
-    """Where the origin of a run is: in world metres, and in its coordinate reference system.
-
-    Returns:
-        ``crs``, a name or None; ``origin``, x, y and z in world metres; and of that origin ``longitude`` and
-        ``latitude`` in degrees, if the footprints were in degrees, otherwise ``easting`` and ``northing`` in metres.
-    """
-    x, y, z = request.origin or (0.0, 0.0, 0.0)
-    georeference = request.georeference
-    values: dict[str, Any] = {"crs": georeference.crs if georeference else None, "origin": [x, y, z]}
-    if georeference is not None and georeference.longitude is not None:
-        return values | {"longitude": georeference.longitude, "latitude": georeference.latitude}
-    return values | {"easting": x, "northing": -z + 0.0}
-
-
-def place_in_words(request: SampleRequest) -> str:
-    """One sentence about the origin of a run; empty if it is that of an unknown world."""
-    if request.georeference is None and request.origin is None:
-        return ""
-    values = place_of(request)
-    system = values["crs"] or "unknown CRS"
-    if "longitude" in values:
-        where = f"longitude {values['longitude']:.7f}, latitude {values['latitude']:.7f}"
-        return f"origin: {where} ({system}); x is east of it and z south, in metres"
-    if request.origin is None:
-        return f"coordinates: x is the easting and -z the northing ({system})"
-    if request.file_format == "glb" and not request.single_file:
-        return (
-            f"coordinates: x is the easting and -z the northing ({system}); each file has its place in a node 'origin'"
-        )
-    where = f"easting {values['easting']:.10g}, northing {values['northing']:.10g}"
-    return f"origin: {where} ({system}); all files count from it"
-
-
 MANIFEST = "manifest.json"
 FORMAT = 2
 """Version of the file. In version 1 a batch held the models of one footprint, never of several."""
-_FIRST_FORMAT, BATCHES_OVER_FOOTPRINTS = 1, 2
 MAX_FILE_BYTES = 1 << 30
 """Largest size of a manifest in bytes."""
+_FIRST_FORMAT, BATCHES_OVER_FOOTPRINTS = 1, 2
+"""The first version, and the first one in which a batch may have models of several footprints."""
 _LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "mapbox_earcut", "pillow", "pyarrow", "lark")
 _EMBREE = "embreex"
 """Library of ray tracing, not on every machine; without it, rays are traced by grammarlab itself."""
@@ -89,6 +52,40 @@ class Manifest:
     """SHA-256 of each file by its path relative to the manifest; empty until the run is complete."""
     asset_files: Mapping[str, str]
     """SHA-256 of the asset files named in the request (`hash_assets`), by path relative to the asset folder."""
+
+
+def place_in_words(request: SampleRequest) -> str:
+    """One sentence about the origin of a run; empty if it is that of an unknown world."""
+    if request.georeference is None and request.origin is None:
+        return ""
+    values = place_of(request)
+    system = values["crs"] or "unknown CRS"
+    if "longitude" in values:
+        where = f"longitude {values['longitude']:.7f}, latitude {values['latitude']:.7f}"
+        return f"origin: {where} ({system}); x is east of it and z south, in metres"
+    if request.origin is None:
+        return f"coordinates: x is the easting and -z the northing ({system})"
+    if request.file_format == "glb" and not request.single_file:
+        return (
+            f"coordinates: x is the easting and -z the northing ({system}); each file has its place in a node 'origin'"
+        )
+    where = f"easting {values['easting']:.10g}, northing {values['northing']:.10g}"
+    return f"origin: {where} ({system}); all files count from it"
+
+
+def place_of(request: SampleRequest) -> dict[str, Any]:
+    """Where the origin of a run is: in world metres, and in its coordinate reference system.
+
+    Returns:
+        ``crs``, a name or None; ``origin``, x, y and z in world metres; and of that origin ``longitude`` and
+        ``latitude`` in degrees, if the footprints were in degrees, otherwise ``easting`` and ``northing`` in metres.
+    """
+    x, y, z = request.origin or (0.0, 0.0, 0.0)
+    georeference = request.georeference
+    values: dict[str, Any] = {"crs": georeference.crs if georeference else None, "origin": [x, y, z]}
+    if georeference is not None and georeference.longitude is not None:
+        return values | {"longitude": georeference.longitude, "latitude": georeference.latitude}
+    return values | {"easting": x, "northing": -z + 0.0}
 
 
 def write_manifest(
@@ -130,6 +127,19 @@ def write_manifest(
     return path
 
 
+@cache
+def current_versions() -> dict[str, str]:
+    """Versions of all software that may change a bit of the output."""
+    libraries = {name: version(name) for name in _LIBRARIES}
+    return {
+        "grammarlab": __version__,
+        "python": platform.python_version(),
+        "system": f"{platform.system()} {platform.machine()}",
+        **libraries,
+        **_embree_version(),
+    }
+
+
 def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
     """Manifest from a file, or from the folder of a run.
 
@@ -151,6 +161,28 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
         raise AssetError(f"{path}: the manifest is damaged: {error!r:.200}.") from error
     except AssetError as error:
         raise AssetError(f"{path}: {error}") from error
+
+
+def _describe_assets(assets: Path, folder: Path) -> str:
+    """``shipped``, or the path of the asset folder, relative to the run's folder if possible."""
+    if assets.resolve().is_relative_to(examples_folder().resolve()):
+        return _SHIPPED
+    try:
+        return Path(os.path.relpath(assets.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        return assets.resolve().as_posix()
+
+
+def _embree_version() -> dict[str, str]:
+    try:
+        return {_EMBREE: version(_EMBREE)}
+    except PackageNotFoundError:
+        return {}
+
+
+def _drawing_versions(choice: RendererChoice) -> dict[str, str]:
+    """Further inputs of a picture drawn by OpenGL."""
+    return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
 
 
 def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
@@ -185,6 +217,12 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
     )
 
 
+def _find_assets(description: str, folder: Path) -> Path:
+    if "\0" in description:
+        raise AssetError("the manifest is damaged: assets: expected a path.")
+    return examples_folder() / "assets" if description == _SHIPPED else folder / description
+
+
 def _georeference(values: Mapping[str, Any]) -> Georeference | None:
     """Place on the earth of the footprints of a manifest; earlier versions had none."""
     entry = values.get("place")
@@ -212,44 +250,3 @@ def _remark_kind(entry: Any) -> RemarkKind:
         if kind == possible:
             return possible
     raise AssetError(f"remarks.kind: expected one of {', '.join(get_args(RemarkKind))}, found {kind[:40]!r}.")
-
-
-@cache
-def current_versions() -> dict[str, str]:
-    """Versions of all software that may change a bit of the output."""
-    libraries = {name: version(name) for name in _LIBRARIES}
-    return {
-        "grammarlab": __version__,
-        "python": platform.python_version(),
-        "system": f"{platform.system()} {platform.machine()}",
-        **libraries,
-        **_embree_version(),
-    }
-
-
-def _embree_version() -> dict[str, str]:
-    try:
-        return {_EMBREE: version(_EMBREE)}
-    except PackageNotFoundError:
-        return {}
-
-
-def _drawing_versions(choice: RendererChoice) -> dict[str, str]:
-    """Further inputs of a picture drawn by OpenGL."""
-    return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
-
-
-def _describe_assets(assets: Path, folder: Path) -> str:
-    """``shipped``, or the path of the asset folder, relative to the run's folder if possible."""
-    if assets.resolve().is_relative_to(examples_folder().resolve()):
-        return _SHIPPED
-    try:
-        return Path(os.path.relpath(assets.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # another drive
-        return assets.resolve().as_posix()
-
-
-def _find_assets(description: str, folder: Path) -> Path:
-    if "\0" in description:
-        raise AssetError("the manifest is damaged: assets: expected a path.")
-    return examples_folder() / "assets" if description == _SHIPPED else folder / description

@@ -1,9 +1,4 @@
-"""Records of the models of a run, stored beside the derivations so that an interrupted run can be resumed.
-
-Making, writing and recording one batch of a run, in any process.
-
-All models of a run in one file.
-"""
+"""Batches of a run: made and written in any process, with records from which an interrupted run is resumed."""
 
 from __future__ import annotations
 
@@ -35,9 +30,10 @@ from grammarlab.scene import Scene
 from grammarlab.scene.triangles import count_triangles
 
 DERIVATIONS = "derivations"
-"""Folder with one folder per batch, in the format of `grammarlab.runs.sample.derivations`, and these records."""
+"""Folder with one folder per batch, in the format of `grammarlab.runs.sample.derivations`, and its record."""
 _KEY = "models"
 RECORD = f"{_KEY}.json"
+_REUSE: dict[Instancing, Reuse] = {"none": "merged", "nodes": "nodes", "gpu": "instancing"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,32 +75,32 @@ class BatchRecord:
     """Meshes that the asset folder lacks."""
 
 
-def batch_folder(folder: Path, batch: Batch) -> Path:
-    """Folder of the derivations of a batch."""
-    return folder / DERIVATIONS / f"{batch.index:05d}"
+@dataclass(frozen=True, slots=True)
+class StoredScenes:
+    """The scenes of finished batches, read from disk at each iteration."""
 
+    request: SampleRequest
+    folder: Path
+    batches: Sequence[Batch]
 
-def model_name(request: SampleRequest, index: int) -> str:
-    """Name of the file of a model without its suffix."""
-    return f"{request.name}-{index:05d}"
-
-
-def write_record(folder: Path, batch: Batch, record: BatchRecord) -> None:
-    """Record that a batch is finished; written last, and on the disk when this returns."""
-    Results(batch_folder(folder, batch), _KIND).put(_KEY, record)
-
-
-def forget_record(folder: Path, batch: Batch) -> None:
-    """Remove the record of a batch whose files are about to be made again."""
-    (batch_folder(folder, batch) / RECORD).unlink(missing_ok=True)
+    def __iter__(self) -> Iterator[Scene]:
+        models = models_of(self.request)
+        for batch in self.batches:
+            yield models.stored(self.request, batch, _batch_folder(self.folder, batch))
 
 
 def read_record(folder: Path, request: SampleRequest, batch: Batch) -> BatchRecord | None:
     """The record of a batch; None unless it is finished and all its files are as they were written."""
-    record = Results(batch_folder(folder, batch), _KIND).get(_KEY)
+    record = Results(_batch_folder(folder, batch), _KIND).get(_KEY)
     if record is None or not _is_about(record, request, batch):
         return None
     return record if all(is_unchanged(folder, *entry) for entry in record.hashes.items()) else None
+
+
+def is_unchanged(folder: Path, name: str, digest: Any) -> bool:
+    """Whether a file of a run is a regular file below its folder, not through a link, with the recorded SHA-256."""
+    file = file_below(folder, name)
+    return file is not None and file_hash(file) == digest
 
 
 def recorded_files(folder: Path, name: str) -> Mapping[str, str]:
@@ -119,21 +115,97 @@ def recorded_files(folder: Path, name: str) -> Mapping[str, str]:
     return {} if batch is None else batch.hashes
 
 
-def is_unchanged(folder: Path, name: str, digest: Any) -> bool:
-    """Whether a file of a run is a regular file below its folder, not through a link, with the recorded SHA-256."""
-    file = file_below(folder, name)
-    return file is not None and file_hash(file) == digest
+def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> dict[str, str]:
+    """Write all models of finished batches into one file.
+
+    Returns:
+        SHA-256 of this file and of those beside it, by name.
+    """
+    path = folder / single_file_name(request)
+    files: list[Path] = []
+    scenes = StoredScenes(request, folder, batches)
+    save_together(scenes, path, request.file_format, _save_options(request), files.append)
+    sync_files(files, folder)
+    return {file.name: file_hash(file) for file in files}
 
 
-def _is_about(record: BatchRecord, request: SampleRequest, batch: Batch) -> bool:
-    """Whether a record, perhaps of somebody else, has the models of a batch and their files."""
-    indices = range(batch.first_model, batch.first_model + batch.num_models)
-    names = [request.name if request.single_file else model_name(request, index) for index in indices]
-    files = [f"{name}.{request.file_format}" for name in names]
-    models = [(model.index, model.file) for model in record.models]
-    return models == list(zip(indices, files, strict=True)) and (
-        request.single_file or record.hashes.keys() >= set(files)
+def single_file_name(request: SampleRequest) -> str:
+    """Name of the one file with all models."""
+    return f"{request.name}.{request.file_format}"
+
+
+@lru_cache(maxsize=4)
+def compiled(text: str, name: str) -> tuple[Grammar, Program]:
+    """Compiled grammar of a rule text, made once per process.
+
+    Raises:
+        LanguageError: If the text has errors.
+    """
+    grammar = grammar_to_run(text, f"{name}{SUFFIX}")
+    return grammar, compile_grammar(grammar)
+
+
+def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRecord:
+    """Make a batch and write its models, its derivations and, last, its record.
+
+    Files are on the disk before the record that names them, so a record is right even after a power failure.
+    """
+    _forget_record(folder, batch)
+    batch_models = models_of(request).make(request, batch)
+    scene = batch_models.scene
+    written: set[Path] = set()
+    if request.single_file:
+        files = [single_file_name(request)] * batch.num_models
+    else:
+        paths = save_each(
+            scene,
+            folder,
+            request.file_format,
+            _save_options(request),
+            name=partial(_model_name, request),
+            first_model=batch.first_model,
+            on_file=written.add,
+        )
+        files = [path.name for path in paths]
+    derivations = _batch_folder(folder, batch)
+    written |= {derivations / name for name in batch_models.save(derivations)}
+    columns = zip(
+        files,
+        batch_models.shapes,
+        count_triangles(scene).tolist(),
+        batch_models.log_probability,
+        batch_models.reports,
+        map(tuple, _file_origins(request, scene.origins).tolist()),
+        batch_models.tries or [1] * batch.num_models,
+        batch_models.accepted or [True] * batch.num_models,
+        strict=True,
     )
+    models = tuple(
+        ModelRecord(
+            index=batch.first_model + k,
+            file=file,
+            seed=request.seed,
+            shapes=shapes,
+            triangles=triangles,
+            log_probability=log_probability,
+            reports=reports,
+            origin=origin,
+            tries=tries,
+            accepted=accepted,
+        )
+        for k, (file, shapes, triangles, log_probability, reports, origin, tries, accepted) in enumerate(columns)
+    )
+    sync_files(written, folder)
+    hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
+    images = _missing_images(scene, request.assets)
+    record = BatchRecord(models, hashes, batch_models.prints, images, batch_models.missing_assets)
+    _write_record(folder, batch, record)
+    return record
+
+
+def _batch_folder(folder: Path, batch: Batch) -> Path:
+    """Folder of the derivations of a batch."""
+    return folder / DERIVATIONS / f"{batch.index:05d}"
 
 
 def _parse(values: Any) -> BatchRecord:
@@ -149,6 +221,9 @@ def _parse(values: Any) -> BatchRecord:
     assets = of_kind(values.get("missing_assets", []), list, "missing_assets")
     models = tuple(map(_model, member(values, "models", list)))
     return BatchRecord(models, texts(values, "hashes"), prints, images, tuple(map(_missing_asset, assets)))
+
+
+_KIND = json_kind(asdict, _parse)
 
 
 def _model(values: Any) -> ModelRecord:
@@ -175,13 +250,23 @@ def _missing_asset(values: Any) -> MissingAsset:
     return MissingAsset(member(values, "path", str, "missing_assets"), location)
 
 
-_KIND = json_kind(asdict, _parse)
+def _is_about(record: BatchRecord, request: SampleRequest, batch: Batch) -> bool:
+    """Whether a record, perhaps of somebody else, has the models of a batch and their files."""
+    indices = range(batch.first_model, batch.first_model + batch.num_models)
+    names = [request.name if request.single_file else _model_name(request, index) for index in indices]
+    files = [f"{name}.{request.file_format}" for name in names]
+    models = [(model.index, model.file) for model in record.models]
+    return models == list(zip(indices, files, strict=True)) and (
+        request.single_file or record.hashes.keys() >= set(files)
+    )
 
 
-_REUSE: dict[Instancing, Reuse] = {"none": "merged", "nodes": "nodes", "gpu": "instancing"}
+def _model_name(request: SampleRequest, index: int) -> str:
+    """Name of the file of a model without its suffix."""
+    return f"{request.name}-{index:05d}"
 
 
-def save_options(request: SampleRequest) -> SaveOptions:
+def _save_options(request: SampleRequest) -> SaveOptions:
     """Options of saving the files of a run; with one model on each footprint, models keep their places."""
     return SaveOptions(
         reuse=_REUSE[request.instancing],
@@ -192,7 +277,12 @@ def save_options(request: SampleRequest) -> SaveOptions:
     )
 
 
-def file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArray[np.float64]:
+def _forget_record(folder: Path, batch: Batch) -> None:
+    """Remove the record of a batch whose files are about to be made again."""
+    (_batch_folder(folder, batch) / RECORD).unlink(missing_ok=True)
+
+
+def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArray[np.float64]:
     """Origins [N, 3] in the world of the coordinates of models in their files.
 
     Args:
@@ -203,109 +293,12 @@ def file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArra
     return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
 
 
-def single_file_name(request: SampleRequest) -> str:
-    """Name of the one file with all models."""
-    return f"{request.name}.{request.file_format}"
-
-
-def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> dict[str, str]:
-    """Write all models of finished batches into one file.
-
-    Returns:
-        SHA-256 of this file and of those beside it, by name.
-    """
-    path = folder / single_file_name(request)
-    files: list[Path] = []
-    scenes = StoredScenes(request, folder, batches)
-    save_together(scenes, path, request.file_format, save_options(request), files.append)
-    sync_files(files, folder)
-    return {file.name: file_hash(file) for file in files}
-
-
-@dataclass(frozen=True, slots=True)
-class StoredScenes:
-    """The scenes of finished batches, read from disk at each iteration."""
-
-    request: SampleRequest
-    folder: Path
-    batches: Sequence[Batch]
-
-    def __iter__(self) -> Iterator[Scene]:
-        models = models_of(self.request)
-        for batch in self.batches:
-            yield models.stored(self.request, batch, batch_folder(self.folder, batch))
-
-
-@lru_cache(maxsize=4)
-def compiled(text: str, name: str) -> tuple[Grammar, Program]:
-    """Compiled grammar of a rule text, made once per process.
-
-    Raises:
-        LanguageError: If the text has errors.
-    """
-    grammar = grammar_to_run(text, f"{name}{SUFFIX}")
-    return grammar, compile_grammar(grammar)
-
-
-def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRecord:
-    """Make a batch and write its models, its derivations and, last, its record.
-
-    Files are on the disk before the record that names them, so a record is right even after a power failure.
-    """
-    forget_record(folder, batch)
-    batch_models = models_of(request).make(request, batch)
-    scene = batch_models.scene
-    written: set[Path] = set()
-    if request.single_file:
-        files = [single_file_name(request)] * batch.num_models
-    else:
-        paths = save_each(
-            scene,
-            folder,
-            request.file_format,
-            save_options(request),
-            name=partial(model_name, request),
-            first_model=batch.first_model,
-            on_file=written.add,
-        )
-        files = [path.name for path in paths]
-    derivations = batch_folder(folder, batch)
-    written |= {derivations / name for name in batch_models.save(derivations)}
-    columns = zip(
-        files,
-        batch_models.shapes,
-        count_triangles(scene).tolist(),
-        batch_models.log_probability,
-        batch_models.reports,
-        map(tuple, file_origins(request, scene.origins).tolist()),
-        batch_models.tries or [1] * batch.num_models,
-        batch_models.accepted or [True] * batch.num_models,
-        strict=True,
-    )
-    models = tuple(
-        ModelRecord(
-            index=batch.first_model + k,
-            file=file,
-            seed=request.seed,
-            shapes=shapes,
-            triangles=triangles,
-            log_probability=log_probability,
-            reports=reports,
-            origin=origin,
-            tries=tries,
-            accepted=accepted,
-        )
-        for k, (file, shapes, triangles, log_probability, reports, origin, tries, accepted) in enumerate(columns)
-    )
-    sync_files(written, folder)
-    hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
-    images = _missing_images(scene, request.assets)
-    record = BatchRecord(models, hashes, batch_models.prints, images, batch_models.missing_assets)
-    write_record(folder, batch, record)
-    return record
-
-
 def _missing_images(scene: Scene, assets: Path) -> tuple[str, ...]:
     """The textures of visible shapes that the asset folder lacks, in alphabetical order."""
     used = {scene.materials.textures[material] for material in np.unique(scene.material).tolist()}
     return tuple(sorted(name for name in used if name and image_file(name, assets) is None))
+
+
+def _write_record(folder: Path, batch: Batch, record: BatchRecord) -> None:
+    """Record that a batch is finished; written last, and on the disk when this returns."""
+    Results(_batch_folder(folder, batch), _KIND).put(_KEY, record)

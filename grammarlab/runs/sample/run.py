@@ -1,4 +1,4 @@
-"""One call from a request to files and a contact sheet on disk."""
+"""Runs: from a request to files and a contact sheet on disk; repeated from a manifest."""
 
 from __future__ import annotations
 
@@ -35,52 +35,10 @@ from grammarlab.runs.work.results import Progress
 from grammarlab.runs.work.run_folder import only_run_in
 from grammarlab.scene import TriangleBatch, triangles
 
-SHEET_MODELS = 144
-"""Largest number of models on the sheet; of more, the first ones are shown."""
 TILE_AREA = 320 * 320
 """Pixels of the picture of one model."""
-
-
-def draw_sheet(
-    request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: RendererChoice
-) -> Path:
-    """Draw the models of finished batches onto one picture, `SHEET_MODELS` at most."""
-    # Many runs draw no sheet.
-    from PIL import Image  # noqa: PLC0415
-
-    from grammarlab.runs.sample.contact_sheet import draw_page, draw_tiles, lay_out, seen_points  # noqa: PLC0415
-
-    models = _first_models(request, folder, batches)
-    same = request.scale == "same"
-    tiles = draw_tiles(models, TILE_AREA, executor, same_scale=same, choice=choice)
-    page = lay_out(len(models), request.columns, tiles.width, tiles.height)
-    captions = [(str(index), _size_text(seen_points(model))) for index, model in enumerate(models)]
-    scale = "all to one scale" if same else "each to its own scale"
-    heading = (f"{request.name}   seed {request.seed}", f"width x height x depth, {scale}")
-    path = folder / request.sheet_name
-    with atomic_file(path) as part:
-        Image.fromarray(draw_page(page, tiles.pictures, captions, heading)).save(part)
-    return path
-
-
-def _first_models(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:
-    models: list[TriangleBatch] = []
-    for scene in StoredScenes(request, folder, batches):
-        batch = triangles(scene)
-        models += [batch.model(index) for index in range(min(scene.num_models, SHEET_MODELS - len(models)))]
-        if len(models) == SHEET_MODELS:
-            break
-    return models
-
-
-def _size_text(points: NDArray[np.float32]) -> str:
-    extents = np.ptp(points.astype(np.float64), axis=0)
-    return " x ".join(_metres(extent) for extent in extents.tolist()) + " m"
-
-
-def _metres(length: float) -> str:
-    """A length with about three significant digits."""
-    return f"{length:.2f}" if length < 10 else f"{length:.1f}" if length < 100 else f"{length:.0f}"
+_SHEET_MODELS = 144
+"""Largest number of models on the sheet; of more, the first ones are shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +80,43 @@ class RunResult:
     def derivations(self) -> Path:
         """Folder with one folder of Parquet files for each batch (`grammarlab.runs.sample.derivations`)."""
         return self.folder / DERIVATIONS
+
+
+def repeat_run(
+    manifest: Manifest,
+    folder: Path | str,
+    *,
+    executor: AbstractExecutor = SERIAL,
+    resume: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> tuple[RunResult, tuple[str, ...]]:
+    """Make the run of a manifest again, and compare.
+
+    Args:
+        manifest: manifest of a complete run.
+        folder: folder for the files; not the folder of the repeated run.
+        executor: makes the batches, as in `sample_run`.
+        resume: whether to continue an interrupted run, as in `sample_run`.
+        on_progress: called with the progress, as in `sample_run`.
+
+    Returns:
+        The run, and the names of the files that are not equal, bit for bit, to those of the manifest.
+
+    Raises:
+        AssetError: If asset files differ from those of the manifest.
+        GrammarlabError: See `sample_run`.
+    """
+    difference = first_difference(manifest.asset_files, hash_assets(manifest.request))
+    if difference:
+        raise AssetError(
+            f"the run cannot be repeated: {difference}, compared with the manifest, in {manifest.request.assets}. "
+            "Give the folder that holds the assets as they were with `assets=`."
+        )
+    result = sample_run(manifest.request, folder, executor=executor, resume=resume, on_progress=on_progress)
+    new_files = read_manifest(result.manifest).files
+    return result, tuple(
+        sorted(file for file in {*new_files, *manifest.files} if new_files.get(file) != manifest.files.get(file))
+    )
 
 
 def sample_run(
@@ -173,82 +168,27 @@ def sample_run(
         return _make(request, folder, executor, on_progress, choice, asset_files, earlier)
 
 
-def _make(
-    request: SampleRequest,
-    folder: Path,
-    executor: AbstractExecutor,
-    on_progress: Progress,
-    choice: RendererChoice,
-    asset_files: Mapping[str, str],
-    earlier: _Earlier,
-) -> RunResult:
-    """Make all files of a run in a folder that has been prepared."""
-    records, unchanged = _run_batches(request, folder, executor, on_progress, resumed=earlier.resumed)
-    model_records = tuple(model for record in records for model in record.models)
-    hashes = {file: digest for record in records for file, digest in record.hashes.items()}
-    batches = cut_batches(request)
-    if request.single_file:
-        single = earlier.single_file(folder, single_file_name(request)) if unchanged else {}
-        hashes |= single or write_single_file(request, folder, batches)
-    sheet = folder / request.sheet_name if request.image else None
-    if sheet is not None:
-        on_progress("picture", 0, 1)
-        if not (unchanged and earlier.has(folder, sheet.name)):
-            draw_sheet(request, folder, batches, executor, choice)
-        hashes[sheet.name] = file_hash(sheet)
-        on_progress("picture", 1, 1)
-    missing_assets = by_path(asset for record in records for asset in record.missing_assets)
-    manifest = write_manifest(folder, request, choice, asset_files, model_records, hashes, missing_assets)
-    prints = tuple(text for record in records for text in record.prints)
-    images = sorted({name for record in records for name in record.missing_images})
-    return RunResult(
-        request=request,
-        folder=folder,
-        models=model_records,
-        sheet=sheet,
-        manifest=manifest,
-        prints=prints,
-        missing_images=tuple(images),
-        missing_assets=missing_assets,
-        kept_files=earlier.kept_files,
-    )
-
-
-def repeat_run(
-    manifest: Manifest,
-    folder: Path | str,
-    *,
-    executor: AbstractExecutor = SERIAL,
-    resume: bool = False,
-    on_progress: Progress = lambda _what, _done, _total: None,
-) -> tuple[RunResult, tuple[str, ...]]:
-    """Make the run of a manifest again, and compare.
-
-    Args:
-        manifest: manifest of a complete run.
-        folder: folder for the files; not the folder of the repeated run.
-        executor: makes the batches, as in `sample_run`.
-        resume: whether to continue an interrupted run, as in `sample_run`.
-        on_progress: called with the progress, as in `sample_run`.
-
-    Returns:
-        The run, and the names of the files that are not equal, bit for bit, to those of the manifest.
-
-    Raises:
-        AssetError: If asset files differ from those of the manifest.
-        GrammarlabError: See `sample_run`.
-    """
-    difference = first_difference(manifest.asset_files, hash_assets(manifest.request))
+def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> _Earlier:
+    """Remove an earlier run from a folder unless it is resumed; without a manifest there is none."""
+    batch_names(folder)
+    if not (resume and (folder / MANIFEST).is_file()):
+        run = find_run(folder, request.name)
+        kept_files = check_kept(folder, run, request)
+        clear_run(folder, run)
+        return _Earlier(resumed=False, files={}, kept_files=kept_files)
+    manifest = read_manifest(folder, request.assets)
+    difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
     if difference:
-        raise AssetError(
-            f"the run cannot be repeated: {difference}, compared with the manifest, in {manifest.request.assets}. "
-            "Give the folder that holds the assets as they were with `assets=`."
+        raise UsageError(
+            f"{folder} holds another run than the one to resume: {difference}. "
+            "Repeat the options of that run, or write into another folder."
         )
-    result = sample_run(manifest.request, folder, executor=executor, resume=resume, on_progress=on_progress)
-    new_files = read_manifest(result.manifest).files
-    return result, tuple(
-        sorted(file for file in {*new_files, *manifest.files} if new_files.get(file) != manifest.files.get(file))
-    )
+    if manifest.format < BATCHES_OVER_FOOTPRINTS and len(request.footprints) > 1:
+        raise UsageError(
+            f"{folder} holds a run on {len(request.footprints)} footprints of an earlier version, which cut it into "
+            "other batches, so that it cannot be resumed. Run it again without `resume=True`: its files are replaced."
+        )
+    return _Earlier(resumed=True, files=manifest.files)
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,29 +215,6 @@ class _Earlier:
         )
 
 
-def _prepare(folder: Path, request: SampleRequest, asset_files: Mapping[str, str], resume: bool) -> _Earlier:
-    """Remove an earlier run from a folder unless it is resumed; without a manifest there is none."""
-    batch_names(folder)
-    if not (resume and (folder / MANIFEST).is_file()):
-        run = find_run(folder, request.name)
-        kept_files = check_kept(folder, run, request)
-        clear_run(folder, run)
-        return _Earlier(resumed=False, files={}, kept_files=kept_files)
-    manifest = read_manifest(folder, request.assets)
-    difference = _changed_option(manifest.request, request) or first_difference(manifest.asset_files, asset_files)
-    if difference:
-        raise UsageError(
-            f"{folder} holds another run than the one to resume: {difference}. "
-            "Repeat the options of that run, or write into another folder."
-        )
-    if manifest.format < BATCHES_OVER_FOOTPRINTS and len(request.footprints) > 1:
-        raise UsageError(
-            f"{folder} holds a run on {len(request.footprints)} footprints of an earlier version, which cut it into "
-            "other batches, so that it cannot be resumed. Run it again without `resume=True`: its files are replaced."
-        )
-    return _Earlier(resumed=True, files=manifest.files)
-
-
 def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
     """Description of a difference between two requests; empty if there is none."""
     if (earlier.text, earlier.suffix) != (request.text, request.suffix):
@@ -305,6 +222,47 @@ def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
     before, now = earlier.as_json(), request.as_json()
     changed = [name for name in now if before[name] != now[name]]
     return f"{changed[0]} was {before[changed[0]]!r} and is {now[changed[0]]!r}" if changed else ""
+
+
+def _make(
+    request: SampleRequest,
+    folder: Path,
+    executor: AbstractExecutor,
+    on_progress: Progress,
+    choice: RendererChoice,
+    asset_files: Mapping[str, str],
+    earlier: _Earlier,
+) -> RunResult:
+    """Make all files of a run in a folder that has been prepared."""
+    records, unchanged = _run_batches(request, folder, executor, on_progress, resumed=earlier.resumed)
+    model_records = tuple(model for record in records for model in record.models)
+    hashes = {file: digest for record in records for file, digest in record.hashes.items()}
+    batches = cut_batches(request)
+    if request.single_file:
+        single = earlier.single_file(folder, single_file_name(request)) if unchanged else {}
+        hashes |= single or write_single_file(request, folder, batches)
+    sheet = folder / request.sheet_name if request.image else None
+    if sheet is not None:
+        on_progress("picture", 0, 1)
+        if not (unchanged and earlier.has(folder, sheet.name)):
+            _draw_sheet(request, folder, batches, executor, choice)
+        hashes[sheet.name] = file_hash(sheet)
+        on_progress("picture", 1, 1)
+    missing_assets = by_path(asset for record in records for asset in record.missing_assets)
+    manifest = write_manifest(folder, request, choice, asset_files, model_records, hashes, missing_assets)
+    prints = tuple(text for record in records for text in record.prints)
+    images = sorted({name for record in records for name in record.missing_images})
+    return RunResult(
+        request=request,
+        folder=folder,
+        models=model_records,
+        sheet=sheet,
+        manifest=manifest,
+        prints=prints,
+        missing_images=tuple(images),
+        missing_assets=missing_assets,
+        kept_files=earlier.kept_files,
+    )
 
 
 def _run_batches(
@@ -330,3 +288,45 @@ def _run_batches(
         for inner in filter(None, (folder, folder_below(folder, DERIVATIONS))):
             remove_parts(inner)
     return tuple(records[batch.index] for batch in batches), not missing
+
+
+def _draw_sheet(
+    request: SampleRequest, folder: Path, batches: tuple[Batch, ...], executor: AbstractExecutor, choice: RendererChoice
+) -> Path:
+    """Draw the models of finished batches onto one picture, `_SHEET_MODELS` at most."""
+    # Many runs draw no sheet.
+    from PIL import Image  # noqa: PLC0415
+
+    from grammarlab.runs.sample.contact_sheet import draw_page, draw_tiles, lay_out, seen_points  # noqa: PLC0415
+
+    models = _first_models(request, folder, batches)
+    same = request.scale == "same"
+    tiles = draw_tiles(models, TILE_AREA, executor, same_scale=same, choice=choice)
+    page = lay_out(len(models), request.columns, tiles.width, tiles.height)
+    captions = [(str(index), _size_text(seen_points(model))) for index, model in enumerate(models)]
+    scale = "all to one scale" if same else "each to its own scale"
+    heading = (f"{request.name}   seed {request.seed}", f"width x height x depth, {scale}")
+    path = folder / request.sheet_name
+    with atomic_file(path) as part:
+        Image.fromarray(draw_page(page, tiles.pictures, captions, heading)).save(part)
+    return path
+
+
+def _first_models(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:
+    models: list[TriangleBatch] = []
+    for scene in StoredScenes(request, folder, batches):
+        batch = triangles(scene)
+        models += [batch.model(index) for index in range(min(scene.num_models, _SHEET_MODELS - len(models)))]
+        if len(models) == _SHEET_MODELS:
+            break
+    return models
+
+
+def _size_text(points: NDArray[np.float32]) -> str:
+    extents = np.ptp(points.astype(np.float64), axis=0)
+    return " x ".join(_metres(extent) for extent in extents.tolist()) + " m"
+
+
+def _metres(length: float) -> str:
+    """A length with about three significant digits."""
+    return f"{length:.2f}" if length < 10 else f"{length:.1f}" if length < 100 else f"{length:.0f}"

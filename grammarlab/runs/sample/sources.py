@@ -1,7 +1,4 @@
-"""Scenario files with their grammars.
-
-Grammars by path or by name.
-"""
+"""Rule files by path or by name, and scenario files with their grammars."""
 
 from __future__ import annotations
 

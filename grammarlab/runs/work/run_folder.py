@@ -1,7 +1,4 @@
-"""One run at a time writes into a folder.
-
-Files that a command wrote into a folder, so that its next run removes them and nothing else.
-"""
+"""Folder of a run: one run at a time writes into it, and removes the files of the run before and nothing else."""
 
 from __future__ import annotations
 
@@ -20,6 +17,8 @@ from grammarlab.locks import try_lock
 
 WRITTEN = ".grammarlab.json"
 """SHA-256 of each file by command and by path relative to the folder."""
+LOCK = ".grammarlab.lock"
+"""Empty file in the folder of a running command; removed at its end. A killed command leaves it, without a lock."""
 _MAX_BYTES = 1 << 24
 """Largest size of the record in bytes."""
 
@@ -46,21 +45,6 @@ def replace_written(folder: Path, command: str, files: Iterable[Path], sources: 
             file.unlink()
     record[command] = dict(sorted(written.items()))
     write_text(folder / WRITTEN, json.dumps(record, indent=1, ensure_ascii=False) + "\n")
-
-
-def _record(folder: Path) -> dict[str, Mapping[str, Any]]:
-    """The record in a folder, perhaps of a stranger; empty if there is none."""
-    try:
-        values = json.loads(read_bounded(folder / WRITTEN, _MAX_BYTES))
-    except (AssetError, OSError, ValueError, RecursionError):
-        return {}
-    if not isinstance(values, dict):
-        return {}
-    return {command: files for command, files in values.items() if isinstance(files, dict)}
-
-
-LOCK = ".grammarlab.lock"
-"""Empty file in the folder of a running command; removed at its end. A killed command leaves it, without a lock."""
 
 
 @contextmanager
@@ -109,6 +93,17 @@ def own_folder(folder: Path, name: str) -> Path | None:
     return inner
 
 
+def _record(folder: Path) -> dict[str, Mapping[str, Any]]:
+    """The record in a folder, perhaps of a stranger; empty if there is none."""
+    try:
+        values = json.loads(read_bounded(folder / WRITTEN, _MAX_BYTES))
+    except (AssetError, OSError, ValueError, RecursionError):
+        return {}
+    if not isinstance(values, dict):
+        return {}
+    return {command: files for command, files in values.items() if isinstance(files, dict)}
+
+
 def _locked(path: Path) -> int:
     """Descriptor of the locked file."""
     while True:
@@ -125,6 +120,7 @@ def _locked(path: Path) -> int:
             raise UsageError(
                 f"another run is writing into {path.parent}: wait until it has ended, or write into another folder."
             )
+
         # The run before has just removed this file.
 
 
