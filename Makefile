@@ -22,7 +22,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test test-all mutants check docs reference pictures screens bench facades scan-pictures format clean chromium
+.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -31,7 +31,11 @@ demo: $(VENV)/.learn
 		--report out/demo-learned
 	$(BIN)/grammarlab sample out/demo-learned/building.cga -n 16 --seed 5 -o out/demo-learned/samples
 
-test: check docs chromium
+# Types are checked while tests wait for processes and pages.
+test: $(VENV)/.dev chromium
+	@$(MAKE) --no-print-directory -j 2 pytest check docs
+
+pytest: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist worksteal
 
 test-all: export GRAMMARLAB_CASES := all
@@ -43,7 +47,7 @@ mutants: $(VENV)/.dev
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check $(CODE)
 	$(BIN)/ruff check $(CODE)
-	$(BIN)/pyright --threads 2 --pythonpath $(BIN)/python
+	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
 
 docs: $(VENV)/.dev
