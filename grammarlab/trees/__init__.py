@@ -1,0 +1,1 @@
+"""Weber & Penn trees: species as files, skeletons as columns, and their geometry."""

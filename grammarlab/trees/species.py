@@ -1,0 +1,89 @@
+"""A species: a random distribution of the parameters of trees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.randomness import Keys, fold, uniforms
+from grammarlab.trees.parameters import IS_INTEGER, IS_LOG
+
+_PARAMETERS = 1
+"""Lane below the key of a tree for the draws of its parameters; its stems have others (`grammarlab.trees.skeleton`)."""
+_KIND = 0
+"""Site of the draw of a kind; column c has site c + 1."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kind:
+    """A part of a species, such as its slender trees: a range for every column."""
+
+    weight: float
+    """> 0; the weights of the kinds of a species sum to 1."""
+    low: Floats
+    """[P] start of the range of each column of `grammarlab.trees.parameters.COLUMNS`."""
+    high: Floats
+    """[P] end of the range; equal to `low` for a constant. Ranges of whole numbers include both ends."""
+    means: str = ""
+    """The kind in words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Colours and pictures of bark, leaves and blossoms."""
+
+    bark: str = ""
+    """Picture of the bark, relative to the asset folder; empty for none."""
+    leaf: str = ""
+    """Picture of a leaf or a twig of leaves with transparent ground; empty for none."""
+    blossom: str = ""
+    bark_color: tuple[float, float, float] = (0.36, 0.28, 0.21)
+    """sRGB, 0 to 1; it multiplies the picture."""
+    leaf_color: tuple[float, float, float] = (0.27, 0.42, 0.16)
+    blossom_color: tuple[float, float, float] = (0.96, 0.86, 0.9)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Species:
+    """A distribution of trees."""
+
+    name: str
+    kinds: tuple[Kind, ...]
+    """At least one; a tree is of one of them, drawn by weight, its columns drawn evenly within the ranges of the kind
+    (evenly in the logarithm for those of `IS_LOG`), independent of each other."""
+    typical: Floats
+    """[P] the value of each column in the file: what a person would name as typical."""
+    look: Look = Look()
+    about: str = ""
+    """The species in one sentence."""
+    why: Mapping[str, str] = field(default_factory=dict)
+    """Reasons of values by the name of the parameter."""
+    acceptance: str = ""
+    """An expression (`grammarlab.features.expression`) with the probability, 0 to 1, of keeping a candidate; empty
+    to keep all."""
+
+
+def drawn(species: Species, keys: Keys) -> tuple[Floats, Ints]:
+    """The columns [n, P] of the trees of some keys [n], and the kind [n] of each.
+
+    A column depends on its own draw and on the kind only, so that another range of one column changes no other.
+    """
+    below = fold(keys, _PARAMETERS)
+    ends = np.cumsum([kind.weight for kind in species.kinds])
+    kind = np.minimum(np.searchsorted(ends, uniforms(below, _KIND) * ends[-1], side="right"), len(ends) - 1)
+    units = np.column_stack([uniforms(below, site) for site in range(1, len(IS_LOG) + 1)])
+    low, high = (np.stack([getattr(kind, end) for kind in species.kinds])[kind] for end in ("low", "high"))
+    return within(low, high, units), kind
+
+
+def within(low: Floats, high: Floats, units: Floats) -> Floats:
+    """[n, P] values at shares [n, P], 0 <= share < 1, of ranges [n, P]."""
+    end = np.where(IS_INTEGER, high + 1.0, high)
+    # A range of counts from 0 has no logarithm, and is drawn evenly.
+    log = IS_LOG & (low > 0.0)
+    safe = np.where(log, low, 1.0)
+    values = np.where(log, safe * (np.where(log, end, 1.0) / safe) ** units, low + (end - low) * units)
+    return np.where(low == high, low, np.where(IS_INTEGER, np.minimum(np.floor(values), high), values))
