@@ -28,6 +28,23 @@ def at_least(feature: Feature, bound: float) -> str:
     return f"{value} >= {_number(bound)}"
 
 
+def sites_of(feature: Feature) -> tuple[str, ...]:
+    """Names of the draws that a feature reads; () for counts of patterns.
+
+    >>> sites_of(Threshold("height", 3.5)), sites_of(Pattern("Block"))
+    (('height',), ())
+    """
+    match feature:
+        case Draw(site) | Threshold(site):
+            return (site,)
+        case HalfSpace(sites):
+            return sites
+        case Sum(terms):
+            return tuple(term.site for term in terms)
+        case _:
+            return ()
+
+
 def _read(feature: Pattern | Draw) -> str:
     if isinstance(feature, Pattern):
         return f"{{{feature}}}"

@@ -23,7 +23,8 @@ from grammarlab.derivation.derive import derive_chunks
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.acceptance import Acceptance
 from grammarlab.features.expression import Expression
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Present, Sum, Threshold
+from grammarlab.features.patterns.conditions import sites_of
+from grammarlab.features.patterns.pattern import Feature, Present
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.simplification import TOLERANCE
 from grammarlab.learning.targets.target_density import (
@@ -274,19 +275,10 @@ def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGr
     changed = {parts.name for parts in learned.attributes}
     for feature in features:
         inner = feature.feature if isinstance(feature, Present) else feature
-        if not isinstance(inner, Draw | Threshold | HalfSpace | Sum):
-            continue
-        for site in _sites(inner):
+        for site in sites_of(inner):
             if site not in grammar.attributes or (site in changed and not range_ends(grammar, site)):
                 return False
     return True
-
-
-def _sites(feature: Draw | Threshold | HalfSpace | Sum) -> tuple[str, ...]:
-    """Names of the draws that a feature reads."""
-    if isinstance(feature, Sum):
-        return tuple(term.site for term in feature.terms)
-    return feature.sites if isinstance(feature, HalfSpace) else (feature.site,)
 
 
 def _mean(rule: Acceptance, density: PoolDensity) -> float:
