@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,10 @@ class Materials:
     """[K, 9] in the order of `CHANNELS`."""
     textures: tuple[str, ...]
     """[K] path of the colour map relative to the asset folder, empty for none."""
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+    """Contents of PNG or JPEG files by their names in `textures`: pictures that no asset folder has."""
+    cut_out: frozenset[str] = frozenset()
+    """Names of textures whose transparent parts are holes; the transparency of the others is ignored."""
 
     def __len__(self) -> int:
         return len(self.textures)

@@ -24,7 +24,7 @@ from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.model_files import GENERATOR, AbstractWriter, Output
 from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.instances import chosen
-from grammarlab.scene.shading import ShadedMeshes, shade
+from grammarlab.scene.shading import ShadedMeshes, shaded_meshes
 from grammarlab.scene.triangles import CREASE_ANGLE, texture_coordinates
 
 Content: TypeAlias = Callable[[Scene, TriangleBatch, str], dict[str, Any]]
@@ -87,8 +87,8 @@ class MergedContent:
 class ReusedContent:
     """Models as nodes that refer to one mesh for each combination of mesh and material in the file.
 
-    Textured shapes do not share meshes: their texture coordinates depend on the size and the place of each shape. Those
-    of one model are merged into one mesh.
+    Textured shapes whose texture coordinates depend on their size and place do not share meshes. Those of one model are
+    merged into one mesh.
 
     Args:
         document: the file.
@@ -111,14 +111,14 @@ class ReusedContent:
         """
         textured = np.zeros(len(scene.materials), dtype=bool)
         for material in batch.group_material.tolist():
-            textured[material] = self._materials.index(scene.materials, material)[1]
+            textured[material] = self._materials.index(scene.materials, material)[1] and scene.surface is None
         merged = batch.of_groups(np.flatnonzero(textured[batch.group_material]))
         content = _merged_content(self._document, self._materials, merged, f"{name}_textured")
         children = [self._document.add("nodes", content)] if content else []
         scene = chosen(scene, ~textured[scene.material])
 
         used, mesh = np.unique(scene.mesh, return_inverse=True)
-        shaded = shade(scene.meshes.take(used), CREASE_ANGLE)
+        shaded = shaded_meshes(scene, used, CREASE_ANGLE)
         placements = _placements(scene, shaded, mesh)
         rows = np.flatnonzero(np.diff(shaded.mesh_triangles)[mesh] > 0)
         for pair, instance_rows in _by_pair(mesh, scene.material, rows):
@@ -175,17 +175,27 @@ def _merged_content(
 ) -> dict[str, Any]:
     """Properties of the node of a model: a mesh with one primitive for each material; none for no triangles."""
     written = [materials.index(batch.materials, material) for material in batch.group_material.tolist()]
-    plain = np.array([not textured for _, textured in written], dtype=bool)
-    shared = iter(_shared_primitives(document, batch if plain.all() else batch.of_groups(np.flatnonzero(plain))))
+    textured = np.array([needs_coordinates for _, needs_coordinates in written], dtype=bool)
+    separate = textured & (batch.coordinates is None)
+    rest = np.flatnonzero(~separate)
+    shared = iter(_shared_primitives(document, batch.of_groups(rest) if separate.any() else batch, textured[rest]))
     primitives = [
-        {**(_textured_primitive(document, batch, group) if textured else next(shared)), "material": index}
-        for group, (index, textured) in enumerate(written)
+        {**(_textured_primitive(document, batch, group) if separate[group] else next(shared)), "material": index}
+        for group, (index, _) in enumerate(written)
     ]
     return {"mesh": document.add("meshes", {"name": name, "primitives": primitives})} if primitives else {}
 
 
-def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dict[str, Any]]:
-    """[G] one primitive per group; all groups share three ranges of the buffer."""
+def _shared_primitives(
+    document: GltfDocument, batch: TriangleBatch, textured: NDArray[np.bool_]
+) -> list[dict[str, Any]]:
+    """[G] one primitive per group; all groups share three or four ranges of the buffer.
+
+    Args:
+        document: the file.
+        batch: the triangles.
+        textured: [G] whether a group needs the texture coordinates of its vertices.
+    """
     if len(batch.group_model) == 0:
         return []
     low = np.minimum.reduceat(batch.vertices, batch.group_vertices[:-1], axis=0)
@@ -193,6 +203,8 @@ def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dic
     indices = _group_indices(batch)
     positions_view = document.add_array(batch.vertices, ARRAY_BUFFER)
     normals_view = document.add_array(batch.normals, ARRAY_BUFFER)
+    coordinates = _downwards(batch.coordinates) if batch.coordinates is not None and textured.any() else None
+    coordinates_view = None if coordinates is None else document.add_array(coordinates, ARRAY_BUFFER)
     indices_view = document.add_array(indices, ELEMENT_ARRAY_BUFFER)
     primitives = []
     vertex_ends, index_ends = batch.group_vertices.tolist(), (3 * batch.group_triangles).tolist()
@@ -203,10 +215,17 @@ def _shared_primitives(document: GltfDocument, batch: TriangleBatch) -> list[dic
             "POSITION": document.add_accessor(positions_view, batch.vertices[start:end], start, bounds),
             "NORMAL": document.add_accessor(normals_view, batch.normals[start:end], start),
         }
+        if coordinates is not None and coordinates_view is not None and textured[group]:
+            attributes["TEXCOORD_0"] = document.add_accessor(coordinates_view, coordinates[start:end], start)
         start, end = index_ends[group : group + 2]
         accessor = document.add_accessor(indices_view, indices[start:end], start)
         primitives.append({"attributes": attributes, "indices": accessor})
     return primitives
+
+
+def _downwards(coordinates: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Texture coordinates [V, 2] with v downwards, as in glTF."""
+    return (coordinates * (1.0, -1.0)).astype(np.float32) + np.float32(0)
 
 
 def _group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
@@ -255,8 +274,8 @@ class _ReusedMeshes:
 
     def index(self, shaded: ShadedMeshes, mesh: int, table: Materials, material: int) -> int:
         """Index in the document of a mesh with a material of a table."""
-        material_index, _ = self._materials.index(table, material)
-        number, geometry = self._geometry_of(shaded, mesh)
+        material_index, textured = self._materials.index(table, material)
+        number, geometry = self._geometry_of(shaded, mesh, textured=textured)
         if (number, material_index) not in self._written:
             entry = {
                 "name": f"mesh_{number}_{material_index}",
@@ -265,17 +284,23 @@ class _ReusedMeshes:
             self._written[number, material_index] = self._document.add("meshes", entry)
         return self._written[number, material_index]
 
-    def _geometry_of(self, shaded: ShadedMeshes, mesh: int) -> tuple[int, dict[str, Any]]:
+    def _geometry_of(self, shaded: ShadedMeshes, mesh: int, *, textured: bool) -> tuple[int, dict[str, Any]]:
         """The number of a geometry, and the properties of its primitives."""
         vertices = slice(*shaded.mesh_vertices[mesh : mesh + 2])
         corners = shaded.triangles[slice(*shaded.mesh_triangles[mesh : mesh + 2])]
         points, normals = (column[vertices].astype(np.float32) + 0 for column in (shaded.points, shaded.normals))
-        key = blake2b(b"".join(part.tobytes() for part in (points, normals, corners)), digest_size=16).digest()
+        coordinates = None
+        if textured and shaded.coordinates is not None:
+            coordinates = _downwards(shaded.coordinates[vertices])
+        parts = [part for part in (points, normals, corners, coordinates) if part is not None]
+        key = blake2b(b"".join(part.tobytes() for part in parts), digest_size=16).digest()
         if key not in self._geometry:
             attributes = {
                 "POSITION": _add_array(self._document, points, ARRAY_BUFFER, (points.min(axis=0), points.max(axis=0))),
                 "NORMAL": _add_array(self._document, normals, ARRAY_BUFFER),
             }
+            if coordinates is not None:
+                attributes["TEXCOORD_0"] = _add_array(self._document, coordinates, ARRAY_BUFFER)
             indices = corners.astype(_index_type(len(points))).ravel()
             accessor = _add_array(self._document, indices, ELEMENT_ARRAY_BUFFER)
             self._geometry[key] = len(self._geometry), {"attributes": attributes, "indices": accessor}

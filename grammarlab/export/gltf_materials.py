@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,8 @@ MOST_PIXELS = 8192 * 8192
 _SIGNATURES = {b"\x89PNG\r\n\x1a\n": ("image/png", ".png"), b"\xff\xd8\xff": ("image/jpeg", ".jpg")}
 _CONVERTED = {b"II*\0": "TIFF", b"MM\0*": "TIFF", b"BM": "BMP"}
 _REPEAT = 10497
+NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
+"""No pictures in memory."""
 
 
 class GltfMaterials:
@@ -58,7 +62,7 @@ class GltfMaterials:
             "metallicFactor": _share(table.metallic[material]),
             "roughnessFactor": _share(table.roughness[material]),
         }
-        texture = self._texture(table.textures[material])
+        texture = self._texture(table, table.textures[material])
         if texture is not None:
             surface["baseColorTexture"] = {"index": texture}
         entry: dict[str, Any] = {
@@ -68,14 +72,16 @@ class GltfMaterials:
         }
         if opacity < 1.0:
             entry["alphaMode"] = "BLEND"
+        elif texture is not None and table.textures[material] in table.cut_out:
+            entry["alphaMode"] = "MASK"
         if any(emissive):
             entry["emissiveFactor"] = emissive
         self._document.add("materials", entry)
         return texture is not None
 
-    def _texture(self, name: str) -> int | None:
+    def _texture(self, table: Materials, name: str) -> int | None:
         if name not in self._images:
-            texture = find_texture(name, self._assets)
+            texture = find_texture(name, self._assets, table.pictures)
             if texture is None:
                 self._images[name] = None
             else:
@@ -114,18 +120,21 @@ class Texture:
     suffix: str
 
 
-def find_texture(name: str, assets: Path | None) -> Texture | None:
+def find_texture(name: str, assets: Path | None, pictures: Mapping[str, bytes] = NO_PICTURES) -> Texture | None:
     """Image of this name below the asset folder; None if there is none.
 
     Args:
         name: path relative to `assets`; empty for no texture.
         assets: the asset folder; None when no assets are to be used.
+        pictures: contents of PNG and JPEG files by name; they are looked up first (`Materials.pictures`).
 
     TIFF and BMP images are converted to PNG.
 
     Raises:
         AssetError: If the path leads out of the folder, or the file is not such an image, too large, or unreadable.
     """
+    if name in pictures:
+        return _texture(name, pictures[name])
     if not name or assets is None:
         return None
     path = image_file(name, assets)
@@ -138,6 +147,15 @@ def find_texture(name: str, assets: Path | None) -> Texture | None:
         content = path.read_bytes()
     except OSError as error:
         raise AssetError(f"texture {name!r} cannot be read: {error.strerror or error}") from error
+    return _texture(name, content)
+
+
+def _texture(name: str, content: bytes) -> Texture:
+    """The image in a file of this content.
+
+    Raises:
+        AssetError: If it is not an image of a known format, or broken.
+    """
     for signature, (mime, suffix) in _SIGNATURES.items():
         if content.startswith(signature):
             _require_image(name, content)

@@ -50,7 +50,13 @@ class ObjWriter(AbstractWriter):
             triangles = slice(*batch.group_triangles[group : group + 2])
             corners = batch.triangles[triangles].astype(np.int64).ravel() + 1 + self._num_vertices
             lines.append(f"usemtl {material_name(batch.materials, material, number)}")
-            if number in self._images:
+            if number in self._images and batch.coordinates is not None:
+                vertices = slice(*batch.group_vertices[group : group + 2])
+                lines.append(_rows("vt", batch.coordinates[vertices]))
+                texture = corners + (self._num_coordinates - self._num_vertices - vertices.start)
+                self._num_coordinates += vertices.stop - vertices.start
+                lines.append(_faces("%d/%d/%d", np.stack([corners, texture, corners], axis=1)))
+            elif number in self._images:
                 coordinates = texture_coordinates(batch, triangles).reshape(-1, 2) * (1.0, -1.0)
                 lines.append(_rows("vt", coordinates))
                 texture = self._num_coordinates + 1 + np.arange(len(corners))
@@ -88,11 +94,13 @@ class ObjWriter(AbstractWriter):
         lines.append(f"d {np.clip(table.opacity[material], 0.0, 1.0):.6g}")
         lines.append(f"Pr {np.clip(table.roughness[material], 0.0, 1.0):.6g}")
         lines.append(f"Pm {np.clip(table.metallic[material], 0.0, 1.0):.6g}")
-        texture = find_texture(table.textures[material], self._assets)
+        texture = find_texture(table.textures[material], self._assets, table.pictures)
         if texture is not None:
             name = f"{self._path.stem}_texture_{number}{texture.suffix}"
             self._images[number] = (name, texture.content)
             lines.append(f"map_Kd {name}")
+            if table.textures[material] in table.cut_out:
+                lines.append(f"map_d {name}")
         return number
 
 

@@ -20,7 +20,7 @@ PROPERTY_TYPES = {"<f4": "float", "<f8": "double", "|u1": "uchar"}
 
 @final
 class PlyWriter(AbstractWriter):
-    """All models as one mesh, with the sRGB colours of their materials.
+    """All models as one mesh, with the sRGB colours of their materials, and texture coordinates if vertices have them.
 
     A comment gives the origin of the file, since the format has no transforms.
 
@@ -35,14 +35,13 @@ class PlyWriter(AbstractWriter):
         self._origin = origin
         self._vertices, self._faces = output.part(), output.part()
         self._num_vertices = 0
-        self._vertex = np.dtype(
-            [(name, "<f8" if wide else "<f4") for name in ("x", "y", "z")]
-            + [(name, "<f4") for name in ("nx", "ny", "nz")]
-            + [(name, "u1") for name in ("red", "green", "blue", "alpha")]
-        )
+        self._wide = wide
+        self._vertex = _vertex_type(wide=wide, coordinates=False)
 
     def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
         """See `AbstractWriter.add`."""
+        if self._num_vertices == 0:
+            self._vertex = _vertex_type(wide=self._wide, coordinates=batch.coordinates is not None)
         vertices = np.empty(len(batch.vertices), self._vertex)
         positions = batch.vertices + offset
         material = batch.group_material[row_of_value(np.diff(batch.group_vertices))]
@@ -52,6 +51,8 @@ class PlyWriter(AbstractWriter):
             vertices["n" + axis] = batch.normals[:, index]
         for index, channel in enumerate(("red", "green", "blue", "alpha")):
             vertices[channel] = colors[:, index]
+        if batch.coordinates is not None:
+            vertices["s"], vertices["t"] = batch.coordinates.T
         faces = np.empty(len(batch.triangles), FACE)
         faces["count"] = 3
         faces["corners"] = batch.triangles + np.uint32(self._num_vertices)
@@ -72,3 +73,13 @@ class PlyWriter(AbstractWriter):
             part.seek(0)
             shutil.copyfileobj(part, self._stream, 1 << 20)
         return ()
+
+
+def _vertex_type(*, wide: bool, coordinates: bool) -> np.dtype:
+    """Layout of a vertex, with texture coordinates if the models of a file have them at their vertices."""
+    return np.dtype(
+        [(name, "<f8" if wide else "<f4") for name in ("x", "y", "z")]
+        + [(name, "<f4") for name in ("nx", "ny", "nz")]
+        + [(name, "u1") for name in ("red", "green", "blue", "alpha")]
+        + [(name, "<f4") for name in ("s", "t") if coordinates]
+    )

@@ -19,6 +19,16 @@ _FARTHEST = 1e9
 
 
 @dataclass(frozen=True, slots=True)
+class PointSurface:
+    """Normals and texture coordinates at the P points of meshes; two points at one position are a seam."""
+
+    normals: Floats
+    """[P, 3] unit vectors."""
+    coordinates: Floats
+    """[P, 2] u and v of the picture, v upwards; 1 is one repeat. At most about a thousand repeats fit 32 bits well."""
+
+
+@dataclass(frozen=True, slots=True)
 class Scene:
     """I instances of meshes over `num_models` models, world y up, metres, right-handed.
 
@@ -54,6 +64,9 @@ class Scene:
     """[K, 2, 4] u and v of a point from the origin of its model are rows times (x, y, z, 1), v upwards."""
     origins: Floats
     """[num_models, 3] origin of each model's positions, in world metres; see `grammarlab.derivation.lots`."""
+    surface: PointSurface | None = None
+    """Surface at the points of `meshes`, which then consist of triangles, in place of `texture_maps`; by default,
+    normals follow from the faces."""
 
     def __len__(self) -> int:
         return len(self.model)
@@ -130,6 +143,7 @@ def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) 
         texture_map=scene.texture_map[rows],
         texture_maps=scene.texture_maps,
         origins=scene.origins,
+        surface=scene.surface,
     )
 
 
@@ -153,6 +167,8 @@ def require_finite(scene: Scene) -> None:
             "a mesh has a point that is not a finite number of metres",
             hint="check for divisions by zero and for broken assets",
         )
+    if scene.surface is not None and not (_within(scene.surface.normals) and _within(scene.surface.coordinates)):
+        raise DerivationError("a mesh has a normal or a texture coordinate that is not a finite number")
     if len(scene) and scene.size.min() < 0:
         model = int(scene.model[np.flatnonzero((scene.size < 0).any(axis=1))[0]])
         raise DerivationError(

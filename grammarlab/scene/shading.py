@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints, connected, offsets_from_counts
+from grammarlab.arrays import Floats, Ints, connected, offsets_from_counts, take_rows
 from grammarlab.geometry.meshes.measure import area_vectors
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.ragged import next_in_row
 from grammarlab.geometry.meshes.triangulate import triangulate
+from grammarlab.scene.instances import Scene
 
 _AXIS_TOLERANCE = 1e-9
 """Largest distance from an axis of a normal that keeps its direction under any size along the axes."""
@@ -40,6 +41,26 @@ class ShadedMeshes:
     """[M + 1] into triangles."""
     axis_aligned: NDArray[np.bool_]
     """[M] whether every normal of the mesh is along an axis, as in boxes and upright rectangles."""
+    coordinates: Floats | None = None
+    """[V, 2] u and v of the vertices, v upwards; None if they follow from texture maps."""
+
+
+def shaded_meshes(scene: Scene, chosen: Ints, crease_angle: float) -> ShadedMeshes:
+    """Selected meshes [M] of a scene with the surface of their points, or else as `shade` sees them."""
+    meshes = scene.meshes.take(chosen)
+    if scene.surface is None:
+        return shade(meshes, crease_angle)
+    point, mesh_points = take_rows(scene.meshes.mesh_points, chosen)
+    normals = scene.surface.normals.take(point, axis=0)
+    return ShadedMeshes(
+        meshes.points,
+        normals,
+        meshes.corners.reshape(-1, 3),
+        mesh_points,
+        meshes.mesh_faces,
+        _axis_aligned(normals, mesh_points),
+        scene.surface.coordinates.take(point, axis=0),
+    )
 
 
 def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:

@@ -17,7 +17,7 @@ from grammarlab.derivation.materials import Materials
 from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.scene.instances import Scene, chosen, leaf_order, realize, require_finite, stable_order
 from grammarlab.scene.placement import place_instances
-from grammarlab.scene.shading import shade
+from grammarlab.scene.shading import ShadedMeshes, shaded_meshes
 
 CREASE_ANGLE = math.radians(30.0)
 """Largest angle between faces that are shaded as one curved surface: a cylinder of more than 12 sides is smooth."""
@@ -60,6 +60,8 @@ class TriangleBatch:
     """[K, 2, 4] u and v of a vertex are rows times (x, y, z, 1), v upwards."""
     origins: NDArray[np.float64]
     """[num_models, 3] origin of each model's vertices, in world metres."""
+    coordinates: NDArray[np.float32] | None = None
+    """[V, 2] u and v of the vertices, v upwards, in place of texture maps; None if they follow from these."""
 
     def model(self, index: int) -> TriangleBatch:
         """Model `index` alone, as a batch of one (arrays are views where they can be)."""
@@ -82,6 +84,7 @@ class TriangleBatch:
             texture_map=self.texture_map[triangles],
             texture_maps=self.texture_maps,
             origins=self.origins[index : index + 1],
+            coordinates=None if self.coordinates is None else self.coordinates[vertices],
         )
 
     def of_groups(self, groups: Ints) -> TriangleBatch:
@@ -103,6 +106,7 @@ class TriangleBatch:
             texture_map=self.texture_map[triangle],
             texture_maps=self.texture_maps,
             origins=self.origins,
+            coordinates=None if self.coordinates is None else self.coordinates[vertex],
         )
 
     def material_of_triangle(self) -> NDArray[np.int32]:
@@ -129,7 +133,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     """
     require_finite(scene)
     used = np.bincount(scene.mesh, minlength=len(scene.meshes)) > 0
-    shaded = shade(scene.meshes.take(np.flatnonzero(used)), crease_angle)
+    shaded = shaded_meshes(scene, np.flatnonzero(used), crease_angle)
     place_of_mesh = np.cumsum(used) - 1
     scene = _in_groups(scene, (np.diff(shaded.mesh_triangles) > 0)[place_of_mesh[scene.mesh]])
     mesh = place_of_mesh[scene.mesh]
@@ -157,6 +161,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
         texture_map=_texture_map(scene, triangle_offsets),
         texture_maps=scene.texture_maps,
         origins=scene.origins,
+        coordinates=_vertex_coordinates(shaded, mesh),
     )
 
 
@@ -182,6 +187,8 @@ def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.fl
     Returns:
         [T, 3, 2] with v downwards, as in glTF; up to `_MANY_REPEATS` whole repeats are kept.
     """
+    if batch.coordinates is not None:
+        return batch.coordinates[batch.triangles[triangles]] * np.array([1, -1], np.float32)
     corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
     coordinates = _planar_coordinates(corners).astype(np.float64)
     mapped = np.flatnonzero(chosen >= 0)
@@ -208,6 +215,14 @@ def _texture_map(scene: Scene, triangle_offsets: Ints) -> NDArray[np.int32]:
     if len(scene.texture_maps) == 0:
         return np.broadcast_to(np.int32(-1), triangle_offsets[-1:])
     return scene.texture_map.repeat(np.diff(triangle_offsets))
+
+
+def _vertex_coordinates(shaded: ShadedMeshes, mesh: Ints) -> NDArray[np.float32] | None:
+    """[V, 2] texture coordinates of the vertices of instances of meshes [I]; None if meshes have none."""
+    if shaded.coordinates is None:
+        return None
+    source, _ = take_rows(shaded.mesh_vertices, mesh)
+    return shaded.coordinates.astype(np.float32).take(source, axis=0)
 
 
 def _planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -93,7 +93,8 @@ def _level(level: int) -> Iterator[Parameter]:
 
 def _leaves() -> Iterator[Parameter]:
     yield Parameter("leaves", "", -500, 500, 0, "leaves on a last stem; negative: a fan at its tip", integer=True)
-    yield Parameter("leaf_shape", "", 0, 9, 0, "outline of a leaf", integer=True)
+    shapes = "0 oval, 1 pointed, 2 lance, 3 lobed, 4 palmate, 5 heart, 6 needle, 7 twig of needles, 8 frond, 9 feather"
+    yield Parameter("leaf_shape", "", 0, 9, 0, f"outline of a leaf: {shapes}", integer=True)
     yield Parameter("leaf_scale", "m", 0.0, 8.0, 0.2, "length of a leaf", log=True)
     yield Parameter("leaf_scale_x", "", 0.01, 4.0, 0.7, "width of a leaf by its length", log=True)
     yield Parameter("leaf_bend", "", 0.0, 1.0, 0.3, "turn of leaves to the light")

@@ -296,6 +296,7 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
 def _missing_images(scene: Scene, assets: Path) -> tuple[str, ...]:
     """The textures of visible shapes that the asset folder lacks, in alphabetical order."""
     used = {scene.materials.textures[material] for material in np.unique(scene.material).tolist()}
+    used -= scene.materials.pictures.keys()
     return tuple(sorted(name for name in used if name and image_file(name, assets) is None))
 
 
