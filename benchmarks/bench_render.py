@@ -25,7 +25,7 @@ from grammarlab.scene import realize, triangles
 def models():
     """A building, and a block of towers."""
     request = SampleRequest.of("building", num_models=16, seed=5)
-    buildings = triangles(models_of(request).make(request, cut_batches(request)[0]).scene)
+    buildings = triangles(next(iter(models_of(request).make(request, cut_batches(request)[0]).scenes)).scene)
     nearest = int(np.abs(buildings.triangles_per_model() - 20_000).argmin())
     block = triangles(realize(derive(Grammar.parse(FACADES), 1, 1, footprint=(400.0, 400.0))))
     return {"building": buildings.model(nearest), "block": block.model(0)}

@@ -1,7 +1,8 @@
-"""Commands on rule files: ``list``, ``check`` and ``format``."""
+"""Commands on rule files and species: ``list``, ``check`` and ``format``."""
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,58 +12,91 @@ from grammarlab.cli.console import FAILURE, friendly_errors, print_content, prin
 from grammarlab.errors import UsageError
 
 
+class Target(StrEnum):
+    """Kinds of files that another kind is written as."""
+
+    species = "species"
+    arbaro = "arbaro"
+
+    @property
+    def suffix(self) -> str:
+        """Suffix of such files."""
+        return {Target.species: ".toml", Target.arbaro: ".xml"}[self]
+
+
 def format_file(
-    file: Annotated[Path, typer.Argument(help="A .cga file.")],
+    file: Annotated[str, typer.Argument(help="A .cga, .toml (species) or .xml (Arbaro) file, or a shipped name.")],
     check: Annotated[
         bool, typer.Option("--check", help="Exit with 1 if the file would change; write nothing.")
     ] = False,
     in_place: Annotated[bool, typer.Option("--in-place", "-i", help="Write the file instead of printing it.")] = False,
+    target: Annotated[
+        Target | None,
+        typer.Option("--to", help="Convert trees. Default: the kind of the file, and species for those of Arbaro."),
+    ] = None,
 ) -> None:
-    """Print a rule file in the canonical style, comments included."""
+    """Print a file in the canonical style.
+
+    Comments of rule files are included. Trees are converted from and to Arbaro.
+    """
     with friendly_errors():
         from grammarlab.files import rewrite_text
-        from grammarlab.language.formatting import format_grammar
-        from grammarlab.language.grammar import Grammar, read_text
+        from grammarlab.language.grammar import read_text
+        from grammarlab.runs.sample.domains import domain_of, suffix_of
+        from grammarlab.runs.sample.shipped import find_rules
 
         if check and in_place:
             raise UsageError("--check and --in-place exclude each other.")
-        text = read_text(file)
-        formatted = format_grammar(Grammar.parse(text, str(file)))
+        source = find_rules(file)
+        path, suffix = source.path, suffix_of(source.path)
+        new_suffix = target.suffix if target else source.suffix
+        if (check or in_place) and suffix != new_suffix:
+            raise UsageError(f"{path}: a converted file is printed: leave out --check and --in-place.")
+        text = read_text(path)
+        formatted = domain_of(suffix).formatted(text, str(path), new_suffix)
         changed = formatted != text
         if check:
-            say(f"{file}: {'would change' if changed else 'is formatted'}")
+            say(f"{path}: {'would change' if changed else 'is formatted'}")
             raise typer.Exit(FAILURE if changed else 0)
         if not in_place:
             print_content(formatted)
         elif changed:
-            rewrite_text(file, formatted)
-            say(f"{file}: formatted")
+            rewrite_text(path, formatted)
+            say(f"{path}: formatted")
 
 
 def list_examples(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
-    """List the grammars that come with grammarlab."""
-    from grammarlab.runs.sample.shipped import shipped_examples
+    """List the grammars and the species of trees that come with grammarlab."""
+    from grammarlab.runs.sample.shipped import shipped_examples, shipped_species
 
     with friendly_errors():
-        examples = shipped_examples()
+        groups = {"examples": shipped_examples(), "species": shipped_species()}
         if as_json:
-            print_json({"examples": [{"name": e.name, "description": e.description()} for e in examples]})
+            print_json(
+                {
+                    key: [{"name": e.name, "description": e.description()} for e in sources]
+                    for key, sources in groups.items()
+                }
+            )
             return
-        width = max((len(e.name) for e in examples), default=0)
-        for example in examples:
-            print_result(f"{example.name:<{width}}  {example.description()}")
+        width = max((len(e.name) for sources in groups.values() for e in sources), default=0)
+        for key, sources in groups.items():
+            if sources and key == "species":
+                print_result("\nSpecies of trees:")
+            for example in sources:
+                print_result(f"{example.name:<{width}}  {example.description()}")
 
 
 def check(
-    grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga file, or the name of a shipped grammar.")],
+    grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga, .toml or .xml file, or a shipped name.")],
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
-    """List all findings about a rule file.
+    """List all findings about a rule file or a species.
 
     Findings are errors, unsupported features and warnings. Imported files are included.
 

@@ -34,7 +34,7 @@ from grammarlab.learning.settings import FeatureOptions
 from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.runs.sample.domains import DOMAINS, AbstractDomain
-from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels
+from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene
 from grammarlab.runs.sample.request import AttributeValue, SampleRequest
 from grammarlab.runs.work import workers
 from grammarlab.scene.instances import Scene
@@ -241,15 +241,19 @@ class BoxModels(AbstractModels):
         realized = self.space.realize(_addresses(request, batch))
         scene = realized.scene
         return MadeModels(
-            scene=scene,
-            shapes=np.bincount(scene.model, minlength=scene.num_models).tolist(),
+            scenes=[
+                MadeScene(
+                    scene=scene,
+                    shapes=np.bincount(scene.model, minlength=scene.num_models).tolist(),
+                    reports=[{}] * scene.num_models,
+                )
+            ],
             log_probability=[None] * scene.num_models,
-            reports=[{}] * scene.num_models,
             missing_assets=realized.missing_assets,
         )
 
-    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
-        return self.space.realize(_addresses(request, batch)).scene
+    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
+        yield self.space.realize(_addresses(request, batch)).scene
 
 
 def _addresses(request: SampleRequest, batch: Batch) -> list[Address]:

@@ -74,7 +74,7 @@ def test_a_suffix_is_known_while_its_domain_is_listed(boxes: Path):
     assert suffix_of(Path("rules.txt")) == suffix_of(Path("house.cga")) == ".cga"
     assert find_rules(str(boxes)).file == "my.boxes"
     with pytest.raises(
-        UsageError, match=r"files that end in '\.spheres' cannot be read; expected one of \.boxes, \.cga"
+        UsageError, match=r"files that end in '\.spheres' cannot be read; expected one of \.boxes, \.cga, \.toml, \.xml"
     ):
         domain_of(".spheres")
 

@@ -1,9 +1,9 @@
-"""Checks of a rule file and its asset files for a run: unsupported features, missing meshes, changed files."""
+"""Checks of a file and its asset files for a run: unsupported features, missing meshes, changed files."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from urllib.parse import unquote
@@ -20,7 +20,7 @@ from grammarlab.language.checking.check import CheckedFile, SupportedFeatures, c
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.builtins import attributes
 from grammarlab.language.syntax.syntax_tree import Attribute, Choice, Invoke, Name, RuleFile, String, walk
-from grammarlab.runs.sample.domains import opened_models
+from grammarlab.runs.sample.domains import CheckedText, domain_of, opened_models, suffix_of
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import RuleSource
 
@@ -81,14 +81,23 @@ def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:
     return ""
 
 
-def check_source(source: RuleSource) -> tuple[CheckedFile, ...]:
+def check_source(source: RuleSource) -> Sequence[CheckedText]:
+    """Findings about a file that describes models, then about each further file that it needs.
+
+    Raises:
+        LanguageError: If the file cannot be read, or is too large.
+    """
+    return domain_of(suffix_of(source.path)).check(source.path, source.assets)
+
+
+def check_rules(path: Path, assets: Path) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and its imports, including unsupported features and missing meshes.
 
     Raises:
         LanguageError: If the file cannot be read, or is too large.
     """
-    checked = check_files(source.path, str(source.path), SUPPORTED)
-    return tuple(replace(file, findings=_with_assets(file, source.assets)) for file in checked)
+    checked = check_files(path, str(path), SUPPORTED)
+    return tuple(replace(file, findings=_with_assets(file, assets)) for file in checked)
 
 
 def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding, ...]:

@@ -1,14 +1,16 @@
-"""Domains: kinds of files that describe designs, found by their suffix. Rule files are the only kind so far."""
+"""Domains: kinds of files that describe designs, found by their suffix: rule files, species, and Arbaro's trees."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import Finding, LanguageError, UsageError
 
 if TYPE_CHECKING:  # these load learning libraries, which drawing does not need
     from grammarlab.learning.designs.design_space import AbstractDesignSpace
@@ -16,12 +18,42 @@ if TYPE_CHECKING:  # these load learning libraries, which drawing does not need
 
 DEFAULT = ".cga"
 """Default suffix for files of unknown suffixes."""
-DOMAINS = {DEFAULT: "grammarlab.runs.sample.grammar_models:GrammarDomain"}
+SPECIES = ".toml"
+"""Suffix of files of species."""
+DOMAINS = {
+    DEFAULT: "grammarlab.runs.sample.grammar_models:GrammarDomain",
+    SPECIES: "grammarlab.runs.sample.species_models:SpeciesDomain",
+    ".xml": "grammarlab.runs.sample.species_models:ArbaroDomain",
+}
 """Module and name of the `AbstractDomain` of each suffix, imported when needed; made without arguments."""
+CONVERTED = {".xml": SPECIES}
+"""Suffix of the domain of the text from `AbstractDomain.read`, if it is another one."""
 
 Space = TypeVar("Space", bound="AbstractDesignSpace[Any]")
 Models = TypeVar("Models")
 """An `AbstractModels` (`grammarlab.runs.sample.models`)."""
+
+
+class CheckedText(Protocol):
+    """The text of a file with what was found in it."""
+
+    @property
+    def text(self) -> str:
+        """The whole file."""
+        ...
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Findings in the order of its text."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class _Checked:
+    """A `CheckedText`."""
+
+    text: str
+    findings: tuple[Finding, ...]
 
 
 class AbstractDomain(ABC, Generic[Space, Models]):
@@ -34,6 +66,33 @@ class AbstractDomain(ABC, Generic[Space, Models]):
         Raises:
             LanguageError: If it cannot be read or is too large.
         """
+
+    def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
+        """Findings about a file, then about each further file that it needs.
+
+        Raises:
+            LanguageError: If the file cannot be read, or is too large.
+        """
+        text = self.read(path)
+        try:
+            self.models(text, path.stem, assets)
+        except LanguageError as error:
+            return (_Checked(text, error.findings),)
+        return (_Checked(text, ()),)
+
+    def formatted(self, text: str, file: str, suffix: str) -> str:
+        """A text in the canonical style of files of a suffix.
+
+        Args:
+            text: text of one file.
+            file: its name, for messages.
+            suffix: suffix of the result.
+
+        Raises:
+            LanguageError: If the text has errors.
+            UsageError: If it cannot be written as such a file.
+        """
+        raise UsageError(f"{file}: files of this kind cannot be written as {suffix} files.")
 
     @abstractmethod
     def open(self, text: str, name: str, assets: Path) -> Space:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -16,11 +16,11 @@ from grammarlab.errors import Finding, LanguageError
 from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
-from grammarlab.language.grammar import read_text
-from grammarlab.runs.sample.checks import grammar_to_run, unsupported_features
+from grammarlab.language.grammar import Grammar, read_text
+from grammarlab.runs.sample.checks import check_rules, grammar_to_run, unsupported_features
 from grammarlab.runs.sample.derivations import FILES, load_forest, save_forest
-from grammarlab.runs.sample.domains import AbstractDomain
-from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, lots_of, property_remarks
+from grammarlab.runs.sample.domains import AbstractDomain, CheckedText
+from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, lots_of, property_remarks
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
 from grammarlab.scene import Scene, realize
@@ -66,10 +66,14 @@ class GrammarModels(AbstractModels):
             return FILES
 
         return MadeModels(
-            scene=realize(forest),
-            shapes=forest.shapes_per_model().tolist(),
+            scenes=[
+                MadeScene(
+                    scene=realize(forest),
+                    shapes=forest.shapes_per_model().tolist(),
+                    reports=summarize_reports(forest),
+                )
+            ],
             log_probability=forest.log_probability().tolist(),
-            reports=summarize_reports(forest),
             prints=forest.prints,
             missing_assets=forest.missing_assets,
             tries=accepted.tries.tolist(),
@@ -77,8 +81,8 @@ class GrammarModels(AbstractModels):
             save=save,
         )
 
-    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
-        return realize(load_forest(folder))
+    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
+        yield realize(load_forest(folder))
 
 
 class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
@@ -98,6 +102,16 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
             if any(finding.code == "bad-import" for finding in error.findings):
                 raise
             return text
+
+    def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
+        return check_rules(path, assets)
+
+    def formatted(self, text: str, file: str, suffix: str) -> str:
+        if suffix != SUFFIX:
+            return super().formatted(text, file, suffix)
+        from grammarlab.language.formatting import format_grammar  # noqa: PLC0415  # drawing does not need it
+
+        return format_grammar(Grammar.parse(text, file))
 
     def open(self, text: str, name: str, assets: Path) -> GrammarSpace:
         from grammarlab.learning.designs.grammar_space import GrammarSpace  # noqa: PLC0415

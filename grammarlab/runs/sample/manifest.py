@@ -34,7 +34,7 @@ _LIBRARIES = ("numpy", "scipy", "shapely", "trimesh", "mapbox_earcut", "pillow",
 _EMBREE = "embreex"
 """Library of ray tracing, not on every machine; without it, rays are traced by grammarlab itself."""
 _GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
-_SHIPPED = "shipped"
+_SHIPPED, _SHIPPED_SPECIES = "shipped", "shipped species"
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,8 +164,11 @@ def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
 
 
 def _describe_assets(assets: Path, folder: Path) -> str:
-    """``shipped``, or the path of the asset folder, relative to the run's folder if possible."""
-    if assets.resolve().is_relative_to(examples_folder().resolve()):
+    """A word for the assets of shipped examples, or the path of the folder, relative to the run's if possible."""
+    shipped = examples_folder().resolve()
+    if assets.resolve() == shipped / "species" / "assets":
+        return _SHIPPED_SPECIES
+    if assets.resolve().is_relative_to(shipped):
         return _SHIPPED
     try:
         return Path(os.path.relpath(assets.resolve(), folder.resolve())).as_posix()
@@ -220,7 +223,8 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
 def _find_assets(description: str, folder: Path) -> Path:
     if "\0" in description:
         raise AssetError("the manifest is damaged: assets: expected a path.")
-    return examples_folder() / "assets" if description == _SHIPPED else folder / description
+    shipped = {_SHIPPED: examples_folder() / "assets", _SHIPPED_SPECIES: examples_folder() / "species" / "assets"}
+    return shipped.get(description, folder / description)
 
 
 def _georeference(values: Mapping[str, Any]) -> Georeference | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,16 +37,24 @@ def _nothing(_folder: Path) -> Iterable[str]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MadeModels:
-    """A batch of n models."""
+class MadeScene:
+    """Consecutive models of a batch, as many as fit into memory: k of them."""
 
     scene: Scene
     shapes: Sequence[int]
-    """[n] number of shapes of each model, as in `ModelRecord`."""
+    """[k] number of shapes of each model, as in `ModelRecord`."""
+    reports: Sequence[Report]
+    """[k] summaries of the reports of each model, as in `ModelRecord`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeModels:
+    """A batch of n models."""
+
+    scenes: Iterable[MadeScene]
+    """The scenes of all models, in order; iterated once."""
     log_probability: Sequence[float | None]
     """[n] log-density of the draws of each model, as in `ModelRecord`."""
-    reports: Sequence[Report]
-    """[n] summaries of the reports of each model, as in `ModelRecord`."""
     prints: tuple[str, ...] = ()
     """Texts printed by the rules."""
     tries: Sequence[int] = ()
@@ -95,8 +103,8 @@ class AbstractModels(ABC):
         """A batch of a request."""
 
     @abstractmethod
-    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Scene:
-        """The scene of a finished batch, from the folder of `MadeModels.save`."""
+    def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
+        """The scenes of a finished batch, in order, from the folder of `MadeModels.save`."""
 
 
 def cut_batches(request: SampleRequest) -> tuple[Batch, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
@@ -21,7 +21,7 @@ from grammarlab.export.save import Reuse
 from grammarlab.files import file_below, file_hash, sync_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.checks import grammar_to_run
-from grammarlab.runs.sample.models import Batch, models_of
+from grammarlab.runs.sample.models import Batch, Report, models_of
 from grammarlab.runs.sample.request import Instancing, SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
 from grammarlab.runs.work.json_members import member, numbers, of_kind, texts
@@ -77,7 +77,7 @@ class BatchRecord:
 
 @dataclass(frozen=True, slots=True)
 class StoredScenes:
-    """The scenes of finished batches, read from disk at each iteration."""
+    """The scenes of finished batches, in order, made again from what is on disk at each iteration."""
 
     request: SampleRequest
     folder: Path
@@ -86,7 +86,7 @@ class StoredScenes:
     def __iter__(self) -> Iterator[Scene]:
         models = models_of(self.request)
         for batch in self.batches:
-            yield models.stored(self.request, batch, _batch_folder(self.folder, batch))
+            yield from models.stored(self.request, batch, _batch_folder(self.folder, batch))
 
 
 def read_record(folder: Path, request: SampleRequest, batch: Batch) -> BatchRecord | None:
@@ -151,33 +151,32 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
     Files are on the disk before the record that names them, so a record is right even after a power failure.
     """
     _forget_record(folder, batch)
-    batch_models = models_of(request).make(request, batch)
-    scene = batch_models.scene
-    written: set[Path] = set()
-    if request.single_file:
-        files = [single_file_name(request)] * batch.num_models
-    else:
-        paths = save_each(
-            scene,
-            folder,
-            request.file_format,
-            _save_options(request),
-            name=partial(_model_name, request),
-            first_model=batch.first_model,
-            on_file=written.add,
-        )
-        files = [path.name for path in paths]
+    made = models_of(request).make(request, batch)
     derivations = _batch_folder(folder, batch)
-    written |= {derivations / name for name in batch_models.save(derivations)}
+    written: set[Path] = {derivations / name for name in made.save(derivations)}
+    files: list[str] = []
+    shapes: list[int] = []
+    triangles: list[int] = []
+    reports: list[Report] = []
+    origins: list[NDArray[np.float64]] = []
+    images: set[str] = set()
+    for part in made.scenes:
+        scene = part.scene
+        files += _write_files(request, folder, scene, batch.first_model + len(files), written.add)
+        shapes += part.shapes
+        triangles += count_triangles(scene).tolist()
+        reports += part.reports
+        origins.append(_file_origins(request, scene.origins))
+        images |= _missing_images(scene, request.assets)
     columns = zip(
         files,
-        batch_models.shapes,
-        count_triangles(scene).tolist(),
-        batch_models.log_probability,
-        batch_models.reports,
-        map(tuple, _file_origins(request, scene.origins).tolist()),
-        batch_models.tries or [1] * batch.num_models,
-        batch_models.accepted or [True] * batch.num_models,
+        shapes,
+        triangles,
+        made.log_probability,
+        reports,
+        map(tuple, np.concatenate(origins).tolist()),
+        made.tries or [1] * batch.num_models,
+        made.accepted or [True] * batch.num_models,
         strict=True,
     )
     models = tuple(
@@ -185,22 +184,39 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
             index=batch.first_model + k,
             file=file,
             seed=request.seed,
-            shapes=shapes,
-            triangles=triangles,
+            shapes=num_shapes,
+            triangles=num_triangles,
             log_probability=log_probability,
-            reports=reports,
+            reports=report,
             origin=origin,
             tries=tries,
             accepted=accepted,
         )
-        for k, (file, shapes, triangles, log_probability, reports, origin, tries, accepted) in enumerate(columns)
+        for k, (file, num_shapes, num_triangles, log_probability, report, origin, tries, accepted) in enumerate(columns)
     )
     sync_files(written, folder)
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
-    images = _missing_images(scene, request.assets)
-    record = BatchRecord(models, hashes, batch_models.prints, images, batch_models.missing_assets)
+    record = BatchRecord(models, hashes, made.prints, tuple(sorted(images)), made.missing_assets)
     _write_record(folder, batch, record)
     return record
+
+
+def _write_files(
+    request: SampleRequest, folder: Path, scene: Scene, first_model: int, on_file: Callable[[Path], None]
+) -> list[str]:
+    """Write the models of a scene, unless all models are in one file; returns the names of their files."""
+    if request.single_file:
+        return [single_file_name(request)] * scene.num_models
+    paths = save_each(
+        scene,
+        folder,
+        request.file_format,
+        _save_options(request),
+        name=partial(_model_name, request),
+        first_model=first_model,
+        on_file=on_file,
+    )
+    return [path.name for path in paths]
 
 
 def _batch_folder(folder: Path, batch: Batch) -> Path:
@@ -293,11 +309,11 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
     return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
 
 
-def _missing_images(scene: Scene, assets: Path) -> tuple[str, ...]:
-    """The textures of visible shapes that the asset folder lacks, in alphabetical order."""
+def _missing_images(scene: Scene, assets: Path) -> set[str]:
+    """The textures of visible shapes that the asset folder lacks."""
     used = {scene.materials.textures[material] for material in np.unique(scene.material).tolist()}
     used -= scene.materials.pictures.keys()
-    return tuple(sorted(name for name in used if name and image_file(name, assets) is None))
+    return {name for name in used if name and image_file(name, assets) is None}
 
 
 def _write_record(folder: Path, batch: Batch, record: BatchRecord) -> None:

@@ -1,4 +1,4 @@
-"""Shipped rule files, and the files of GRAMMAR arguments."""
+"""Shipped rule files and species, and the files of GRAMMAR arguments."""
 
 from __future__ import annotations
 
@@ -8,46 +8,54 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from grammarlab.about import PACKAGE
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, TomlError, UsageError
+from grammarlab.files import read_bounded
 from grammarlab.language.grammar import read_text
 from grammarlab.language.importing import RULES, rules_folder
-from grammarlab.runs.sample.domains import domain_of, suffix_of
+from grammarlab.runs.sample.domains import CONVERTED, DEFAULT, DOMAINS, SPECIES, domain_of, suffix_of
+from grammarlab.toml_text import toml_table, toml_text
 
-SUFFIX = ".cga"
+SUFFIX = DEFAULT
+_SPECIES_FOLDER = "species"
+_MAX_SPECIES_BYTES = 1 << 20
+"""Largest size in bytes of a species that is described."""
 
 
 @dataclass(frozen=True, slots=True)
 class RuleSource:
-    """A rule file with its assets."""
+    """A rule file, a species or another file that describes models, with its assets."""
 
     name: str
     """Name for output files, such as ``building``."""
     path: Path
     assets: Path
-    """Folder of the assets named in the rules."""
+    """Folder of the assets that it names."""
     shipped: bool
-    """Whether it is a shipped grammar."""
+    """Whether it is a shipped example."""
 
     def text(self) -> str:
-        """Text of the file merged with its imports.
+        """Text of the file merged with its imports, or converted (`domains.CONVERTED`).
 
         Raises:
             LanguageError: If it cannot be read or is too large.
         """
-        return domain_of(self.suffix).read(self.path)
+        return domain_of(suffix_of(self.path)).read(self.path)
 
     @property
     def suffix(self) -> str:
-        """Suffix of its domain (`grammarlab.runs.sample.domains`)."""
-        return suffix_of(self.path)
+        """Suffix of the domain of its text (`grammarlab.runs.sample.domains`)."""
+        suffix = suffix_of(self.path)
+        return CONVERTED.get(suffix, suffix)
 
     @property
     def file(self) -> str:
         """``building.cga``."""
-        return f"{self.name}{self.suffix}"
+        return f"{self.name}{suffix_of(self.path)}"
 
     def description(self) -> str:
-        """The first sentence of the comment at the top of the file; empty if there is none."""
+        """The first sentence of the comment at the top of the file, or about a species; empty if there is none."""
+        if self.suffix == SPECIES:
+            return _first_sentence(_about(self.path))
         match = re.match(
             r"(?:\s|version\s*\"[^\"]*\")*(?:/\*+\s*(.*?)\*/|((?:[ \t]*(?:#|//)[^\n]*\n)+))",
             read_text(self.path),
@@ -56,7 +64,19 @@ class RuleSource:
         if match is None:
             return ""
         comment = re.sub(r"^[ \t]*(?:\*|#|//)+[ \t]?", "", match[1] or match[2], flags=re.MULTILINE)
-        return " ".join(re.split(r"(?<=\.)\s|\n\s*\n", comment.strip(), maxsplit=1)[0].split())
+        return _first_sentence(comment)
+
+
+def _about(path: Path) -> str:
+    try:
+        about = toml_table(toml_text(read_bounded(path, _MAX_SPECIES_BYTES))).get("about", "")
+    except (TomlError, AssetError):
+        return ""
+    return about if isinstance(about, str) else ""
+
+
+def _first_sentence(text: str) -> str:
+    return " ".join(re.split(r"(?<=\.)\s|\n\s*\n", text.strip(), maxsplit=1)[0].split())
 
 
 def examples_folder() -> Path:
@@ -75,6 +95,14 @@ def shipped_examples() -> tuple[RuleSource, ...]:
     folder = examples_folder()
     return tuple(
         RuleSource(path.stem, path, folder / "assets", shipped=True) for path in sorted(folder.glob(f"*{SUFFIX}"))
+    )
+
+
+def shipped_species() -> tuple[RuleSource, ...]:
+    """All shipped species by name."""
+    folder = examples_folder() / _SPECIES_FOLDER
+    return tuple(
+        RuleSource(path.stem, path, folder / "assets", shipped=True) for path in sorted(folder.glob(f"*{SPECIES}"))
     )
 
 
@@ -106,30 +134,39 @@ def _holds_anything(folder: Path) -> bool:
 
 
 def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
-    """Rule file of a GRAMMAR argument: a path, or the name of a shipped grammar.
+    """File of a GRAMMAR argument: a path, or the name of a shipped grammar or species.
 
     Args:
         argument: text of the argument.
         assets: the folder of assets; by default that of `assets_folder`.
 
     Raises:
-        UsageError: If there is no such file or grammar; it names the nearest.
+        UsageError: If there is no such file or example; it names the nearest.
     """
     if assets is not None and not assets.is_dir():
         raise UsageError(f"assets folder {str(assets)!r} is not a folder.")
     path = Path(argument)
     if path.is_file():
         return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False)
-    examples = {source.name: source for source in shipped_examples()}
+    examples = {source.name: source for source in (*shipped_examples(), *shipped_species())}
     if argument in examples:
         example = examples[argument]
         return RuleSource(example.name, example.path, assets or example.assets, shipped=True)
     if path.is_dir():
-        raise UsageError(f"{argument!r} is a folder; expected a {SUFFIX} file or one of: {', '.join(examples)}.")
-    near = get_close_matches(argument.removesuffix(SUFFIX).lower(), examples, n=1, cutoff=0.5)
-    neighbours = [p.name for p in path.parent.glob(f"*{SUFFIX}")] if path.parent.is_dir() else []
+        raise UsageError(
+            f"{argument!r} is a folder; expected a {SUFFIX} or {SPECIES} file, or one of: {', '.join(examples)}."
+        )
+    stem = argument.removesuffix(path.suffix) if path.suffix in DOMAINS else argument
+    near = get_close_matches(stem.lower(), examples, n=1, cutoff=0.5)
+    neighbours = [p.name for p in _files_beside(path)]
     near += [name for name in get_close_matches(path.name, neighbours, n=1, cutoff=0.6) if name != path.name]
     hint = f" Did you mean {' or '.join(repr(name) for name in near)}?" if near else ""
     raise UsageError(
-        f"no rule file {argument!r}, and no shipped grammar of that name.{hint} Shipped: {', '.join(examples)}."
+        f"no rule file or species {argument!r}, and no shipped example of that name.{hint} "
+        f"Shipped: {', '.join(examples)}."
     )
+
+
+def _files_beside(path: Path) -> list[Path]:
+    """Files in the folder of a path that describe models."""
+    return [p for suffix in DOMAINS for p in path.parent.glob(f"*{suffix}")] if path.parent.is_dir() else []
