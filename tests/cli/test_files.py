@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from grammarlab.assets.mesh_files import MAX_BYTES
-from grammarlab.runs.sample.shipped import shipped_examples
+from grammarlab.runs.sample.shipped import shipped_examples, shipped_species
 from tests.runs.grammars import BROKEN, TOWER
 
 
@@ -192,9 +192,13 @@ def test_format_leaves_a_file_with_errors_alone(run, rules):
     assert path.read_text() == BROKEN
 
 
-def test_list_shows_every_shipped_grammar_with_a_description(run):
-    lines = run("list").stdout.splitlines()
-    assert [line.split()[0] for line in lines] == [example.name for example in shipped_examples()]
+def test_list_shows_every_shipped_example_with_a_description(run):
+    lines = [line for line in run("list").stdout.splitlines() if line]
+    heading = lines.index("Species of trees:")
+    groups = {"examples": lines[:heading], "species": lines[heading + 1 :]}
     values = json.loads(run("list", "--json").stdout)
-    assert [e["name"] for e in values["examples"]] == [line.split()[0] for line in lines]
-    assert all(e["description"] for e in values["examples"])
+    assert values.keys() == groups.keys()
+    for key, sources in (("examples", shipped_examples()), ("species", shipped_species())):
+        assert [line.split()[0] for line in groups[key]] == [source.name for source in sources]
+        assert [entry["name"] for entry in values[key]] == [source.name for source in sources]
+        assert all(entry["description"] for entry in values[key])

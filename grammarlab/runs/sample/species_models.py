@@ -235,9 +235,7 @@ def with_attributes(species: Species, values: Mapping[str, AttributeValue]) -> S
         row[indices] = constants
         return row
 
-    kinds = tuple(
-        replace(kind, low=with_constants(kind.low), high=with_constants(kind.high)) for kind in species.kinds
-    )
+    kinds = tuple(replace(kind, low=with_constants(kind.low), high=with_constants(kind.high)) for kind in species.kinds)
     return replace(species, kinds=kinds, typical=with_constants(species.typical))
 
 

@@ -108,9 +108,7 @@ class TreeTable:
             values = table.read(columns=names, use_threads=False)
         if any(values.column(name).null_count for name in names):
             raise ValueError("a cell without a value")
-        columns: dict[str, Any] = {
-            name: values.column(name).cast(kind).to_numpy() for name, kind in _NUMBERS.items()
-        }
+        columns: dict[str, Any] = {name: values.column(name).cast(kind).to_numpy() for name, kind in _NUMBERS.items()}
         rows = np.column_stack([values.column(name).cast(pa.float64()).to_numpy() for name in COLUMNS])
         if not ((rows >= LOW) & (rows <= HIGH)).all() or (rows[:, IS_INTEGER] % 1.0).any():
             raise ValueError("a parameter is out of its range")
