@@ -9,6 +9,7 @@ GrammarlabError
 │   └── MissingAssetError  a file that its folder lacks
 ├── TableError             a table of text that cannot be read: names the line
 ├── TomlError              a text that is not TOML: has line and column
+├── XmlError               a text that is not XML, or declares entities: has line and column
 ├── WorkerError            a task whose processes have died repeatedly
 ├── FacadeError            an invalid facade, or constraints that contradict each other
 └── InexactError           a density that no grammar has exactly: states the reason
@@ -217,6 +218,28 @@ class TomlError(GrammarlabError):
     def __reduce__(self) -> tuple[type[TomlError], tuple[str, int | None, int | None]]:
         """Arguments to pickle an equal error."""
         return type(self), (self.message, self.line, self.column)
+
+
+class XmlError(GrammarlabError):
+    """A text that is not XML, or XML that is not read, without the name of the file.
+
+    Args:
+        message: what was expected and what was found.
+        line: line of the mistake, from 1; None if it is unknown.
+        column: column of the error, from 1.
+        code: number of the error, of `xml.parsers.expat.errors.codes`; 0 for other errors.
+    """
+
+    def __init__(self, message: str, line: int | None = None, column: int | None = None, code: int = 0) -> None:
+        self.message = message
+        self.line = line
+        self.column = column
+        self.code = code
+        super().__init__(message)
+
+    def __reduce__(self) -> tuple[type[XmlError], tuple[str, int | None, int | None, int]]:
+        """Arguments to pickle an equal error."""
+        return type(self), (self.message, self.line, self.column, self.code)
 
 
 class InexactError(GrammarlabError):

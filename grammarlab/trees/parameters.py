@@ -56,7 +56,7 @@ def _tree() -> Iterator[Parameter]:
     yield Parameter("ratio_power", "", 0.0, 8.0, 1.2, "how much thinner shorter stems are")
     yield Parameter("lobes", "", 0, 40, 0, "number of lobes around the trunk", integer=True)
     yield Parameter("lobe_depth", "", 0.0, 0.9, 0.0, "depth of the lobes by the radius")
-    yield Parameter("flare", "", 0.0, 10.0, 0.5, "how much wider the trunk is at the ground")
+    yield Parameter("flare", "", -0.9, 10.0, 0.5, "how much wider the trunk is at the ground")
     yield Parameter("attraction_up", "", -20.0, 20.0, 0.0, "bending of branches of level 2 and 3 to the sky")
     yield Parameter("prune_ratio", "", 0.0, 1.0, 0.0, "how much the envelope shortens stems that leave it")
     yield Parameter("prune_width", "", 0.0, 4.0, 0.5, "radius of the envelope by the height of the tree")
@@ -81,12 +81,12 @@ def _level(level: int) -> Iterator[Parameter]:
         )
         yield Parameter(f"branches_{level}", "", 0, 2000, 20, f"most {below} on one parent", integer=True, log=True)
     yield Parameter(
-        f"length_{level}", "", 0.0, 5.0, 1.0 if level == 0 else 0.3, f"length of {below} by their parent", 5.0
+        f"length_{level}", "", 0.0, 25.0, 1.0 if level == 0 else 0.3, f"length of {below} by their parent", 25.0
     )
     yield Parameter(f"taper_{level}", "", 0.0, 3.0, 1.0, f"0 cylinder, 1 cone, 2 rounded end, 3 beads: {below}")
     yield Parameter(f"seg_splits_{level}", "", 0.0, 4.0, 0.0, f"splits of {below} at each segment")
     yield Parameter(f"split_angle_{level}", "deg", 0.0, 180.0, 0.0, f"angle between {below} that split", spread=180.0)
-    yield Parameter(f"curve_res_{level}", "", 1, 40, 3, f"segments of {below}", integer=True, log=True)
+    yield Parameter(f"curve_res_{level}", "", 1, 60, 3, f"segments of {below}", integer=True, log=True)
     yield Parameter(f"curve_{level}", "deg", -720.0, 720.0, 0.0, f"bend of {below} from end to end", 720.0, signed=True)
     yield Parameter(f"curve_back_{level}", "deg", -720.0, 720.0, 0.0, f"bend of the upper half of {below}")
 
@@ -98,7 +98,7 @@ def _leaves() -> Iterator[Parameter]:
     yield Parameter("leaf_scale", "m", 0.0, 8.0, 0.2, "length of a leaf", log=True)
     yield Parameter("leaf_scale_x", "", 0.01, 4.0, 0.7, "width of a leaf by its length", log=True)
     yield Parameter("leaf_bend", "", 0.0, 1.0, 0.3, "turn of leaves to the light")
-    yield Parameter("leaf_stem_len", "", -1.0, 4.0, 0.5, "length of the stalk by that of the leaf")
+    yield Parameter("leaf_stem_len", "", -20.0, 20.0, 0.5, "length of the stalk by that of the leaf")
     yield Parameter("leaf_quality", "", 0.01, 1.0, 1.0, "share of the leaves, each larger in return", log=True)
     yield Parameter("blossom_rate", "", 0.0, 1.0, 0.0, "blossoms by leaves")
     yield Parameter("blossom_shape", "", 1, 3, 1, "petals: 1 round, 2 pointed, 3 bell", integer=True)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import PurePath
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,6 +33,36 @@ _OTHERS = ("about", "look", "kinds", "acceptance")
 
 class Enough(Exception):  # noqa: N818  # it ends reading, and never leaves this module's callers
     """`MOST_FINDINGS` findings."""
+
+
+class Fault(NamedTuple):
+    """Why a value is refused."""
+
+    code: str
+    message: str
+    hint: str
+
+
+def column_value(column: str, value: object, label: str) -> tuple[float | None, Fault | None]:
+    """The number of a value of a column, or why it cannot have it.
+
+    Args:
+        column: one of `COLUMNS`.
+        value: a value of a file.
+        label: what the file calls the column.
+    """
+    index = COLUMN[column]
+    hint = f"{_interval(LOW[index], HIGH[index], _unit(column))}; {_meaning(column)}"
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None, Fault("wrong-type", f"expected a number for {label}, found {shown(value)}", hint)
+    if not math.isfinite(value):
+        return None, Fault("not-finite", f"expected a finite number for {label}, found {value}", hint)
+    if IS_INTEGER[index] and value != math.floor(value):
+        return None, Fault("not-whole", f"expected a whole number for {label}, found {value:g}", hint)
+    if not LOW[index] <= value <= HIGH[index]:
+        interval = _interval(LOW[index], HIGH[index], _unit(column))
+        return None, Fault("out-of-range", f"expected {label} within {interval}, found {value:g}", _meaning(column))
+    return float(value), None
 
 
 class SpeciesTables:
@@ -106,11 +137,10 @@ class SpeciesTables:
         self, parameter: Parameter, entry: object, columns: tuple[Floats, Floats, Floats], why: dict[str, str]
     ) -> None:
         path = self.paths[parameter.name]
+        path_of: dict[str, Path] = {key: (*path, key) if isinstance(entry, dict) else path for key in _ENTRIES}
         if not isinstance(entry, dict):
             entry = {"value": entry}
-            path_of = dict.fromkeys(_ENTRIES, path)
         else:
-            path_of = {key: (*path, key) for key in _ENTRIES}
             self._check_keys(entry, _ENTRIES, path, parameter)
         if "value" not in entry:
             self.report("missing", f"expected {parameter.name} to have a value", path, _expected(parameter.name))
@@ -154,20 +184,10 @@ class SpeciesTables:
 
     def _number(self, column: str, value: object, path: Path) -> float | None:
         """A value of a column; None, with a finding, if it cannot be one."""
-        index = COLUMN[column]
-        hint = _expected(column)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.report("wrong-type", f"expected a number for {column}, found {shown(value)}", path, hint)
-        elif not math.isfinite(value):
-            self.report("not-finite", f"expected a finite number for {column}, found {value}", path, hint)
-        elif IS_INTEGER[index] and value != math.floor(value):
-            self.report("not-whole", f"expected a whole number for {column}, found {value:g}", path, hint)
-        elif not LOW[index] <= value <= HIGH[index]:
-            message = f"expected {column} within {_interval(LOW[index], HIGH[index], _unit(column))}, found {value:g}"
-            self.report("out-of-range", message, path, _meaning(column))
-        else:
-            return float(value)
-        return None
+        number, fault = column_value(column, value, column)
+        if fault:
+            self.report(fault.code, fault.message, path, fault.hint)
+        return number
 
     def _range(self, column: str, value: object, path: Path) -> tuple[float, float] | None:
         """A range of a column, also from one number; None, with a finding, if it is wrong."""
@@ -242,7 +262,7 @@ class SpeciesTables:
                 self.report("unknown-name", message, ("look", key), hint, at_key=True)
         pictures = {key: self._picture(look, key) for key in _PICTURES}
         colors = {key: color for key in _COLORS if key in look and (color := self._color(key, look[key]))}
-        return Look(**pictures, **colors)
+        return replace(replace(Look(), **pictures), **colors)
 
     def _picture(self, look: dict[str, Any], key: str) -> str:
         path = self._text(("look",), look, key)

@@ -18,8 +18,9 @@ from grammarlab.arrays import Floats
 from grammarlab.errors import FacadeError, UsageError, shown
 from grammarlab.facade.reading.annotation import FARTHEST, BoxAnnotation, annotate
 from grammarlab.facade.reading.drawn_shapes import outline_of
-from grammarlab.facade.reading.markup import Node, local_name
+from grammarlab.facade.reading.markup import local_name
 from grammarlab.facade.reading.source import Source
+from grammarlab.xml_text import Node
 
 _Polygon: TypeAlias = list[Floats]
 """Rings [P, 3] without the repeated last corner: the outer one, then holes."""

@@ -24,7 +24,7 @@ from grammarlab.facade.reading.json_annotations import (
     read_labelme,
 )
 from grammarlab.facade.reading.label_studio import is_label_studio, read_label_studio
-from grammarlab.facade.reading.markup import Node, local_name, parse_xml
+from grammarlab.facade.reading.markup import local_name, parse_xml
 from grammarlab.facade.reading.source import Source
 from grammarlab.facade.reading.text_annotations import (
     is_box_table,
@@ -48,6 +48,7 @@ from grammarlab.facade.reading.xml_annotations import (
 )
 from grammarlab.facade.values import parse_json, read_bounded
 from grammarlab.tables import Table, decoded, read_table
+from grammarlab.xml_text import Node
 
 _Parsed = TypeVar("_Parsed")
 _TABLE_SUFFIXES, _XML_SUFFIXES, _JSON_SUFFIXES = (".csv", ".tsv", ".txt"), (".xml", ".gml"), (".json",)

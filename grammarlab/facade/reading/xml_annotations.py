@@ -33,7 +33,7 @@ from grammarlab.facade.reading.drawn_shapes import (
     sides_around,
     upright,
 )
-from grammarlab.facade.reading.markup import Node, numbers_of
+from grammarlab.facade.reading.markup import numbers_of
 from grammarlab.facade.reading.source import (
     ImageName,
     Source,
@@ -44,6 +44,7 @@ from grammarlab.facade.reading.source import (
     known_size,
     left_out_notes,
 )
+from grammarlab.xml_text import Node
 
 _SIDES = ("xmin", "ymin", "xmax", "ymax")
 _VOC_ROTATED = ("cx", "cy", "w", "h", "angle")
