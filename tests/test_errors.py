@@ -6,13 +6,23 @@ import pickle
 
 import pytest
 
-from grammarlab.errors import BudgetError, DerivationError, Finding, GrammarlabError, LanguageError, Location, shown
+from grammarlab.errors import (
+    BudgetError,
+    DerivationError,
+    Finding,
+    GrammarlabError,
+    LanguageError,
+    Location,
+    XmlError,
+    shown,
+)
 
 PLACE = Location(3, 7, 2, "lot.cga")
 ERRORS = [
     LanguageError((Finding("error", "unknown-name", "nothing is called 'x' here", PLACE, "try y"),), "a\nb\nLot --> x"),
     DerivationError("expected a number", PLACE, "try float(...)"),
     BudgetError("too many shapes", None, "raise the budget"),
+    XmlError("expected a tag", 2, 3, 4),
     GrammarlabError("plain"),
 ]
 

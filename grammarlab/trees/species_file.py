@@ -18,7 +18,7 @@ from ``spread_range``; without them it takes ``value`` and ``spread``. ``[[kinds
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import PurePath
 
 import numpy as np
@@ -29,8 +29,8 @@ from grammarlab.toml_text import toml_table
 from grammarlab.trees.contradictions import contradictions
 from grammarlab.trees.parameters import COLUMN, COLUMNS, DEFAULTS, IS_INTEGER, PARAMETERS, SPREAD, Parameter
 from grammarlab.trees.species import Look, Species
-from grammarlab.trees.species_places import Places
-from grammarlab.trees.species_tables import SECTIONS, Enough, SpeciesTables
+from grammarlab.trees.species_places import Path, Places
+from grammarlab.trees.species_tables import SECTIONS, SpeciesTables, TooManyFindings
 
 MAX_CHARACTERS = 1 << 20
 """Largest number of characters of a file."""
@@ -46,7 +46,7 @@ def parse(text: str, name: str) -> Species:
     Raises:
         LanguageError: With a finding for every mistake.
     """
-    species, findings = _read(text, name)
+    species, findings, _ = _read(text, name)
     if species is None:
         raise LanguageError(findings, text)
     return species
@@ -54,26 +54,26 @@ def parse(text: str, name: str) -> Species:
 
 def check(text: str, name: str) -> tuple[Finding, ...]:
     """Findings about a file: its errors or, if it has none, warnings about parameters that contradict each other."""
-    species, findings = _read(text, name)
-    return findings if species is None else contradictions(species, text, name)
+    species, findings, paths = _read(text, name)
+    return findings if species is None else contradictions(species, Places(text, name), paths)
 
 
-def _read(text: str, name: str) -> tuple[Species | None, tuple[Finding, ...]]:
-    """The species and no findings, or no species and all errors."""
+def _read(text: str, name: str) -> tuple[Species | None, tuple[Finding, ...], Mapping[str, Path]]:
+    """The species, or None and all errors; and the path of each parameter that the file names."""
     if len(text) > MAX_CHARACTERS:
         message = f"expected a file of at most {MAX_CHARACTERS:,} characters, found {len(text):,}"
-        return None, (Finding("error", "too-large", message, Location(file=name)),)
+        return None, (Finding("error", "too-large", message, Location(file=name)),), {}
     try:
         table = toml_table(text)
     except TomlError as error:
         place = Location(error.line or 1, error.column or 1, 1, name)
-        return None, (Finding("error", "syntax", error.message, place),)
-    reader = SpeciesTables(table, Places(text, name))
+        return None, (Finding("error", "syntax", error.message, place),), {}
+    tables = SpeciesTables(table, Places(text, name))
     try:
-        species = reader.species(PurePath(name).stem)
-    except Enough:
-        return None, tuple(reader.findings)
-    return (None if reader.findings else species), tuple(reader.findings)
+        species = tables.species(PurePath(name).stem)
+    except TooManyFindings:
+        return None, tuple(tables.findings), {}
+    return (None if tables.findings else species), tuple(tables.findings), tables.paths
 
 
 def write(species: Species) -> str:

@@ -31,7 +31,7 @@ _COLORS = ("bark_color", "leaf_color", "blossom_color")
 _OTHERS = ("about", "look", "kinds", "acceptance")
 
 
-class Enough(Exception):  # noqa: N818  # it ends reading, and never leaves this module's callers
+class TooManyFindings(Exception):  # noqa: N818  # it ends reading
     """`MOST_FINDINGS` findings."""
 
 
@@ -101,12 +101,12 @@ class SpeciesTables:
         """Add an error.
 
         Raises:
-            Enough: If there are too many.
+            TooManyFindings: If there are too many.
         """
         place = self._places.of_key(path) if at_key else self._places.of_value(path)
         self.findings.append(Finding("error", code, message, place, hint))
         if len(self.findings) >= MOST_FINDINGS:
-            raise Enough
+            raise TooManyFindings
 
     def _entries(self) -> Iterator[tuple[str, Any]]:
         """Names and values of the parameters of all sections."""

@@ -294,3 +294,51 @@ def test_spreads_have_names_of_their_own():
     assert [name for name in COLUMNS if name.endswith(SPREAD)] == [
         name + SPREAD for name, parameter in PARAMETERS.items() if parameter.spread is not None
     ]
+
+
+CONTRADICTIONS = {
+    "levels = 2\ncurve_2 = 30": ("curve_2", "levels the value 3"),
+    "levels = 2\nattraction_up = 1": ("attraction_up", "levels the value 3"),
+    "curve_back_1 = 30": ("curve_back_1", "curve_1 is 0"),
+    "split_angle_1 = 30": ("split_angle_1", "seg_splits_1 is 0"),
+    "split_angle_0 = 30": ("split_angle_0", "seg_splits_0 or base_splits"),
+    "leaves = 3\nleaf_scale = 0": ("leaves", "leaf_scale is 0"),
+    "leaf_scale = 1": ("leaf_scale", "leaves is 0"),
+    "levels = 2\nbranches_1 = 0\nbase_size = 0.3": ("base_size", "branches_1 is 0"),
+    "levels = 3\nbranches_1 = 0": ("branches_1", "no stems of level 2"),
+    "prune_width = 1": ("prune_width", "prune_ratio is 0"),
+    "lobe_depth = 0.1": ("lobe_depth", "lobes is 0"),
+    "lobes = 5": ("lobes", "lobe_depth is 0"),
+    "wind_direction = 90": ("wind_direction", "wind_speed is 0"),
+    "blossom_rate = 0.5": ("blossom_rate", "leaves is 0"),
+    "length_1 = { value = 0.3, spread = 0.4 }": ("length_1", "larger than its value"),
+    "length_1 = 3": ("length_1", "3 times as long as their parent"),
+    "curve_1 = { value = 3, spread = 1, spread_range = [-1, 1] }": ("curve_1", "another meaning"),
+}
+
+
+@pytest.mark.parametrize("text", CONTRADICTIONS)
+def test_parameters_that_contradict_each_other_are_told_apart_from_mistakes(text: str):
+    name, advice = CONTRADICTIONS[text]
+    (finding,) = check(text, "ash.toml")
+    place = finding.location
+    assert (finding.severity, finding.code) == ("warning", "contradiction")
+    assert text.split("\n")[place.line - 1][place.column - 1 :].startswith(name)
+    assert advice in finding.message + finding.hint
+    parse(text, "ash.toml")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "levels = 2\nleaves = 3\ndown_angle_2 = 30\nrotate_2 = 80",
+        "levels = { value = 2, range = [2, 3] }\ncurve_2 = 30",
+        "lobes = { value = 0, range = [0, 5] }\nlobe_depth = 0.1",
+        "shape = 8\nprune_width = 1",
+        "base_splits = 2\nsplit_angle_0 = 30",
+        "curve_1 = { value = 0, range = [-10, 10] }\ncurve_back_1 = 30",
+        "[[kinds]]\n[[kinds]]\nranges = { leaves = 3 }\n[leaves]\nleaf_scale = 1",
+    ],
+)
+def test_what_has_an_effect_in_some_trees_is_no_contradiction(text: str):
+    assert check(text, "ash.toml") == ()
