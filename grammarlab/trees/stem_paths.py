@@ -1,0 +1,188 @@
+"""Paths of stems: curves, helices, splits and attraction to the sky, segment by segment for all stems of a level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints, index_in_row, offsets_from_counts, row_of_value
+from grammarlab.randomness import Keys, uniforms
+from grammarlab.trees.branching import num_segments
+from grammarlab.trees.draws import Turn, segment_keys, values, varied, varied_by
+from grammarlab.trees.orientation import (
+    declination,
+    frames_from_axes,
+    turned_about_vertical,
+    turned_about_x,
+    turned_about_z,
+)
+from grammarlab.trees.parameters import SPREAD
+from grammarlab.trees.stem_splits import Forks
+
+_SPREAD_LEAST, _SPREAD_MORE, _SPREAD_UPRIGHT = 20.0, 0.75, 30.0
+"""Degrees, factor and degrees of the spread of clones about the vertical, of the paper's section 4.2."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paths:
+    """Paths of S stems, each for a whole stem of length 1 that begins at the origin."""
+
+    node_offsets: Ints
+    """[S + 1] into the nodes."""
+    points: Floats
+    """[N, 3] nodes."""
+    frames: Floats
+    """[N, 3, 3] see `grammarlab.trees.skeleton.Stems`."""
+    along: Floats
+    """[N] share of the length."""
+
+
+@dataclass(slots=True, eq=False)
+class _Growth:
+    """The ends of S stems while they grow."""
+
+    axes: Floats
+    """[3, S, 3] axes of the last segment, without the inclination of a helix."""
+    point: Floats
+    """[S, 3] last node."""
+    back: Floats
+    """[S] radians by which later segments turn back after splits, each."""
+
+
+def traced(rows: Floats, level: int, tree: Ints, axes: Floats, forks: Forks) -> Paths:
+    """The paths of stems and clones.
+
+    Args:
+        rows: [n, P] parameters of the trees.
+        level: level of the stems.
+        tree: [W] tree of each whole stem.
+        axes: [3, W, 3] axes with which they begin.
+        forks: stems with clones.
+    """
+    trees = tree[forks.root]
+    segments = num_segments(rows, trees, level)
+    num_nodes = segments - forks.first + 1
+    node_offsets = offsets_from_counts(num_nodes)
+    index = index_in_row(num_nodes) + np.repeat(forks.first, num_nodes)
+    points, frames = np.zeros((len(index), 3)), np.empty((len(index), 3, 3))
+    state = _Growth(axes[:, forks.root], np.zeros((len(trees), 3)), np.zeros(len(trees)))
+    turns = _Turns.read(rows, level, trees, segments)
+    for segment in range(int(segments.max(initial=0))):
+        _start_clones(state, forks, segment)
+        active = np.flatnonzero((segments > segment) & (forks.first <= segment))
+        if segment > 0:
+            later = _split(state, rows, level, trees, segments, forks, segment)
+            state.axes[:, active] = _turned(state, turns, forks.key, active, segment)
+            state.back += later
+        directed = turns.inclined(state.axes[:, active], active, segment)
+        node = node_offsets[active] + segment - forks.first[active]
+        points[node] = state.point[active]
+        frames[node] = frames_from_axes(directed)
+        state.point[active] += directed[2] / segments[active, None]
+        ends = segments[active] == segment + 1
+        points[node[ends] + 1], frames[node[ends] + 1] = state.point[active[ends]], frames[node[ends]]
+    return Paths(node_offsets, points, frames, index / segments[row_of_value(num_nodes)])
+
+
+def _start_clones(state: _Growth, forks: Forks, segment: int) -> None:
+    """Let the clones of a segment begin where their sources are."""
+    new = np.flatnonzero((forks.first == segment) & (forks.source >= 0))
+    source = forks.source[new]
+    state.axes[:, new] = state.axes[:, source]
+    state.point[new], state.back[new] = state.point[source], state.back[source]
+
+
+def _split(state: _Growth, rows: Floats, level: int, trees: Ints, segments: Ints, forks: Forks, segment: int) -> Floats:
+    """Let stems that have split, and their clones, decline and spread.
+
+    Returns:
+        [S] radians by which each later segment turns back.
+    """
+    back = np.zeros(len(trees))
+    sources = forks.splits[segment] if segment < len(forks.splits) else np.zeros(0, np.int64)
+    if not len(sources):
+        return back
+    new = np.flatnonzero((forks.first == segment) & (forks.source >= 0))
+    stems = np.concatenate([sources, new])
+    base = values(rows, trees[stems], "base_splits")
+    axes, keys = state.axes[:, stems], segment_keys(forks.key[stems], segment)
+    slope = declination(axes[2])
+    angle = np.radians(varied(rows, trees[stems], f"split_angle_{level}", keys, Turn.SPLIT))
+    angle = np.maximum(0.0, angle - slope)
+    spread = _spread(slope, keys)
+    even = forks.direction[stems]
+    spread = np.where(np.isnan(even), spread, even)
+    # The paper turns clones only. A stem that goes on straight, or to the same side, would let the tree lean: it turns
+    # to the other side, but among the stems of a split base, which lie evenly about.
+    spread[: len(sources)] = 0.0
+    angle[: len(sources)] *= np.where((level == 0) & (segment == 1) & (base[: len(sources)] > 0), 1.0, -1.0)
+    state.axes[:, stems] = turned_about_vertical(turned_about_x(axes, angle), spread)
+    back[stems] = angle / np.maximum(1, segments[stems] - segment - 1)
+    return back
+
+
+def _spread(slope: Floats, keys: Keys) -> Floats:
+    """[S] radians about the vertical."""
+    range_ = _SPREAD_MORE * (_SPREAD_UPRIGHT + np.abs(np.degrees(slope) - 90.0))
+    spread = np.radians(_SPREAD_LEAST + range_ * uniforms(keys, Turn.SPREAD) ** 2)
+    return np.where(uniforms(keys, Turn.SIDE) < 0.5, spread, -spread)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Turns:
+    """What turns the segments of S stems."""
+
+    lower: Floats
+    """[S] radians per segment of the lower half."""
+    upper: Floats
+    """[S] radians per segment of the upper half."""
+    random: Floats
+    """[S] largest random radians per segment."""
+    helix: Floats
+    """[S] radians between the axis of a helix and its segments; 0 for the others."""
+    attraction: Floats
+    """[S] attraction to the sky per segment."""
+    segments: Ints
+
+    @classmethod
+    def read(cls, rows: Floats, level: int, trees: Ints, segments: Ints) -> _Turns:
+        curve = np.radians(values(rows, trees, f"curve_{level}")) / segments
+        back = np.radians(values(rows, trees, f"curve_back_{level}")) / segments
+        spread = np.radians(values(rows, trees, f"curve_{level}{SPREAD}"))
+        attraction = values(rows, trees, "attraction_up") if level >= 2 else np.zeros(len(trees))
+        return cls(
+            lower=np.where(back == 0.0, curve, 2.0 * curve),
+            upper=np.where(back == 0.0, curve, 2.0 * back),
+            random=np.maximum(spread, 0.0) / segments,
+            helix=np.maximum(-spread, 0.0),
+            attraction=attraction / segments,
+            segments=segments,
+        )
+
+    def inclined(self, axes: Floats, stems: Ints, segment: int) -> Floats:
+        """Axes of the segments of helices: inclined to one side after the other, one round per stem."""
+        if not self.helix.any():
+            return axes
+        round_ = 2.0 * np.pi * segment / self.segments[stems]
+        return turned_about_z(turned_about_x(turned_about_z(axes, round_), self.helix[stems]), -round_)
+
+
+def _turned(state: _Growth, turns: _Turns, keys: Keys, stems: Ints, segment: int) -> Floats:
+    """[3, A, 3] axes of the next segments of stems [A]."""
+    in_lower_half = 2 * segment < turns.segments[stems]
+    angle = np.where(in_lower_half, turns.lower[stems], turns.upper[stems])
+    angle += varied_by(turns.random[stems], segment_keys(keys[stems], segment), Turn.CURVE)
+    angle -= state.back[stems]
+    axes = turned_about_x(state.axes[:, stems], angle)
+    attraction = turns.attraction[stems]
+    return turned_about_x(axes, _turn_to_sky(axes, attraction)) if attraction.any() else axes
+
+
+def _turn_to_sky(axes: Floats, attraction: Floats) -> Floats:
+    """[A] radians about x that raise stems, or lower them, but never beyond the vertical."""
+    y, z = axes[1, :, 1], axes[2, :, 1]
+    turn = attraction * declination(axes[2]) * y
+    to_zenith = np.abs(np.arctan2(y, z))
+    limit = np.where(attraction >= 0.0, to_zenith, np.pi - to_zenith)
+    return -np.clip(turn, -limit, limit)
