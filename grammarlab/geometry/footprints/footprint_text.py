@@ -72,15 +72,25 @@ def read_footprint_map(text: str) -> FootprintMap:
         AssetError: If a file is broken, its coordinates are neither true metres nor degrees, or no polygon in it can be
             used; for WKT, if any polygon cannot.
     """
+    return placed(read_source(text))
+
+
+def read_source(text: str) -> Source:
+    """Outlines from the text of an option, in the coordinates of their source.
+
+    Raises:
+        UsageError: If the text is none of those of `read_footprints`.
+        AssetError: If a file is broken, or its coordinates are neither true metres nor degrees.
+    """
     if size := _SIZE.fullmatch(text):
         width, depth = float(size[1]), float(size[2])
         plan = shapely.Polygon([(0, -depth), (width, -depth), (width, 0), (0, 0)])  # along +x and +z, as in `derive`
-        return placed(Source(text, (Outline(plan, text),), (), LOCAL, strict=True))
+        return Source(text, (Outline(plan, text),), (), LOCAL, strict=True)
     file = existing(text)
     if file is None and _is_wkt(text):
-        return placed(_read_wkt(text, _EXPECTED))
+        return _read_wkt(text, _EXPECTED)
     if file is not None and not file.is_dir():
-        return placed(read_geojson(file))
+        return read_geojson(file)
     if text.lower().endswith(_SUFFIXES):
         raise AssetError(f"{Path(text)}: no such footprint file; {_EXPECTED}.")
     raise UsageError(f"footprint {text!r}: {_EXPECTED}.")

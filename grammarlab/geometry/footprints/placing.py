@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -49,32 +49,60 @@ class BadOutlineError(ValueError):
         self.has_position = has_position
 
 
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Usable outlines of a source, in its coordinates and in metres."""
+
+    outlines: tuple[Outline, ...]
+    """Valid, in the coordinates of the source; at least one."""
+    polygons: tuple[shapely.Polygon, ...]
+    """Each outline in metres, as its footprint is."""
+    ground: Ground | None
+    """Map of the ground for outlines in degrees."""
+    georeference: Georeference | None
+    remarks: tuple[Remark, ...]
+
+
 def placed(source: Source) -> FootprintMap:
     """Footprints of the outlines of a source.
 
     Raises:
         AssetError: If there are none, if a strict source has a bad one, or if all coordinates contradict the CRS.
     """
+    plan = planned(source)
+    footprints = [
+        Footprint(_corners_of(polygon), outline.properties, outline.name, outline.unread)
+        for outline, polygon in zip(plan.outlines, plan.polygons, strict=True)
+    ]
+    return FootprintMap(tuple(footprints), plan.georeference, plan.remarks)
+
+
+def planned(source: Source) -> Plan:
+    """The usable outlines of a source.
+
+    Raises:
+        AssetError: As `placed`.
+    """
     valid, remarks = _valid(source)
     _check_unit(source, valid)
     georeference = Georeference(source.crs.name) if source.crs.name else None
     plans = [outline.polygon for outline in valid]
+    ground = None
     if source.crs.unit == "degrees" and valid:
         ground = Ground.around(centres_of(plans))
         plans = ground.metres(plans)
         georeference = Georeference(source.crs.name, ground.longitude, ground.latitude)
-    footprints = []
+    usable = []
     for outline, plan in zip(valid, plans, strict=True):
         try:
-            corners = _corners_of(_measured(plan))
+            usable.append((outline, _measured(plan)))
         except BadOutlineError as error:
             remarks.append(_bad(source, outline, error))
-            continue
-        footprints.append(Footprint(corners, outline.properties, outline.name, outline.unread))
     remarks = [*source.remarks, *remarks]
-    if not footprints:
+    if not usable:
         raise _nothing(source, remarks)
-    return FootprintMap(tuple(footprints), georeference, tuple(remarks))
+    outlines, polygons = zip(*usable, strict=True)
+    return Plan(outlines, polygons, ground, georeference, tuple(remarks))
 
 
 def remark_lines(remarks: Sequence[Remark]) -> str:

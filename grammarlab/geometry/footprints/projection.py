@@ -16,11 +16,12 @@ import shapely
 
 from grammarlab.arrays import Floats
 
-_EQUATOR = 6378137.0
+EQUATOR = 6378137.0
 """Radius of the equator in metres."""
 _FLATTENING = 1 / 298.257223563
-_SQUARED_ECCENTRICITY = _FLATTENING * (2 - _FLATTENING)
-_ECCENTRICITY = _SQUARED_ECCENTRICITY**0.5
+SQUARED_ECCENTRICITY = _FLATTENING * (2 - _FLATTENING)
+"""Of the meridians of the WGS 84 ellipsoid."""
+_ECCENTRICITY = SQUARED_ECCENTRICITY**0.5
 LAST_LATITUDE = 89.0
 """Degrees; nearer to a pole, all directions are south and longitudes mean little."""
 _STEP = 1e-6
@@ -51,18 +52,18 @@ class Ground:
         """Polygons in degrees as polygons in metres east and north of the middle."""
         centres = centres_of(polygons)
         angles, step = np.radians(centres), np.array([0.0, _STEP])
-        positions, north = self._project(angles), self._project(angles + step) - self._project(angles - step)
+        positions, north = self.projected(angles), self.projected(angles + step) - self.projected(angles - step)
         north /= np.hypot(*north.T)[:, None]
         scales = _metres_per_degree(centres[:, 1])
         rows = zip(polygons, centres, positions, north, scales, strict=True)
         return [_moved(*row) for row in rows]
 
-    def _project(self, points: Floats) -> Floats:
+    def projected(self, points: Floats) -> Floats:
         """Points [n, 2] in radians on the stereographic map, in metres."""
         middle = np.radians(self.latitude)
         sphere, first = _conformal(points[:, 1]), _conformal(middle)
         turn = points[:, 0] - np.radians(self.longitude)
-        factor = 2 * _EQUATOR * np.cos(middle) / np.sqrt(1 - _SQUARED_ECCENTRICITY * np.sin(middle) ** 2)
+        factor = 2 * EQUATOR * np.cos(middle) / np.sqrt(1 - SQUARED_ECCENTRICITY * np.sin(middle) ** 2)
         share = np.sin(first) * np.sin(sphere) + np.cos(first) * np.cos(sphere) * np.cos(turn)
         with np.errstate(divide="ignore"):  # the opposite of the middle is infinitely far
             scale = factor / (np.cos(first) * (1 + share))
@@ -100,9 +101,9 @@ def _conformal(latitude: Floats | np.float64) -> Floats | np.float64:
 
 def _metres_per_degree(latitude: Floats) -> Floats:
     """[n, 2] metres per degree of longitude and of latitude on the ellipsoid, at latitudes [n] in degrees."""
-    curvature = 1 - _SQUARED_ECCENTRICITY * np.sin(np.radians(latitude)) ** 2
-    east = _EQUATOR / np.sqrt(curvature) * np.cos(np.radians(latitude))
-    return np.radians(np.column_stack([east, _EQUATOR * (1 - _SQUARED_ECCENTRICITY) / curvature**1.5]))
+    curvature = 1 - SQUARED_ECCENTRICITY * np.sin(np.radians(latitude)) ** 2
+    east = EQUATOR / np.sqrt(curvature) * np.cos(np.radians(latitude))
+    return np.radians(np.column_stack([east, EQUATOR * (1 - SQUARED_ECCENTRICITY) / curvature**1.5]))
 
 
 def _moved(polygon: shapely.Polygon, centre: Floats, position: Floats, north: Floats, scale: Floats) -> shapely.Polygon:
