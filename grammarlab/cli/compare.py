@@ -20,13 +20,13 @@ _MAX_LISTED = 8
 
 def compare(
     first: Annotated[
-        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+        str, typer.Argument(help="A .cga, .toml or .xml file, or a shipped name.", autocompletion=complete_grammar)
     ],
     second: Annotated[
-        str, typer.Argument(help="The grammar to compare with: file or shipped name.", autocompletion=complete_grammar)
+        str, typer.Argument(help="The file to compare with, or a shipped name.", autocompletion=complete_grammar)
     ],
     number: Annotated[
-        int, typer.Option("-n", "--number", help="Number of models to sample from each grammar.", min=1, max=100_000)
+        int, typer.Option("-n", "--number", help="Number of models to sample from each.", min=1, max=100_000)
     ] = (2_500),
     seed: Annotated[int, typer.Option("--seed", help="Seed of the models.", min=0)] = 0,
     picture: Annotated[
@@ -34,27 +34,26 @@ def compare(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
-    """Measure how far two grammars are apart.
+    """Measure how far two grammars, or two species, are apart.
 
-    Lists the choices that differ most.
+    Lists the choices and numbers that differ most.
     """
     with friendly_errors():
-        from grammarlab.runs.sample.comparison import compare_grammars
+        from grammarlab.runs.sample.comparison import compare_files
 
-        result = compare_grammars(first, second, num_models=number, seed=seed)
+        result = compare_files(first, second, num_models=number, seed=seed)
         if as_json:
             print_json(_as_json(result))
         else:
             _print_summary(result)
         if picture is not None:
-            from grammarlab.density.sampler import GrammarSampler
             from grammarlab.runs.learn.report import draw_side_by_side
+            from grammarlab.runs.sample.domains import opened
             from grammarlab.runs.work.executors import executor_of
 
-            pairs = zip(result.grammars, result.sources, strict=True)
-            samplers = [GrammarSampler(grammar, source.assets) for grammar, source in pairs]
-            labelled_samplers = list(zip((first, second), samplers, strict=True))
-            draw_side_by_side(labelled_samplers, picture, side=4, seed=seed, executor=executor_of(0))
+            spaces = [opened(s.suffix, s.text(), s.name, s.assets) for s in result.sources]
+            named_spaces = list(zip((first, second), spaces, strict=True))
+            draw_side_by_side(named_spaces, picture, side=4, seed=seed, executor=executor_of(0))
 
 
 def _as_json(result: Comparison) -> dict[str, Any]:
@@ -72,14 +71,14 @@ def _as_json(result: Comparison) -> dict[str, Any]:
 
 def _print_summary(result: Comparison) -> None:
     if result.js is not None:
-        say(f"divergence: {result.js:.4g} nats, as trees of {result.origin}")
+        say(f"divergence: {result.js:.4g} nats{', as trees of ' * bool(result.origin)}{result.origin}")
     else:
         say(
             f"divergence: about {result.at_least:.3g} nats or more, from the counts of one shared symbol. The exact "
             "value needs a grammar made from the other, or two made from a grammar that grammarlab can find"
         )
     if not (result.choices or result.numbers or result.differences):
-        say("no choice differs significantly")
+        say("no choice or number differs significantly")
     for choice in result.choices:
         say(f"  {choice.js:.3f} nats  {choice.symbol} (line {choice.line})")
         for branch in sorted(choice.branches, key=lambda branch: -abs(branch.second - branch.first))[:_MAX_LISTED]:

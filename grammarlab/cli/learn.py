@@ -33,7 +33,7 @@ class _Summary(NamedTuple):
 
 def learn(
     grammar: Annotated[
-        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+        str, typer.Argument(help="A .cga, .toml or .xml file, or a shipped name.", autocompletion=complete_grammar)
     ],
     scenario: Annotated[
         str,
@@ -65,7 +65,7 @@ def learn(
         typer.Option(
             "-o",
             "--output",
-            help="Rule file to write. Default: named after the grammar and the labels.",
+            help="File to write. Default: named after the grammar and the labels.",
             dir_okay=False,
         ),
     ] = None,
@@ -97,7 +97,7 @@ def learn(
     ] = "exact",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
-    """Make a grammar that samples liked models.
+    """Make a grammar, or a species, that samples liked models.
 
     Its density is proportional to the scores.
     """
@@ -108,7 +108,7 @@ def learn(
         from grammarlab.evaluation.scenario_values import chosen_one
         from grammarlab.runs.evaluate.request import find_scenario
         from grammarlab.runs.learn import density_pages
-        from grammarlab.runs.sample.domains import suffix_of
+        from grammarlab.runs.sample.shipped import find_rules
 
         if base not in ("grammar", "uniform"):
             raise UsageError(f"unknown base {base!r}; expected grammar or uniform")
@@ -123,7 +123,7 @@ def learn(
         source = labels or examples or scenario_file
         if source is None:
             raise UsageError("nothing to learn from: give --labels FILE, --examples FOLDER or --scenario FILE.")
-        target = file or Path(f"{Path(grammar).stem}_{source.stem}{suffix_of(Path(grammar))}")
+        target = file or Path(f"{Path(grammar).stem}_{source.stem}{find_rules(grammar).suffix}")
         check_overwrites([target], filter(None, (Path(grammar), labels, scenario_file)))
         if labels is not None:
             from grammarlab.learning.designs.pool import Pool

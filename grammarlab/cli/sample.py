@@ -63,16 +63,17 @@ class Scale(StrEnum):
 
 
 def complete_grammar(incomplete: str) -> list[str]:
-    """Shipped grammars whose names begin with a text, for shell completion."""
-    from grammarlab.runs.sample.shipped import shipped_examples
+    """Shipped grammars and species whose names begin with a text, for shell completion."""
+    from grammarlab.runs.sample.shipped import shipped_examples, shipped_species
 
-    return [example.name for example in shipped_examples() if example.name.startswith(incomplete)]
+    examples = (*shipped_examples(), *shipped_species())
+    return [example.name for example in examples if example.name.startswith(incomplete)]
 
 
 def sample(
     context: typer.Context,
     grammar: Annotated[
-        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+        str, typer.Argument(help="A .cga, .toml or .xml file, or a shipped name.", autocompletion=complete_grammar)
     ] = "",
     num_models: Annotated[int, typer.Option("-n", "--num-models", help="Number of models per footprint.", min=1)] = 16,
     seed: Annotated[int, typer.Option("--seed", help="Seed. Model k of a seed is always the same.", min=0)] = 0,
@@ -81,14 +82,15 @@ def sample(
         typer.Option("-o", "--output", help="Folder for the files. Default: out/GRAMMAR.", file_okay=False),
     ] = None,
     attributes: Annotated[
-        list[str] | None, typer.Option("--attr", help="Value of an attribute, name=value; may be repeated.")
+        list[str] | None,
+        typer.Option("--attr", help="Value of an attribute, name=value; may be repeated. Trees: detail=low."),
     ] = None,
     start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
     footprint: Annotated[
         str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file whose properties set attributes.")
     ] = "",
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
     file_format: Annotated[FileFormat, typer.Option("--format", help="Format of the model files.")] = FileFormat.glb,
     single_file: Annotated[bool, typer.Option("--single-file", help="All models in one file.")] = False,
@@ -120,7 +122,7 @@ def sample(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
 ) -> None:
-    """Sample models from a grammar.
+    """Sample models from a grammar or a species of trees.
 
     Writes model files, a contact sheet, derivations and a manifest.
     """
@@ -152,7 +154,7 @@ def sample(
             _print_summary(result, as_json, different)
             return
         if not grammar:
-            raise UsageError("which grammar? Give a .cga file or a name that `grammarlab list` shows.")
+            raise UsageError("which grammar or species? Give a file or a name that `grammarlab list` shows.")
         source = find_rules(grammar, assets)
         models = opened_models(source.suffix, source.text(), source.name, source.assets)
         _print_left_out(grammar, models.left_out())

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def score(
     grammar: Annotated[
-        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+        str, typer.Argument(help="A .cga, .toml or .xml file, or a shipped name.", autocompletion=complete_grammar)
     ],
     session: Annotated[
         Path | None, typer.Option("--session", help="Session file (.db); created if missing, otherwise continued.")
@@ -30,7 +30,7 @@ def score(
     ] = True,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the models of a new session.", min=0)] = 0,
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
     stored_grammar: Annotated[
         bool, typer.Option("--stored-grammar", help="Use the grammar that the session was started with.")

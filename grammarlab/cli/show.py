@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -35,14 +35,15 @@ _OF_A_MODEL = {
 def show(
     context: typer.Context,
     grammar: Annotated[
-        str, typer.Argument(help="A .cga file, or the name of a shipped grammar.", autocompletion=complete_grammar)
+        str, typer.Argument(help="A .cga, .toml or .xml file, or a shipped name.", autocompletion=complete_grammar)
     ],
     graph: Annotated[
         Path | None,
         typer.Option("--graph", help="Draw the graph of the rules to this .svg or .png file.", dir_okay=False),
     ] = None,
     model: Annotated[
-        int | None, typer.Option("--model", help="List how this model was derived, with the lines of its rules.")
+        int | None,
+        typer.Option("--model", help="List how this model was made: its rules, or its measures."),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the model.")] = 0,
     attributes: Annotated[
@@ -51,16 +52,30 @@ def show(
     start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
     footprint: Annotated[str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file.")] = "",
     assets: Annotated[
-        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the rules.")
+        Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
-    everything: Annotated[bool, typer.Option("--all", help="List equal shapes one by one.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the model as one JSON object.")] = False,
+    everything: Annotated[bool, typer.Option("--all", help="List equal shapes one by one, or all parameters.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a model, or a species, as JSON.")] = False,
 ) -> None:
-    """Show a grammar as tables, or how a model was derived.
+    """Show a grammar or a species as tables, or how a model was made.
 
-    The tables list rules, symbols, attributes and probabilities.
+    The tables list rules, symbols, attributes and probabilities; for species of trees, parameters and kinds.
     """
     with friendly_errors():
+        from grammarlab.runs.sample.domains import SPECIES
+        from grammarlab.runs.sample.shipped import find_rules
+
+        source = find_rules(grammar, assets)
+        if source.suffix == SPECIES:
+            from grammarlab.cli.show_species import show_species, show_tree
+
+            _refuse_rule_options(context)
+            if model is not None:
+                show_tree(grammar, model, seed, attributes or (), assets, as_json)
+                return
+            _require_model(context, free=("everything", "as_json", "assets"))
+            show_species(source, as_json, everything)
+            return
         if model is not None:
             from grammarlab.runs.sample.trace import as_lines, as_values, trace_model
 
@@ -75,18 +90,14 @@ def show(
             for line in as_lines(trace, everything):
                 print_result(line)
             return
-        for name, option in _OF_A_MODEL.items():
-            if was_given(context, name):
-                raise UsageError(f"{option} is about one model: say which, as in --model 17 --seed 5.")
+        _require_model(context)
         from rich.console import Console
         from rich.text import Text
 
         from grammarlab.cli.rule_graph import rule_graph
         from grammarlab.language.grammar import Grammar
         from grammarlab.language.syntax.builtins import blocks, operations
-        from grammarlab.runs.sample.shipped import find_rules
 
-        source = find_rules(grammar)
         parsed = Grammar.parse(source.text(), str(source.path))
         start = parsed.start_rule
         names = frozenset(operations()) | frozenset(blocks()) | {"NIL"}
@@ -101,6 +112,20 @@ def show(
             console.print(_attribute_table(free))
         if parsed.rules:
             console.print(_rule_table(parsed.rules.values(), symbols))
+
+
+def _require_model(context: typer.Context, free: Container[str] = ()) -> None:
+    """Refuse options about one model where no model is given."""
+    for name, option in _OF_A_MODEL.items():
+        if name not in free and was_given(context, name):
+            raise UsageError(f"{option} is about one model: say which, as in --model 17 --seed 5.")
+
+
+def _refuse_rule_options(context: typer.Context) -> None:
+    """Refuse options that need rules."""
+    for name, option in {"graph": "--graph", "start_rule": "--start", "footprint": "--footprint"}.items():
+        if was_given(context, name):
+            raise UsageError(f"{option} is about rules, and species of trees have none: leave it out.")
 
 
 def _draw(symbols: RuleGraph, path: Path) -> None:
