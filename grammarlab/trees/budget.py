@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, LOW
 
@@ -36,7 +36,7 @@ def check_rows(rows: Floats) -> None:
         )
 
 
-def check_stems(rows: Floats, level: int, num: Floats) -> None:
+def check_stems(rows: Floats, level: int, num: Floats | Ints) -> None:
     """Refuse trees with too many stems or nodes in a level.
 
     Args:
@@ -63,7 +63,7 @@ def check_stems(rows: Floats, level: int, num: Floats) -> None:
     )
 
 
-def check_leaves(rows: Floats, num: Floats) -> None:
+def check_leaves(rows: Floats, num: Floats | Ints) -> None:
     """Refuse trees with too many leaves.
 
     Args:

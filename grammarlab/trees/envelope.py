@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.trees.draws import counts, values
 
 ENVELOPE = 8
@@ -60,3 +60,19 @@ def envelope_ratio(rows: Floats, tree: Ints, share: Floats) -> Floats:
 def crown_ratio(rows: Floats, tree: Ints, share: Floats) -> Floats:
     """[S] `shape_ratio` of each tree's own outline."""
     return shape_ratio(counts(rows, tree, "shape"), share, envelope_ratio(rows, tree, share))
+
+
+def is_inside(rows: Floats, tree: Ints, height: Floats, scale: Floats, points: Floats) -> Flags:
+    """[K] whether points are within the envelope of their tree.
+
+    Args:
+        rows: [n, P] parameters of the trees.
+        tree: [K] tree of each point.
+        height: [n] metres: the height of each envelope.
+        scale: [n] metres: the unit of its width.
+        points: [K, 3] metres.
+    """
+    crown = height[tree] * (1.0 - values(rows, tree, "base_size"))
+    share = (height[tree] - points[:, 1]) / crown
+    radius = values(rows, tree, "prune_width") * scale[tree] * envelope_ratio(rows, tree, share)
+    return np.hypot(points[:, 0], points[:, 2]) <= radius

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats, Ints, take_rows
 from grammarlab.randomness import Keys, fold
 from grammarlab.trees import branching
-from grammarlab.trees.budget import check_rows, check_stems
+from grammarlab.trees.budget import MAX_NODES, check_rows, check_stems
 from grammarlab.trees.draws import STEMS, Site, counts, values, varied
 from grammarlab.trees.envelope import crown_ratio
 from grammarlab.trees.foliage import foliage
 from grammarlab.trees.orientation import trunk_axes
-from grammarlab.trees.parameters import NUM_LEVELS
+from grammarlab.trees.parameters import COLUMN, NUM_LEVELS
+from grammarlab.trees.pruning import pruned_lengths
 from grammarlab.trees.skeleton import Skeleton, Stems
 from grammarlab.trees.stem_paths import traced
 from grammarlab.trees.stem_splits import forked
 from grammarlab.trees.taper import tapered
+from grammarlab.trees.wind import in_wind
 
 _LEAST_SHARE = 0.1
 """Smallest share of a size that its spread may leave, so that every tree has a trunk."""
@@ -99,6 +102,7 @@ def grow(rows: Floats, keys: Keys) -> Skeleton:
         if not len(stems):
             break
         levels.append(stems)
+    levels = in_wind(rows, levels)
     return Skeleton(rows, keys, sizes.scale, tuple(levels), foliage(rows, levels, sizes.height))
 
 
@@ -139,7 +143,7 @@ def _shoots(rows: Floats, sizes: _Sizes, level: int, levels: list[Stems]) -> _Sh
     num = branching.num_children(rows, level, stems, levels[level - 2] if level > 1 else None, sizes.trunk)
     num = branching.rounded(num * (1.0 - start) / np.where(bare < 1.0, 1.0 - bare, 1.0))
     num[counts(rows, stems.tree, "levels") <= level] = 0
-    check_stems(rows, level, np.bincount(stems.tree, num.astype(np.float64), minlength=len(rows)))
+    check_stems(rows, level, np.bincount(stems.tree, num, len(rows)))
     spots = branching.spots(stems, start, segments, num)
     tree, key = stems.tree[spots.stem], fold(fold(stems.key[spots.stem], Site.CHILDREN), spots.index)
     reference = sizes.trunk[tree] if level == 1 else stems.length[spots.stem]
@@ -165,14 +169,15 @@ def _stems(rows: Floats, sizes: _Sizes, level: int, shoots: _Shoots, parents: St
     """Stems of a level with their clones, paths, lengths and radii."""
     forks = forked(rows, level, shoots.tree, shoots.key)
     paths = traced(rows, level, shoots.tree, shoots.axes, forks)
+    root = forks.root
     length, radius = shoots.length, shoots.room
     if parents is not None:
+        length = pruned_lengths(rows, sizes.height, sizes.scale, shoots.tree, shoots.point, length, root, paths)
         reference = sizes.trunk[shoots.tree] if level == 1 else parents.length[shoots.parent]
         thinner = (length / reference) ** values(rows, shoots.tree, "ratio_power")
         radius = np.minimum(radius, parents.radius[shoots.parent] * thinner)
-    root = forks.root
     node_root = np.repeat(root, np.diff(paths.node_offsets))
-    return Stems(
+    stems = Stems(
         tree=shoots.tree[root],
         parent=shoots.parent[root],
         source=forks.source,
@@ -186,3 +191,65 @@ def _stems(rows: Floats, sizes: _Sizes, level: int, shoots: _Shoots, parents: St
         frames=paths.frames,
         along=paths.along,
     )
+    return _longer_than(stems, _LEAST_STEM * sizes.scale)
+
+
+def _longer_than(stems: Stems, least: Floats) -> Stems:
+    """Stems with a length above a limit [n], in metres, of their tree; clones are as long as the stem they are of."""
+    rows = np.flatnonzero(stems.length > least[stems.tree])
+    if len(rows) == len(stems):
+        return stems
+    row = np.full(len(stems) + 1, -1)  # the last one is for source -1
+    row[rows] = np.arange(len(rows))
+    nodes, node_offsets = take_rows(stems.node_offsets, rows)
+    return Stems(
+        tree=stems.tree[rows],
+        parent=stems.parent[rows],
+        source=row[stems.source[rows]],
+        first=stems.first[rows],
+        key=stems.key[rows],
+        offset=stems.offset[rows],
+        length=stems.length[rows],
+        radius=stems.radius[rows],
+        node_offsets=node_offsets,
+        points=stems.points[nodes],
+        frames=stems.frames[nodes],
+        along=stems.along[nodes],
+    )
+
+
+def grow_chunks(rows: Floats, keys: Keys, max_nodes: int = MAX_NODES // 4) -> Iterator[Skeleton]:
+    """The skeletons of trees, in consecutive chunks that bound the memory.
+
+    Args:
+        rows: [n, P] parameters.
+        keys: [n] keys of the trees.
+        max_nodes: nodes that a chunk is expected to have at most; a tree that has more is a chunk of its own.
+
+    Raises:
+        UsageError: As `grow`.
+    """
+    rows = np.asarray(rows, dtype=np.float64)
+    check_rows(rows)
+    nodes = np.minimum(_expected_nodes(rows), max_nodes)
+    start, total = 0, 0.0
+    for tree, num in enumerate(nodes):
+        if tree > start and total + num > max_nodes:
+            yield grow(rows[start:tree], keys[start:tree])
+            start, total = tree, 0.0
+        total += num
+    if start < len(rows):
+        yield grow(rows[start:], keys[start:])
+
+
+def _expected_nodes(rows: Floats) -> Floats:
+    """[n] nodes of trees whose stems bear as many children as they can."""
+    num = 1.0 + rows[:, COLUMN["base_splits"]]
+    nodes = np.zeros(len(rows))
+    for level in range(NUM_LEVELS):
+        segments = rows[:, COLUMN[f"curve_res_{level}"]]
+        num = num * (1.0 + rows[:, COLUMN[f"seg_splits_{level}"]]) ** (segments - 1.0)
+        if level > 0:
+            num = num * rows[:, COLUMN[f"branches_{level}"]]
+        nodes += np.where(rows[:, COLUMN["levels"]] > level, num * (segments + 1.0), 0.0)
+    return nodes

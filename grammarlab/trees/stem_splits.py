@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints, index_in_row, row_of_value
+from grammarlab.arrays import Flags, Floats, Ints, index_in_row, row_of_value
 from grammarlab.randomness import Keys, fold
 from grammarlab.trees.branching import num_segments
 from grammarlab.trees.budget import check_stems
@@ -64,7 +64,7 @@ def forked(rows: Floats, level: int, tree: Ints, keys: Keys) -> Forks:
         clones = np.floor((k + 1) * s + 0.5) - np.floor(k * s + 0.5)
         clones = np.where(goes_on, np.where(is_base, base[forks.root], clones), 0).astype(np.int64)
         visits += np.bincount(trees[goes_on & ~is_base], minlength=len(rows))
-        check_stems(rows, level, np.bincount(trees, clones + 1.0, minlength=len(rows)))
+        check_stems(rows, level, np.bincount(trees, clones + 1.0, len(rows)))
         splits.append(np.flatnonzero(clones > 0))
         forks = _with_clones(forks, segment, clones, is_base)
     return _by_tree(forks, tree, splits)
@@ -77,7 +77,7 @@ def _rank(trees: Ints, num: int) -> Ints:
     return rank
 
 
-def _with_clones(forks: Forks, segment: int, clones: Ints, is_base: Ints) -> Forks:
+def _with_clones(forks: Forks, segment: int, clones: Ints, is_base: Flags) -> Forks:
     source, index = row_of_value(clones), index_in_row(clones)
     even = 2.0 * np.pi * (index + 1) / (clones[source] + 1)
     return Forks(
