@@ -10,20 +10,17 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from grammarlab.about import __version__
 from grammarlab.arrays import Floats
-from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.respondents import Respondent
 from grammarlab.evaluation.scenario import Scenario
-from grammarlab.features.patterns.counts import count
-from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.interview import Person
@@ -101,17 +98,25 @@ class Material:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A scenario with its grammar and assets."""
+    """A scenario with its design space."""
 
     scenario: Scenario
-    grammar: Grammar
-    assets: Path
-    """Folder of the assets named in the rules."""
+    space: AbstractDesignSpace[Any]
+    """The designs, such as the models of a grammar."""
 
     @property
-    def space(self) -> GrammarSpace:
-        """The models of the grammar."""
-        return GrammarSpace(self.grammar, self.assets)
+    def grammar_space(self) -> GrammarSpace:
+        """The models of the grammar.
+
+        Raises:
+            UsageError: If the scenario is about designs of another kind.
+        """
+        if not isinstance(self.space, GrammarSpace):
+            raise UsageError(
+                f"scenario {self.scenario.name} is about {self.scenario.grammar}, whose designs have no grammar. "
+                "Label some of them and learn from the labels."
+            )
+        return self.space
 
     @property
     def pool(self) -> Pool:
@@ -133,7 +138,7 @@ class Source:
         """SHA-256 of all inputs of the models, their scores and the features for learning."""
         scenario = self.scenario
         preference = [(factor.name, factor.score) for factor in scenario.factors]
-        models = (self.grammar.hash, scenario.num_models, scenario.seed, scenario.draws)
+        models = (self.space.hashes[0], scenario.num_models, scenario.seed, scenario.draws)
         values = (__version__, models, scenario.base, preference, scenario.features)
         return hashlib.sha256(repr(values).encode()).hexdigest()
 
@@ -142,27 +147,26 @@ def prepare(source: Source, settings: Settings) -> Material:
     """The material of a scenario.
 
     Args:
-        source: the scenario and its grammar.
+        source: the scenario and its design space.
         settings: settings of learning.
 
     Raises:
-        UsageError: If the preference does not fit the grammar, or no model of the labelled set is liked.
+        UsageError: If the preference does not fit the space, or no model of the labelled set is liked.
         DerivationError: If a rule cannot be applied.
     """
     scenario, space = source.scenario, source.space
-    program = space.program
-    scenario.check(program.symbols, program.rule_names, program.sites)
-    labelled = labelled_set(source, space)
+    scenario.check(space)
+    labelled = labelled_set(source)
 
     def truth(addresses: Sequence[Address]) -> Floats:
         different = {address: index for index, address in enumerate(dict.fromkeys(addresses))}
-        scores = true_scores(scenario, space.make(tuple(different)))
+        scores = true_scores(source, space.make(tuple(different)))
         return scores[[different[address] for address in addresses]]
 
-    log_weights = np.concatenate([_log_weight(scenario, space, forest) for forest in labelled])
+    log_weights = np.concatenate([_log_weight(source, designs) for designs in labelled])
     material = Material(
         tuple(factor.name for factor in scenario.factors),
-        np.concatenate([true_scores(scenario, forest) for forest in labelled]),
+        np.concatenate([true_scores(source, designs) for designs in labelled]),
         np.exp(log_weights - log_weights.max()),
         Study(space, source.pool, settings, labelled),
         lambda addresses, _before: truth(addresses),
@@ -176,15 +180,16 @@ def prepare(source: Source, settings: Settings) -> Material:
     return material
 
 
-def true_scores(scenario: Scenario, forest: Forest) -> Floats:
-    """[models, K] scores of models by each factor of a scenario, 0 to 100."""
-    return np.column_stack([factor.score.evaluate(count(forest, factor.score.features)) for factor in scenario.factors])
+def true_scores(source: Source, designs: Designs) -> Floats:
+    """[n, K] scores of a batch of designs by each factor of a scenario, 0 to 100."""
+    scores = (factor.score for factor in source.scenario.factors)
+    return np.column_stack([score.evaluate(source.space.values([designs], score.features)) for score in scores])
 
 
-def labelled_set(source: Source, space: GrammarSpace) -> tuple[Forest, ...]:
-    """The models of the labelled set, without geometry."""
+def labelled_set(source: Source) -> tuple[Any, ...]:
+    """The designs of the labelled set in batches, without geometry."""
     first = source.labelled_address
-    return tuple(space.sample(first.flat, source.scenario.num_models, first.seed))
+    return tuple(source.space.sample(first.flat, source.scenario.num_models, first.seed))
 
 
 def _product(scores: Floats) -> Floats:
@@ -192,8 +197,9 @@ def _product(scores: Floats) -> Floats:
     return 100.0 * np.prod(scores / 100.0, axis=1, keepdims=True)
 
 
-def _log_weight(scenario: Scenario, space: GrammarSpace, forest: Forest) -> Floats:
-    """[models] log of the base density divided by the density from which the models are drawn."""
-    if scenario.base == "uniform":
-        return -forest.log_probability()
-    return space.log_ratio(forest) if scenario.draws == "flattened" else np.zeros(forest.num_models)
+def _log_weight(source: Source, designs: Designs) -> Floats:
+    """[n] log of the base density divided by the density from which the designs are drawn."""
+    if source.scenario.base == "uniform":
+        return -source.space.log_density(designs)
+    log_ratio = source.space.log_ratio(designs)
+    return log_ratio if source.scenario.draws == "flattened" else np.zeros_like(log_ratio)

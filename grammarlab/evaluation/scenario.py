@@ -1,4 +1,4 @@
-"""Scenarios: a grammar, an exact preference over its models, and the target of learning it.
+"""Scenarios: a design space, an exact preference over its designs, and the target of learning it.
 
 A scenario is a TOML file; docs/evaluation/file.md describes it. Those in ``scenarios/`` are the paper's (Table 4.2) and
 its limits (section 4.8.1).
@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, cast
 
-from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario_values import SUFFIX, TomlFile, nearest, read
 from grammarlab.features.expression import RESERVED, Expression
 from grammarlab.features.model_score import Score, ScoreCase
-from grammarlab.features.patterns.pattern_checks import check
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions
 
 DEFAULT_FEATURES = FeatureOptions()
@@ -91,7 +90,7 @@ class Scenario:
     title: str
     """Description of the liked models."""
     grammar: str
-    """Name of a shipped grammar, or the path of a rule file."""
+    """Name of a shipped grammar or species, or the path of its file."""
     factors: tuple[Factor, ...]
     """At least one; the preference is their product."""
     num_models: int = DEFAULT_MODELS
@@ -121,21 +120,19 @@ class Scenario:
         values = (self.name, self.grammar, steps, self.num_models, self.seed, self.base, self.draws, self.features)
         return hashlib.sha256(repr(values).encode()).hexdigest()
 
-    def check(self, symbols: Sequence[str], rules: Sequence[RuleName], sites: Sequence[Site]) -> None:
-        """Check that the grammar has all symbols, branches and attributes of the preference.
+    def check(self, space: AbstractDesignSpace[Any]) -> None:
+        """Check that designs have all features of the preference.
 
         Args:
-            symbols: all symbols of the grammar.
-            rules: all rules of the grammar.
-            sites: random expressions of the grammar.
+            space: the designs, such as the models of the grammar.
 
         Raises:
-            UsageError: If the grammar lacks something; it names this and the nearest existing name.
+            UsageError: If the space lacks something; it names this and the nearest existing name.
         """
         try:
-            check((feature for factor in self.factors for feature in factor.score.features), symbols, rules, sites)
+            space.check(feature for factor in self.factors for feature in factor.score.features)
         except UsageError as error:
-            raise UsageError(f"scenario {self.name} does not fit the grammar {self.grammar}:\n{error}") from None
+            raise UsageError(f"scenario {self.name} does not fit {self.grammar}:\n{error}") from None
 
 
 def load(path: Path) -> Scenario:
@@ -188,7 +185,8 @@ _NAME = r"[\w-]{1,64}"
 
 def _grammar(file: TomlFile, table: dict[str, Any]) -> str:
     grammar = file.string(table, "grammar")
-    return str(file.path.parent / grammar) if grammar.endswith(".cga") else grammar
+    # A shipped name has no suffix; a file is beside the scenario, whatever kind of designs it describes.
+    return str(file.path.parent / grammar) if Path(grammar).suffix else grammar
 
 
 # What is liked -------------------------------------------------------------------------------------------------------

@@ -119,7 +119,7 @@ def test_mistakes_are_told(run, files, options, code, message):
 @pytest.mark.parametrize("command", [("learn", "building", "--scenario"), ("label",), ("evaluate",)])
 def test_all_commands_take_the_same_names_of_scenarios(run, command):
     assert "Did you mean 'B1'" in run(*command, "b1", code=2).stderr
-    assert "about the grammar building, not about toy" in run("learn", "toy", "--scenario", "B1", code=2).stderr
+    assert "is about building, not about toy" in run("learn", "toy", "--scenario", "B1", code=2).stderr
 
 
 def test_one_scenario_is_learned_from(run, files):

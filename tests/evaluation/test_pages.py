@@ -9,6 +9,7 @@ from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import load, parse
 from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.runs.evaluate.pictures import BANDS, OTHERS, models_for_scores
 
 ROOT = Path(__file__).parents[2]
@@ -16,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 
 def source_of(scenario) -> Source:
     grammar = Grammar.parse((ROOT / "grammars" / f"{scenario.grammar}.cga").read_text())
-    return Source(scenario, grammar, ROOT / "grammars" / "assets")
+    return Source(scenario, GrammarSpace(grammar, ROOT / "grammars" / "assets"))
 
 
 def scores(source, models):

@@ -11,6 +11,7 @@ from grammarlab.evaluation.methods import METHODS, PAPER_FAMILIES, Method, metho
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.features.patterns.pattern import HalfSpace, Threshold
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import init
 from grammarlab.learning.settings import FeatureOptions, Settings
 from grammarlab.learning.targets.divergence import agreement
@@ -40,7 +41,7 @@ PATHS = Settings(FeatureOptions(1, ("paths",)))
 
 
 def source(text=TEXT, rules=RULES, **changes):
-    return Source(replace(scenario.parse(text), **changes), Grammar.parse(rules), Path())
+    return Source(replace(scenario.parse(text), **changes), GrammarSpace(Grammar.parse(rules), Path()))
 
 
 def round_blocks(forest):
@@ -144,7 +145,7 @@ def test_whatever_matters_changes_the_key():
         source(base="uniform"),
         source(draws="flattened"),
         source(TEXT.replace("50", "40")),
-        replace(source(), grammar=Grammar.parse(RULES.replace("90", "80"))),
+        source(rules=RULES.replace("90", "80")),
     )
     assert len({source().key, *(other.key for other in changed)}) == 1 + len(changed)
 

@@ -16,6 +16,7 @@ from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
 from grammarlab.pages.record.judgements import Judgement
@@ -66,7 +67,7 @@ families = ["paths", "symbols", "thresholds"]
 
     # A simulated person.
     settings = METHODS["default"].settings(wanted.features)
-    material = prepare(Source(wanted, grammar, tmp_path), settings)
+    material = prepare(Source(wanted, GrammarSpace(grammar, tmp_path)), settings)
     state, _ = protocol.run(material, 8, SEED, LABELS)
     assert state.product is not None
     predicted = state.product.predict(material.study.table(state).rows).mean

@@ -11,6 +11,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import MissingAsset
+from grammarlab.errors import UsageError
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address
@@ -143,6 +144,21 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
     @abstractmethod
     def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:
         """[n, F] values of features, such as those from `search`."""
+
+    def check(self, features: Iterable[Feature]) -> None:
+        """Check that designs can have features, such as those that a scenario names.
+
+        Raises:
+            UsageError: If a name is unknown; it names the nearest.
+        """
+
+    def log_density(self, designs: Designs) -> Floats:
+        """[n] log of the density of designs in the space, up to a constant.
+
+        Raises:
+            UsageError: If it is unknown for designs of this kind.
+        """
+        raise UsageError("the density of designs of this kind is unknown, so they have no uniform base.")
 
     @abstractmethod
     def margins(self, designs: Sequence[Designs], feature: Feature) -> Floats | None:

@@ -26,6 +26,7 @@ from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Threshold
+from grammarlab.features.patterns.pattern_checks import check
 from grammarlab.features.patterns.tree_index import without_geometry
 from grammarlab.features.search.attribute_readers import readers_of
 from grammarlab.features.search.equal_choices import find_equalities
@@ -190,6 +191,12 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
+
+    def check(self, features: Iterable[Feature]) -> None:
+        check(features, self.program.symbols, self.program.rule_names, self.program.sites)
+
+    def log_density(self, designs: Forest) -> Floats:
+        return designs.log_probability()
 
     def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
         # A comparison of two draws has no bound to narrow.

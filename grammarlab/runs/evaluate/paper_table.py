@@ -138,11 +138,12 @@ def _measured(task: _CurveRow) -> dict[str, object]:
 def _from_examples(source: Source, num_samples: int) -> tuple[LearnedSampler, float]:
     """S tied from samples of the target density, with all possible dependences."""
     scenario = source.scenario
-    target = Target.of_score(source.grammar, scenario.score, scenario.base, source.assets)
+    grammar, assets = source.grammar_space.grammar, source.grammar_space.assets
+    target = Target.of_score(grammar, scenario.score, scenario.base, assets)
     sampler = reject(target, num_pilot=num_samples, seed=(scenario.seed + 1) % 2**64)
     forest = without_geometry(sampler.sample(num_samples, (scenario.seed + 2) % 2**64))
     begun = perf_counter()
-    learned = learn_from_examples(source.grammar, forest, assets=source.assets)
+    learned = learn_from_examples(grammar, forest, assets=assets)
     return learned, perf_counter() - begun
 
 

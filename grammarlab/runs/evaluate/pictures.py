@@ -8,16 +8,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.forest import Forest
 from grammarlab.evaluation.preparation import Source
-from grammarlab.evaluation.scenario import Scenario
 from grammarlab.features.expression import Expression
 from grammarlab.features.model_score import Score
-from grammarlab.features.patterns.counts import count
 from grammarlab.files import atomic_file
 from grammarlab.runs.evaluate.curve_store import CurveRecord
 from grammarlab.runs.evaluate.figures import PlannedFigure
@@ -199,22 +197,24 @@ def models_for_scores(source: Source, num: int) -> tuple[LikedModels, ...]:
     A product of factors has one group per score, an expression one per band of scores.
 
     Args:
-        source: the scenario with its grammar.
+        source: the scenario with its design space.
         num: largest number of models per group.
 
     Raises:
-        UsageError: If the preference does not fit the grammar.
+        UsageError: If the preference does not fit the design space.
         DerivationError: If a rule cannot be applied.
     """
     scenario, space = source.scenario, source.space
-    scenario.check(space.program.symbols, space.program.rule_names, space.program.sites)
-    labels, group_of = _grouping(scenario)
+    scenario.check(space)
+    labels, group_of = _grouping(source)
     members: list[list[int]] = [[] for _ in labels]
-    for forest in space.sample(source.labelled_address.flat, scenario.num_models, scenario.seed):
-        groups = group_of(forest)
+    first = 0
+    for designs in space.sample(source.labelled_address.flat, scenario.num_models, scenario.seed):
+        groups = group_of(designs)
         for group, models in enumerate(members):
             new = np.flatnonzero(groups == group)[: num - len(models)]
-            models.extend(forest.lots.model[new].tolist())
+            models.extend((first + new).tolist())
+        first += len(groups)
         if all(len(models) == num for models in members):
             break
     return tuple(
@@ -287,14 +287,14 @@ def _draw_samples(folder: Path, executor: AbstractExecutor, item: tuple[Path, Be
     return SamplePictures(scenario, examples, draw_grids(scenario, samples, folder, executor))
 
 
-def _grouping(scenario: Scenario) -> tuple[list[tuple[float, str]], Callable[[Forest], NDArray[np.intp]]]:
-    """Score and meaning of the groups, and a function to the group of every model."""
-    score = scenario.score
+def _grouping(source: Source) -> tuple[list[tuple[float, str]], Callable[[Any], NDArray[np.intp]]]:
+    """Score and meaning of the groups, and a function to the groups [n] of a batch of designs."""
+    score, space = source.scenario.score, source.space
     if score.cases:
         decides = _deciding_case(score)
         labels = [*((case.value, case.means) for case in score.cases), (0.0, OTHERS)]
-        return labels, lambda forest: decides.evaluate(count(forest, decides.features)).astype(np.intp)
-    factors = [factor.score for factor in scenario.factors]
+        return labels, lambda designs: decides.evaluate(space.values([designs], decides.features)).astype(np.intp)
+    factors = [factor.score for factor in source.scenario.factors]
     if all(factor.levels for factor in factors):
         shares = product(*([level / 100 for level in factor.levels] for factor in factors))
         lowest = sorted({round(100 * float(np.prod(share)), 9) for share in shares}, reverse=True)
@@ -305,8 +305,8 @@ def _grouping(scenario: Scenario) -> tuple[list[tuple[float, str]], Callable[[Fo
     # Rounding may leave a score a little below its level.
     bounds = np.array(lowest[::-1]) - 1e-6
 
-    def group_of(forest: Forest) -> NDArray[np.intp]:
-        values = score.evaluate(count(forest, score.features))
+    def group_of(designs: Any) -> NDArray[np.intp]:
+        values = score.evaluate(space.values([designs], score.features))
         return len(bounds) - np.searchsorted(bounds, values, side="right")
 
     return labels, group_of

@@ -130,7 +130,7 @@ def tiles_of(source: Source, models: Sequence[int], area: int, executor: Abstrac
     """Pictures of labelled models, each rebuilt from its address; each fills its picture.
 
     Args:
-        source: the scenario with its grammar.
+        source: the scenario with its design space.
         models: indices in the labelled set; repeats are drawn once.
         area: approximate number of pixels of each picture.
         executor: draws the pictures, which do not depend on it.

@@ -33,7 +33,7 @@ def page_of_scenario(result: LearnResult) -> Report:
         facts=facts,
         sections=(),
         findings=learned.findings,
-        before=GrammarSampler(result.source.grammar, result.source.assets),
+        before=result.source.space,
         after=learned,
     )
 

@@ -20,7 +20,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.files import atomic_file, whole_tree, write_text
-from grammarlab.language.grammar import Grammar
+from grammarlab.language.grammar import hash_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.targets.divergence import Measured
@@ -80,10 +80,11 @@ def learn_from_scenario(
         GrammarlabError: If the density cannot be made.
     """
     check_method(method, METHODS)
-    source = scenario_of(scenario, grammar, Grammar.parse(find_rules(grammar).text()).hash)
+    rules = find_rules(grammar)
+    source = scenario_of(scenario, grammar, hash_of(rules.text()))
     learned, seconds = learned_of(source, method, num_samples, on_progress)
     if isinstance(learned, LearnedGrammar):
-        write_learned(file, learned.text, GrammarSpace(learned.original, source.assets), source.assets)
+        write_learned(file, learned.text, GrammarSpace(learned.original, rules.assets), rules.assets)
     written = file if isinstance(learned, LearnedGrammar) else None
     return LearnResult(learned, source, written, LabelledSet.of(source).measure(learned), seconds)
 
@@ -102,10 +103,11 @@ def learned_of(
     Raises:
         GrammarlabError: If the density cannot be made.
     """
-    grammar, scenario = source.grammar, source.scenario
-    forest = derive(grammar, MAX_EXAMINED_MODELS, scenario.seed, assets=source.assets)
-    scenario.check(forest.symbols, forest.rules, forest.sites)
-    target = Target.of_score(grammar, scenario.score, scenario.base, source.assets)
+    scenario, space = source.scenario, source.grammar_space
+    scenario.check(space)
+    grammar, assets = space.grammar, space.assets
+    forest = derive(grammar, MAX_EXAMINED_MODELS, scenario.seed, assets=assets)
+    target = Target.of_score(grammar, scenario.score, scenario.base, assets)
     lines = [
         origin_line(find_rules(scenario.grammar).file, grammar.hash),
         f"Scenario {scenario.name}: {scenario.title}",
@@ -133,10 +135,8 @@ def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:
         UsageError: If the scenario has another grammar.
     """
     source = load_source(scenario)
-    if text_hash != source.grammar.hash:
-        raise UsageError(
-            f"scenario {source.scenario.name} is about the grammar {source.scenario.grammar}, not about {name}"
-        )
+    if text_hash != source.space.hashes[0]:
+        raise UsageError(f"scenario {source.scenario.name} is about {source.scenario.grammar}, not about {name}")
     return source
 
 

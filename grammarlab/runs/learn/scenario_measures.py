@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.density.targets.target import Target
-from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source, labelled_set, true_scores
 from grammarlab.evaluation.respondents import EXACT, Respondent
+from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.targets.divergence import Agreement, Measured, measured
 from grammarlab.learning.targets.writers import Learned
 from grammarlab.preference.base import MAX_SCORE
@@ -26,39 +28,50 @@ class LabelledSet:
     """[n] target density divided by that of the original grammar, up to a factor."""
     weights: Floats
     """[n] importance weight of each model under the original grammar."""
-    forests: tuple[Forest, ...]
+    batches: tuple[Any, ...]
+    """The designs."""
 
     @classmethod
     def of(cls, source: Source, respondent: Respondent = EXACT) -> LabelledSet:
         """Derive the models and score them.
 
         Args:
-            source: the scenario and its grammar.
+            source: the scenario and its design space.
             respondent: the respondent whose exact scores are the target.
 
         Raises:
             UsageError: If no model is liked.
         """
-        scenario = source.scenario
-        even, space = Target.of_score(source.grammar, scenario.score, scenario.base, source.assets).even, source.space
-        forests = labelled_set(source, space)
-        scores = [respondent.truth(true_scores(scenario, forest)) for forest in forests]
+        scenario, space = source.scenario, source.space
+        batches = labelled_set(source)
+        scores = [respondent.truth(true_scores(source, designs)) for designs in batches]
         target = np.prod(np.concatenate(scores) / MAX_SCORE, axis=1)
-        if even is not None:
-            target *= np.concatenate([even.ratio(forest) for forest in forests])
+        if scenario.base == "uniform":
+            target *= _even_ratio(source, batches)
         flat = scenario.draws == "flattened"
-        log_weights = [space.log_ratio(forest) if flat else np.zeros(forest.num_models) for forest in forests]
+        log_ratios = [space.log_ratio(designs) for designs in batches]
+        log_weights = [ratio if flat else np.zeros_like(ratio) for ratio in log_ratios]
         if not target.any():
             raise UsageError(
                 f"scenario {scenario.name}: none of its {len(target):,} labelled models has a score above 0, so there "
                 'is no density to compare with. Raise num_models, or set draws = "flattened".'
             )
         logs = np.concatenate(log_weights)
-        return cls(source, target, np.exp(logs - logs.max()), forests)
+        return cls(source, target, np.exp(logs - logs.max()), batches)
 
-    def measure(self, learned: Learned[Forest]) -> Measured:
+    def measure(self, learned: Learned[Any]) -> Measured:
         """Comparison of a learned density with the target density."""
-        return measured(self.target, np.concatenate([learned.ratio(forest) for forest in self.forests]), self.weights)
+        return measured(self.target, np.concatenate([learned.ratio(designs) for designs in self.batches]), self.weights)
+
+
+def _even_ratio(source: Source, batches: Sequence[Any]) -> Floats:
+    """[n] even density of designs divided by that of the space, up to a factor."""
+    if not isinstance(source.space, GrammarSpace):
+        logs = -np.concatenate([source.space.log_density(designs) for designs in batches])
+        return np.exp(logs - logs.max())
+    scenario, space = source.scenario, source.grammar_space
+    even = Target.of_score(space.grammar, scenario.score, scenario.base, space.assets).even
+    return np.concatenate([np.ones(0) if even is None else even.ratio(forest) for forest in batches])
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +92,6 @@ class TrueDensity:
         return self.measured.before
 
     @classmethod
-    def of(cls, source: Source, learned: Learned[Forest], respondent: Respondent = EXACT) -> TrueDensity:
+    def of(cls, source: Source, learned: Learned[Any], respondent: Respondent = EXACT) -> TrueDensity:
         """Derive the labelled set and compare."""
         return cls(source.scenario.name, LabelledSet.of(source, respondent).measure(learned))

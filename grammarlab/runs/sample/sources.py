@@ -1,4 +1,4 @@
-"""Rule files by path or by name, and scenario files with their grammars."""
+"""Rule files by path or by name, and scenario files with their design spaces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import load as load_scenario
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.checks import grammar_to_run
-from grammarlab.runs.sample.records import compiled
+from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.sample.shipped import find_rules
 
 
@@ -35,12 +35,11 @@ def load(grammar: str | os.PathLike[str]) -> Grammar:
 
 
 def load_source(scenario: Path) -> Source:
-    """A scenario file with its grammar.
+    """A scenario file with its design space.
 
     Raises:
         GrammarlabError: If the files cannot be used.
     """
     loaded = load_scenario(scenario)
     rules = find_rules(loaded.grammar)
-    grammar, _ = compiled(rules.text(), rules.name)
-    return Source(loaded, grammar, rules.assets)
+    return Source(loaded, opened(rules.suffix, rules.text(), rules.name, rules.assets))

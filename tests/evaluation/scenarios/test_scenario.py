@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import FeatureOptions, PaperFigures, ScenarioGoal, load, parse
 from grammarlab.evaluation.scenario_values import MAX_BYTES
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.runs.sample.sources import load_source
 
 ROOT = Path(__file__).parents[3]
 PATHS = sorted((ROOT / "scenarios").glob("*.toml"))
@@ -43,8 +44,7 @@ when = "low"
 @pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 def test_every_shipped_scenario_fits_its_grammar_and_says_what_it_means(path):
     scenario = load(path)
-    program = compile_grammar(Grammar.parse((ROOT / "grammars" / f"{scenario.grammar}.cga").read_text()))
-    scenario.check(program.symbols, program.rule_names, program.sites)
+    scenario.check(load_source(path).space)
     assert scenario.name == path.stem
     assert path.read_text().startswith("# ")
     assert 10 < len(scenario.title) < 100
@@ -207,10 +207,10 @@ def test_a_scenario_without_preference_says_what_to_write():
 
 
 def test_what_the_grammar_lacks_is_named_with_the_scenario():
-    program = compile_grammar(Grammar.parse("attr h = rand(3)\nLot --> A"))
+    space = GrammarSpace(Grammar.parse("attr h = rand(3)\nLot --> A"))
     with pytest.raises(UsageError) as caught:
-        parse(SMALL).check(program.symbols, program.rule_names, program.sites)
-    assert str(caught.value).startswith("scenario small does not fit the grammar toy:\n")
+        parse(SMALL).check(space)
+    assert str(caught.value).startswith("scenario small does not fit toy:\n")
     assert "has no random expression 'h1'" in str(caught.value)
     assert "no symbol 'MESH2'" in str(caught.value)
 

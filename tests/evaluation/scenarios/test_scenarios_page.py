@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.derivation import compile_grammar, derive
 from grammarlab.evaluation import scenario
 from grammarlab.features.expression import FUNCTIONS, MAX_CHARACTERS, MAX_FEATURES, Expression
-from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse as parse_pattern
-from grammarlab.language.grammar import Grammar
+from grammarlab.runs.sample.domains import opened
+from grammarlab.runs.sample.shipped import find_rules
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "evaluation" / "file.md").read_text()
@@ -36,12 +35,11 @@ def test_the_python_examples_give_what_the_page_says(monkeypatch):
 @pytest.mark.parametrize("text", re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL), ids=lambda text: text[:12])
 def test_the_scenarios_of_the_page_fit_their_grammars(text):
     found = scenario.parse(text, ROOT / "scenarios" / "page.toml")
-    grammar = Grammar.parse((ROOT / "grammars" / f"{found.grammar}.cga").read_text())
-    program = compile_grammar(grammar)
-    found.check(program.symbols, program.rule_names, program.sites)
-    forest = derive(program, 400, 1, assets=ROOT / "grammars" / "assets")
+    rules = find_rules(found.grammar)
+    space = opened(rules.suffix, rules.text(), rules.name, rules.assets)
+    found.check(space)
     score = found.score
-    reached = np.unique(score.evaluate(count(forest, score.features)))
+    reached = np.unique(score.evaluate(space.values(list(space.sample(False, 400, 1)), score.features)))
     assert len(reached) > 2
 
 

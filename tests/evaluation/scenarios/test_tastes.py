@@ -15,6 +15,7 @@ from grammarlab.evaluation.scenario import load
 from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
+from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.request import named_scenarios, shipped_scenarios
 from grammarlab.runs.sample.shipped import find_rules
@@ -56,9 +57,9 @@ def shown(named: str) -> str:
 def models(grammar: str, draws: str, num_models: int, seed: int):
     """The labelled set that all tastes about a grammar share."""
     path = next(p for p in PATHS if (s := load(p)).grammar == grammar and s.draws == draws)
-    source = Source(load(path), *grammar_of(grammar))
+    source = Source(load(path), GrammarSpace(*grammar_of(grammar)))
     assert (source.scenario.num_models, source.scenario.seed) == (num_models, seed)
-    return labelled_set(source, source.space)
+    return labelled_set(source)
 
 
 @pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
@@ -70,9 +71,9 @@ def test_a_taste_fits_its_grammar_and_has_something_to_learn(path, monkeypatch):
     monkeypatch.setattr(
         preparation,
         "labelled_set",
-        lambda _, __: models(scenario.grammar, scenario.draws, scenario.num_models, scenario.seed),
+        lambda _: models(scenario.grammar, scenario.draws, scenario.num_models, scenario.seed),
     )
-    source = Source(scenario, *grammar_of(scenario.grammar))
+    source = Source(scenario, GrammarSpace(*grammar_of(scenario.grammar)))
     material = prepare(source, Settings())
     assert material.js_original >= LEAST
     liked = np.average(material.target > 0, weights=material.weights)

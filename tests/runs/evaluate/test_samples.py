@@ -38,7 +38,7 @@ def test_samples_have_their_true_scores_and_the_divergences_of_the_curve(tasks, 
     source = load_source(tasks[0].scenario)
     score = source.scenario.score
     for task, found in zip(tasks, draw_models(tasks, tmp_path), strict=True):
-        labelled = labelled_set(source.for_person(task.seed), source.space)
+        labelled = labelled_set(source.for_person(task.seed))
         truth = np.concatenate([score.evaluate(count(forest, score.features)) for forest in labelled])
         record = make_curve(task)
         assert found.labels == record.curve.points[-1].labels
