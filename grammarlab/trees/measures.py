@@ -25,8 +25,6 @@ _SMALL_TRUNK = 0.5
 """Share of the length at which trunks shorter than 2.6 m are measured."""
 _BLADE = 2.0 / 3.0
 """Area of a blade by its length and width (Montgomery 1911, and close to all broad leaves since)."""
-_SHOOT = 0.1
-"""Thinnest branch by its trunk's radius whose joint counts: near its end a trunk is as thin as the shoots there."""
 _DIRECTIONS = 16
 """Directions in which a crown's extent is measured: its shadow is overestimated by 1.3 % at most."""
 _MIN_SIZE = 1e-6
@@ -60,9 +58,9 @@ def _measures() -> Iterator[Measure]:
     )
     yield Measure("lowest", "", "lowest point of the stems by the height: below 0 they grow into the ground", False)
     yield Measure(
-        "thickest_child",
+        "child_thickness",
         "",
-        "largest radius of a branch by its parent's there; of branches of a tenth of the trunk's radius or more",
+        "radius of branches by their parent's there, the mean by their cross-section: wood gets finer from fork to fork",
         False,
     )
     yield Measure("leaf_area", "m2", "area of one side of all leaves: what the tree lives from", True)
@@ -94,7 +92,7 @@ def measure(skeleton: Skeleton) -> Floats:
         "slenderness": height / np.maximum(body.trunk_diameter, _MIN_SIZE),
         "lean": body.crown_distance / height,
         "lowest": body.bottom / height,
-        "thickest_child": body.thickest_child,
+        "child_thickness": body.child_thickness,
         "leaf_area": body.leaf_area,
         "leaf_area_index": body.leaf_area / shadow,
         "clash": clash_shares(skeleton),
@@ -206,18 +204,19 @@ class _Body:
         return 2.0 * np.sqrt(np.bincount(trunks.tree, radius**2, self.num))
 
     @cached_property
-    def thickest_child(self) -> Floats:
-        """Ratio of radii; 0 for trees without branches that count."""
-        trunk = self._thickest(0)
-        largest = np.zeros(self.num)
+    def child_thickness(self) -> Floats:
+        """Mean ratio of radii, weighted by the cross-section of the branches; 0 for trees without branches."""
+        # Near its end a parent is as thin as any shoot there: the largest ratio is 1 for almost all trees.
+        section, weighted = np.zeros(self.num), np.zeros(self.num)
         for level, (parents, children) in enumerate(pairwise(self.levels)):
-            counted = np.flatnonzero(~children.is_clone & (children.radius >= _SHOOT * trunk[children.tree]))
-            parent = children.parent[counted]
-            along = children.offset[counted] / np.maximum(parents.length[parent], _MIN_SIZE)
-            thickness = radii(self.skeleton, level, parent, np.clip(along, 0.0, 1.0))
-            ratio = children.radius[counted] / np.maximum(thickness, _MIN_SIZE)
-            np.maximum.at(largest, children.tree[counted], ratio)
-        return largest
+            row = np.flatnonzero(~children.is_clone)
+            parent, tree = children.parent[row], children.tree[row]
+            along = np.clip(children.offset[row] / np.maximum(parents.length[parent], _MIN_SIZE), 0.0, 1.0)
+            thickness = np.maximum(radii(self.skeleton, level, parent, along), _MIN_SIZE)
+            radius = children.radius[row]
+            section += np.bincount(tree, radius**2, self.num)
+            weighted += np.bincount(tree, radius**3 / thickness, self.num)
+        return weighted / np.maximum(section, _MIN_SIZE**2)
 
     @cached_property
     def twig_diameter(self) -> Floats:
@@ -238,7 +237,8 @@ class _Body:
     @cached_property
     def leaf_area(self) -> Floats:
         """Square metres, of one side."""
-        return _BLADE * np.bincount(self.leaves.tree, self.leaves.length * self.leaves.width, self.num)
+        area = self.leaves.length * self.leaves.width
+        return np.bincount(self.leaves.tree, _BLADE * area, self.num).astype(np.float64)
 
     @cached_property
     def visible_leaves(self) -> Floats:
@@ -249,8 +249,8 @@ class _Body:
         tree, position = self.leaves.tree, self.leaves.position
         size = np.maximum(np.sqrt(self.leaf_area / np.maximum(self.num_leaves, 1)), _MIN_SIZE)
         cells = np.floor(position / size[tree, None]).astype(np.int64)
-        views = [_num_different(tree, cells[:, across], cells[:, 1], self.num) for across in (0, 2)]
-        return np.mean(views, axis=0, dtype=np.float64)
+        front, side = (_num_different(tree, cells[:, across], cells[:, 1], self.num) for across in (0, 2))
+        return (front + side) / 2.0
 
     def _count(self, trees: Ints) -> Ints:
         return np.bincount(trees, minlength=self.num)

@@ -47,7 +47,7 @@ def test_a_cross_of_branches_with_a_leaf_at_each_end() -> None:
             "slenderness": 25.0,
             "lean": 0.0,
             "lowest": 0.0,
-            "thickest_child": 0.25,
+            "child_thickness": 0.25,
             "leaf_area": 4 * 0.02 * 2 / 3,
             "leaf_area_index": 4 * 0.02 * 2 / 3 / 18.0,
             "clash": 0.0,
@@ -70,16 +70,15 @@ def test_a_leaning_tree_that_hangs_into_the_ground() -> None:
     assert tree["clear_stem"][0] == 0.0
     assert tree["lean"][0] == pytest.approx(0.1 * np.hypot(2.0, 1.5))
     assert tree["num_leaves"][0] == 2.0
-    assert tree["thickest_child"][0] == pytest.approx(0.9)
+    assert tree["child_thickness"][0] == pytest.approx(0.9)
 
 
-def test_a_child_is_compared_with_the_tapered_parent_and_shoots_are_not() -> None:
+def test_children_are_compared_with_their_tapered_parents_by_cross_section() -> None:
     thick = Stem((0, 5, 0), (3, 5, 0), 0.1, parent=0, offset=5.0)
-    shoot = Stem((0, 9.9, 0), (0.1, 9.9, 0), 0.019, parent=0, offset=9.9)
-    tree = values(skeleton([[TRUNK], [thick, shoot]], taper=1.0))
-    assert tree["thickest_child"][0] == pytest.approx(1.0)
-    assert values(skeleton([[TRUNK], [shoot]], taper=1.0))["thickest_child"][0] == 0.0
-    # Half the taper of a cone: the trunk is 0.174 m thick 1.3 m above the ground.
+    thin = Stem((0, 7.5, 0), (0.1, 7.5, 0), 0.01, parent=0, offset=7.5)
+    tree = values(skeleton([[TRUNK], [thick, thin]], taper=1.0))
+    assert tree["child_thickness"][0] == pytest.approx((0.1**2 * 1.0 + 0.01**2 * 0.2) / (0.1**2 + 0.01**2))
+    # A cone is 0.174 m thick 1.3 m above the ground.
     assert tree["slenderness"][0] == pytest.approx(10.0 / (2 * 0.2 * 0.87))
 
 
