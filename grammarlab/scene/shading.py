@@ -45,7 +45,7 @@ class ShadedMeshes:
     """[V, 2] u and v of the vertices, v upwards; None if they follow from texture maps."""
 
 
-def shaded_meshes(scene: Scene, chosen: Ints, crease_angle: float) -> ShadedMeshes:
+def shaded_meshes(scene: Scene, chosen: NDArray[np.integer], crease_angle: float) -> ShadedMeshes:
     """Selected meshes [M] of a scene with the surface of their points, or else as `shade` sees them."""
     meshes = scene.meshes.take(chosen)
     if scene.surface is None:
@@ -53,13 +53,13 @@ def shaded_meshes(scene: Scene, chosen: Ints, crease_angle: float) -> ShadedMesh
     point, mesh_points = take_rows(scene.meshes.mesh_points, chosen)
     normals = scene.surface.normals.take(point, axis=0)
     return ShadedMeshes(
-        meshes.points,
-        normals,
-        meshes.corners.reshape(-1, 3),
-        mesh_points,
-        meshes.mesh_faces,
-        _axis_aligned(normals, mesh_points),
-        scene.surface.coordinates.take(point, axis=0),
+        points=meshes.points,
+        normals=normals,
+        triangles=meshes.corners.reshape(-1, 3),
+        mesh_vertices=mesh_points,
+        mesh_triangles=meshes.mesh_faces,
+        axis_aligned=_axis_aligned(normals, mesh_points),
+        coordinates=scene.surface.coordinates.take(point, axis=0),
     )
 
 
@@ -96,12 +96,12 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     corner_keys_of_triangles = face_of_triangle[:, None] * num_points + triangles
     vertices = vertex_of_corner[np.searchsorted(corner_keys, corner_keys_of_triangles)].reshape(-1, 3)
     return ShadedMeshes(
-        meshes.points[vertex_key % num_points],
-        normals,
-        vertices - mesh_vertices[mesh_of_triangle][:, None],
-        mesh_vertices,
-        mesh_triangles,
-        _axis_aligned(normals, mesh_vertices),
+        points=meshes.points[vertex_key % num_points],
+        normals=normals,
+        triangles=vertices - mesh_vertices[mesh_of_triangle][:, None],
+        mesh_vertices=mesh_vertices,
+        mesh_triangles=mesh_triangles,
+        axis_aligned=_axis_aligned(normals, mesh_vertices),
     )
 
 
