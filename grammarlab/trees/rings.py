@@ -1,0 +1,104 @@
+"""Rings of the stems of one level: where their cross-sections are drawn along them, at full detail."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints, index_in_row, offsets_from_counts, row_of_value, take_rows
+from grammarlab.trees.parameters import COLUMN
+from grammarlab.trees.skeleton import Skeleton
+from grammarlab.trees.stem_axes import Axes
+
+_SMOOTH_TURN = np.radians(14.0)
+"""Largest turn between two rings, in radians, that looks smooth at full detail."""
+_MOST_PARTS = (4, 3, 2, 1)
+"""Largest number of parts of a segment, by level."""
+_FLARE = np.array([0.006, 0.016, 0.032, 0.056, 0.09])
+"""Shares of a trunk at which rings show its flare, which ends at 1/8."""
+_ROUND_END = np.array([1.0, 0.72, 0.45, 0.22, 0.06])
+"""Distances from a rounded end, in radii, at which rings show it."""
+_RINGS_PER_BEAD = 6
+_MOST_BEADS = (40, 12, 4, 2)
+"""Largest number of beads of one stem that rings show, by level: a budget."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stations:
+    """Shares of the length of S stems at which they are drawn; the last is their tip."""
+
+    offsets: Ints
+    """[S + 1] into `along`; at least two per stem."""
+    along: Floats
+    """[R] ascending within a stem, at most 1."""
+
+    @property
+    def counts(self) -> Ints:
+        """[S] stations of each stem."""
+        return np.diff(self.offsets)
+
+    def stem(self) -> Ints:
+        """[R] stem of each station."""
+        return row_of_value(self.counts)
+
+    def thinned(self, counts: Ints) -> Stations:
+        """Evenly chosen stations, `counts` [S] of each stem, at least two: the first, the last and some between."""
+        index, row = index_in_row(counts), row_of_value(counts)
+        step = (self.counts - 1)[row] / (counts - 1)[row]
+        return Stations(offsets_from_counts(counts), self.along[self.offsets[row] + np.rint(index * step).astype(int)])
+
+    def take(self, stems: Ints) -> Stations:
+        """The stations of selected stems."""
+        rows, offsets = take_rows(self.offsets, stems)
+        return Stations(offsets, self.along[rows])
+
+
+def full_stations(skeleton: Skeleton, level: int, axes: Axes, stems: Ints) -> Stations:
+    """Stations of stems at full detail: at nodes, in bends, in the flare of trunks, and at rounded ends and beads.
+
+    Args:
+        skeleton: the trees.
+        level: level of the stems.
+        axes: curves of K stems.
+        stems: [K] rows of these stems in the level.
+    """
+    parts = np.clip(np.ceil(axes.turns() / _SMOOTH_TURN), 1, _MOST_PARTS[level]).astype(np.int64)
+    parts[axes.offsets[1:] - 1] = 1
+    node, part = row_of_value(parts), index_in_row(parts)
+    following = np.minimum(node + 1, len(axes.along) - 1)
+    along = axes.along[node] + (axes.along[following] - axes.along[node]) * part / parts[node]
+    counts = np.add.reduceat(parts, axes.offsets[:-1]) if len(parts) else np.zeros(0, np.int64)
+    extra_stem, extra = _extra_stations(skeleton, level, stems)
+    extra_inside = extra > along[offsets_from_counts(counts)[extra_stem]] + 1e-4 if len(extra) else extra > 0.0
+    extra_stem, extra = extra_stem[extra_inside], extra[extra_inside]
+    if len(extra) == 0:
+        return Stations(offsets_from_counts(counts), along)
+    stem = np.concatenate([row_of_value(counts), extra_stem])
+    along = np.concatenate([along, extra])
+    order = np.argsort(stem + 0.5 * along, kind="stable")
+    return Stations(offsets_from_counts(np.bincount(stem, minlength=len(counts))), along[order])
+
+
+def _extra_stations(skeleton: Skeleton, level: int, stems: Ints) -> tuple[Ints, Floats]:
+    """Stems and shares of stations that a profile of radii needs between the nodes."""
+    columns = skeleton.levels[level]
+    tree = columns.tree[stems]
+    taper = skeleton.rows[tree, COLUMN[f"taper_{level}"]]
+    slenderness = columns.radius[stems] / np.maximum(columns.length[stems], 1e-9)
+    rows: list[Ints] = []
+    shares: list[Floats] = []
+    if level == 0:
+        flared = np.flatnonzero((skeleton.rows[tree, COLUMN["flare"]] > 0.0) & ~columns.is_clone[stems])
+        rows.append(flared.repeat(len(_FLARE)))
+        shares.append(np.tile(_FLARE, len(flared)))
+    rounded = np.flatnonzero((taper > 1.0) & (taper <= 2.0))
+    rows.append(rounded.repeat(len(_ROUND_END)))
+    ends = np.clip(1.0 - np.minimum(slenderness[rounded], 0.5)[:, None] * _ROUND_END, 0.0, 1.0)
+    shares.append(ends.ravel())
+    beaded = np.flatnonzero(taper > 2.0)
+    beads = np.clip(np.ceil(0.5 / np.maximum(slenderness[beaded], 1e-6)), 1, _MOST_BEADS[level]).astype(np.int64)
+    counts = beads * _RINGS_PER_BEAD - 1
+    rows.append(beaded.repeat(counts))
+    shares.append((index_in_row(counts) + 1.0) / (counts + 1.0).repeat(counts))
+    return np.concatenate(rows), np.concatenate(shares)
