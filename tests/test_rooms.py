@@ -13,7 +13,7 @@ import grammarlab
 
 PACKAGE = Path(grammarlab.__file__).parent
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.name != "__init__.py")
-ROLES = {"commands", "desk", "file", "learn", "report", "request", "run"}
+ROLES = {"commands", "desk", "file", "learn", "report", "request", "run", "scene"}
 """Names that modules of sister packages share since they play the same role there."""
 MAX_LINES = 700
 MAX_MODULES, MAX_FOLDERS = 540, 62

@@ -1,7 +1,7 @@
 """Outlines of leaves and blossoms as small meshes, at three levels of detail with equal areas.
 
-A leaf lies in the plane y = 0 from its stalk at z = 0 to its tip at z = 1, its blade between x = -1/2 and 1/2, and is folded
-along its midrib. Its upper side faces y. A blossom is about z, with petals of length 1.
+A leaf lies in the plane y = 0 from its stalk at z = 0 to its tip at z = 1, its blade between x = -1/2 and 1/2, and is
+folded along its midrib. Its upper side faces y. A blossom is about z, with petals of length 1.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ _PETAL_TILT = {1: np.radians(20.0), 2: np.radians(25.0), 3: np.radians(65.0)}
 """Angle of petals from the plane of a blossom: round, pointed, bell."""
 
 Half = tuple[tuple[float, float], ...]
-"""Corners (x, z) of a polygon at the right of the midrib, counter-clockwise seen from above (+y, with z upwards and x to the
-left)."""
+"""Corners (x, z) of a polygon at one side of the midrib, x >= 0."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,7 +174,7 @@ def blossom_mesh(shape: int, detail: int) -> LeafMesh:
 
 def with_stalk(leaf: LeafMesh, stalk: float) -> LeafMesh:
     """A leaf whose blade begins at z = `stalk`, in lengths of the blade; a stalk of positive length is a triangle."""
-    points = leaf.points + (0.0, 0.0, stalk)
+    points = leaf.points + np.array([0.0, 0.0, stalk])
     if stalk <= 0.0:
         return LeafMesh(points, leaf.normals, leaf.coordinates, leaf.triangles)
     half = _STALK_WIDTH / 2

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints, index_in_row, offsets_from_counts, row_of_value, take_rows
-from grammarlab.trees.parameters import COLUMN
+from grammarlab.trees.draws import values
+from grammarlab.trees.joints import Collars
 from grammarlab.trees.skeleton import Skeleton
 from grammarlab.trees.stem_axes import Axes
 
@@ -17,8 +18,12 @@ _MOST_PARTS = (4, 3, 2, 1)
 """Largest number of parts of a segment, by level."""
 _FLARE = np.array([0.006, 0.016, 0.032, 0.056, 0.09])
 """Shares of a trunk at which rings show its flare, which ends at 1/8."""
-_ROUND_END = np.array([1.0, 0.72, 0.45, 0.22, 0.06])
+_CLOSEST = 1e-4
+"""Smallest share of a length between an extra ring and the ends of a stem."""
+_ROUND_END = np.array([1.0, 0.72, 0.45, 0.22, 0.07])
 """Distances from a rounded end, in radii, at which rings show it."""
+_COLLAR = np.array([0.0, 0.35, 1.0])
+"""Shares of a collar at which rings show it."""
 _RINGS_PER_BEAD = 6
 _MOST_BEADS = (40, 12, 4, 2)
 """Largest number of beads of one stem that rings show, by level: a budget."""
@@ -54,14 +59,10 @@ class Stations:
         return Stations(offsets, self.along[rows])
 
 
-def full_stations(skeleton: Skeleton, level: int, axes: Axes, stems: Ints) -> Stations:
-    """Stations of stems at full detail: at nodes, in bends, in the flare of trunks, and at rounded ends and beads.
+def full_stations(skeleton: Skeleton, level: int, axes: Axes, collars: Collars) -> Stations:
+    """Stations of the stems of a level at full detail.
 
-    Args:
-        skeleton: the trees.
-        level: level of the stems.
-        axes: curves of K stems.
-        stems: [K] rows of these stems in the level.
+    They are at nodes, in bends, in the flare of trunks, in collars, and at rounded ends and beads.
     """
     parts = np.clip(np.ceil(axes.turns() / _SMOOTH_TURN), 1, _MOST_PARTS[level]).astype(np.int64)
     parts[axes.offsets[1:] - 1] = 1
@@ -69,27 +70,27 @@ def full_stations(skeleton: Skeleton, level: int, axes: Axes, stems: Ints) -> St
     following = np.minimum(node + 1, len(axes.along) - 1)
     along = axes.along[node] + (axes.along[following] - axes.along[node]) * part / parts[node]
     counts = np.add.reduceat(parts, axes.offsets[:-1]) if len(parts) else np.zeros(0, np.int64)
-    extra_stem, extra = _extra_stations(skeleton, level, stems)
-    extra_inside = extra > along[offsets_from_counts(counts)[extra_stem]] + 1e-4 if len(extra) else extra > 0.0
-    extra_stem, extra = extra_stem[extra_inside], extra[extra_inside]
+    extra_stem, extra = _extra_stations(skeleton, level, collars)
     if len(extra) == 0:
         return Stations(offsets_from_counts(counts), along)
+    inside = (extra > along[offsets_from_counts(counts)[extra_stem]] + _CLOSEST) & (extra < 1.0 - _CLOSEST)
+    extra_stem, extra = extra_stem[inside], extra[inside]
     stem = np.concatenate([row_of_value(counts), extra_stem])
     along = np.concatenate([along, extra])
     order = np.argsort(stem + 0.5 * along, kind="stable")
     return Stations(offsets_from_counts(np.bincount(stem, minlength=len(counts))), along[order])
 
 
-def _extra_stations(skeleton: Skeleton, level: int, stems: Ints) -> tuple[Ints, Floats]:
+def _extra_stations(skeleton: Skeleton, level: int, collars: Collars) -> tuple[Ints, Floats]:
     """Stems and shares of stations that a profile of radii needs between the nodes."""
-    columns = skeleton.levels[level]
-    tree = columns.tree[stems]
-    taper = skeleton.rows[tree, COLUMN[f"taper_{level}"]]
-    slenderness = columns.radius[stems] / np.maximum(columns.length[stems], 1e-9)
-    rows: list[Ints] = []
-    shares: list[Floats] = []
+    stems = skeleton.levels[level]
+    taper = values(skeleton.rows, stems.tree, f"taper_{level}")
+    slenderness = stems.radius / np.maximum(stems.length, 1e-9)
+    collared = np.flatnonzero(collars.reach > 0.0)
+    rows: list[Ints] = [collared.repeat(len(_COLLAR))]
+    shares: list[Floats] = [(collars.start[collared, None] + collars.reach[collared, None] * _COLLAR).ravel()]
     if level == 0:
-        flared = np.flatnonzero((skeleton.rows[tree, COLUMN["flare"]] > 0.0) & ~columns.is_clone[stems])
+        flared = np.flatnonzero((values(skeleton.rows, stems.tree, "flare") > 0.0) & ~stems.is_clone)
         rows.append(flared.repeat(len(_FLARE)))
         shares.append(np.tile(_FLARE, len(flared)))
     rounded = np.flatnonzero((taper > 1.0) & (taper <= 2.0))

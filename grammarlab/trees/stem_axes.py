@@ -1,16 +1,15 @@
 """Axes of the stems of one level as they are drawn: smooth curves through the nodes of a skeleton.
 
-A stem begins on the drawn axis of its parent, and a clone a little before it leaves its source, so that no joint shows a
-gap at any level of detail.
+A clone begins a little before it leaves its source, in its direction, so that no gap shows between them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts, row_of_value
+from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts, row_of_value, take_rows
 from grammarlab.trees.skeleton import Stems
 
 _KEY_STEP = 0.5
@@ -34,12 +33,21 @@ class Axes:
     sides: Floats
     """[N, 3] unit vectors at right angles to the tangents."""
 
-    def __len__(self) -> int:
-        return len(self.offsets) - 1
+    def take(self, stems: Ints) -> Axes:
+        """Selected stems."""
+        rows, offsets = take_rows(self.offsets, stems)
+        return Axes(offsets, self.along[rows], self.points[rows], self.tangents[rows], self.sides[rows])
 
-    def stem_of_node(self) -> Ints:
-        """[N] stem of each node."""
-        return row_of_value(np.diff(self.offsets))
+    def begun(self, stems: Flags, starts: Floats) -> Axes:
+        """The same curves, of which some begin at other points.
+
+        Args:
+            stems: [S] which ones.
+            starts: [K, 3] metres.
+        """
+        points = self.points.copy()
+        points[self.offsets[:-1][stems]] = starts
+        return replace(self, points=points)
 
     def turns(self) -> Floats:
         """[N] radians between the tangents at a node and at the next one; 0 at the ends of stems."""
@@ -62,38 +70,30 @@ class Axes:
         return points, tangents, _across(self.sides.take(node, axis=0), tangents)
 
 
-def axes_of_level(stems: Stems, starts: Floats, clone_radius: Floats, direction: Floats, drawn: Flags) -> Axes:
-    """Curves of the stems of one level that are drawn.
+def axes_of_level(stems: Stems, clone_radius: Floats) -> Axes:
+    """Curves of the stems of one level.
 
     Args:
         stems: S stems.
-        starts: [S, 3] where stems begin on the axes of their parents, in metres; not used for clones.
         clone_radius: [S] radius of clones where they begin, in metres; not used for the others.
-        direction: [N, 3] direction of the segment that begins at each node.
-        drawn: [S] stems to draw.
     """
-    source_node = np.maximum(stems.node_offsets[stems.source] + stems.first - stems.first[stems.source], 0)
-    leaves_inside = stems.is_clone & (source_node > stems.node_offsets[stems.source])
-    counts = np.where(drawn, stems.num_nodes + leaves_inside, 0)
+    direction = stems.frames[:, :, 2]
+    source_node = stems.node_offsets[stems.source] + stems.first - stems.first[stems.source]
+    begins_inside = stems.is_clone & (source_node > stems.node_offsets[stems.source])
+    counts = stems.num_nodes + begins_inside
     offsets = offsets_from_counts(counts)
     stem = row_of_value(counts)
-    node = np.arange(len(stem)) - offsets[stem] + stems.node_offsets[stem] - leaves_inside[stem]
-    is_start = np.zeros(len(stem), dtype=bool)
-    is_start[offsets[:-1][drawn & leaves_inside]] = True
-    node[is_start] += 1
+    node = np.arange(len(stem)) - (offsets[:-1] + begins_inside - stems.node_offsets[:-1])[stem]
+    start, clone = offsets[:-1][begins_inside], np.flatnonzero(begins_inside)
+    node[start] += 1
     points, directions, along = stems.points[node], direction[node], stems.along[node]
-    clone = stem[is_start]
     before = direction[source_node[clone] - 1]
     reach = CLONE_START * clone_radius[clone]
-    points[is_start] -= before * reach[:, None]
-    directions[is_start] = before
-    along[is_start] -= np.minimum(reach / np.maximum(stems.length[clone], 1e-9), 0.5)
-    roots = drawn & ~stems.is_clone
-    points[offsets[:-1][roots]] = starts[roots]
-    tangents = _node_tangents(directions, offsets[:-1][drawn])
-    sides = _transported(stems.frames[node, :, 0], tangents, offsets, counts)
-    kept_counts = counts[drawn]
-    return Axes(offsets_from_counts(kept_counts), along, points, tangents, sides)
+    points[start] -= before * reach[:, None]
+    directions[start] = before
+    along[start] -= np.minimum(reach / np.maximum(stems.length[clone], 1e-9), 0.5)
+    tangents = _node_tangents(directions, offsets[:-1])
+    return Axes(offsets, along, points, tangents, _transported(stems.frames[node, :, 0], tangents, offsets))
 
 
 def interpolated(offsets: Ints, along: Floats, points: Floats, stem: Ints, share: Floats) -> Floats:
@@ -120,11 +120,11 @@ def _node_tangents(directions: Floats, firsts: Ints) -> Floats:
     return _unit(tangents)
 
 
-def _transported(first_sides: Floats, tangents: Floats, offsets: Ints, counts: Ints) -> Floats:
+def _transported(first_sides: Floats, tangents: Floats, offsets: Ints) -> Floats:
     """[N, 3] the side [N, 3] of the first node of each stem, turned from node to node by the smallest rotation."""
-    sides = np.empty_like(tangents)
-    active = np.flatnonzero(counts > 0)
-    node = offsets[active]
+    sides, counts = np.empty_like(tangents), np.diff(offsets)
+    active = np.arange(len(counts))
+    node = offsets[:-1]
     side = _across(first_sides[node], tangents[node])
     sides[node] = side
     step = 1

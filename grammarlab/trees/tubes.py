@@ -1,7 +1,7 @@
 """Closed tubes around the axes of stems, with normals and texture coordinates.
 
-The tube of a stem is a chain of rings, closed by a tip at its end and a polygon at its base. The first point of a ring is
-repeated at its end with its own texture coordinate, so that a picture goes around a whole number of times.
+The tube of a stem is a chain of rings, closed by a tip at its end and a polygon at its base. The first point of a ring
+is repeated at its end with its own texture coordinate, so that a picture goes around a whole number of times.
 """
 
 from __future__ import annotations

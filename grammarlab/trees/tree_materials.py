@@ -1,0 +1,39 @@
+"""Materials of trees: bark, leaves and blossoms of every look."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.trees.species import Look
+
+BARK, LEAF, BLOSSOM = range(3)
+"""Materials of a look, in the order of their rows."""
+_ROUGHNESS = (0.95, 0.7, 0.75)
+_OPAQUE = (".jpg", ".jpeg")
+"""Ends of names of pictures that cannot be transparent."""
+
+
+def tree_materials(looks: Sequence[Look]) -> Materials:
+    """Three rows for each look: bark, leaf and blossom."""
+    rows, textures = [], []
+    for look in looks:
+        parts = (look.bark_color, look.bark), (look.leaf_color, look.leaf), (look.blossom_color, look.blossom)
+        for (color, picture), roughness in zip(parts, _ROUGHNESS, strict=True):
+            rows.append(_channels(color, roughness))
+            textures.append(picture)
+    cut_out = [name for index, name in enumerate(textures) if index % 3 != BARK and not name.lower().endswith(_OPAQUE)]
+    return Materials(np.array(rows).reshape(-1, len(CHANNELS)), tuple(textures), cut_out=frozenset(cut_out) - {""})
+
+
+def card_materials(pictures: Mapping[str, bytes]) -> Materials:
+    """One row for each picture of a tree with transparent ground."""
+    rows = np.tile(_channels((1.0, 1.0, 1.0), 1.0), (len(pictures), 1))
+    return Materials(rows, tuple(pictures), pictures, frozenset(pictures))
+
+
+def _channels(color: tuple[float, float, float], roughness: float) -> list[float]:
+    values = CHANNELS | dict(zip(("color.r", "color.g", "color.b"), color, strict=True)) | {"roughness": roughness}
+    return list(values.values())
