@@ -1,6 +1,6 @@
 """Trees planted in an area: nowhere too close, and the same in every area that contains their place.
 
-Candidates (`grammarlab.trees.candidates`) arrive one after the other, and one stands unless a tree that stands already
+Candidates (`grammarlab.trees.arrivals`) arrive one after the other, and one stands unless a tree that stands already
 is too close: nearer than both crowns and the gap need. This is random sequential addition, or the third hard-core
 process of Matérn with times (B. Matérn, *Spatial Variation*, 1960). Whether a candidate stands depends only on earlier
 ones near it, on still earlier ones near those, and so on for `MAX_ROUNDS` steps at most; so an outline changes nothing
@@ -15,8 +15,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from grammarlab.arrays import Flags, Floats, Ints
@@ -24,7 +26,7 @@ from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.area import Area
 from grammarlab.geometry.footprints.equal_area import Plane
 from grammarlab.randomness import Keys, derived_seed, fold
-from grammarlab.trees.candidates import FULL, Candidates, candidates_in
+from grammarlab.trees.arrivals import FULL, Candidates, candidates_in
 
 Crowns = Callable[[Keys], Floats]
 """Radii [n] in metres of the crowns of models [n] under a seed."""
@@ -36,10 +38,11 @@ MAX_SITES = 100_000
 """Most trees of an area."""
 HECTARE = 10_000.0
 """Square metres."""
-_NUM_REFERENCES = 1024
+_NUM_REFERENCES = 256
 """Number of trees from which sizes of crowns are learned: the first ones of the seed."""
-_GIANT = 1.25
-"""A candidate whose crown is larger than the largest of those by this factor does not stand."""
+_RANGE = 1.25
+"""A candidate whose crown is larger than the largest of those by this factor does not stand; one whose crown is smaller
+than the smallest of those by this factor has the room of that size."""
 _MIN_SHARE, _MIN_SIDE = 0.25, 0.05
 """Smallest mean distance of neighbours that touch, by the mean width of a crown, and in metres."""
 _TRIAL_CELLS = 48
@@ -50,6 +53,10 @@ _SLACK = 1.01
 """Distances on a map in metres may be this much longer than those on the ground, as a factor; they are up to here:"""
 _MAX_DISTANCE = 1e6
 """Metres from the middle of an area in degrees to its farthest corner."""
+_PARTS = FULL * 0.5 ** np.arange(5, 0, -1)
+"""Times that end the parts in which candidates are decided."""
+States: TypeAlias = NDArray[np.int8]
+"""1 for trees that stand, 0 for candidates that fall, -1 for those that are not decided."""
 _STANDS, _FALLS, _OPEN = np.int8(1), np.int8(0), np.int8(-1)
 _SPARE = 1.2
 """Candidates looked at beyond those that the density of a number of trees needs, as a factor."""
@@ -66,7 +73,7 @@ class Planting:
     position: Floats
     """[n, 3] of the base of the trunk, in world metres."""
     radius: Floats
-    """[n] of the crown, in metres."""
+    """[n] of the room for the crown, in metres."""
     density: float
     """Trees per hectare of a large area planted in the same way; the same density has the same trees."""
     is_full: bool
@@ -108,7 +115,12 @@ class Spacing:
     @cached_property
     def largest(self) -> float:
         """Largest radius of a crown of a tree that stands."""
-        return float(_GIANT * self.references.max())
+        return float(_RANGE * self.references.max())
+
+    @cached_property
+    def smallest(self) -> float:
+        """Smallest radius of the room for a crown."""
+        return float(self.references.min() / _RANGE)
 
     @property
     def reach(self) -> float:
@@ -184,7 +196,7 @@ def planted(area: Area, spacing: Spacing, *, density: float | None = None, limit
     )
 
 
-def decided(candidates: Candidates, space: Floats, radius: Floats, spacing: Spacing, is_complete: Flags) -> np.ndarray:
+def decided(candidates: Candidates, space: Floats, radius: Floats, spacing: Spacing, is_complete: Flags) -> States:
     """[n] 1 for candidates that stand, 0 for those that fall, -1 if that is not known.
 
     Args:
@@ -227,15 +239,35 @@ class _Stands:
         margin, widest = 2 * reach, (MAX_ROUNDS + 1) * reach * _SLACK
         while True:
             near, east_north = self._near(margin, until)
-            radius = self._radius(near.model)
-            complete = self.area.is_near(east_north, margin - reach * _SLACK)
-            space = self.area.surface.space(near.coordinates)
-            state = decided(near, space, radius, self.spacing, complete)
+            is_complete = self.area.is_near(east_north, margin - reach * _SLACK)
+            state, radius = self._decided(near, is_complete)
             inside = self.area.contains(near.coordinates)
             if margin >= widest or not (state[inside] == _OPEN).any():
                 rows = inside & (state == _STANDS)
                 return near.take(rows), radius[rows]
             margin = min(2 * margin, widest)
+
+    def _decided(self, candidates: Candidates, is_complete: Flags) -> tuple[States, Floats]:
+        """[n] states of candidates, and the radii of those that stand.
+
+        Part by part of the time, since most candidates of a dense forest fall beside trees that stand already, however
+        small their crowns are: these do not have to grow.
+        """
+        space = self.area.surface.space(candidates.coordinates)
+        state, radius = np.full(len(candidates), _OPEN), np.zeros(len(candidates))
+        part = np.searchsorted(_PARTS, candidates.time, side="right")
+        active = np.zeros(0, np.int64)
+        for number in range(len(_PARTS) + 1):
+            rows = np.flatnonzero(part == number)
+            trees = active[state[active] == _STANDS]
+            shaded = _are_near(space[rows], space[trees], radius[trees] + self.spacing.gap + self.spacing.smallest)
+            state[rows[shaded]] = _FALLS
+            rows = rows[~shaded]
+            radius[rows] = self._radius(candidates.model[rows])
+            rows = np.concatenate([active, rows])
+            state[rows] = decided(candidates.take(rows), space[rows], radius[rows], self.spacing, is_complete[rows])
+            active = rows[state[rows] != _FALLS]
+        return state, radius
 
     def _near(self, margin: float, until: float) -> tuple[Candidates, Floats]:
         """Candidates at most so far from the area, and their places in metres to the east and north."""
@@ -250,13 +282,13 @@ class _Stands:
         return _joined(blocks), np.concatenate(positions)
 
     def _radius(self, model: Keys) -> Floats:
-        """[n] radii of the crowns of models."""
+        """[n] radii of the room for the crowns of models."""
         unknown = np.setdiff1d(model, self._models)
         models = np.concatenate([self._models, unknown])
         radii = np.concatenate([self._radii, self.spacing.crowns(unknown)]) if len(unknown) else self._radii
         order = np.argsort(models)
         self._models, self._radii = models[order], radii[order]
-        return self._radii[np.searchsorted(self._models, model)]
+        return np.maximum(self._radii[np.searchsorted(self._models, model)], self.spacing.smallest)
 
 
 def _conflicts(candidates: Candidates, space: Floats, radius: Floats, spacing: Spacing) -> tuple[Ints, Ints]:
@@ -269,6 +301,16 @@ def _conflicts(candidates: Candidates, space: Floats, radius: Floats, spacing: S
     time, model = candidates.time, candidates.model
     swap = (time[one] > time[other]) | ((time[one] == time[other]) & (model[one] > model[other]))
     return np.where(swap, other, one), np.where(swap, one, other)
+
+
+def _are_near(points: Floats, others: Floats, distance: Floats) -> Flags:
+    """[n] whether points [n, 2 or 3] are nearer to one of the others [m, 2 or 3] than its distance [m]."""
+    near = np.zeros(len(points), np.bool_)
+    # A little less than the distance, where rounding cannot change what the exact comparison says.
+    rows = KDTree(points).query_ball_point(others, np.maximum(distance, 0.0) * (1 - 1e-9)) if len(points) else []
+    for neighbours in rows:
+        near[neighbours] = True
+    return near
 
 
 def _joined(blocks: list[Candidates]) -> Candidates:

@@ -13,7 +13,7 @@ from grammarlab.geometry.footprints.area import Area, read_area
 from grammarlab.geometry.footprints.equal_area import Plane
 from grammarlab.geometry.footprints.projection import Ground
 from grammarlab.randomness import root_keys, uniforms
-from grammarlab.trees.candidates import FULL, candidates_in
+from grammarlab.trees.arrivals import FULL, candidates_in
 from grammarlab.trees.planting import MAX_SITES, Planting, Spacing, planted
 from tests.cases import bulk
 
