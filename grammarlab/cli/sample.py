@@ -89,6 +89,17 @@ def sample(
     footprint: Annotated[
         str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file whose properties set attributes.")
     ] = "",
+    area: Annotated[
+        str,
+        typer.Option("--on", help="Area to plant with n trees in all: a GeoJSON file, WKT or 200x100 (metres)."),
+    ] = "",
+    density: Annotated[
+        float | None,
+        typer.Option("--density", help="Trees per hectare of the area; -n is then the most. Larger areas keep them."),
+    ] = None,
+    gap: Annotated[
+        float, typer.Option("--gap", help="Metres between crowns on the area; below 0 they reach into each other.")
+    ] = 0.0,
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
@@ -158,11 +169,15 @@ def sample(
         source = find_rules(grammar, assets)
         models = opened_models(source.suffix, source.text(), source.name, source.assets)
         _print_left_out(grammar, models.left_out())
+        limit = {"num_models": num_models} if density is None or was_given(context, "num_models") else {}
         request = SampleRequest.of(
             grammar,
             footprint=footprint,
+            on=area,
+            density=density,
+            gap=gap,
             assets=assets,
-            num_models=num_models,
+            **limit,
             seed=seed,
             attributes=models.attributes(attributes or []),
             start_rule=start_rule,
@@ -226,9 +241,13 @@ def _print_summary(result: RunResult, as_json: bool, different: tuple[str, ...] 
     else:
         count = len(result.models)
         say(f"{count} model{'s' * (count != 1)} of {result.request.name} in {result.folder}")
+        if result.request.stand is not None:
+            say(str(result.request.stand))
         _print_acceptance(result)
         if result.sheet is not None:
             say(f"picture: {result.sheet}")
+        if result.plan is not None:
+            say(f"plan: {result.plan}")
     if location := place_in_words(result.request):
         say(location)
     if different:
@@ -301,9 +320,21 @@ def _as_json(result: RunResult) -> dict[str, Any]:
         "place": place_of(request),
         "remarks": [asdict(remark) for remark in request.remarks],
         **_acceptance_as_json(result),
+        **_stand_as_json(result),
         "sheet": None if result.sheet is None else str(result.sheet),
         "derivations": str(result.derivations),
         "manifest": str(result.manifest),
+    }
+
+
+def _stand_as_json(result: RunResult) -> dict[str, Any]:
+    stand = result.request.stand
+    if stand is None:
+        return {}
+    values = stand.as_json()
+    return {
+        "stand": {name: values[name] for name in values if name != "outlines"},
+        "plan": result.plan and str(result.plan),
     }
 
 

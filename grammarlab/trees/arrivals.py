@@ -38,7 +38,7 @@ class Candidates:
     """n candidates, in the order of their cells."""
 
     model: Keys
-    """[n] their addresses as one word: the index of the tree under the seed, the same in every area."""
+    """[n] their addresses as numbers below 2**63: the index of the tree under the seed, the same in every area."""
     time: Floats
     """[n] 0 <= time < `FULL`; of two that are too close to each other, the earlier one comes first."""
     coordinates: Floats
@@ -87,7 +87,7 @@ def candidates_in(
 def _candidates_of(surface: AbstractSurface, cells: Ints, key: Keys, sides: Floats, until: float) -> Candidates:
     """Candidates of cells [c, 2] with keys [c]."""
     counts = np.searchsorted(_POISSON, uniforms(key, _NUMBER), side="right")
-    model = fold(fold(np.repeat(key, counts), _POINTS), index_in_row(counts))
+    model = fold(fold(np.repeat(key, counts), _POINTS), index_in_row(counts)) >> np.uint64(1)
     time = FULL * uniforms(model, _TIME)
     early = time < until
     model, time, cell = model[early], time[early], np.repeat(cells, counts, axis=0)[early]

@@ -34,7 +34,7 @@ Crowns = Callable[[Keys], Floats]
 MAX_ROUNDS = 64
 """Most steps from a candidate to those that decide about it. With 25 candidates within reach, the most there are on
 average, 64 that follow each other in time are less likely than 1e-20."""
-MAX_SITES = 100_000
+MAX_TREES = 100_000
 """Most trees of an area."""
 HECTARE = 10_000.0
 """Square metres."""
@@ -347,8 +347,8 @@ def _check(area: Area, spacing: Spacing, density: float | None, limit: int | Non
         )
     end = FULL if density is None else spacing.time_of(density / HECTARE)
     num = spacing.density_at(end) * area.size
-    if (num if limit is None else min(num, limit)) > MAX_SITES:
+    if (num if limit is None else min(num, limit)) > MAX_TREES:
         raise UsageError(
-            f"about {num:,.0f} trees would stand on {area.size / HECTARE:,.0f} hectares, and at most {MAX_SITES:,} are "
+            f"about {num:,.0f} trees would stand on {area.size / HECTARE:,.0f} hectares, and at most {MAX_TREES:,} are "
             "planted at once: choose a smaller density, number or area."
         )

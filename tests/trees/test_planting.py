@@ -14,7 +14,7 @@ from grammarlab.geometry.footprints.equal_area import Plane
 from grammarlab.geometry.footprints.projection import Ground
 from grammarlab.randomness import root_keys, uniforms
 from grammarlab.trees.arrivals import FULL, candidates_in
-from grammarlab.trees.planting import MAX_SITES, Planting, Spacing, planted
+from grammarlab.trees.planting import MAX_TREES, Planting, Spacing, planted
 from tests.cases import bulk
 
 POTSDAM = (13.04, 52.4)
@@ -206,8 +206,8 @@ def test_a_small_area_may_have_no_tree():
         ({"density": math.nan}, "density: expected more than 0"),
         ({"density": -math.inf}, "density: expected more than 0"),
         ({"limit": 0}, "number of trees: expected at least 1"),
-        ({"density": 100.0}, f"at most {MAX_SITES:,}"),
-        ({"limit": 10**9}, f"at most {MAX_SITES:,}"),
+        ({"density": 100.0}, f"at most {MAX_TREES:,}"),
+        ({"limit": 10**9}, f"at most {MAX_TREES:,}"),
     ],
 )
 def test_numbers_out_of_range_are_refused(options, message):

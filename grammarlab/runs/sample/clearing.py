@@ -19,8 +19,10 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.work.run_folder import own_folder
 
 _BATCH = re.compile(r"\d{5,}")
-_FILE = re.compile(r"(?:-(\d{5,}))?(_texture_\d+)?\.(glb|obj|mtl|ply|png|jpg)")
+_FILE = re.compile(r"(?:-(\d{5,}))?(_texture_\d+|_plan)?\.(glb|obj|mtl|ply|png|jpg)")
 """Names of the files of models and of the sheet after the name of the grammar."""
+_PLAN = "_plan"
+"""End of the name of the plan of a stand of trees."""
 _MAX_NAMES = 5
 """Largest number of names in a message."""
 
@@ -141,15 +143,15 @@ def _is_written(request: SampleRequest, name: str) -> bool:
     if parts is None:
         return False
     index, texture, suffix = parts
-    if index is None and not texture and suffix == "png" and request.image:
-        return True  # the sheet
+    if index is None and suffix == "png" and request.image and (not texture or texture == _PLAN):
+        return not texture or request.stand is not None  # the sheet and the plan
     suffixes = {"obj": ("png", "jpg") if texture else ("obj", "mtl")}.get(request.file_format, (request.file_format,))
     is_model = index is None if request.single_file else index is not None and int(index) < request.total_models
     return is_model and suffix in suffixes
 
 
 def _parts_of_name(grammar: str, name: str) -> tuple[str | None, str | None, str] | None:
-    """Index, texture and suffix in the name of a file; None if no run of a grammar gives such a name."""
+    """Index, texture or plan, and suffix in the name of a file; None if no run of a grammar gives such a name."""
     match = _FILE.fullmatch(name.removeprefix(grammar)) if name.startswith(grammar) else None
     return None if match is None else (match[1], match[2], match[3])
 

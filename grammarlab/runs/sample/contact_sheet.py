@@ -21,7 +21,7 @@ from grammarlab.scene import Scene, TriangleBatch, triangles
 
 Picture: TypeAlias = NDArray[np.uint8]
 _Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
-PAPER, _INK, _FAINT = (247, 247, 245), (52, 56, 62), (128, 132, 138)
+PAPER, INK, FAINT = (247, 247, 245), (52, 56, 62), (128, 132, 138)
 """Colours of the page, of primary text, and of secondary text."""
 BORDER, GAP = 16, 10
 """Pixels around the page, and between pictures."""
@@ -215,7 +215,7 @@ def _line(
 ) -> None:
     """One text from the left in ink, one from the right, fainter and clipped to the remaining width."""
     start, end = between
-    draw.text((start, middle), texts[0], _INK, fonts[0], anchor="lm")
+    draw.text((start, middle), texts[0], INK, fonts[0], anchor="lm")
     room = end - start - draw.textlength(texts[0], fonts[0]) - GAP
     if draw.textlength(texts[1], fonts[1]) <= room:
-        draw.text((end, middle), texts[1], _FAINT, fonts[1], anchor="rm")
+        draw.text((end, middle), texts[1], FAINT, fonts[1], anchor="rm")

@@ -6,16 +6,20 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.lots import Lots
-from grammarlab.errors import Finding
+from grammarlab.errors import Finding, UsageError
 from grammarlab.geometry.footprints.footprint import Footprint, Remark
 from grammarlab.language.attribute_values import usable_properties
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.domains import opened_models
 from grammarlab.runs.sample.request import BATCH_MODELS, AttributeValue, SampleRequest
 from grammarlab.scene import Scene
+
+if TYPE_CHECKING:  # it loads libraries that grammars do without
+    from grammarlab.trees.planting import Crowns
 
 Report = Mapping[str, Mapping[str, float | int | None]]
 
@@ -93,6 +97,14 @@ class AbstractModels(ABC):
     @abstractmethod
     def asset_names(self) -> Iterable[str]:
         """Texts of the file that may name files of its asset folder (`grammarlab.runs.sample.checks`)."""
+
+    def crowns(self, seed: int, attributes: Mapping[str, AttributeValue]) -> Crowns:
+        """Radii of the crowns of models under a seed, for planting them on an area.
+
+        Raises:
+            UsageError: If the models are not trees.
+        """
+        raise UsageError("only trees are planted on areas; models of a grammar stand on a footprint: --footprint.")
 
     def remarks(self, request: SampleRequest) -> tuple[Remark, ...]:
         """Remarks about properties of the footprints of a request that cannot be used; none by default."""

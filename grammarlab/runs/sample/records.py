@@ -283,12 +283,12 @@ def _model_name(request: SampleRequest, index: int) -> str:
 
 
 def _save_options(request: SampleRequest) -> SaveOptions:
-    """Options of saving the files of a run; with one model on each footprint, models keep their places."""
+    """Options of saving the files of a run; models keep their places as `SampleRequest.is_in_place` says."""
     return SaveOptions(
         reuse=_REUSE[request.instancing],
         assets=request.assets,
         columns=request.columns or None,
-        in_place=len(request.footprints) > 0 and request.num_models == 1,
+        in_place=request.is_in_place,
         origin=request.origin,
     )
 
@@ -305,7 +305,7 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
         request: the request.
         origins: [N, 3] origins of the models themselves.
     """
-    shared = request.num_models == 1 if request.single_file else request.file_format != "glb"
+    shared = request.is_in_place if request.single_file else request.file_format != "glb"
     return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
 
 

@@ -18,8 +18,9 @@ from grammarlab.geometry.footprints.footprint import Footprint, FootprintMap, Ge
 from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.language.grammar import hash_of
 from grammarlab.rendering.choice import RendererName
-from grammarlab.runs.sample.domains import DEFAULT
+from grammarlab.runs.sample.domains import DEFAULT, opened_models
 from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.runs.sample.stand import Stand
 from grammarlab.runs.work.json_members import member, numbers, of_kind, plain_values
 
 Instancing = Literal["none", "nodes", "gpu"]
@@ -76,6 +77,8 @@ class SampleRequest:
     """Start symbol; empty for that of the rule file."""
     footprints: tuple[Footprint, ...] = ()
     """Footprints of the models; empty for the default footprint."""
+    stand: Stand | None = None
+    """Trees on an area, which are the models of the run; None for models on footprints."""
     file_format: Format = "glb"
     single_file: bool = False
     """One file with all models instead of one each."""
@@ -98,13 +101,20 @@ class SampleRequest:
     """Origin [3] in world metres that all files of the run share; None if all footprints are near that of the world."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", _shared_origin(self.footprints, self.georeference))
+        origin = _shared_origin(self.footprints, self.georeference)
+        if self.stand is not None:
+            origin = _origin_of_stand(self.stand, self.georeference)
+        object.__setattr__(self, "origin", origin)
         if not re.fullmatch(r"[\w .,+@-]{1,100}", self.name) or self.name.startswith("."):
             raise UsageError(f"{self.name!r} cannot name files: expected letters, digits, spaces and . , + @ - _ only.")
         if not re.fullmatch(r"\.\w{1,32}", self.suffix):
             raise UsageError(f"{self.suffix!r} is not the suffix of a file: expected one such as {DEFAULT!r}.")
         _check_range("number of models", self.num_models * max(len(self.footprints), 1), 1, MAX_MODELS)
         _check_range("seed", self.seed, 0, 2**64 - 1)
+        if self.stand is not None:
+            if self.footprints:
+                raise UsageError("trees stand on an area or on footprints: give one of them.")
+            _check_range("number of models", self.num_models, len(self.stand), len(self.stand))
         _check_range("number of columns", self.columns, 0, 1000)
         _check_choice("format", self.file_format, FORMATS)
         _check_choice("instancing", self.instancing, get_args(Instancing))
@@ -119,6 +129,9 @@ class SampleRequest:
         grammar: str | Path,
         *,
         footprint: str = "",
+        on: str = "",
+        density: float | None = None,
+        gap: float = 0.0,
         assets: Path | None = None,
         **options: Unpack[RequestOptions],
     ) -> Self:
@@ -127,12 +140,38 @@ class SampleRequest:
         Args:
             grammar: a path, or a name from ``grammarlab list``.
             footprint: footprint in the syntax of `read_footprints`; empty for the default footprint.
+            on: an area to plant with trees, in the same syntax. Of `num_models`, as many stand on it as fit, at places
+                that depend on the seed and not on the outline.
+            density: trees per hectare of a large area, instead of a number; with a number, at most so many. A larger
+                area of the same density keeps the trees of a smaller one.
+            gap: metres between the crowns of these trees; negative if they may reach into each other.
             assets: folder of assets, by default the one beside the rule file.
             **options: the other fields of this class.
         """
         source = find_rules(str(grammar), assets)
-        plan = _plan(footprint) if footprint else FootprintMap(())
         text = source.text()
+        if on and footprint:
+            raise UsageError("trees stand on an area or on footprints: give one of them.")
+        if on:
+            models = opened_models(source.suffix, text, source.name, source.assets)
+            seed = options.get("seed", 0)
+            crowns = models.crowns(seed, options.get("attributes", {}))
+            from grammarlab.runs.sample.plantation import planted_on  # noqa: PLC0415  # reads maps
+
+            plantation = planted_on(on, crowns, seed, density=density, limit=options.get("num_models"), gap=gap)
+            return cls(
+                name=source.name,
+                suffix=source.suffix,
+                text=text,
+                assets=source.assets,
+                stand=plantation.stand,
+                georeference=plantation.georeference,
+                remarks=plantation.remarks,
+                **(options | {"num_models": len(plantation.stand)}),
+            )
+        if density is not None or gap != 0.0:
+            raise UsageError("density and gap are those of trees on an area: say which with --on.")
+        plan = _plan(footprint) if footprint else FootprintMap(())
         return cls(
             name=source.name,
             suffix=source.suffix,
@@ -153,6 +192,16 @@ class SampleRequest:
     def sheet_name(self) -> str:
         """Name of the file with pictures of all models."""
         return f"{self.name}.png"
+
+    @property
+    def plan_name(self) -> str:
+        """Name of the file with the plan of a stand of trees."""
+        return f"{self.name}_plan.png"
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether models keep their places in the world: trees of a stand, or one model on each footprint."""
+        return self.stand is not None or (len(self.footprints) > 0 and self.num_models == 1)
 
     @property
     def total_models(self) -> int:
@@ -180,6 +229,7 @@ class SampleRequest:
             "columns": self.columns,
             "renderer": self.renderer,
             "scale": self.scale,
+            **({} if self.stand is None else {"stand": self.stand.as_json()}),
         }
 
     @classmethod
@@ -210,6 +260,7 @@ _TYPES: Mapping[str, type] = {
     "columns": int,
     "renderer": str,
     "scale": str,
+    "stand": dict,
 }
 """Members of `SampleRequest.as_json`; earlier versions have fewer."""
 _MAX_COORDINATE = 1e8
@@ -226,6 +277,8 @@ def _fields(values: Mapping[str, Any]) -> dict[str, Any]:
     fields["attributes"] = plain_values(fields.get("attributes", {}), f"{where}.attributes")
     footprints = enumerate(fields.get("footprints", []))
     fields["footprints"] = tuple(_footprint(entry, f"{where}.footprints[{index}]") for index, entry in footprints)
+    if "stand" in fields:
+        fields["stand"] = Stand.from_json(fields["stand"], f"{where}.stand")
     return fields
 
 
@@ -258,6 +311,13 @@ def _shared_origin(
     if origin is None:
         return None
     x, y, z = (origin if georeference is None or georeference.longitude is None else np.zeros(3)).tolist()
+    return x, y, z
+
+
+def _origin_of_stand(stand: Stand, georeference: Georeference | None) -> tuple[float, float, float]:
+    """See `SampleRequest.origin`; near the origin of the world it is this one."""
+    far = shared_origin(stand.position, stand.position)
+    x, y, z = (np.zeros(3) if far is None or (georeference and georeference.longitude is not None) else far).tolist()
     return x, y, z
 
 

@@ -30,6 +30,7 @@ from grammarlab.runs.sample.records import (
     write_single_file,
 )
 from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.stand import Stand
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.results import Progress
 from grammarlab.runs.work.run_folder import only_run_in
@@ -52,6 +53,8 @@ class RunResult:
     sheet: Path | None
     """The contact sheet, if requested."""
     manifest: Path
+    plan: Path | None = None
+    """The plan of a stand of trees, if a sheet was requested."""
     prints: tuple[str, ...] = ()
     """Texts printed by the rules, a bounded number per batch."""
     missing_images: tuple[str, ...] = ()
@@ -248,6 +251,11 @@ def _make(
             _draw_sheet(request, folder, batches, executor, choice)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
+    plan = (
+        _draw_plan(request.stand, request.name, folder / request.plan_name) if request.image and request.stand else None
+    )
+    if plan is not None:
+        hashes[plan.name] = file_hash(plan)
     missing_assets = by_path(asset for record in records for asset in record.missing_assets)
     manifest = write_manifest(folder, request, choice, asset_files, model_records, hashes, missing_assets)
     prints = tuple(text for record in records for text in record.prints)
@@ -258,6 +266,7 @@ def _make(
         models=model_records,
         sheet=sheet,
         manifest=manifest,
+        plan=plan,
         prints=prints,
         missing_images=tuple(images),
         missing_assets=missing_assets,
@@ -309,6 +318,17 @@ def _draw_sheet(
     path = folder / request.sheet_name
     with atomic_file(path) as part:
         Image.fromarray(draw_page(page, tiles.pictures, captions, heading)).save(part)
+    return path
+
+
+def _draw_plan(stand: Stand, name: str, path: Path) -> Path:
+    """Draw the places of a stand of trees."""
+    from PIL import Image  # noqa: PLC0415
+
+    from grammarlab.runs.sample.stand_plan import draw_plan  # noqa: PLC0415
+
+    with atomic_file(path) as part:
+        Image.fromarray(draw_plan(stand, name)).save(part)
     return path
 
 

@@ -28,6 +28,7 @@ from grammarlab.scene import Scene
 from grammarlab.toml_text import toml_text
 from grammarlab.trees.accepted import accepted_rows, log_density, rule_of
 from grammarlab.trees.arbaro import read_arbaro, write_arbaro
+from grammarlab.trees.crown_reach import CrownReach
 from grammarlab.trees.growth import grow
 from grammarlab.trees.measures import MEASURES, measure
 from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, IS_INTEGER, LOW, NUM_LEVELS, PARAMETERS, SPREAD
@@ -88,8 +89,11 @@ class SpeciesModels(AbstractModels):
             for problem in _usable_properties(footprint)[1]
         )
 
+    def crowns(self, seed: int, attributes: Mapping[str, AttributeValue]) -> CrownReach:
+        return CrownReach(with_attributes(self.species, attributes), seed)
+
     def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
-        parts = [self._drawn(request, *lot) for lot in _lots(request, batch)]
+        parts = [self._drawn(request, batch, *lot) for lot in _lots(request, batch)]
         table = TreeTable.joined([table for table, _ in parts])
         return MadeModels(
             scenes=self._scenes(table),
@@ -103,7 +107,7 @@ class SpeciesModels(AbstractModels):
         return (part.scene for part in self._scenes(TreeTable.load(folder)))
 
     def _drawn(
-        self, request: SampleRequest, models: Ints, footprint: Footprint | None
+        self, request: SampleRequest, batch: Batch, models: Ints, footprint: Footprint | None
     ) -> tuple[TreeTable, list[float | None]]:
         """Trees of one footprint, and the log-density of each."""
         properties = {} if footprint is None else _usable_properties(footprint)[0]
@@ -111,6 +115,8 @@ class SpeciesModels(AbstractModels):
         species = with_attributes(self.species, values)
         trees = accepted_rows(species, root_keys(request.seed, models))
         place = np.zeros(3) if footprint is None else _centroid(footprint)
+        if request.stand is not None:
+            place = request.stand.position[batch.first_model : batch.first_model + batch.num_models]
         table = TreeTable(
             model=models,
             key=trees.keys,
@@ -351,6 +357,9 @@ def _usable_properties(footprint: Footprint) -> tuple[dict[str, AttributeValue],
 def _lots(request: SampleRequest, batch: Batch) -> Iterator[tuple[Ints, Footprint | None]]:
     """Indices of the models of a batch on each footprint."""
     first, end = batch.first_model, batch.first_model + batch.num_models
+    if request.stand is not None:
+        yield request.stand.model[first:end].astype(np.int64), None
+        return
     if not request.footprints:
         yield np.arange(first, end), None
         return
