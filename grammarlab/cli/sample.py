@@ -332,10 +332,8 @@ def _stand_as_json(result: RunResult) -> dict[str, Any]:
     if stand is None:
         return {}
     values = stand.as_json()
-    return {
-        "stand": {name: values[name] for name in values if name != "outlines"},
-        "plan": result.plan and str(result.plan),
-    }
+    plan = None if result.plan is None else str(result.plan)
+    return {"stand": {name: values[name] for name in values if name != "outlines"}, "plan": plan}
 
 
 def _acceptance_as_json(result: RunResult) -> dict[str, Any]:

@@ -27,7 +27,7 @@ _TREES_AT_ONCE = 256
 class CrownReach:
     """Radii of the crowns of a species under a seed: the largest distance of a part from the base of the trunk.
 
-    Only trunks and boughs grow, and their reach is multiplied by the largest factor that twigs and leaves added to it in
+    Only trunks and boughs grow, and their reach is multiplied by the largest factor that twigs and leaves add to it in
     a few trees. So hardly a crown is wider, and most are a few per cent narrower.
     """
 

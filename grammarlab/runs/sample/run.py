@@ -251,10 +251,9 @@ def _make(
             _draw_sheet(request, folder, batches, executor, choice)
         hashes[sheet.name] = file_hash(sheet)
         on_progress("picture", 1, 1)
-    plan = (
-        _draw_plan(request.stand, request.name, folder / request.plan_name) if request.image and request.stand else None
-    )
-    if plan is not None:
+    plan = folder / request.plan_name if request.image and request.stand is not None else None
+    if plan is not None and request.stand is not None:
+        _draw_plan(request.stand, request.name, plan)
         hashes[plan.name] = file_hash(plan)
     missing_assets = by_path(asset for record in records for asset in record.missing_assets)
     manifest = write_manifest(folder, request, choice, asset_files, model_records, hashes, missing_assets)
@@ -321,7 +320,7 @@ def _draw_sheet(
     return path
 
 
-def _draw_plan(stand: Stand, name: str, path: Path) -> Path:
+def _draw_plan(stand: Stand, name: str, path: Path) -> None:
     """Draw the places of a stand of trees."""
     from PIL import Image  # noqa: PLC0415
 
@@ -329,7 +328,6 @@ def _draw_plan(stand: Stand, name: str, path: Path) -> Path:
 
     with atomic_file(path) as part:
         Image.fromarray(draw_plan(stand, name)).save(part)
-    return path
 
 
 def _first_models(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:

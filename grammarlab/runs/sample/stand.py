@@ -52,7 +52,7 @@ class Stand:
         more = "; hardly another one fits" if self.is_full else ""
         gap = f" --gap {self.gap:g}" if self.gap else ""
         return (
-            f"{len(self):,} trees on {self.size / HECTARE:.3g} hectares{more}. With --density {self.density!r}{gap}, a "
+            f"{len(self):,} trees on {self.size / HECTARE:.3g} hectares{more}. With --density {self.density:.17g}{gap}, a "
             "larger area keeps them, and others stand around them"
         )
 

@@ -16,6 +16,8 @@ _LONG_SIDE = 1200
 """Pixels of the longer side of the map."""
 _SHORT_SIDE = 320
 """Smallest number of pixels of the other side."""
+_SPACE = 1.02
+"""Room around the trees, as a factor."""
 _SCALE = 2
 """Pixels that are drawn for each pixel of the picture, along a side: edges are smooth."""
 _HEADING, _FOOT = 40, 40
@@ -34,7 +36,7 @@ def draw_plan(stand: Stand, name: str) -> NDArray[np.uint8]:
         name: name of the species, for the heading.
     """
     low, high = _bounds(stand)
-    extent = np.maximum(high - low, 1e-3)
+    extent = np.maximum(high - low, 1e-3) * _SPACE
     pixels_per_metre = _SCALE * _LONG_SIDE / extent.max()
     size = np.maximum(np.round(extent * pixels_per_metre), _SCALE * _SHORT_SIDE).astype(int)
     start = (low + high) / 2 - size / pixels_per_metre / 2
