@@ -51,16 +51,13 @@ def check_stems(rows: Floats, level: int, num: Floats | Ints) -> None:
     if (num <= MAX_STEMS).all() and (nodes <= MAX_NODES).all():
         return
     tree = int(np.argmax(np.maximum(num / MAX_STEMS, nodes / MAX_NODES)))
+    factors = _factors(rows[tree], level)
     if num[tree] > MAX_STEMS:
-        name = _largest_factor(rows[tree], level)
-        head = f"at least {num[tree]:.3g} stems of level {level}, but {MAX_STEMS} are possible"
+        size = f"{num[tree]:.3g} stems of level {level}, but {MAX_STEMS}"
     else:
-        name = f"curve_res_{level}"
-        head = f"at least {nodes[tree]:.3g} nodes in level {level}, but {MAX_NODES} are possible"
-    raise UsageError(
-        f"tree {tree} would have {head}. {name} = {rows[tree, COLUMN[name]]:g} multiplies them most: "
-        f"try a smaller value, or fewer levels."
-    )
+        size = f"{nodes[tree]:.3g} nodes in level {level}, but {MAX_NODES}"
+        factors[f"curve_res_{level}"] = rows[tree, COLUMN[f"curve_res_{level}"]]
+    raise UsageError(f"tree {tree} would have at least {size} are possible. {_advice(rows[tree], factors)}.")
 
 
 def check_leaves(rows: Floats, num: Floats | Ints) -> None:
@@ -76,21 +73,24 @@ def check_leaves(rows: Floats, num: Floats | Ints) -> None:
     if (num <= MAX_LEAVES).all():
         return
     tree = int(np.argmax(num))
-    last = int(np.rint(rows[tree, COLUMN["levels"]])) - 1
-    names = ["leaves", _largest_factor(rows[tree], last)]
-    name = max(names, key=lambda name: abs(rows[tree, COLUMN[name]]))
+    factors = _factors(rows[tree], int(np.rint(rows[tree, COLUMN["levels"]])) - 1)
+    factors["leaves"] = abs(rows[tree, COLUMN["leaves"]])
     raise UsageError(
-        f"tree {tree} would have {num[tree]:.3g} leaves, but {MAX_LEAVES} are possible. {name} = "
-        f"{rows[tree, COLUMN[name]]:g} multiplies them most: try a smaller value, or a smaller "
-        f"leaf_quality, which draws fewer and larger leaves."
+        f"tree {tree} would have {num[tree]:.3g} leaves, but {MAX_LEAVES} are possible. "
+        f"{_advice(rows[tree], factors)}, or a smaller leaf_quality, which draws fewer and larger leaves."
     )
 
 
-def _largest_factor(row: Floats, level: int) -> str:
-    """Name of the parameter that multiplies the stems of a level most."""
-    factors = {f"branches_{n}": row[COLUMN[f"branches_{n}"]] for n in range(1, level + 1)}
+def _factors(row: Floats, level: int) -> dict[str, float]:
+    """What multiplies the stems of a level, by the name of the parameter."""
+    factors = {f"branches_{n}": float(row[COLUMN[f"branches_{n}"]]) for n in range(1, level + 1)}
     factors["base_splits"] = 1.0 + row[COLUMN["base_splits"]]
     for n in range(level + 1):
         splits, segments = row[COLUMN[f"seg_splits_{n}"]], row[COLUMN[f"curve_res_{n}"]]
         factors[f"seg_splits_{n}"] = (1.0 + splits) ** (segments - 1.0)
-    return max(factors, key=lambda name: factors[name])
+    return factors
+
+
+def _advice(row: Floats, factors: dict[str, float]) -> str:
+    name = max(factors, key=lambda name: factors[name])
+    return f"{name} = {row[COLUMN[name]]:g} multiplies them most: try a smaller value, or fewer levels"

@@ -59,8 +59,14 @@ def turned_about_vertical(axes: Floats, angle: Floats) -> Floats:
 def turned_about(axes: Floats, axis: Floats, angle: Floats) -> Floats:
     """Axes after a turn about unit vectors [S, 3] of the world (Rodrigues' formula)."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    along = (axes * axis).sum(axis=-1, keepdims=True)
+    along = dots(axes, axis)[..., None]
     return c * axes + s * np.cross(axis, axes) + (1.0 - c) * along * axis
+
+
+def dots(one: Floats, other: Floats) -> Floats:
+    """[…] scalar products of vectors […, 3], with one order of additions for any number of them."""
+    product = one * other
+    return product[..., 0] + product[..., 1] + product[..., 2]
 
 
 def declination(direction: Floats) -> Floats:

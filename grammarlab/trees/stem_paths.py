@@ -162,10 +162,14 @@ class _Turns:
 
     def inclined(self, axes: Floats, stems: Ints, segment: int) -> Floats:
         """Axes of the segments of helices: inclined to one side after the other, one round per stem."""
-        if not self.helix.any():
+        helices = np.flatnonzero(self.helix[stems] > 0.0)
+        if not len(helices):
             return axes
-        round_ = 2.0 * np.pi * segment / self.segments[stems]
-        return turned_about_z(turned_about_x(turned_about_z(axes, round_), self.helix[stems]), -round_)
+        round_ = 2.0 * np.pi * segment / self.segments[stems[helices]]
+        leading = turned_about_x(turned_about_z(axes[:, helices], round_), self.helix[stems[helices]])
+        inclined = axes.copy()
+        inclined[:, helices] = turned_about_z(leading, -round_)
+        return inclined
 
 
 def _turned(state: _Growth, turns: _Turns, keys: Keys, stems: Ints, segment: int) -> Floats:

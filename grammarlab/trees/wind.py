@@ -15,7 +15,7 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.trees.branching import num_segments
 from grammarlab.trees.draws import values
-from grammarlab.trees.orientation import axes_from_frames, frames_from_axes, turned_about
+from grammarlab.trees.orientation import axes_from_frames, dots, frames_from_axes, turned_about
 from grammarlab.trees.skeleton import Stems
 
 _AIR_DENSITY = 1.2
@@ -67,9 +67,11 @@ def _bent(rows: Floats, level: int, stems: Stems, rest: Stems | None = None, par
         turn[:, active] = _towards(turn[:, active], stems.frames[node, :, 2], wind[active], more)
         step = stems.points[node + 1] - stems.points[node]
         points[node], frames[node] = point[active], _rotated(turn[:, active], stems.frames[node])
-        point[active] += np.einsum("isk,si->sk", turn[:, active], step)
+        point[active] += _applied(turn[:, active], step)
         ends = segments[active] == segment + 1
         points[node[ends] + 1], frames[node[ends] + 1] = point[active[ends]], frames[node[ends]]
+    calm = np.repeat(values(rows, stems.tree, "wind_speed") == 0.0, stems.num_nodes)
+    points[calm], frames[calm] = stems.points[calm], stems.frames[calm]  # without the rounding
     return replace(stems, points=points, frames=frames)
 
 
@@ -112,12 +114,17 @@ def _slope_at(segment: int, segments: Ints) -> Floats:
 
 def _towards(turn: Floats, direction: Floats, wind: Floats, angle: Floats) -> Floats:
     """Rotations [3, S, 3] after a turn of their direction towards the wind, at most until both agree."""
-    current = np.einsum("isk,si->sk", turn, direction)
+    current = _applied(turn, direction)
     axis = np.cross(current, wind)
-    across = np.sqrt((axis**2).sum(axis=1))
-    rest = np.arctan2(across, (current * wind).sum(axis=1))
+    across = np.sqrt(dots(axis, axis))
+    rest = np.arctan2(across, dots(current, wind))
     axis = axis / np.where(across > 0.0, across, 1.0)[:, None]
     return turned_about(turn, axis, np.minimum(angle * across, rest))
+
+
+def _applied(turn: Floats, vectors: Floats) -> Floats:
+    """[S, 3] vectors after rotations [3, S, 3]."""
+    return turn[0] * vectors[:, :1] + turn[1] * vectors[:, 1:2] + turn[2] * vectors[:, 2:]
 
 
 def _rotated(turn: Floats, frames: Floats) -> Floats:
