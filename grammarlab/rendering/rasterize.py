@@ -15,7 +15,9 @@ from grammarlab.rendering.light.ground import ground_light
 from grammarlab.rendering.light.lighting import Exposure, shade
 from grammarlab.rendering.light.look import tone_map
 from grammarlab.rendering.light.surfaces import SEE_THROUGH, Surfaces, side_of_viewer, unit
+from grammarlab.rendering.light.textures import has_holes
 from grammarlab.rendering.opengl import Buffers, painter
+from grammarlab.rendering.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
 from grammarlab.rendering.shot import Rows, Samples, Shot, develop, ground_at, outlines, paper, pixels, samples, take
 from grammarlab.scene import TriangleBatch
@@ -35,7 +37,9 @@ _LARGEST_SIDE = 8192
 @final
 @dataclass(frozen=True, slots=True)
 class OpenGLRenderer(AbstractRenderer):
-    """Sun, shadow, edges and ground as in the default renderer, without openness and mirror images.
+    """Sun, shadow, edges and ground as in the default renderer, without pictures, openness and mirror images.
+
+    The default renderer draws models whose pictures have transparent parts.
 
     Only the nearest pane of glass in front of a solid surface is drawn.
 
@@ -60,6 +64,9 @@ class OpenGLRenderer(AbstractRenderer):
         behind = paper(options, 0, height)
         if len(batch.triangles) == 0:
             return develop(pixels(behind, options))
+        if has_holes(batch):
+            # OpenGL's buffers have no pictures, and a rectangle with a picture of a tree is no tree.
+            return RaycastRenderer().render(batch, camera, options)
         shot = take(batch, camera, options, for_rays=False)
         opaque = shot.model.opacity[batch.group_material] >= SEE_THROUGH
         everything = np.ones_like(opaque)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -42,6 +43,51 @@ class RaycastRenderer(AbstractRenderer):
             for first in range(0, options.height, rows_per_band)
         ]
         return develop(np.concatenate(bands))
+
+    def cut_out(self, batch: TriangleBatch, camera: Camera, options: RenderOptions) -> NDArray[np.uint8]:
+        """The picture [height, width, 4] of a batch of one model with at least one triangle, with transparent ground.
+
+        The last channel is the share of a pixel that shows the model. There are no edges and no ground. Colours are
+        those of the model alone, and elsewhere those of pixels nearby, so that smaller sizes of the picture have no seam.
+        """
+        options = replace(options, edges=False, ground=False)
+        shot = take(batch, camera, options, for_rays=True)
+        rows_per_band = max(1, BAND_SAMPLES // (options.width * options.samples**2))
+        bands = [
+            _cut_out_band(shot, options, first, min(first + rows_per_band, options.height))
+            for first in range(0, options.height, rows_per_band)
+        ]
+        light, coverage = (np.concatenate(parts) for parts in zip(*bands, strict=True))
+        colors = develop(_spread(light, coverage))
+        return np.concatenate([colors, np.rint(coverage[:, :, None] * 255.0).astype(np.uint8)], axis=2)
+
+
+def _cut_out_band(shot: Shot, options: RenderOptions, first: int, last: int) -> tuple[AnyFloats, AnyFloats]:
+    """Light [rows, width, 3] of the model in pixel rows first..last, and its share [rows, width] of each pixel."""
+    rays = samples(shot.camera, options, first * options.samples, last * options.samples)
+    light = _radiance(shot, rays, np.zeros((len(rays.origins), 3), np.float32))
+    is_hit = shot.model.tracer.first_hit(rays.origins, rays.directions).triangle >= 0
+    coverage = pixels(np.repeat(is_hit[:, None], 3, axis=1).astype(np.float32), options)[:, :, 0]
+    return pixels(light * is_hit[:, None], options) / np.maximum(coverage, 1e-6)[:, :, None], coverage
+
+
+def _spread(light: AnyFloats, coverage: AnyFloats) -> AnyFloats:
+    """Light [H, W, 3], where there is none that of the mean of wider and wider neighbourhoods."""
+    # Imported here, since most pictures have no transparent ground.
+    from scipy.ndimage import uniform_filter  # noqa: PLC0415
+
+    spread, empty = light.copy(), coverage <= 0.0
+    weight = (~empty).astype(np.float32)
+    width = 3
+    while empty.any() and not empty.all():
+        share = uniform_filter(weight, width, mode="constant")
+        reached = empty & (share > 1e-6)
+        for channel in range(3):
+            mean = uniform_filter(light[:, :, channel] * weight, width, mode="constant")
+            spread[reached, channel] = mean[reached] / share[reached]
+        empty &= ~reached
+        width = 2 * width + 1
+    return spread
 
 
 def _band(shot: Shot | None, options: RenderOptions, first: int, last: int) -> AnyFloats:

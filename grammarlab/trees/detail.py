@@ -34,6 +34,8 @@ _STEPS = ((1.0, 0.8), (0.8, 0.7), (0.67, 0.6), (0.5, 0.6), (0.4, 0.5), (0.3, 0.4
 """Shares of the cross-sections of a stem and of their corners that coarser and coarser drawings have."""
 _GROWTH_SHARE = 0.04
 """Largest growth of a leaf in a coarser drawing, by the height of the tree."""
+_REACHING_STATIONS = 12
+"""Cross-sections with which a stem that reaches farthest keeps its bends."""
 _LANE = 32
 """Lane below the key of a stem for the order in which its leaves are left out."""
 
@@ -105,8 +107,11 @@ def stem_details(
         step[fits] = index
     num = np.choose(step[tree], [option[0] for option in options])
     corners = np.choose(step[tree], [option[1] for option in options])
-    drawn = _thickest(skeleton, tree, num_triangles(num - 1, corners), budget)
+    reaching = _reaching(skeleton)
+    whole = np.concatenate([part.num_stations for part in full])
+    num = np.where(reaching, np.maximum(num, np.minimum(whole, _REACHING_STATIONS)), num)
     ends = np.cumsum([0, *(len(stems) for stems in skeleton.levels)])
+    drawn = _thickest(skeleton, tree, num_triangles(num - 1, corners), budget, reaching)
     return [
         StemDetail(drawn[level], num[ends[level] : ends[level + 1]], corners[ends[level] : ends[level + 1]])
         for level in levels
@@ -178,12 +183,15 @@ def _index_of_leaf(leaves: Leaves, rows: Ints) -> Ints:
     return np.arange(len(stem)) - starts[run]
 
 
-def _thickest(skeleton: Skeleton, tree: Ints, triangles: Ints, budget: Floats) -> list[Flags]:
-    """[S] for each level, the stems to draw: the thickest, within a budget [n] of triangles of each tree."""
+def _thickest(skeleton: Skeleton, tree: Ints, triangles: Ints, budget: Floats, reaching: Flags) -> list[Flags]:
+    """[S] for each level, the stems to draw: the thickest, within a budget [n] of triangles of each tree.
+
+    Stems of all levels that reach farthest come first, with all that carries them.
+    """
     levels = skeleton.levels
+    ends = np.cumsum([0, *(len(stems) for stems in levels)])
     radius = np.concatenate([stems.radius for stems in levels])
-    # Stems that reach farthest come first, with all that carries them.
-    drawn = [_reaching(stems, skeleton.num_trees) for stems in levels]
+    drawn = [reaching[ends[level] : ends[level + 1]].copy() for level in range(len(levels))]
     for level in reversed(range(len(levels))):
         _mark_carriers(levels, drawn, level)
     first = np.concatenate(drawn)
@@ -193,7 +201,6 @@ def _thickest(skeleton: Skeleton, tree: Ints, triangles: Ints, budget: Floats) -
     used -= np.concatenate([[0], used])[starts][tree[order]]
     within = np.empty(len(tree), dtype=bool)
     within[order] = (used <= budget[tree[order]]) | first[order]
-    ends = np.cumsum([0, *(len(stems) for stems in levels)])
     flags = [within[ends[level] : ends[level + 1]].copy() for level in range(len(levels))]
     for level, stems in enumerate(levels):
         if level > 0:
@@ -225,27 +232,24 @@ def _drop_orphans(stems: Stems, drawn: Flags) -> None:
         drawn[orphans] = False
 
 
-def _reaching(stems: Stems, num_trees: int) -> Flags:
-    """[S] whether a stem has a node that is the farthest of its tree and level in a direction of the axes."""
-    node_stem = np.repeat(np.arange(len(stems)), stems.num_nodes)
-    farthest = _extremes(stems.tree[node_stem], stems.points, num_trees)
-    flags = np.zeros(len(stems), dtype=bool)
-    flags[node_stem[farthest]] = True
+def _reaching(skeleton: Skeleton) -> Flags:
+    """[S] whether a stem, of all levels, has a node that is the farthest of its tree in a direction of the axes."""
+    num_nodes = np.concatenate([stems.num_nodes for stems in skeleton.levels])
+    tree = np.concatenate([stems.tree for stems in skeleton.levels])
+    stem = np.repeat(np.arange(len(tree)), num_nodes)
+    points = np.concatenate([stems.points for stems in skeleton.levels])
+    flags = np.zeros(len(tree), dtype=bool)
+    flags[stem[_extremes(tree[stem], points, skeleton.num_trees)]] = True
     return flags
 
 
 def _extremes(tree: Ints, points: Floats, num_trees: int) -> Flags:
-    """[N] whether a point [N, 3] has the largest or the smallest coordinate of those of its tree [N], ascending."""
+    """[N] whether a point [N, 3] has the largest or the smallest coordinate of those of its tree [N]."""
     flags = np.zeros(len(tree), dtype=bool)
-    if len(tree) == 0:
-        return flags
-    starts = np.searchsorted(tree, np.arange(num_trees + 1))
-    filled = np.flatnonzero(np.diff(starts))
-    rank = np.searchsorted(filled, tree)
-    for axis in range(3):
-        column = points[:, axis]
-        for best in (np.maximum, np.minimum):
-            flags |= column == best.reduceat(column, starts[filled])[rank]
+    for column in (*points.T, *-points.T):
+        best = np.full(num_trees, -np.inf)
+        np.maximum.at(best, tree, column)
+        flags |= column == best[tree]
     return flags
 
 

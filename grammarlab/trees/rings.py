@@ -19,7 +19,7 @@ _MOST_PARTS = (4, 3, 2, 1)
 _FLARE = np.array([0.006, 0.016, 0.032, 0.056, 0.09])
 """Shares of a trunk at which rings show its flare, which ends at 1/8."""
 _CLOSEST = 1e-4
-"""Smallest share of a length between an extra ring and the ends of a stem."""
+"""Smallest share of a length between two rings of a stem."""
 _ROUND_END = np.array([1.0, 0.72, 0.45, 0.22, 0.07])
 """Distances from a rounded end, in radii, at which rings show it."""
 _COLLAR = np.array([0.0, 0.35, 1.0])
@@ -73,12 +73,22 @@ def full_stations(skeleton: Skeleton, level: int, axes: Axes, collars: Collars) 
     extra_stem, extra = _extra_stations(skeleton, level, collars)
     if len(extra) == 0:
         return Stations(offsets_from_counts(counts), along)
-    inside = (extra > along[offsets_from_counts(counts)[extra_stem]] + _CLOSEST) & (extra < 1.0 - _CLOSEST)
+    inside = (extra > along[offsets_from_counts(counts)[extra_stem]]) & (extra < 1.0)
     extra_stem, extra = extra_stem[inside], extra[inside]
     stem = np.concatenate([row_of_value(counts), extra_stem])
     along = np.concatenate([along, extra])
     order = np.argsort(stem + 0.5 * along, kind="stable")
-    return Stations(offsets_from_counts(np.bincount(stem, minlength=len(counts))), along[order])
+    return _spaced(stem[order], along[order], len(counts))
+
+
+def _spaced(stem: Ints, along: Floats, num_stems: int) -> Stations:
+    """Stations without those that almost touch the one before, or the end of their stem."""
+    is_close = (stem[1:] == stem[:-1]) & (np.diff(along) < _CLOSEST)
+    is_end = np.append(stem[1:] != stem[:-1], True)
+    spare = np.zeros(len(stem), dtype=bool)
+    spare[1:] = is_close & ~is_end[1:]
+    spare[:-1] |= is_close & is_end[1:]
+    return Stations(offsets_from_counts(np.bincount(stem[~spare], minlength=num_stems)), along[~spare])
 
 
 def _extra_stations(skeleton: Skeleton, level: int, collars: Collars) -> tuple[Ints, Floats]:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints, offsets_from_counts
+from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
+from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene.instances import PointSurface, Scene, stable_order
@@ -32,10 +33,12 @@ def realize_trees(
         looks: the look of all trees, or one for each of them.
         detail: ``full``; ``medium`` and ``low``: the same tree with 40 % and 15 % of the triangles; ``cards``: two
             crossed rectangles with pictures of the tree.
-        assets: folder of the pictures of bark and leaves, which appear in the pictures of cards.
+        assets: folder of the pictures of bark and leaves, which then travel with the scene and appear in pictures that
+            renderers draw; None leaves them to the writers of files.
 
     Raises:
         UsageError: If the detail is unknown.
+        AssetError: If a picture is outside the asset folder, or broken.
     """
     if detail not in DETAILS:
         raise UsageError(f"unknown detail {detail!r}; choose one of {', '.join(DETAILS)}")
@@ -43,7 +46,9 @@ def realize_trees(
     if len(each) != skeleton.num_trees:
         raise UsageError(f"expected one look, or {skeleton.num_trees}: one for each tree; found {len(each)}")
     if detail == "cards":
-        raise NotImplementedError
+        from grammarlab.trees.cards import card_scene  # noqa: PLC0415 - most scenes need no renderer
+
+        return card_scene(realize_trees(skeleton, each, "medium", assets))
     leaves, leaf_triangles, full_leaf_triangles = leaf_detail(skeleton, detail)
     plans = [plan(skeleton, level) for level in range(len(skeleton.levels))]
     stations = [part.stations for part in plans]
@@ -52,7 +57,8 @@ def realize_trees(
     for level, part in enumerate(plans):
         levels.append(draw(skeleton, level, part, details[level], levels[-1] if levels else None))
     wood, surface = tubes(joined_rings([level.rings for level in levels]), skeleton.num_trees)
-    return _scene(skeleton, each, wood, surface, _placed_leaves(skeleton, leaves, levels))
+    materials = tree_materials(list(dict.fromkeys(each)), assets)
+    return _scene(skeleton, each, materials, wood, surface, _placed_leaves(skeleton, leaves, levels))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +68,7 @@ class _PlacedLeaves:
     tree: Ints
     mesh: Ints
     meshes: tuple[LeafMesh, ...]
-    is_blossom: np.ndarray
+    is_blossom: Flags
     position: Floats
     frame: Floats
     size: Floats
@@ -110,12 +116,17 @@ def _distinct(rows: Floats) -> tuple[Floats, Ints]:
 
 
 def _scene(
-    skeleton: Skeleton, looks: Sequence[Look], wood: Meshes, surface: PointSurface, leaves: _PlacedLeaves
+    skeleton: Skeleton,
+    looks: Sequence[Look],
+    materials: Materials,
+    wood: Meshes,
+    surface: PointSurface,
+    leaves: _PlacedLeaves,
 ) -> Scene:
     num = skeleton.num_trees
     meshes, points = _joined(wood, surface, leaves.meshes)
-    distinct_looks = list(dict.fromkeys(looks))
-    look = np.array([distinct_looks.index(part) for part in looks], np.int64)
+    number = {look: index for index, look in enumerate(dict.fromkeys(looks))}
+    look = np.array([number[part] for part in looks], np.int64)
     kind = np.where(leaves.is_blossom, BLOSSOM, LEAF)
     model = np.concatenate([np.arange(num), leaves.tree])
     material = 3 * look[model] + np.concatenate([np.full(num, BARK), kind])
@@ -124,7 +135,7 @@ def _scene(
     return Scene(
         num_models=num,
         meshes=meshes,
-        materials=tree_materials(distinct_looks),
+        materials=materials,
         model=model[order].astype(np.int32),
         mesh=np.concatenate([np.arange(num), num + leaves.mesh])[order].astype(np.int32),
         material=material[order].astype(np.int32),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.export.gltf_materials import find_texture
 from grammarlab.trees.species import Look
 
 BARK, LEAF, BLOSSOM = range(3)
@@ -16,8 +18,16 @@ _OPAQUE = (".jpg", ".jpeg")
 """Ends of names of pictures that cannot be transparent."""
 
 
-def tree_materials(looks: Sequence[Look]) -> Materials:
-    """Three rows for each look: bark, leaf and blossom."""
+def tree_materials(looks: Sequence[Look], assets: Path | None = None) -> Materials:
+    """Three rows for each look: bark, leaf and blossom.
+
+    Args:
+        looks: the looks.
+        assets: folder of pictures that are read into the materials; None for none.
+
+    Raises:
+        AssetError: If a picture is outside the folder, or broken.
+    """
     rows, textures = [], []
     for look in looks:
         parts = (look.bark_color, look.bark), (look.leaf_color, look.leaf), (look.blossom_color, look.blossom)
@@ -25,7 +35,10 @@ def tree_materials(looks: Sequence[Look]) -> Materials:
             rows.append(_channels(color, roughness))
             textures.append(picture)
     cut_out = [name for index, name in enumerate(textures) if index % 3 != BARK and not name.lower().endswith(_OPAQUE)]
-    return Materials(np.array(rows).reshape(-1, len(CHANNELS)), tuple(textures), cut_out=frozenset(cut_out) - {""})
+    images = {name: find_texture(name, assets) for name in dict.fromkeys(textures)}
+    pictures = {name: image.content for name, image in images.items() if image is not None}
+    table = np.array(rows).reshape(-1, len(CHANNELS))
+    return Materials(table, tuple(textures), pictures, frozenset(cut_out) - {""})
 
 
 def card_materials(pictures: Mapping[str, bytes]) -> Materials:

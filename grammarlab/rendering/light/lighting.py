@@ -121,6 +121,8 @@ def shade(
     received = free[:, None] * skylight + mixed((facing, 1.0 - free), (look.sun, closed))
 
     color, metallic = model.color.take(visible.material, axis=0), model.metallic[visible.material][:, None]
+    if visible.tint is not None:
+        color = color * visible.tint
     roughness, opacity = model.roughness[visible.material], model.opacity[visible.material]
     mirrored = _mirrored(visible, directions, model, sun, look, exposure, skylight, roughness)
     facing_eye = np.clip(-dot(visible.normal, directions), 0.0, 1.0)

@@ -8,13 +8,22 @@ from numpy.typing import NDArray
 from grammarlab.arrays import AnyFloats
 from grammarlab.geometry.meshes.ragged import distinct_keys
 from grammarlab.rendering.light.box_tree import AbstractScene, BoxedTriangles, Hits
+from grammarlab.rendering.light.textures import PerforatedTriangles, Skin
 
 
 class Tracer:
-    """Triangles for ray queries, in single precision: the model should be near the origin at about unit size."""
+    """Triangles for ray queries, in single precision: the model should be near the origin at about unit size.
 
-    def __init__(self, vertices: AnyFloats, triangles: NDArray[np.integer]) -> None:
+    Args:
+        vertices: [V, 3].
+        triangles: [T, 3].
+        skin: pictures on the triangles; rays pass through their holes.
+    """
+
+    def __init__(self, vertices: AnyFloats, triangles: NDArray[np.integer], skin: Skin | None = None) -> None:
         self._scene = _scene(vertices, triangles) if len(triangles) else None
+        if self._scene is not None and skin is not None and skin.perforated.any():
+            self._scene = PerforatedTriangles(self._scene, skin)
 
     def first_hit(self, origins: AnyFloats, directions: AnyFloats) -> Hits:
         """The nearest triangle in front of each ray [N, 3]."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import AnyFloats
 from grammarlab.errors import UsageError
 from grammarlab.rendering.light.rays import Hits, Tracer, welded
+from grammarlab.rendering.light.textures import Skin, skin_of
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.shading import linear_from_srgb
 
@@ -51,6 +52,8 @@ class ShadedModel:
     """All triangles for rays, or None without rays."""
     blockers: Tracer
     """The opaque triangles for rays."""
+    skin: Skin | None
+    """Pictures on the triangles; None without."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +68,8 @@ class Surfaces:
     """[N, 3] unit normals of the triangles on the side of the viewer."""
     material: NDArray[np.int32]
     """[N]."""
+    tint: AnyFloats | None = None
+    """[N, 3] linear colours of pictures, by which those of the materials are multiplied; None without pictures."""
 
 
 def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
@@ -84,7 +89,8 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
     triangles = batch.triangles if for_rays else batch.triangles[:0]
     points, point = welded(vertices)
     corners_of_rays = point.take(triangles)
-    tracer = Tracer(points, corners_of_rays)
+    skin = skin_of(batch, radius) if for_rays else None
+    tracer = Tracer(points, corners_of_rays, skin)
     opaque = opacity[material] >= SEE_THROUGH
     corners = vertices.take(batch.triangles, axis=0)
     return ShadedModel(
@@ -102,7 +108,10 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
         low=(low - origin) / radius,
         high=(high - origin) / radius,
         tracer=tracer,
-        blockers=tracer if opaque.all() or not for_rays else Tracer(points, corners_of_rays[opaque]),
+        blockers=tracer
+        if opaque.all() or not for_rays
+        else Tracer(points, corners_of_rays[opaque], skin and skin.take(opaque)),
+        skin=skin,
     )
 
 
@@ -115,7 +124,9 @@ def surfaces(model: ShadedModel, origins: AnyFloats, directions: AnyFloats, hits
     normal = unit((1 - u - v) * normals[:, 0] + u * normals[:, 1] + v * normals[:, 2])
     # A shading normal belongs to the same side as its triangle, seen from the back or the front.
     normal *= np.where(dot(normal, flat) < 0, np.float32(-1), np.float32(1))[:, None]
-    return Surfaces(origins + hits.distance[:, None] * directions, normal, flat, model.material[hits.triangle])
+    point = origins + hits.distance[:, None] * directions
+    tint = None if model.skin is None else model.skin.colors(hits)[:, :3]
+    return Surfaces(point, normal, flat, model.material[hits.triangle], tint)
 
 
 def dot(a: AnyFloats, b: AnyFloats) -> AnyFloats:
