@@ -1,10 +1,10 @@
-"""`learn`: a grammar learned from the scores of a function."""
+"""`learn`: a grammar, or a species, learned from the scores of a function."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Literal, overload
+from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,16 +16,22 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
 from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.designs.species_space import SpeciesSpace
+from grammarlab.learning.designs.tree_columns import TreeBatch
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.grammar_target import GrammarWriter
-from grammarlab.learning.targets.writers import LearnedDensity, Making
+from grammarlab.learning.targets.species_target import SpeciesWriter
+from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import OVERALL
 from grammarlab.scene.instances import Scene
+from grammarlab.trees.species import Species
+from grammarlab.trees.species_file import write
 
 
 @overload
@@ -56,29 +62,58 @@ def learn(
     max_rules: int | None = ...,
     seed: int = ...,
 ) -> LearnedDensity[Forest]: ...
+@overload
 def learn(
-    grammar: Grammar,
+    grammar: Species,
+    score: Callable[[TreeBatch], ArrayLike],
+    budget: int = ...,
+    *,
+    sees: Literal["trees"] = ...,
+    assets: Path | None = ...,
+    pool: Pool | None = ...,
+    settings: Settings | None = ...,
+    base: Base = ...,
+    max_rules: int | None = ...,
+    seed: int = ...,
+) -> LearnedDensity[TreeBatch]: ...
+@overload
+def learn(
+    grammar: Species,
+    score: Callable[[Scene], ArrayLike],
+    budget: int = ...,
+    *,
+    sees: Literal["scene"],
+    assets: Path | None = ...,
+    pool: Pool | None = ...,
+    settings: Settings | None = ...,
+    base: Base = ...,
+    max_rules: int | None = ...,
+    seed: int = ...,
+) -> LearnedDensity[TreeBatch]: ...
+def learn(
+    grammar: Grammar | Species,
     score: Callable[..., ArrayLike],
     budget: int = 128,
     *,
-    sees: Literal["forest", "scene"] = "forest",
+    sees: Literal["", "forest", "trees", "scene"] = "",
     assets: Path | None = None,
     pool: Pool | None = None,
     settings: Settings | None = None,
     base: Base = "grammar",
     max_rules: int | None = None,
     seed: int = 0,
-) -> LearnedDensity[Forest]:
-    """Grammar that samples models in proportion to the scores of a function.
+) -> LearnedDensity[Any]:
+    """Grammar, or species of trees, that samples models in proportion to the scores of a function.
 
     The function is asked about a few models at a time, like a person in a scoring session.
 
     Args:
-        grammar: the original grammar.
+        grammar: the original grammar or species.
         score: function from models [k] to scores [k] from 0 (disliked) to 100, or to booleans: True is 100, False is 0.
         budget: number of scores to ask for, >= 1.
-        sees: argument of the function: the derivation trees and leaves of the models, or their scene of meshes.
-        assets: folder of the meshes and images that the grammar uses, by default that of the grammar.
+        sees: argument of the function: ``scene``, the meshes of the models; or, by default, ``forest``, the derivation
+            trees and leaves of models of a grammar, or ``trees``, the parameters and measures of trees of a species.
+        assets: folder of the meshes and images that are used, by default that of the grammar or species.
         pool: the models to ask about.
         settings: options of learning; by default those for a person.
         base: density that the scores multiply: the grammar's own, or the same for every tree.
@@ -100,17 +135,20 @@ def learn(
     >>> found.learned.sample(50, seed=1).leaves.size[:, 1].min()
     np.float64(9.0)
     """
-    check_type("grammar", grammar, Grammar, EXAMPLE)
+    if not isinstance(grammar, Species):
+        check_type("grammar", grammar, Grammar, EXAMPLE)
     if not callable(score):
         raise UsageError(f"score: expected a function from models to scores, found {type(score).__name__}.")
     if budget < 1:
         raise UsageError(f"budget: expected at least 1 score to ask for, found {budget}.")
-    space = GrammarSpace(grammar, grammar.assets if assets is None else assets)
+    space, writer, views = _subject(grammar, grammar.assets if assets is None else assets)
+    if sees not in ("", *views):
+        raise UsageError(f"sees: expected one of {', '.join(views)}, found {sees!r}.")
+    view = views[sees or next(iter(views))]
     study = Study(space, pool or Pool(), settings)
 
     def person(addresses: Sequence[Address], _before: int) -> Floats:
-        models = space.realize(addresses).scene if sees == "scene" else space.derive(addresses)
-        return _checked(score(models), len(addresses))[:, None]
+        return _checked(score(view(addresses)), len(addresses))[:, None]
 
     # At these sizes several threads are slower than one.
     with threadpool_limits(1):
@@ -122,7 +160,28 @@ def learn(
                 f"none of the {state.num_answers} models that the function was asked about has a score above 0, so "
                 "nothing is liked. Raise the budget, or give low scores to models that are nearly liked."
             )
-        return GrammarWriter(space).learn(study, state, Making(base=base, max_rules=max_rules))
+        return writer.learn(study, state, Making(base=base, max_rules=max_rules))
+
+
+class _Subject(NamedTuple):
+    """What is learned about."""
+
+    space: AbstractDesignSpace[Any]
+    writer: AbstractTargetWriter[Any]
+    views: Mapping[str, Callable[[Sequence[Address]], Any]]
+    """What a function may see of designs, the default first."""
+
+
+def _subject(description: Grammar | Species, assets: Path | None) -> _Subject:
+    if isinstance(description, Grammar):
+        rules = GrammarSpace(description, assets)
+        return _Subject(rules, GrammarWriter(rules), {"forest": rules.derive, "scene": _scene_of(rules)})
+    trees = SpeciesSpace(description, write(description), assets)
+    return _Subject(trees, SpeciesWriter(trees), {"trees": trees.make, "scene": _scene_of(trees)})
+
+
+def _scene_of(space: AbstractDesignSpace[Any]) -> Callable[[Sequence[Address]], Scene]:
+    return lambda addresses: space.realize(addresses).scene
 
 
 def _checked(scores: ArrayLike, num: int) -> Floats:

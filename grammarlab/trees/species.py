@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -64,6 +65,8 @@ class Species:
     acceptance: str = ""
     """An expression (`grammarlab.features.expression`) with the probability, 0 to 1, of keeping a candidate; empty
     to keep all."""
+    assets: Path | None = None
+    """Folder of the pictures of its look; None if it is unknown."""
 
 
 def drawn(species: Species, keys: Keys) -> tuple[Floats, Ints]:

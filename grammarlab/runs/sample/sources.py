@@ -5,32 +5,59 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from grammarlab.evaluation.preparation import Source
 from grammarlab.evaluation.scenario import load as load_scenario
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.checks import grammar_to_run
-from grammarlab.runs.sample.domains import opened
+from grammarlab.runs.sample.domains import SPECIES, opened
 from grammarlab.runs.sample.shipped import find_rules
 
+if TYPE_CHECKING:
+    from grammarlab.trees.species import Species
 
-def load(grammar: str | os.PathLike[str]) -> Grammar:
-    """Read a rule file without errors.
+ShippedGrammar: TypeAlias = Literal[
+    "airplane", "building", "furniture", "limits", "limits_discrete", "limits_rare", "skyscraper", "toy"
+]
+"""Names of the shipped grammars, for type checkers."""
+ShippedSpecies: TypeAlias = Literal["apple", "birch", "oak", "palm", "poplar", "shrub", "spruce", "weeping_willow"]
+"""Names of the shipped species, for type checkers."""
+
+
+@overload
+def load(grammar: ShippedGrammar) -> Grammar: ...
+@overload
+def load(grammar: ShippedSpecies) -> Species: ...
+@overload
+def load(grammar: str | os.PathLike[str]) -> Any: ...
+def load(grammar: str | os.PathLike[str]) -> Grammar | Species:
+    """Read a rule file or a species of trees without errors.
 
     Its meshes and images are found as by the command line: in ``assets`` beside the file, otherwise beside it.
 
     Args:
-        grammar: a path, or the name of a shipped grammar.
+        grammar: a path, or the name of a shipped grammar or species.
+
+    Returns:
+        A `Grammar` for rule files, a `Species` for files that end in .toml, and for those of Arbaro (.xml).
 
     Raises:
-        UsageError: If there is no such file or grammar; it names the nearest.
+        UsageError: If there is no such file or example; it names the nearest.
         LanguageError: If the file has errors; it lists all of them.
 
     >>> import grammarlab as gl
     >>> gl.load("toy").start_rules[0].name
     'Start'
+    >>> gl.load("oak").name
+    'oak'
     """
     source = find_rules(os.fspath(grammar))
+    if source.suffix == SPECIES:
+        # Grammars do without trees.
+        from grammarlab.runs.sample.species_models import species_to_run  # noqa: PLC0415
+
+        return replace(species_to_run(source.text(), source.file), assets=source.assets)
     return replace(grammar_to_run(source.text(), source.file), assets=source.assets)
 
 

@@ -27,7 +27,7 @@ from grammarlab.runs.sample.tree_table import FILES, TreeTable
 from grammarlab.scene import Scene
 from grammarlab.toml_text import toml_text
 from grammarlab.trees.accepted import accepted_rows, log_density, rule_of
-from grammarlab.trees.arbaro import read_arbaro, write_arbaro
+from grammarlab.trees.arbaro import check_arbaro, read_arbaro, write_arbaro
 from grammarlab.trees.crown_reach import CrownReach
 from grammarlab.trees.growth import grow
 from grammarlab.trees.measures import MEASURES, measure
@@ -193,11 +193,12 @@ class ArbaroDomain(SpeciesDomain):
 
     def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
         text = read_text(path)
-        try:
-            converted = write(read_arbaro(text, str(path)))
-        except LanguageError as error:
-            return (_CheckedSpecies(text, error.findings),)
-        return (_CheckedSpecies(converted, _findings(converted, f"{path} as {SPECIES}", assets)),)
+        findings = check_arbaro(text, str(path))
+        if any(finding.severity == "error" for finding in findings):
+            return (_CheckedSpecies(text, findings),)
+        converted = write(read_arbaro(text, str(path)))
+        further = _findings(converted, str(path.with_suffix(SPECIES)), assets)
+        return (_CheckedSpecies(text, findings), _CheckedSpecies(converted, further))
 
     def formatted(self, text: str, file: str, suffix: str) -> str:
         return super().formatted(write(read_arbaro(text, file)), file, suffix)
