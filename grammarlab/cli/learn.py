@@ -146,7 +146,7 @@ def learn(
             from grammarlab.runs.learn.from_examples import learn_from_files
 
             result_of_examples = learn_from_files(
-                grammar, examples, target, method=method or "tied", seed=seed or 0, scenario=scenario_file
+                grammar, examples, target, method=method, seed=seed or 0, scenario=scenario_file
             )
             summary = _Summary(
                 _examples_as_json(result_of_examples),
@@ -277,7 +277,7 @@ def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
         "examples": result.num_examples,
         "method": result.learned.method,
         "js_before": result.measured.before.js,
-        "components": len(result.learned.components),
+        "components": result.num_components,
         "held_out": None
         if held_out is None
         else {"examples": held_out.num_models, "possible": held_out.possible, "gain": held_out.gain},

@@ -94,7 +94,7 @@ def page_of_examples(result: ExamplesResult) -> Report:
         ]
     facts += [
         *cost_facts(learned, result.measured),
-        ("components", f"{len(learned.components)}"),
+        ("components", f"{result.num_components}"),
         ("method", f"{learned.method}"),
         ("seconds", f"{result.seconds:.1f}"),
     ]
@@ -105,7 +105,7 @@ def page_of_examples(result: ExamplesResult) -> Report:
         facts=tuple(facts),
         sections=(),
         findings=learned.findings,
-        before=GrammarSampler(learned.original, result.source.assets),
+        before=result.space,
         after=learned,
     )
 

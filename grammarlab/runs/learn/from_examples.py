@@ -1,27 +1,21 @@
-"""From example models to a learned grammar on disk, with the gain in likelihood."""
+"""From example models to a learned file on disk, with the gain in likelihood."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import cast
+from typing import Any
 
 import numpy as np
 
-from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.samples.examples import EXAMPLE_METHODS, ExampleMethod, learn_from_examples
-from grammarlab.derivation.forest import Forest
-from grammarlab.derivation.selection import select_models
-from grammarlab.language.grammar import Grammar
-from grammarlab.learning.designs.grammar_space import GrammarSpace
-from grammarlab.learning.designs.pool import Pool, PoolDesigns
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.targets.divergence import Measured, measured
-from grammarlab.learning.targets.writers import check_method
-from grammarlab.runs.learn.example_models import example_models
+from grammarlab.learning.targets.writers import Learned, check_method
+from grammarlab.runs.learn.example_learners import AbstractExampleLearner, example_learner
 from grammarlab.runs.learn.from_scenario import origin_line, scenario_of, write_learned
 from grammarlab.runs.learn.scenario_measures import TrueDensity
-from grammarlab.runs.sample.records import compiled
+from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.sample.shipped import RuleSource, find_rules
 from grammarlab.runs.work.workers import one_thread
 
@@ -33,20 +27,24 @@ MIN_HELD_OUT_EXAMPLES = 50
 
 @dataclass(frozen=True, slots=True)
 class HeldOut:
-    """Evaluation of the grammar learned from the others on held-out examples."""
+    """Evaluation of the file learned from the others on held-out examples."""
 
     num_models: int
     possible: int
-    """Number of them that the learned grammar can make."""
+    """Number of them that the learned file can make."""
     gain: float
-    """Mean log-likelihood ratio of these to the original grammar, in nats."""
+    """Mean log-likelihood ratio of these to the original file, in nats."""
 
 
 @dataclass(frozen=True, slots=True)
 class ExamplesResult:
-    """A grammar learned from example models."""
+    """A file learned from example models."""
 
-    learned: LearnedGrammar
+    space: AbstractDesignSpace[Any]
+    """The space of the examples."""
+    learned: Learned[Any]
+    num_components: int
+    """Components of the learned mixture."""
     file: Path
     examples: Path
     source: RuleSource
@@ -56,65 +54,68 @@ class ExamplesResult:
     measured: Measured
     """Comparison of the original density with the learned one, on a pool of models."""
     seconds: float
-    """Seconds from the examples to the text of the grammar."""
+    """Seconds from the examples to the text of the file."""
     truth: TrueDensity | None = None
     """Comparison with a scenario, if one is given."""
 
 
 def learn_from_files(
-    grammar: str, examples: Path, file: Path, *, method: str = "tied", seed: int = 0, scenario: Path | None = None
+    grammar: str, examples: Path, file: Path, *, method: str = "", seed: int = 0, scenario: Path | None = None
 ) -> ExamplesResult:
-    """Learn the maximum-likelihood grammar of example models.
+    """Learn the file near a given one that makes example models most likely.
 
     Args:
-        grammar: a rule file or the name of a shipped grammar that can make them.
-        examples: folder or file of derivations, as read by `example_models`.
-        file: path of the new rule file; assets that it names are copied beside it.
-        method: one of `EXAMPLE_METHODS`.
+        grammar: a file that can make them, or the name of a shipped example.
+        examples: folder or file that ``grammarlab sample`` wrote (`AbstractExampleLearner.read`).
+        file: path of the new file, of the same kind; assets that it names are copied beside it.
+        method: one of `AbstractExampleLearner.methods`; empty for the first one.
         seed: seed of the models for measuring the result.
         scenario: a scenario file to compare the result with; nothing is learned from it.
 
     Raises:
-        UsageError: If there are no examples, or they are not of the grammar.
+        UsageError: If there are no examples, or they are not of the file.
         AssetError: If examples cannot be read.
     """
-    check_method(method, EXAMPLE_METHODS)
-    chosen = cast(ExampleMethod, method)
     source = find_rules(grammar)
-    parsed, _ = compiled(source.text(), source.name)
-    true_source = None if scenario is None else scenario_of(scenario, grammar, parsed.hash)
+    space = opened(source.suffix, source.text(), source.name, source.assets)
+    learner = example_learner(source.suffix, space)
+    method = method or learner.methods[0]
+    check_method(method, learner.methods)
+    true_source = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
     begun = perf_counter()
-    forest = example_models(examples, parsed)
-    header = [
-        origin_line(source.file, parsed.hash),
-        f"Examples {examples.name}: {forest.num_models} models",
+    designs = learner.read(examples)
+    lines = [
+        origin_line(source.file, space.hashes[0]),
+        f"Examples {examples.name}: {learner.count(designs)} models",
         f"Method {method} from examples",
     ]
     with one_thread():
-        learned = learn_from_examples(parsed, forest, chosen, header=header, assets=source.assets)
+        learned, num_components = learner.learn(designs, method, lines)
         seconds = perf_counter() - begun
-        held_out = _held_out(parsed, forest, chosen)
-    write_learned(file, learned.text, GrammarSpace(learned.original, source.assets), source.assets)
-    pool_designs = PoolDesigns.of(GrammarSpace(parsed, source.assets), Pool(seed))
-    ratio = np.concatenate([learned.ratio(forest) for forest in pool_designs.batches])
+        held_out = _held_out(learner, designs, method)
+    write_learned(file, learned.text, space, source.assets)
+    ratio, weights = learner.pool(learned, seed)
     return ExamplesResult(
+        space=space,
         learned=learned,
+        num_components=num_components,
         file=file,
         examples=examples,
         source=source,
-        num_examples=forest.num_models,
+        num_examples=learner.count(designs),
         held_out=held_out,
-        measured=measured(ratio, ratio, pool_designs.weights),
+        measured=measured(ratio, ratio, weights),
         seconds=seconds,
         truth=None if true_source is None else TrueDensity.of(true_source, learned),
     )
 
 
-def _held_out(grammar: Grammar, forest: Forest, method: ExampleMethod) -> HeldOut | None:
-    if forest.num_models < MIN_HELD_OUT_EXAMPLES:
+def _held_out(learner: AbstractExampleLearner[Any], designs: Any, method: str) -> HeldOut | None:
+    num = learner.count(designs)
+    if num < MIN_HELD_OUT_EXAMPLES:
         return None
-    is_held_out = np.arange(forest.num_models) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1
-    learned = learn_from_examples(grammar, select_models(forest, np.flatnonzero(~is_held_out)), method)
-    ratio = learned.ratio(select_models(forest, np.flatnonzero(is_held_out)))
+    is_held_out = np.arange(num) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1
+    learned, _ = learner.learn(learner.take(designs, np.flatnonzero(~is_held_out)), method, ())
+    ratio = learned.ratio(learner.take(designs, np.flatnonzero(is_held_out)))
     possible = ratio[ratio > 0.0]
     return HeldOut(len(ratio), len(possible), float(np.log(possible).mean()) if len(possible) else 0.0)

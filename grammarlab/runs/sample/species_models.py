@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,9 +30,9 @@ from grammarlab.toml_text import toml_text
 from grammarlab.trees.accepted import accepted_rows, log_density, rule_of
 from grammarlab.trees.arbaro import check_arbaro, read_arbaro, write_arbaro
 from grammarlab.trees.crown_reach import CrownReach
-from grammarlab.trees.growth import grow
+from grammarlab.trees.growth import grow_chunks
 from grammarlab.trees.measures import MEASURES, measure
-from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, IS_INTEGER, LOW, NUM_LEVELS, PARAMETERS, SPREAD
+from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, IS_INTEGER, LOW, PARAMETERS, SPREAD
 from grammarlab.trees.scene import DETAILS, realize_trees
 from grammarlab.trees.skeleton import Skeleton
 from grammarlab.trees.species import Species
@@ -45,8 +46,8 @@ DETAIL = "detail"
 """Attribute of the level of detail; the other attributes are the columns of the parameters."""
 ARBARO = ".xml"
 """Suffix of files of Arbaro."""
-_MAX_PARTS_AT_ONCE = 60_000
-"""Approximate number of stems and leaves that are in memory at once: some 150 MB with their meshes."""
+_MAX_NODES = 100_000
+"""Largest expected number of nodes of stems in memory at once, a budget: some 200 MB with their meshes and leaves."""
 _STRING = re.compile(r'"{3}.*?"{3}|\'{3}.*?\'{3}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
 
 
@@ -131,15 +132,16 @@ class SpeciesModels(AbstractModels):
 
     def _scenes(self, table: TreeTable) -> Iterator[MadeScene]:
         """Scenes of trees, a part of them at a time; a tree does not depend on its part."""
-        for start, end in _parts_in_memory(table):
-            part = table.part(start, end)
-            skeleton = grow(part.rows, part.key)
-            scene = realize_trees(skeleton, self.species.look, part.detail[0])
-            yield MadeScene(
-                scene=replace(scene, origins=part.position),
-                shapes=num_parts(skeleton).tolist(),
-                reports=reports_of(measure(skeleton)),
-            )
+        for part in _alike(table):
+            done = 0
+            for skeleton in grow_chunks(part.rows, part.key, _MAX_NODES):
+                scene = realize_trees(skeleton, self.species.look, part.detail[0])
+                done += skeleton.num_trees
+                yield MadeScene(
+                    scene=replace(scene, origins=part.position[done - skeleton.num_trees : done]),
+                    shapes=num_parts(skeleton).tolist(),
+                    reports=reports_of(measure(skeleton)),
+                )
 
 
 class SpeciesDomain(AbstractDomain["SpeciesSpace", SpeciesModels]):
@@ -377,19 +379,10 @@ def _centroid(footprint: Footprint) -> Floats:
     return origin + np.array([centre.x, 0.0, centre.y])
 
 
-def _parts_in_memory(table: TreeTable) -> Iterator[tuple[int, int]]:
-    """Start and end of consecutive trees of one level of detail that fit into memory together."""
-    stems, last = np.ones(len(table)), np.ones(len(table))
-    for level in range(1, NUM_LEVELS):
-        has_level = table.rows[:, COLUMN["levels"]] > level
-        last = np.where(has_level, last * np.maximum(table.rows[:, COLUMN[f"branches_{level}"]], 0.0), last)
-        stems += np.where(has_level, last, 0.0)
-    size = np.minimum(stems + last * np.abs(table.rows[:, COLUMN["leaves"]]), _MAX_PARTS_AT_ONCE)
-    start, total = 0, 0.0
-    for index, more in enumerate(size.tolist()):
-        if index > start and (total + more > _MAX_PARTS_AT_ONCE or table.detail[index] != table.detail[start]):
-            yield start, index
-            start, total = index, 0.0
-        total += more
-    if start < len(table):
-        yield start, len(table)
+def _alike(table: TreeTable) -> Iterator[TreeTable]:
+    """Consecutive trees of one level of detail."""
+    start = 0
+    for _, run in groupby(table.detail):
+        end = start + len(list(run))
+        yield table.part(start, end)
+        start = end
