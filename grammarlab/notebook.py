@@ -36,7 +36,7 @@ class _OpenSession:
     """Resolved path of the session file."""
     inode: int
     inputs: tuple[str, Path, SessionOptions]
-    """Text of the rule file, folder of its assets, and options of the session."""
+    """Text of the file, folder of its assets, and options of the session."""
     newest: str = ""
     """Identifier of the newest widget of the session."""
     warned: set[str] = field(default_factory=set)
@@ -113,7 +113,7 @@ class ScoringSession(anywidget.AnyWidget):
         """Open a session file, or create one.
 
         Args:
-            grammar: a rule file or the name of a shipped grammar.
+            grammar: a rule file, a species of trees, or the name of a shipped one.
             path: the session file, ends in .db.
             **options: options of `grammarlab.pages.scoring.session.Session`.
 

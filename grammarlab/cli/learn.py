@@ -177,7 +177,7 @@ def _print_summary(summary: _Summary, report: Path | None, seed: int, as_json: b
 
 def _rules(learned: Learned[Any], file: Path | None) -> list[str]:
     if file is None:
-        return ["note: no rule file is written, since rejection filters models of the original rules"]
+        return ["note: no file is written, since rejection filters models of the original"]
     return [f"{file}: {learned.rules_after} branches of rules, {learned.rules_before} before"]
 
 
@@ -293,11 +293,11 @@ def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
 
 def _examples_as_lines(result: ExamplesResult) -> list[str]:
     held_out = result.held_out
-    moved = f"divergence of the original grammar from the density that {result.num_examples:,} examples taught"
+    moved = f"divergence of the original from the density that {result.num_examples:,} examples taught"
     lines = [*_rules(result.learned, result.file), f"{moved}: {result.measured.before.js:.3g} nats"]
     if held_out is not None:
         lines.append(
-            f"the new grammar can make {held_out.possible:,} of {held_out.num_models:,} held-out examples; their mean "
+            f"the new file can make {held_out.possible:,} of {held_out.num_models:,} held-out examples; their mean "
             f"log-likelihood increased by {held_out.gain:.3g} nats"
         )
     return [*lines, *_truth_as_lines(result.truth), *_notes(result.learned)]

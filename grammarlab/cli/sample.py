@@ -27,8 +27,8 @@ _REMARKS = {
     "outline": ("bad outline is left out", "bad outlines are left out"),
     "repair": ("outline is repaired", "outlines are repaired"),
     "property": (
-        "property is not used, and the value of the rules is used instead",
-        "properties are not used, and the values of the rules are used instead",
+        "property is not used, and that of the file is used instead",
+        "properties are not used, and those of the file are used instead",
     ),
 }
 """Message about one remark, and about several, by kind of remark."""

@@ -33,7 +33,7 @@ def score(
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
     stored_grammar: Annotated[
-        bool, typer.Option("--stored-grammar", help="Use the grammar that the session was started with.")
+        bool, typer.Option("--stored-grammar", help="Use the text that the session was started with.")
     ] = False,
 ) -> None:
     """Score models in the browser, in a session file."""

@@ -95,7 +95,7 @@ def test_each_grammar_has_a_folder_of_its_own(run, rules, tmp_path, monkeypatch)
     run("sample", "toy", *options)
     run("sample", rules(TOWER), *options)
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"house", "toy"}
-    assert "another grammar, 'toy'" in run("sample", rules(TOWER), *options, "-o", "out/toy", code=2).stderr
+    assert "holds models of 'toy'" in run("sample", rules(TOWER), *options, "-o", "out/toy", code=2).stderr
     assert (tmp_path / "out" / "toy" / "toy-00000.glb").is_file()
     assert "give another folder" in run("sample", "--manifest", "out/toy", code=2).stderr
     assert "bit for bit" in run("sample", "--manifest", "out/toy/manifest.json", "-o", "again").stderr
@@ -327,7 +327,7 @@ def test_what_is_left_out_of_a_map_and_where_it_is_is_told(run, rules, tmp_path)
         "  … and 2 more; the manifest lists them",
         "1 bad outline is left out:",
         "  lots.geojson, feature 12: self-intersection at longitude 7.10045, latitude 50.90004",
-        "1 property is not used, and the value of the rules is used instead:",
+        "1 property is not used, and that of the file is used instead:",
         "  lots.geojson, feature 1: attribute 'height': expected a finite number, found 'about 12'",
         "2 models of house in",
         "origin: longitude 7.1005500, latitude 50.9000400 (OGC:CRS84); x is east of it and z south, in metres",

@@ -81,12 +81,12 @@ def scores_of(labels: Labels, grammar: str) -> dict[str, Scores]:
         if foreign:
             raise UsageError(
                 f"labels about another grammar: expected {grammar[:16]}…, found {foreign[0][:16]}…. Import labels "
-                "of models of this session's grammar."
+                "of this session's models."
             )
         if any(address[1:4] != ("", "{}", "") for address in addresses):
             raise UsageError(
                 "labels of models with a start rule, attributes or a footprint of their own cannot be imported: a "
-                "session is about models of the rule file as it is."
+                "session is about models of the file as it is."
             )
         subject, judgement = of_label(label, hashes)
         found.setdefault(label.factor, {})[subject] = judgement

@@ -1,4 +1,4 @@
-"""Opening of a session: the rule file, the session file, and a check that they match."""
+"""Opening of a session: the file of its models, the session file, and a check that they match."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Opening:
     store: Store | None
     """None for a new session, whose file is made after the grammar has been checked."""
     assets: Path
-    """Folder of the assets named in the rules."""
+    """Folder of the assets named in the file."""
 
 
 def open_session(
@@ -40,16 +40,16 @@ def open_session(
     """Open a session file, or prepare a new one.
 
     Args:
-        grammar: a rule file or the name of a shipped grammar.
+        grammar: a rule file, a species of trees, or the name of a shipped one.
         path: the session file; created if missing.
         seed: seed of the models of a new session.
         size: size of the pool of a new session.
-        assets: folder of meshes and images, if it is not the one beside the rule file.
-        stored_grammar: use the grammar stored in the session, even if the rule file has changed.
+        assets: folder of meshes and images, if it is not the one beside the file.
+        stored_grammar: use the grammar stored in the session, even if the file has changed.
 
     Raises:
         UsageError: If the session was created with another grammar, or an argument is out of range.
-        LanguageError: If the rule file cannot be read.
+        LanguageError: If the file cannot be read.
         AssetError: If the file is not a session.
     """
     _check(path, seed, size)

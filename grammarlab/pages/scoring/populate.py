@@ -13,7 +13,7 @@ NUM_PAIRS = 8
 WAYS = {
     "default": "half are predicted to be liked, to find mistakes; half are the most informative",
     "uniform": "as different as possible from each other and from all scored models",
-    "grammar": "samples of the grammar",
+    "grammar": "plain samples, whatever was scored",
     "density": "samples of the learned density, and beside them models that it avoids",
     "uncertainty": "models with the most uncertain predictions",
     "already ranked": "scored before, the most surprising scores first, to check for mistakes",

@@ -49,12 +49,12 @@ class Session(Desktop[SessionDesk]):
         """Open a session file, or create one.
 
         Args:
-            grammar: a rule file or the name of a shipped grammar.
+            grammar: a rule file, a species of trees, or the name of a shipped one.
             path: the session file.
             seed: seed of the models of a new session, 0 <= seed < 2**64.
             size: size of the pool of a new session.
-            assets: folder of meshes and images, if it is not the one beside the rule file.
-            stored_grammar: use the grammar stored in the session, even if the rule file has changed.
+            assets: folder of meshes and images, if it is not the one beside the file.
+            stored_grammar: use the grammar stored in the session, even if the file has changed.
             jobs: number of processes that draw; by default one per core, 0 for a session without pictures.
 
         Raises:

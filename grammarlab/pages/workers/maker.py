@@ -91,8 +91,8 @@ class _Maker:
 
         if not any(judgement.is_positive for scores in request.factors.values() for judgement in scores.values()):
             raise UsageError("nothing is liked yet, so there is nothing to sample: score at least one model above 0.")
-        report("learning the grammar", 0, 1)
-        # The rule file may have changed since the session began, so its own text is learned from.
+        report("learning from the scores", 0, 1)
+        # The file may have changed since the session began, so its own text is learned from.
         rules = folder / f"{self.name}{self.suffix}"
         write_text(rules, self.text)
         (folder / "assets").symlink_to(self.assets.resolve(), target_is_directory=True)
@@ -112,7 +112,7 @@ class _Maker:
     def _sheet(self, request: DrawSheet, report: Report) -> bytes:
         file = self.learned
         if not file.is_file():
-            raise UsageError("there is no learned grammar to sample yet; learn it first.")
+            raise UsageError("there is no learned file to sample yet; learn it first.")
         space = opened(self.suffix, domain_of(self.suffix).read(file), file.stem, self.assets)
         report("drawing samples", 0, 1)
         batch = triangles(space.scene(request.num, request.seed))

@@ -77,7 +77,7 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
         *((("In words", words),) if words else ()),
         ("Steps", steps),
         ("Factors", factors),
-        ("What the grammar looks at", listing or "Nothing: all models are liked alike."),
+        ("What the file looks at", listing or "Nothing: all models are liked alike."),
         ("What the scores depend on", depend or "Nothing."),
     )
 

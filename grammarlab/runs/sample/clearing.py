@@ -59,7 +59,7 @@ def find_run(folder: Path, name: str) -> EarlierRun:
     values = _json(folder / MANIFEST)
     earlier = _name_of_grammar(values)
     if earlier != name:
-        content = f"a {MANIFEST} that no run wrote" if earlier is None else f"models of another grammar, {earlier!r}"
+        content = f"a {MANIFEST} that no run wrote" if earlier is None else f"models of {earlier!r}"
         raise UsageError(f"{folder} holds {content}. Write into another folder with -o.")
     records = tuple(f"{DERIVATIONS}/{batch}/{RECORD}" for batch in batch_names(folder))
     records = tuple(record for record in records if recorded_files(folder, record))

@@ -208,7 +208,7 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
         raise AssetError(f"expected a manifest of format {FORMAT}, found format {version!r:.20}.")
     request = SampleRequest.from_json(described, text, assets or _find_assets(asset_folder, folder))
     if request.text_hash != digest:
-        raise AssetError("the grammar text does not match its hash; one of them was changed.")
+        raise AssetError("the text of the models does not match its hash; one of them was changed.")
     return Manifest(
         request=replace(request, georeference=_georeference(values), remarks=_remarks(values)),
         format=version,

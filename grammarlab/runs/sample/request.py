@@ -62,17 +62,17 @@ class SampleRequest:
     name: str
     """Name of the files: ``building`` gives ``building-00017.glb``."""
     text: str
-    """Text of the rule file, or of another file that describes models."""
+    """Text of the file that describes the models."""
     suffix: str = DEFAULT
     """Suffix of its domain (`grammarlab.runs.sample.domains`)."""
     assets: Path
-    """Folder of the assets named in the rules."""
+    """Folder of the assets that it names."""
     num_models: int = 1
     """Number of models per footprint, at least 1."""
     seed: int = 0
     """0 .. 2**64 - 1."""
     attributes: Mapping[str, AttributeValue] = field(default_factory=dict)
-    """Values that replace those in the rule file."""
+    """Values that replace those in the file."""
     start_rule: str = ""
     """Start symbol; empty for that of the rule file."""
     footprints: tuple[Footprint, ...] = ()
@@ -145,7 +145,7 @@ class SampleRequest:
             density: trees per hectare of a large area, instead of a number; with a number, at most so many. A larger
                 area of the same density keeps the trees of a smaller one.
             gap: metres between the crowns of these trees; negative if they may reach into each other.
-            assets: folder of assets, by default the one beside the rule file.
+            assets: folder of assets, by default the one beside the file.
             **options: the other fields of this class.
         """
         source = find_rules(str(grammar), assets)
@@ -185,7 +185,7 @@ class SampleRequest:
 
     @property
     def text_hash(self) -> str:
-        """SHA-256 of the rule text in hexadecimal: `Grammar.hash`."""
+        """SHA-256 of the text in hexadecimal: `Grammar.hash`."""
         return hash_of(self.text)
 
     @property

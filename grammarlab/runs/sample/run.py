@@ -221,7 +221,7 @@ class _Earlier:
 def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
     """Description of a difference between two requests; empty if there is none."""
     if (earlier.text, earlier.suffix) != (request.text, request.suffix):
-        return "the rules differ"
+        return "the file of the models differs"
     before, now = earlier.as_json(), request.as_json()
     changed = [name for name in now if before[name] != now[name]]
     return f"{changed[0]} was {before[changed[0]]!r} and is {now[changed[0]]!r}" if changed else ""

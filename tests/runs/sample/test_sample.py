@@ -231,7 +231,7 @@ def test_resuming_another_run_is_refused_with_the_difference(tmp_path):
     sample_run(tower(tmp_path, seed=1), tmp_path / "out")
     with pytest.raises(UsageError, match="seed was 1 and is 2"):
         sample_run(tower(tmp_path, seed=2), tmp_path / "out", resume=True)
-    with pytest.raises(UsageError, match="the rules differ"):
+    with pytest.raises(UsageError, match="the file of the models differs"):
         sample_run(replace(tower(tmp_path, seed=1), text=TOWER + "\n"), tmp_path / "out", resume=True)
 
 
@@ -262,7 +262,7 @@ def test_a_manifest_of_somebody_else_is_left_alone(tmp_path, manifest):
 
 def test_a_run_does_not_replace_the_run_of_another_grammar(tmp_path):
     before = contents(sample_run(tower(tmp_path), tmp_path / "out").folder)
-    with pytest.raises(UsageError, match=r"models of another grammar, 'tower'.*-o"):
+    with pytest.raises(UsageError, match=r"holds models of 'tower'.*-o"):
         sample_run(replace(tower(tmp_path), name="house"), tmp_path / "out")
     assert contents(tmp_path / "out") == before
     sample_run(replace(tower(tmp_path), text=TOWER + "\n"), tmp_path / "out")  # rules that were edited
