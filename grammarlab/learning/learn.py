@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,19 +19,18 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
-from grammarlab.learning.designs.species_space import SpeciesSpace
-from grammarlab.learning.designs.tree_columns import TreeBatch
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.grammar_target import GrammarWriter
-from grammarlab.learning.targets.species_target import SpeciesWriter
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import OVERALL
 from grammarlab.scene.instances import Scene
 from grammarlab.trees.species import Species
-from grammarlab.trees.species_file import write
+
+if TYPE_CHECKING:
+    from grammarlab.learning.designs.tree_columns import TreeBatch
 
 
 @overload
@@ -176,6 +175,11 @@ def _subject(description: Grammar | Species, assets: Path | None) -> _Subject:
     if isinstance(description, Grammar):
         rules = GrammarSpace(description, assets)
         return _Subject(rules, GrammarWriter(rules), {"forest": rules.derive, "scene": _scene_of(rules)})
+    # Grammars do without trees.
+    from grammarlab.learning.designs.species_space import SpeciesSpace  # noqa: PLC0415
+    from grammarlab.learning.targets.species_target import SpeciesWriter  # noqa: PLC0415
+    from grammarlab.trees.species_file import write  # noqa: PLC0415
+
     trees = SpeciesSpace(description, write(description), assets)
     return _Subject(trees, SpeciesWriter(trees), {"trees": trees.make, "scene": _scene_of(trees)})
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from grammarlab.density.sampler import GrammarSampler
 from grammarlab.learning.stopping import NUM_MORE
 from grammarlab.learning.targets.writers import Learned
 from grammarlab.runs.learn.from_examples import ExamplesResult

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import shapely
@@ -30,10 +30,11 @@ from grammarlab.toml_text import toml_text
 from grammarlab.trees.accepted import accepted_rows, log_density, rule_of
 from grammarlab.trees.arbaro import check_arbaro, read_arbaro, write_arbaro
 from grammarlab.trees.crown_reach import CrownReach
+from grammarlab.trees.detail import DETAILS, Detail
 from grammarlab.trees.growth import grow_chunks
 from grammarlab.trees.measures import MEASURES, measure
 from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, IS_INTEGER, LOW, PARAMETERS, SPREAD
-from grammarlab.trees.scene import DETAILS, realize_trees
+from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.skeleton import Skeleton
 from grammarlab.trees.species import Species
 from grammarlab.trees.species_file import MAX_CHARACTERS, check, parse, write
@@ -97,7 +98,10 @@ class SpeciesModels(AbstractModels):
         parts = [self._drawn(request, batch, *lot) for lot in _lots(request, batch)]
         table = TreeTable.joined([table for table, _ in parts])
         return MadeModels(
-            scenes=self._scenes(table),
+            scenes=(
+                MadeScene(scene=scene, shapes=num_parts(skeleton).tolist(), reports=reports_of(measure(skeleton)))
+                for skeleton, scene in self._grown(table)
+            ),
             log_probability=[density for _, densities in parts for density in densities],
             tries=table.tries.tolist(),
             accepted=table.is_accepted.tolist(),
@@ -105,7 +109,7 @@ class SpeciesModels(AbstractModels):
         )
 
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
-        return (part.scene for part in self._scenes(TreeTable.load(folder)))
+        return (scene for _, scene in self._grown(TreeTable.load(folder)))
 
     def _drawn(
         self, request: SampleRequest, batch: Batch, models: Ints, footprint: Footprint | None
@@ -130,18 +134,14 @@ class SpeciesModels(AbstractModels):
         )
         return table, log_density(species, trees.rows).tolist()
 
-    def _scenes(self, table: TreeTable) -> Iterator[MadeScene]:
-        """Scenes of trees, a part of them at a time; a tree does not depend on its part."""
+    def _grown(self, table: TreeTable) -> Iterator[tuple[Skeleton, Scene]]:
+        """Skeletons and scenes of trees, a part of them at a time; a tree does not depend on its part."""
         for part in _alike(table):
             done = 0
             for skeleton in grow_chunks(part.rows, part.key, _MAX_NODES):
-                scene = realize_trees(skeleton, self.species.look, part.detail[0])
+                scene = realize_trees(skeleton, self.species.look, cast("Detail", part.detail[0]), self.assets)
                 done += skeleton.num_trees
-                yield MadeScene(
-                    scene=replace(scene, origins=part.position[done - skeleton.num_trees : done]),
-                    shapes=num_parts(skeleton).tolist(),
-                    reports=reports_of(measure(skeleton)),
-                )
+                yield skeleton, replace(scene, origins=part.position[done - skeleton.num_trees : done])
 
 
 class SpeciesDomain(AbstractDomain["SpeciesSpace", SpeciesModels]):

@@ -19,8 +19,8 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import AssetError
 from grammarlab.files import atomic_folder
 from grammarlab.randomness import Keys
+from grammarlab.trees.detail import DETAILS
 from grammarlab.trees.parameters import COLUMNS, HIGH, IS_INTEGER, LOW
-from grammarlab.trees.scene import DETAILS
 
 TREES = "trees.parquet"
 FILES = (TREES,)
