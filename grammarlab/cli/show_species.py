@@ -104,8 +104,8 @@ def _table(title: str, headings: Iterable[str], rows: Iterable[Sequence[str]]) -
     from rich.text import Text
 
     table = Table(title=title, title_justify="left")
-    for heading in headings:
-        table.add_column(heading, overflow="fold")
+    for number, heading in enumerate(headings):
+        table.add_column(heading, overflow="fold", no_wrap=number == 0)  # names are copied
     for row in rows:
         table.add_row(*(Text(printable(cell)) for cell in row))
     return table

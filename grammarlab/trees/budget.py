@@ -53,9 +53,9 @@ def check_stems(rows: Floats, level: int, num: Floats | Ints) -> None:
     tree = int(np.argmax(np.maximum(num / MAX_STEMS, nodes / MAX_NODES)))
     factors = _factors(rows[tree], level)
     if num[tree] > MAX_STEMS:
-        size = f"{num[tree]:.3g} stems of level {level}, but {MAX_STEMS}"
+        size = f"{num[tree]:.3g} stems of level {level}, but {MAX_STEMS:,}"
     else:
-        size = f"{nodes[tree]:.3g} nodes in level {level}, but {MAX_NODES}"
+        size = f"{nodes[tree]:.3g} nodes in level {level}, but {MAX_NODES:,}"
         factors[f"curve_res_{level}"] = rows[tree, COLUMN[f"curve_res_{level}"]]
     raise UsageError(f"tree {tree} would have at least {size} are possible. {_advice(rows[tree], factors)}.")
 
@@ -76,7 +76,7 @@ def check_leaves(rows: Floats, num: Floats | Ints) -> None:
     factors = _factors(rows[tree], int(np.rint(rows[tree, COLUMN["levels"]])) - 1)
     factors["leaves"] = abs(rows[tree, COLUMN["leaves"]])
     raise UsageError(
-        f"tree {tree} would have {num[tree]:.3g} leaves, but {MAX_LEAVES} are possible. "
+        f"tree {tree} would have {num[tree]:.3g} leaves, but {MAX_LEAVES:,} are possible. "
         f"{_advice(rows[tree], factors)}, or a smaller leaf_quality, which draws fewer and larger leaves."
     )
 

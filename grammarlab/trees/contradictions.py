@@ -8,6 +8,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.errors import Finding
+from grammarlab.trees.budget import MAX_STEMS
 from grammarlab.trees.parameters import COLUMN, LOW, NUM_LEVELS, PARAMETERS, SPREAD
 from grammarlab.trees.species import Species
 from grammarlab.trees.species_places import Path, Places
@@ -66,7 +67,7 @@ def contradictions(species: Species, places: Places, paths: Mapping[str, Path]) 
     ranges = _Ranges(species)
     unused = dict(_unused_levels(ranges, paths))
     warnings = {**dict(_needless(ranges, paths)), **unused}
-    for name, text in (*_sizes(ranges, paths), *_mixed_signs(ranges, paths)):
+    for name, text in (*_sizes(ranges, paths), *_mixed_signs(ranges, paths), *_crowds(ranges, paths)):
         warnings.setdefault(name, text)
     findings = [
         Finding("warning", "contradiction", message, places.of_key(paths[name]), hint)
@@ -131,3 +132,15 @@ def _mixed_signs(ranges: _Ranges, paths: Mapping[str, Path]) -> Iterator[_Warnin
         if PARAMETERS[name].signed and ranges.low(spread) < 0.0 < ranges.high(spread):
             message = f"the spread of {name} is negative for some trees, which has another meaning, but not for all"
             yield name, (message, "use a range on one side of 0, or two [[kinds]]")
+
+
+def _crowds(ranges: _Ranges, paths: Mapping[str, Path]) -> Iterator[_Warning]:
+    """Numbers of branches whose product is more than a tree may have; splits come on top of it."""
+    num = 1.0
+    for level in range(1, min(int(ranges.high("levels")), NUM_LEVELS)):
+        name = f"branches_{level}"
+        num *= ranges.high(name)
+        if num > MAX_STEMS and name in paths:
+            message = f"a tree may have some {num:.3g} stems of level {level}, but {MAX_STEMS:,} are possible"
+            yield name, (message, "give the branches of some level a smaller value, or levels")
+            return

@@ -72,8 +72,13 @@ def _read(text: str, name: str) -> tuple[Species | None, tuple[Finding, ...], Ma
     try:
         species = tables.species(PurePath(name).stem)
     except TooManyFindings:
-        return None, tuple(tables.findings), {}
-    return (None if tables.findings else species), tuple(tables.findings), tables.paths
+        return None, _in_order(tables.findings), {}
+    return (None if tables.findings else species), _in_order(tables.findings), tables.paths
+
+
+def _in_order(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Findings as their places follow each other in the file."""
+    return tuple(sorted(findings, key=lambda finding: finding.location))
 
 
 def write(species: Species) -> str:

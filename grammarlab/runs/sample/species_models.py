@@ -195,12 +195,7 @@ class ArbaroDomain(SpeciesDomain):
 
     def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
         text = read_text(path)
-        findings = check_arbaro(text, str(path))
-        if any(finding.severity == "error" for finding in findings):
-            return (_CheckedSpecies(text, findings),)
-        converted = write(read_arbaro(text, str(path)))
-        further = _findings(converted, str(path.with_suffix(SPECIES)), assets)
-        return (_CheckedSpecies(text, findings), _CheckedSpecies(converted, further))
+        return (_CheckedSpecies(text, check_arbaro(text, str(path))),)
 
     def formatted(self, text: str, file: str, suffix: str) -> str:
         return super().formatted(write(read_arbaro(text, file)), file, suffix)
