@@ -136,9 +136,22 @@ class _Reader:
         if not self._values and not self.findings:
             self._report("missing", "expected parameters such as <param name='Levels' value='3'/>, found none")
         typical = DEFAULTS.copy()
-        for label, value in {**_DEFAULTS, **self._values}.items():
+        for label, value in {**self._defaults(), **self._values}.items():
             typical[COLUMN[LABELS[label]]] = value
         return Species(PurePath(self._name).stem, (Kind(1.0, typical, typical),), typical, about=self._about(node))
+
+    def _defaults(self) -> dict[str, float]:
+        """Arbaro's defaults; without ours where they have no effect, so that a written file does not name them."""
+        levels = self._values.get("Levels", DEFAULTS[COLUMN["levels"]])
+        has_leaves = bool(self._values.get("Leaves"))
+        has_effect = {
+            # Leaves take their angles from the level after the last.
+            label: int(label[0]) < levels + (has_leaves and label[1:] in ("DownAngle", "Rotate"))
+            if label[0].isdigit()
+            else has_leaves or label != "LeafScaleX"
+            for label in _DEFAULTS
+        }
+        return {label: value for label, value in _DEFAULTS.items() if has_effect[label]}
 
     def _species_node(self) -> Node | None:
         if len(self._text) > MAX_CHARACTERS:

@@ -8,7 +8,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.errors import Finding
-from grammarlab.trees.budget import MAX_STEMS
+from grammarlab.trees.budget import MAX_LEAVES, MAX_STEMS
 from grammarlab.trees.parameters import COLUMN, LOW, NUM_LEVELS, PARAMETERS, SPREAD
 from grammarlab.trees.species import Species
 from grammarlab.trees.species_places import Path, Places
@@ -34,6 +34,11 @@ _ENVELOPE = 8
 """Shape that uses the envelope without pruning."""
 _LONGEST = 2.0
 """A child that is longer than this many parents is more likely a slip than a habit."""
+
+_BEARING = (1.0, 1.0, 0.6, 0.75)
+"""Mean number of stems of each level by the largest number on one parent, for parents of the usual lengths."""
+_LEAFY = 0.75
+"""Mean number of leaves by the largest number on one stem."""
 
 
 class _Ranges:
@@ -67,7 +72,7 @@ def contradictions(species: Species, places: Places, paths: Mapping[str, Path]) 
     ranges = _Ranges(species)
     unused = dict(_unused_levels(ranges, paths))
     warnings = {**dict(_needless(ranges, paths)), **unused}
-    for name, text in (*_sizes(ranges, paths), *_mixed_signs(ranges, paths), *_crowds(ranges, paths)):
+    for name, text in (*_sizes(ranges, paths), *_mixed_signs(ranges, paths), *_too_many(ranges, paths)):
         warnings.setdefault(name, text)
     findings = [
         Finding("warning", "contradiction", message, places.of_key(paths[name]), hint)
@@ -83,13 +88,15 @@ _Warning = tuple[str, tuple[str, str]]
 def _unused_levels(ranges: _Ranges, paths: Mapping[str, Path]) -> Iterator[_Warning]:
     """Parameters of levels that no tree has."""
     most = int(ranges.high("levels"))
-    for name in paths:
-        level = int(name[-1]) if name[-1].isdigit() else 0
-        # The leaves of the last level take their angles from the level after.
-        is_angle = level == most and name.startswith(("down_angle_", "rotate_")) and not ranges.is_zero("leaves")
-        if level >= most and not is_angle:
-            message = f"{name} has no effect: all trees have at most {most} level{'s' * (most > 1)}, 0 to {most - 1}"
-            yield name, (message, f"give levels the value {level + 1}, or delete the line")
+    for level in range(most, NUM_LEVELS):
+        names = [name for name in paths if name.endswith(f"_{level}")]
+        if level == most and not ranges.is_zero("leaves"):
+            # The leaves of the last level take their angles from the level after.
+            names = [name for name in names if not name.startswith(("down_angle_", "rotate_"))]
+        if names:
+            others = f" and {len(names) - 1} more of its parameters have" if len(names) > 1 else " has"
+            message = f"no tree has stems of level {level}, so {names[0]}{others} no effect"
+            yield names[0], (message, f"give levels the value {level + 1}, or delete the line{'s' * (len(names) > 1)}")
     if most < 3 and "attraction_up" in paths and not ranges.is_zero("attraction_up"):
         yield (
             "attraction_up",
@@ -134,13 +141,24 @@ def _mixed_signs(ranges: _Ranges, paths: Mapping[str, Path]) -> Iterator[_Warnin
             yield name, (message, "use a range on one side of 0, or two [[kinds]]")
 
 
-def _crowds(ranges: _Ranges, paths: Mapping[str, Path]) -> Iterator[_Warning]:
-    """Numbers of branches whose product is more than a tree may have; splits come on top of it."""
-    num = 1.0
-    for level in range(1, min(int(ranges.high("levels")), NUM_LEVELS)):
-        name = f"branches_{level}"
-        num *= ranges.high(name)
-        if num > MAX_STEMS and name in paths:
-            message = f"a tree may have some {num:.3g} stems of level {level}, but {MAX_STEMS:,} are possible"
-            yield name, (message, "give the branches of some level a smaller value, or levels")
+def _too_many(ranges: _Ranges, paths: Mapping[str, Path]) -> Iterator[_Warning]:
+    """Parameters that multiply stems or leaves beyond what is possible, for trees with the largest of all values."""
+    shoots = 1.0 + ranges.high("base_splits")
+    for level in range(int(ranges.high("levels"))):
+        factors = {f"branches_{level}": ranges.high(f"branches_{level}") * _BEARING[level]} if level else {}
+        splits = 1.0 + ranges.high(f"seg_splits_{level}")
+        clones = splits ** np.arange(ranges.high(f"curve_res_{level}"))
+        shoots *= float(np.prod(list(factors.values())))
+        factors[f"seg_splits_{level}"] = float(clones[-1])
+        name = max(factors, key=lambda name: factors[name])
+        if shoots * clones[-1] > MAX_STEMS and name in paths:
+            message = f"trees may have some {shoots * clones[-1]:.2g} stems of level {level}, of {MAX_STEMS:,} possible"
+            yield name, (message, f"a smaller {name}, or fewer levels")
             return
+        # Clones bear children only above the place where they split off.
+        shoots *= float(clones.mean())
+    most = max(abs(ranges.low("leaves")), abs(ranges.high("leaves")))
+    leaves = shoots * most * _LEAFY * ranges.high("leaf_quality")
+    if leaves > MAX_LEAVES and "leaves" in paths:
+        message = f"trees may have some {leaves:.2g} leaves, of {MAX_LEAVES:,} possible"
+        yield "leaves", (message, "fewer leaves, or a smaller leaf_quality, which draws fewer and larger leaves")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import LanguageError
 from grammarlab.trees.arbaro import LABELS, MAX_CHARACTERS, check_arbaro, read_arbaro, write_arbaro
-from grammarlab.trees.parameters import COLUMN, COLUMNS, DEFAULTS, HIGH, IS_INTEGER, LOW
+from grammarlab.trees.parameters import COLUMN, COLUMNS, DEFAULTS, HIGH, IS_INTEGER, LOW, PARAMETERS
 from grammarlab.trees.species import Kind, Species
 from tests.cases import bulk
 
@@ -42,9 +42,11 @@ def test_values_are_those_of_the_file_and_otherwise_the_defaults_of_arbaro():
     assert species.name == "ash"
     values = dict(zip(COLUMNS, species.typical, strict=True))
     named = {"shape": 7, "levels": 3, "scale": 13, "scale_v": 3, "leaf_shape": 0, "scale_0": 0.9, "base_splits": 2}
-    defaults = {"ratio": 0.05, "branches_1": 10, "branches_3": 5, "length_2": 0.5, "down_angle_3": 30, "curve_res_2": 1}
+    defaults = {"ratio": 0.05, "branches_1": 10, "branches_2": 5, "length_2": 0.5, "down_angle_2": 30, "curve_res_2": 1}
     for name, value in {**named, **defaults, "curve_1_v": -50, "flare": 0.5, "wind_speed": 0}.items():
         assert values[name] == value, name
+    for name in ("branches_3", "length_3", "leaf_scale_x"):
+        assert values[name] == PARAMETERS[name].default, name
     (kind,) = species.kinds
     assert kind.low.tolist() == kind.high.tolist() == species.typical.tolist()
 

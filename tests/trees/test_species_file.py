@@ -313,6 +313,11 @@ CONTRADICTIONS = {
     "blossom_rate = 0.5": ("blossom_rate", "leaves is 0"),
     "length_1 = { value = 0.3, spread = 0.4 }": ("length_1", "larger than its value"),
     "length_1 = 3": ("length_1", "3 times as long as their parent"),
+    "levels = 2\nbranches_1 = 2000\nseg_splits_0 = 1\ncurve_res_0 = 11\nleaves = 0": (
+        "branches_1",
+        "stems of level 1",
+    ),
+    "levels = 3\nbranches_1 = 200\nbranches_2 = 100\nleaves = 120": ("leaves", "leaves, of 1,000,000"),
     "curve_1 = { value = 3, spread = 1, spread_range = [-1, 1] }": ("curve_1", "another meaning"),
 }
 
