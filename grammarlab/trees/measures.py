@@ -54,13 +54,16 @@ def _measures() -> Iterator[Measure]:
         "slenderness", "", "height by the diameter at 1.3 m: a slender tree breaks, a stout one is a stump", True
     )
     yield Measure(
+        "straightness", "", "height of the ends of the trunk and its forks by their length: below 1 they bend", False
+    )
+    yield Measure(
         "lean", "", "distance of the crown's centre from the trunk's base by the height: whether it stands", True
     )
     yield Measure("lowest", "", "lowest point of the stems by the height: below 0 they grow into the ground", False)
     yield Measure(
         "child_thickness",
         "",
-        "radius of branches by their parent's there, the mean by their cross-section: wood gets finer from fork to fork",
+        "radius of branches by their parent's there, the mean by cross-section: wood gets finer at each fork",
         False,
     )
     yield Measure("leaf_area", "m2", "area of one side of all leaves: what the tree lives from", True)
@@ -69,6 +72,7 @@ def _measures() -> Iterator[Measure]:
     yield Measure(
         "twig_diameter", "m", "diameter of the thickest stem of the last level: wood is finest at the end", True
     )
+    yield Measure("leaf_size", "", "mean length of leaves by the height: large leaves need a large plant", True)
     yield Measure("visible_leaves", "", "leaves seen from the side, those behind others left out", True)
     yield Measure("clear_stem", "m", "height of the lowest branch or leaf: what may pass below the crown", False)
     yield Measure("num_stems", "", "number of stems", True)
@@ -90,6 +94,7 @@ def measure(skeleton: Skeleton) -> Floats:
         "crown_width": body.crown_width,
         "crown_ratio": body.crown_width / np.maximum(body.crown_height, _MIN_SIZE),
         "slenderness": height / np.maximum(body.trunk_diameter, _MIN_SIZE),
+        "straightness": body.straightness,
         "lean": body.crown_distance / height,
         "lowest": body.bottom / height,
         "child_thickness": body.child_thickness,
@@ -97,6 +102,7 @@ def measure(skeleton: Skeleton) -> Floats:
         "leaf_area_index": body.leaf_area / shadow,
         "clash": clash_shares(skeleton),
         "twig_diameter": body.twig_diameter,
+        "leaf_size": body.leaf_length / height,
         "visible_leaves": body.visible_leaves,
         "clear_stem": body.clear_stem,
         "num_stems": body.num_stems,
@@ -204,6 +210,13 @@ class _Body:
         return 2.0 * np.sqrt(np.bincount(trunks.tree, radius**2, self.num))
 
     @cached_property
+    def straightness(self) -> Floats:
+        """Height of the ends of trunks and their forks by their length, the mean."""
+        trunks = self.levels[0]
+        rise = trunks.points[trunks.node_offsets[1:] - 1, 1] / np.maximum(trunks.length, _MIN_SIZE)
+        return np.bincount(trunks.tree, rise, self.num) / np.maximum(self._count(trunks.tree), 1)
+
+    @cached_property
     def child_thickness(self) -> Floats:
         """Mean ratio of radii, weighted by the cross-section of the branches; 0 for trees without branches."""
         # Near its end a parent is as thin as any shoot there: the largest ratio is 1 for almost all trees.
@@ -239,6 +252,11 @@ class _Body:
         """Square metres, of one side."""
         area = self.leaves.length * self.leaves.width
         return np.bincount(self.leaves.tree, _BLADE * area, self.num).astype(np.float64)
+
+    @cached_property
+    def leaf_length(self) -> Floats:
+        """Metres, the mean; 0 without leaves."""
+        return np.bincount(self.leaves.tree, self.leaves.length, self.num) / np.maximum(self.num_leaves, 1)
 
     @cached_property
     def visible_leaves(self) -> Floats:

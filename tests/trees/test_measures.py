@@ -24,6 +24,7 @@ def test_a_pole_is_its_own_crown() -> None:
             **dict.fromkeys(MEASURES, 0.0),
             "height": 10.0,
             "slenderness": 10.0 / 0.4,
+            "straightness": 1.0,
             "twig_diameter": 0.4,
             "clear_stem": 10.0,
             "num_stems": 1.0,
@@ -45,6 +46,7 @@ def test_a_cross_of_branches_with_a_leaf_at_each_end() -> None:
             "crown_width": width,
             "crown_ratio": width / 1.2,
             "slenderness": 25.0,
+            "straightness": 1.0,
             "lean": 0.0,
             "lowest": 0.0,
             "child_thickness": 0.25,
@@ -52,6 +54,7 @@ def test_a_cross_of_branches_with_a_leaf_at_each_end() -> None:
             "leaf_area_index": 4 * 0.02 * 2 / 3 / 18.0,
             "clash": 0.0,
             "twig_diameter": 0.1,
+            "leaf_size": 0.02,
             # From each side two leaves are one behind the other.
             "visible_leaves": 3.0,
             "clear_stem": 5.0,
@@ -85,7 +88,9 @@ def test_children_are_compared_with_their_tapered_parents_by_cross_section() -> 
 def test_a_trunk_that_has_split_counts_with_the_area_of_its_parts() -> None:
     for begin, expected in ((0.1, 10.0 / (0.4 * np.sqrt(2.0))), (0.2, 25.0)):
         clone = Stem((0, 0, 0), (1, 9, 0), 0.2, source=0, begin=begin)
-        assert values(skeleton([[TRUNK, clone]]))["slenderness"][0] == pytest.approx(expected)
+        tree = values(skeleton([[TRUNK, clone]]))
+        assert tree["slenderness"][0] == pytest.approx(expected)
+        assert tree["straightness"][0] == pytest.approx((1.0 + 9.0 / np.sqrt(82.0)) / 2.0)
 
 
 @pytest.mark.parametrize("length", [2.0, 8.0])
