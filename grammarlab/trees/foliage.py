@@ -44,10 +44,12 @@ def foliage(rows: Floats, levels: Sequence[Stems], height: Floats) -> Leaves:
     bearing = [_Bearing.read(rows, level, levels, height) for level in range(len(levels))]
     check_leaves(rows, np.sum([np.bincount(part.stems.tree, part.num, len(rows)) for part in bearing], axis=0))
     parts = [leaves for part in bearing for leaves in (_along(rows, part), _fans(rows, part))]
-    columns = (np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Leaves))
-    joined = Leaves(*columns)
-    order = np.argsort(joined.tree, kind="stable")
-    return Leaves(*(getattr(joined, column.name)[order] for column in fields(Leaves)))
+    parts = [part for part in parts if len(part)] or parts[:1]
+    if len(parts) == 1:
+        return parts[0]
+    columns = [np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Leaves)]
+    order = np.argsort(columns[0], kind="stable")  # by tree
+    return Leaves(*(column[order] for column in columns))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
