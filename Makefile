@@ -7,6 +7,7 @@
 # reference  the generated parts of the documentation, in docs/
 # bench  how fast it is, as ratios within one run
 # pictures  the pictures of the guide
+# species-pictures  the pictures of bark and leaves of the shipped species
 # screens   the pictures of the pages in a browser
 # facades  make the shipped facades and the family of one again, from their rules, and the pictures of their edits
 
@@ -22,7 +23,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures format clean chromium
+.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -115,6 +116,9 @@ scan-pictures: $(VENV)/.dev
 	$(BIN)/grammarlab facade scene --rows 4 --seed 3 -o out/scan/scene.json
 	$(BIN)/grammarlab facade match out/scan/scene.json -o out/scan/found
 	cp out/scan/found/match.png docs/images/scan_match.png
+
+species-pictures: $(VENV)/.dev
+	$(BIN)/python -m docs.gen.species_pictures grammars/species/assets
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

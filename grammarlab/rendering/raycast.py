@@ -48,7 +48,7 @@ class RaycastRenderer(AbstractRenderer):
         """The picture [height, width, 4] of a batch of one model with at least one triangle, with transparent ground.
 
         The last channel is the share of a pixel that shows the model. There are no edges and no ground. Colours are
-        those of the model alone, and elsewhere those of pixels nearby, so that smaller sizes of the picture have no seam.
+        those of the model, and elsewhere those of pixels nearby, so that smaller sizes of the picture have no seam.
         """
         options = replace(options, edges=False, ground=False)
         shot = take(batch, camera, options, for_rays=True)

@@ -37,7 +37,7 @@ _LIGHT = Light(
 """Soft light from all sides, since programs light cards once more."""
 _MIDDLE = np.array([0.0, 0.6, 0.8])
 _ROUND = np.array([-0.6, 0.6, np.sqrt(0.28)])
-"""Normals at the trunk and at the left of a card (right, up and backward): rounded, so that both cards are lit alike."""
+"""Normals at the trunk and at the left of a card (right, up and backward): rounded, so that both are lit alike."""
 _VIEWS = (
     np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
     np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
@@ -127,14 +127,20 @@ def _picture(
 ) -> NDArray[np.uint8]:
     """[H, W, 4] the model seen by a parallel camera whose picture has the given sides, in metres."""
     width, height = (max(1, round(scale * float(end - start))) for start, end in (across, up))
-    options = RenderOptions(width=width, height=height, samples=2, look=_LIGHT)
+    options = RenderOptions(width=width, height=height, samples=4, look=_LIGHT)
     depth = batch.vertices.astype(np.float64) @ axes[2]
     position = np.array([sum(across) / 2, sum(up) / 2, depth.max() + np.ptp(depth) + 1.0]) @ axes
     half_height = max(up[1] - up[0], (across[1] - across[0]) * height / width, 1e-6) / 2
     picture = RaycastRenderer().cut_out(batch, Camera(position, axes, half_height, parallel=True), options)
-    # A pixel of which a quarter shows the tree is drawn, so that thin twigs do not vanish.
-    picture[:, :, 3] = np.rint(np.sqrt(picture[:, :, 3] / 255.0) * 255.0)
+    picture[:, :, 3] = _cut(picture[:, :, 3])
     return picture
+
+
+def _cut(coverage: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Opacity [H, W] whose pixels above one half are as many as the tree covers, so that thin twigs do not vanish."""
+    share = coverage.mean() / 255.0
+    threshold = max(float(np.quantile(coverage, 1.0 - share)), 1.0) if share > 0.0 else 128.0
+    return np.rint(np.minimum(coverage * (128.0 / threshold), 255.0)).astype(np.uint8)
 
 
 def _png(picture: NDArray[np.uint8]) -> bytes:
