@@ -44,6 +44,9 @@ def further(
     others = space.vocabulary(designs, replace(options, families=FURTHER_FAMILIES)).apply(designs)
     new = [index for index, feature in enumerate(others.features) if feature not in table.features]
     joined = {feature: price for feature, price in space.joined(designs, table, scores).items() if feature not in extra}
+    points = space.points(table, scores)
+    if not new and not joined and not points:
+        return ()
     features = (*(others.features[index] for index in new), *joined)
     measured = space.values(designs, (*extra, *joined))
     values = [table.counts.toarray(), measured[:, : len(extra)], others.counts[:, new].toarray()]
@@ -56,9 +59,9 @@ def further(
     every = np.append(table.groups, groups)
     explanation = required_columns(rows, scores, groups=every, continuous=continuous, num_known=width, prices=prices)
     added = tuple(features[column - width] for column in explanation.columns.tolist())
-    evidence = {fit.feature: _log_likelihood(fit.predicted, scores) - fit.price for fit in space.points(table, scores)}
-    points = max(evidence, key=lambda feature: evidence[feature], default=None)
-    return added if points is None or evidence[points] <= explanation.log_posterior else (*added, points)
+    evidence = {fit.feature: _log_likelihood(fit.predicted, scores) - fit.price for fit in points}
+    best = max(evidence, key=lambda feature: evidence[feature], default=None)
+    return added if best is None or evidence[best] <= explanation.log_posterior else (*added, best)
 
 
 def _log_likelihood(values: Floats, scores: Floats) -> float:

@@ -17,6 +17,7 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
+from grammarlab.preference.cells.box_search import MIN_COLUMNS
 from grammarlab.preference.liked import (
     EXACT_NOISE,
     FEW_LIKED,
@@ -66,6 +67,10 @@ _QUESTIONS_PER_RANDOM = 8
 """Number of questions by cells of which one, rounded to the nearest number, is about a model at random."""
 _QUESTIONS_PER_EXCESS = 8
 """Number of questions of which one, rounded to the nearest number, is about a model similar to an unexplained one."""
+_NUM_COMPARED = 256
+"""Number of models whose values are compared to see whether columns are continuous."""
+_MIN_DISPUTE = 0.01
+"""Smallest variance between explanations that is worth a question, relative to the smallest variance of scores."""
 _BLOCK_SIZE = 256
 """Number of known models per block of distances."""
 
@@ -155,6 +160,8 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
     scores above what cells expect, if there are any. A larger share is worse if scores have noise, as cells of many
     scores of a rare kind are too large at first.
 
+    Of continuous columns, models are chosen about which boxes disagree (`grammarlab.preference.cells.box_search`).
+
     Doubtful scores are not requested again. Repeating them whenever cells expected more gain from it than from the last
     new model did not lower the divergence of persons with noise of 10 points or with 5 % blunders.
     """
@@ -163,6 +170,54 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         return _grammar(situation, num, randomness)
     if not isinstance(preference, BlendedPreference):
         return _mixed(preference, situation, num, randomness)
+    if preference.partition.boxes:
+        disputed = _disputed(preference, situation, num)
+        scored = np.append(situation.scored, disputed)
+        guesses = np.append(situation.scores, preference.predict(situation.pool[disputed]).mean)
+        situation = replace(situation, scored=scored, scores=guesses)
+        return np.append(disputed, _explaining(preference, situation, num - len(disputed), randomness))
+    if not situation.liked.any() and _is_continuous(situation.pool):
+        # Every design is unlike all others, and the most unlike ones are extreme.
+        return _drawn(_is_unscored(situation), np.ones(len(situation.pool)), num, randomness)
+    return _explaining(preference, situation, num, randomness)
+
+
+def _is_continuous(pool: Floats) -> bool:
+    """Whether many columns of a pool have different values for nearly all models."""
+    some = np.sort(pool[:_NUM_COMPARED], axis=0)
+    return int((np.count_nonzero(np.diff(some, axis=0) > 0.0, axis=0) > len(some) / 2).sum()) >= MIN_COLUMNS
+
+
+def _disputed(preference: BlendedPreference, situation: Situation, num: int) -> Ints:
+    """Models about which boxes and trees disagree most, each given the scores of those before.
+
+    They lie near bounds that labels leave open. While few models are liked, all questions are about these; later the
+    share of the cells, at least half.
+    """
+    cells = preference.partition
+    if np.count_nonzero(surely_liked(preference, situation.pool[situation.scored], situation.scores)) >= FEW_LIKED:
+        num = num - min(round(preference.share * num), num // 2)
+    shares, values = cells.opinions(situation.pool)
+    away = np.sqrt(shares)[:, None] * (values - shares @ values)
+    stakes = np.ones(len(situation.pool)) if situation.weights is None else situation.weights
+    is_open, noise = _is_unscored(situation), max(cells.noise, MIN_NOISE) ** 2
+    chosen = list[int]()
+    for _ in range(num):
+        doubt = np.where(is_open, (away**2).sum(axis=0) * stakes, 0.0)
+        best = int(np.argmax(doubt))
+        if doubt[best] < MIN_NOISE**2 * _MIN_DISPUTE:
+            break
+        chosen.append(best)
+        is_open[best] = False
+        column = away[:, best].copy()
+        away -= np.outer(column, (column @ away) / (column @ column + noise))
+    return np.array(chosen, dtype=np.int64)
+
+
+def _explaining(preference: BlendedPreference, situation: Situation, num: int, randomness: np.random.Generator) -> Ints:
+    """Models similar to liked ones, and those that tell most according to the preference."""
+    if num <= 0:
+        return situation.scored[:0]
     pool, scored, scores = situation.pool, situation.scored, situation.scores
     rare, similar = liked_are_rare(scores, preference.noise, preference.blunders), np.zeros(0, dtype=np.int64)
     sure = surely_liked(preference, pool[scored], scores)

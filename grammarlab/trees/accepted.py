@@ -18,12 +18,13 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import GrammarlabError
+from grammarlab.features.columns.plain_columns import feature_values
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.conditions import sites_of
 from grammarlab.randomness import Keys, fold, uniforms
 from grammarlab.trees.parameters import COLUMN, COLUMNS, IS_INTEGER, IS_LOG
 from grammarlab.trees.species import Kind, Species, drawn
-from grammarlab.trees.tree_values import check_names, feature_values, parameters
+from grammarlab.trees.tree_values import check_names, parameters
 
 MAX_USUAL_TRIES = 1_000
 """Largest number of candidates of one tree, if one of them has a probability above 0."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.errors import UsageError, shown
 from grammarlab.randomness import Keys, fold, uniforms
-from grammarlab.trees.parameters import IS_INTEGER, IS_LOG
+from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, IS_INTEGER, IS_LOG, LOW
 
 _PARAMETERS = 1
 """Lane below the key of a tree for the draws of its parameters; its stems have others (`grammarlab.trees.skeleton`)."""
@@ -90,3 +92,35 @@ def within(low: Floats, high: Floats, units: Floats) -> Floats:
     safe = np.where(log, low, 1.0)
     values = np.where(log, safe * (np.where(log, end, 1.0) / safe) ** units, low + (end - low) * units)
     return np.where(low == high, low, np.where(IS_INTEGER, np.minimum(np.floor(values), high), values))
+
+
+def constrained(species: Species, values: Mapping[str, object]) -> Species:
+    """The species with constant values of some columns; all others are drawn as before.
+
+    Args:
+        species: the species.
+        values: value of each column.
+
+    Raises:
+        UsageError: If there is no such column, or it cannot have the value.
+    """
+    low, high = (np.array([getattr(kind, end) for kind in species.kinds]) for end in ("low", "high"))
+    typical = species.typical.copy()
+    for name, value in values.items():
+        if name not in COLUMN:
+            near = get_close_matches(name, COLUMNS, n=3, cutoff=0.5)
+            hint = f"did you mean {' or '.join(near)}?" if near else "such as scale or branches_1."
+            raise UsageError(f"{shown(name)} is not a parameter of trees; {hint}")
+        column = COLUMN[name]
+        is_possible = (
+            isinstance(value, int | float)
+            and not isinstance(value, bool)
+            and LOW[column] <= value <= HIGH[column]
+            and (not IS_INTEGER[column] or float(value).is_integer())
+        )
+        if not is_possible or not isinstance(value, int | float):
+            kind = "a whole number" if IS_INTEGER[column] else "a number"
+            raise UsageError(f"{name}: expected {kind} from {LOW[column]:g} to {HIGH[column]:g}, found {shown(value)}.")
+        low[:, column] = high[:, column] = typical[column] = float(value)
+    kinds = (replace(kind, low=low[index], high=high[index]) for index, kind in enumerate(species.kinds))
+    return replace(species, kinds=tuple(kinds), typical=typical)

@@ -1,46 +1,15 @@
-"""Parameters and measures of trees as features, by name: what acceptance rules and learning read of a tree."""
+"""Names of the parameters and measures that acceptance rules and learning read of a tree."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from difflib import get_close_matches
-
-import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.conditions import sites_of
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Sum, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature
 from grammarlab.trees.parameters import COLUMN
-
-_MIN_POSITIVE = 1e-300
-"""Smallest argument of a logarithm."""
-
-
-def feature_values(columns: Mapping[str, Floats], feature: Feature) -> Floats:
-    """[n] values of a feature of plain columns.
-
-    Args:
-        columns: columns [n] by name.
-        feature: a draw, a bound on one, or a sum of draws or of their logarithms.
-
-    >>> feature_values({"height": np.array([4.0, 9.0])}, Threshold("height", 5.0)).tolist()
-    [1.0, 0.0]
-    """
-    match feature:
-        case Draw(site, None):
-            return columns[site]
-        case Threshold(site, bound):
-            return (columns[site] < bound).astype(np.float64)
-        case HalfSpace(sites, weights, bound, logarithmic):
-            inside = _total(columns, sites, weights, logarithmic) < bound
-            if logarithmic:
-                inside &= np.all([columns[site] > 0.0 for site in sites], axis=0)
-            return inside.astype(np.float64)
-        case Sum(terms, logarithmic):
-            return _total(columns, [term.site for term in terms], [term.weight for term in terms], logarithmic)
-        case _:
-            raise UsageError(f"trees have no parts to count: expected a parameter or a measure, found {feature}.")
 
 
 def check_names(features: Sequence[Feature], names: Sequence[str]) -> None:
@@ -65,8 +34,3 @@ def check_names(features: Sequence[Feature], names: Sequence[str]) -> None:
 def parameters(rows: Floats) -> dict[str, Floats]:
     """The columns [n] of parameters [n, P] by name."""
     return {name: rows[:, index] for name, index in COLUMN.items()}
-
-
-def _total(columns: Mapping[str, Floats], sites: Sequence[str], weights: Sequence[float], logarithmic: bool) -> Floats:
-    values = np.column_stack([columns[site] for site in sites])
-    return (np.log(np.maximum(values, _MIN_POSITIVE)) if logarithmic else values) @ np.array(weights)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.randomness import fold, root_keys
 
@@ -27,6 +27,10 @@ class FeatureTable:
     group_names: tuple[str, ...]
     scales: Floats
     """[F] a typical difference between models, > 0: 1 for counts, the range of the draws for draws."""
+    logarithmic: Flags | None = None
+    """[F] whether values are logarithms of the features; None if none is."""
+    units: tuple[str, ...] = ()
+    """[F] units of the features, empty for none; () if none has one."""
 
     def rows(self) -> Floats:
         """[models, F] the values divided by their scales: the input of a preference."""

@@ -11,7 +11,7 @@ from typing import Generic
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.columns.column_names import comparison, equality, spread_of
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature, HalfSpace, Total
@@ -54,6 +54,17 @@ class DesignTable:
     group_names: tuple[str, ...]
     scales: Floats
     """[F] scale of each column, > 0."""
+    logarithmic: Flags | None = None
+    """[F] whether values are logarithms of the features; None if none is."""
+    units: tuple[str, ...] = ()
+    """[F] units of the features, empty for none; () if none has one."""
+
+    def values(self, num: int) -> Floats:
+        """[num, F] values of the features of the first designs, in their units."""
+        values = self.rows[:num] * self.scales
+        if self.logarithmic is not None:
+            values[:, self.logarithmic] = np.exp(values[:, self.logarithmic])
+        return values
 
     @cached_property
     def continuous(self) -> NDArray[np.bool_]:
@@ -136,6 +147,8 @@ class DesignTables(Generic[Designs]):
             groups=np.append(base.groups, np.arange(first, first + len(names))),
             group_names=(*base.group_names, *names),
             scales=np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
+            logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, [False] * len(names)),
+            units=(*base.units, *("" for _ in names)) if base.units else (),
         )
 
     def _count(

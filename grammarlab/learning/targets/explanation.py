@@ -39,6 +39,8 @@ _MAX_CONDITIONS = 3
 """Largest number of conditions of a described kind that is not liked."""
 _MAX_RARITY = 400
 """Smallest share of designs of a kind: one in 400."""
+_INTEGER_TOLERANCE = 1e-9
+"""Relative tolerance of whole numbers after logarithm and exponential."""
 _MIN_LIKED_POINTS = 1.0
 """Smallest highest score of a kind in points; below it nothing is liked."""
 
@@ -79,7 +81,7 @@ def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
         scores: [m] predicted for the first m designs of the table, 0 to 100.
         weights: [m] >= 0, importance weight of each design.
     """
-    rows = table.rows[: len(scores)] * table.scales
+    rows = table.values(len(scores))
     if not (weights * scores).any() or np.ptp(scores) == 0.0:
         return Words((), ())
     names = _ColumnWords(table, rows)
@@ -163,6 +165,10 @@ class _ColumnWords:
     def __init__(self, table: DesignTable, rows: Floats) -> None:
         self.table, self.rows = table, rows
         self.is_integer = ~table.continuous
+        if table.logarithmic is not None:
+            self.is_integer |= table.logarithmic & (np.abs(rows - np.rint(rows)) <= _INTEGER_TOLERANCE * rows).all(
+                axis=0
+            )
         self.lowest, self.highest = rows.min(axis=0), rows.max(axis=0)
 
     @property
@@ -214,10 +220,15 @@ class _ColumnWords:
         yield f"{name}:" if " " in name else name
         low, high = interval.low, interval.high
         if not self.is_integer[interval.column]:
+            unit = self.table.units[interval.column] if self.table.units else ""
             yield (
-                f"{low:.3g} to {high:.3g}"
-                if np.isfinite(low + high)
-                else (f"from {low:.3g}" if np.isfinite(low) else f"below {high:.3g}")
+                (
+                    f"{low:.3g} to {high:.3g}"
+                    if np.isfinite(low + high)
+                    else (f"from {low:.3g}" if np.isfinite(low) else f"below {high:.3g}")
+                )
+                + ("" if unit in ("", "°") else " ")
+                + unit
             )
             return
         # For whole numbers between bounds the ends themselves are given.

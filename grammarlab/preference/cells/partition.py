@@ -31,6 +31,7 @@ from threadpoolctl import threadpool_limits
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, levels_of
 from grammarlab.preference.cells.further_columns import splits_of, sums_of, widened
 from grammarlab.preference.cells.person_error import (
@@ -44,6 +45,7 @@ from grammarlab.preference.cells.person_error import (
     posterior_shares,
     sketching,
 )
+from grammarlab.preference.cells.splits import Above
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, loosened, regrown, replanted
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import Intervals
@@ -57,6 +59,8 @@ _NUM_AROUND = 6
 """Number of further trees, found by changing the most likely one."""
 _NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
+_BOXES_PER_TREE = 3
+"""Divisor of the numbers of trees if boxes explain scores as well."""
 _DOUBT_TEMPERATURE = 4.0
 """Approximate loss in nats of the alternative trees."""
 _NUM_SWEEPS = 3
@@ -65,6 +69,8 @@ _MIN_TOTAL = 1e-12
 """Totals of at most this count as 0."""
 _NUM_REPLANTED = 4
 """Number of trees of all labels that are candidates for some of the labels."""
+_NUM_CHAINS_WITHOUT = 2
+"""Number of chains of boxes of some of the labels."""
 _WARM_TEMPERATURE = 1.0
 """Temperature of draws of splits, for some of the trees."""
 _MIN_SHARE = 1e-3
@@ -98,6 +104,9 @@ class PartitionPreference(AbstractPreference):
     """Trees, most likely first."""
     doubtful: tuple[Tree, ...]
     """Alternative trees, used only to choose questions."""
+    boxes: tuple[Tree, ...] = ()
+    """Trees of boxes that explain the scores (`grammarlab.preference.cells.box_search`), with all their bounds, whether
+    these are worth their price or not; used only to choose questions."""
     designs: Designs | None = None
     """The designs over which predictions are a density; None for predictions of scores only."""
 
@@ -204,25 +213,35 @@ class PartitionPreference(AbstractPreference):
             blunders=self.blunders,
             intervals=intervals,
         )
-        guides = guides_of(cells)
-        sketches = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
+        guides, table = guides_of(cells), widened(rows, self.shares_of)
+        boxes = find_boxes(table, scores, continuous, randomness, intervals, _NUM_CHAINS_WITHOUT)
+        conjunctions = [box.tree(table) for box in boxes]
+        faces = set[Above]().union(*(tree.bounds() for tree in conjunctions))
+        if faces:
+            splits = splits_of(rows, self.groups, continuous, self.shares_of, scores, faces)
+            cells, *guides = (replace(part, splits=splits) for part in (cells, *guides))
+        growths = sketching(guides)[: 1 if conjunctions else None]
+        sketches = [grow(cells, every, growth, randomness) for growth in growths]
+        sketches += [replanted(cells, tree, table, every) for tree in conjunctions[::NUM_PER_CHAIN]]
         shares = posterior_shares(sketches)
         divisions = [(share, tuple(tree.cells())) for share, tree in zip(shares.tolist(), sketches, strict=True)]
-        start = Start(replace(cells, levels=levels_of(cells, divisions)), guides, sketches[int(np.argmax(shares))])
+        start = Start(
+            replace(cells, levels=levels_of(cells, divisions)), tuple(guides), sketches[int(np.argmax(shares))]
+        )
         # Without errors, held-out scores have influenced the splits of all labels, which would be a leak.
         near_trees = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] or self.blunders > BLUNDERS[0] else ()
-        near = start.tree.bounds().union(*(tree.bounds() for tree in near_trees))
-        table = widened(rows, self.shares_of)
+        near = (start.tree.bounds() | faces).union(*(tree.bounds() for tree in near_trees))
         cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, scores, near), table)
-        trees = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
+        trees = [grow(cells, every, growth, randomness) for growth in growths]
+        trees += [replanted(cells, tree, table, every) for tree in conjunctions]
         if near_trees:
             # The tree of all labels is a candidate, pruned by these labels only.
             trees += [replanted(cells, tree, table, every) for tree in near_trees]
         else:
             best = max(trees, key=lambda tree: tree.log_posterior)
-            trees += [regrown(cells, best, growth, randomness) for growth in sketching(guides)[1:]]
+            trees += [regrown(cells, best, growth, randomness) for growth in sketching(guides)[1 : 1 + len(growths)]]
         # A copy without the cached ranks.
-        return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=(), designs=None)
+        return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=(), boxes=(), designs=None)
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:
         """Mean [m] and covariance [m, m] of the values of rows [m, F], with doubtful trees weighted like the others."""
@@ -240,6 +259,18 @@ class PartitionPreference(AbstractPreference):
         mean = shares @ means
         away = np.sqrt(shares)[:, None] * (means - mean)
         return mean, covariance + away.T @ away
+
+    def opinions(self, rows: Floats) -> tuple[Floats, Floats]:
+        """Shares [T] of trees and boxes, half for each kind, and the value [T, m] of each row by each of them."""
+        table = widened(rows, self.shares_of)
+        trees = [(share / 2.0, tree) for share, tree in self._counting()]
+        trees += [(0.5 / len(self.boxes), tree) for tree in self.boxes]
+        values = np.zeros((len(trees), len(rows)))
+        for index, (_, tree) in enumerate(trees):
+            number, cells = tree.cell_of(table)
+            values[index] = self._values(cells)[0][number]
+        shares = np.array([share for share, _ in trees])
+        return shares / shares.sum(), values
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         """Share of the variance of the labels' values that splits by each group explain."""
@@ -337,16 +368,23 @@ def fit(
         intervals = None if intervals is None else intervals.take(selected)
     sums = sums_of(table, numbers, drawn)
     wide, every = widened(table, sums), np.arange(len(values))
-    num_trees, num_around, num_doubtful = (enough(num, values) for num in (_NUM_TREES, _NUM_AROUND, _NUM_DOUBTFUL))
+    conjunctions = [box.tree(wide) for box in find_boxes(wide, values, drawn, randomness, intervals)]
+    near = set[Above]().union(*(tree.bounds() for tree in conjunctions))
+    divisor = _BOXES_PER_TREE if conjunctions else 1
+    num_trees, num_around, num_doubtful = (
+        enough(num, values) // divisor for num in (_NUM_TREES, _NUM_AROUND, _NUM_DOUBTFUL)
+    )
     with threadpool_limits(1, "blas"):
-        start = find_error(splits_of(table, numbers, drawn, sums, values), values, intervals, randomness)
+        splits = splits_of(table, numbers, drawn, sums, values, near)
+        start = find_error(splits, values, intervals, randomness, wide, conjunctions[::NUM_PER_CHAIN])
         cells, guides, refined = start.refined(
-            splits_of(table, numbers, drawn, sums, values, start.tree.bounds()), wide
+            splits_of(table, numbers, drawn, sums, values, start.tree.bounds() | near), wide
         )
         growths = [Growth(1e-2)] + [
             Growth(LOW_TEMPERATURE if n % 2 else _WARM_TEMPERATURE, 0.0, guides) for n in range(num_trees - 1)
         ]
         trees = [refined] + [grow(cells, every, growth, randomness) for growth in growths]
+        trees += [replanted(cells, tree, wide, every) for tree in conjunctions]
         trees += _around(
             cells,
             max(trees, key=lambda tree: tree.log_posterior),
@@ -367,6 +405,7 @@ def fit(
         cells=cells,
         trees=tuple(trees),
         doubtful=tuple(doubtful),
+        boxes=tuple(conjunctions),
     )
 
 

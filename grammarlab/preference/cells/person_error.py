@@ -34,6 +34,8 @@ _MAX_ROUNDS = 3
 """Largest number of rounds per start, in which trees and error model are improved in turns."""
 _NUM_SKETCHES = 4
 """Number of trees per round."""
+_NUM_BESIDE = 2
+"""Number of trees per round beside trees that were found otherwise."""
 _GUIDE_ERROR = (15.0, 0.05)
 """Noise and blunders of the first guide."""
 LOW_TEMPERATURE = 0.5
@@ -58,7 +60,14 @@ class Start(NamedTuple):
         return Start(cells, tuple(guides), replanted(cells, self.tree, rows, self.tree.labels))
 
 
-def find_error(splits: Splits, scores: Floats, intervals: Intervals | None, randomness: np.random.Generator) -> Start:
+def find_error(
+    splits: Splits,
+    scores: Floats,
+    intervals: Intervals | None,
+    randomness: np.random.Generator,
+    rows: Floats,
+    candidates: Sequence[Tree] = (),
+) -> Start:
     """The most likely error model with its most likely tree.
 
     Args:
@@ -66,6 +75,8 @@ def find_error(splits: Splits, scores: Floats, intervals: Intervals | None, rand
         scores: [n] 0-100.
         intervals: [n] intervals of the labels, if they are not scores.
         randomness: draws splits.
+        rows: [n, F] rows of the labels.
+        candidates: trees of the labels that were found otherwise.
     """
     grid, every = grid_of(scores), np.arange(len(scores))
     first = ScoreCells(
@@ -79,7 +90,9 @@ def find_error(splits: Splits, scores: Floats, intervals: Intervals | None, rand
             break
         cells, visited = replace(first, noise=noise), visited if many else set[tuple[float, float]]()
         for _ in range(enough(_MAX_ROUNDS, scores)):
-            trees = [grow(cells, every, growth, randomness) for growth in sketching(guides)]
+            growths = sketching(guides)[: _NUM_BESIDE if candidates else None]
+            trees = [grow(cells, every, growth, randomness) for growth in growths]
+            trees += [replanted(cells, tree, rows, every) for tree in candidates]
             tree = max(trees, key=lambda tree: tree.log_posterior)
             posterior = tree.log_posterior - PRICE_OF_BLUNDERS * cells.blunders
             if posterior > highest:

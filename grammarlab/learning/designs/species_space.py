@@ -1,0 +1,136 @@
+"""The trees of a species as a space of designs; its proposal draws all kinds of trees equally often."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.errors import UsageError
+from grammarlab.features.columns.plain_columns import feature_values
+from grammarlab.features.patterns.conditions import sites_of
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.learning.designs.addresses import Address, hashes_of
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realized
+from grammarlab.learning.designs.tree_columns import TreeBatch, TreeColumns, columns_of, relevant_names
+from grammarlab.learning.settings import FeatureOptions
+from grammarlab.randomness import Keys, root_keys
+from grammarlab.trees.accepted import accepted_rows, log_density, measured
+from grammarlab.trees.growth import grow
+from grammarlab.trees.scene import realize_trees
+from grammarlab.trees.species import Species, constrained
+
+_BATCH_TREES = 500
+"""Number of trees per batch."""
+_RATE_TREES = 500
+"""Number of trees for estimating acceptance rates."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
+    """The trees that a species draws and keeps."""
+
+    species: Species
+    text: str
+    """The file of the species."""
+    assets: Path | None = None
+    """Folder of pictures."""
+
+    @property
+    def hashes(self) -> tuple[str, str]:
+        return hashes_of(sha256(self.text.encode()).hexdigest())
+
+    @property
+    def longest_path(self) -> int:
+        return 1
+
+    @cached_property
+    def proposal(self) -> Species:
+        """The species with equally frequent kinds."""
+        kinds = self.species.kinds
+        return replace(self.species, kinds=tuple(replace(kind, weight=1.0 / len(kinds)) for kind in kinds))
+
+    def make(self, addresses: Sequence[Address]) -> TreeBatch:
+        rows, keys = self.drawn(addresses)
+        return TreeBatch(rows, keys, measured(rows, keys))
+
+    def drawn(self, addresses: Sequence[Address]) -> tuple[Floats, Keys]:
+        """Parameters [n, P] of the trees at addresses, and the keys [n] below which they grow.
+
+        Raises:
+            UsageError: If an address has a start rule, a footprint, or attributes that are not parameters.
+        """
+        rows, keys = np.zeros((len(addresses), len(self.species.typical))), np.zeros(len(addresses), dtype=np.uint64)
+        alike: dict[tuple[bool, str], list[int]] = {}
+        for number, address in enumerate(addresses):
+            if address.start_rule or address.footprint:
+                raise UsageError("labels name a start rule or a footprint, and trees have neither.")
+            alike.setdefault((address.flat, address.attributes), []).append(number)
+        for (flat, attributes), numbers in alike.items():
+            species = self.proposal if flat else self.species
+            values = json.loads(attributes)
+            accepted = accepted_rows(
+                constrained(species, values) if values else species,
+                root_keys(
+                    np.array([addresses[number].seed for number in numbers], dtype=np.uint64),
+                    np.array([addresses[number].model for number in numbers], dtype=np.int64),
+                ),
+            )
+            rows[numbers], keys[numbers] = accepted.rows, accepted.keys
+        return rows, keys
+
+    def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[TreeBatch]:
+        for start in range(first, first + num, _BATCH_TREES):
+            numbers = range(start, min(start + _BATCH_TREES, first + num))
+            yield self.make([Address(flat, seed, number) for number in numbers])
+
+    def log_ratio(self, designs: TreeBatch) -> Floats:
+        if len(self.species.kinds) == 1:
+            return np.zeros(len(designs))
+        ratio = log_density(self.species, designs.rows) - log_density(self.proposal, designs.rows)
+        return ratio + self._log_ratio_of_rates
+
+    @cached_property
+    def _log_ratio_of_rates(self) -> float:
+        """Log of the ratio of the acceptance rates of the proposal and of the species."""
+        if not self.species.acceptance:
+            return 0.0
+        keys = root_keys(0, np.arange(_RATE_TREES))
+        proposal_tries, own_tries = (accepted_rows(species, keys).tries for species in (self.proposal, self.species))
+        return float(np.log(own_tries.sum()) - np.log(proposal_tries.sum()))
+
+    def take(self, designs: TreeBatch, indices: Ints) -> TreeBatch:
+        return designs.take(indices)
+
+    def vocabulary(self, designs: Sequence[TreeBatch], features: FeatureOptions) -> TreeColumns:
+        return TreeColumns.of(self.names if "draws" in features.families else (), designs)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters that differ between trees, and of the measures."""
+        return relevant_names(self.species)
+
+    def search(self, designs: Sequence[TreeBatch], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
+        return ()
+
+    def values(self, designs: Sequence[TreeBatch], features: Sequence[Feature]) -> Floats:
+        columns = columns_of(designs, [site for feature in features for site in sites_of(feature)])
+        num = sum(map(len, designs))
+        return np.column_stack([np.zeros((num, 0)), *(feature_values(columns, feature) for feature in features)])
+
+    def margins(self, designs: Sequence[TreeBatch], feature: Feature) -> Floats | None:
+        return None
+
+    def realize(self, addresses: Sequence[Address]) -> Realized:
+        rows, keys = self.drawn(addresses)
+        return Realized(realize_trees(grow(rows, keys), self.species.look, "medium"))
+
+    def asset_names(self) -> Iterable[str]:
+        look = self.species.look
+        return [name for name in (look.bark, look.leaf, look.blossom) if name]
