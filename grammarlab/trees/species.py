@@ -104,6 +104,8 @@ def constrained(species: Species, values: Mapping[str, object]) -> Species:
     Raises:
         UsageError: If there is no such column, or it cannot have the value.
     """
+    if not values:
+        return species
     low, high = (np.array([getattr(kind, end) for kind in species.kinds]) for end in ("low", "high"))
     typical = species.typical.copy()
     for name, value in values.items():
@@ -112,15 +114,11 @@ def constrained(species: Species, values: Mapping[str, object]) -> Species:
             hint = f"did you mean {' or '.join(near)}?" if near else "such as scale or branches_1."
             raise UsageError(f"{shown(name)} is not a parameter of trees; {hint}")
         column = COLUMN[name]
-        is_possible = (
-            isinstance(value, int | float)
-            and not isinstance(value, bool)
-            and LOW[column] <= value <= HIGH[column]
-            and (not IS_INTEGER[column] or float(value).is_integer())
-        )
-        if not is_possible or not isinstance(value, int | float):
-            kind = "a whole number" if IS_INTEGER[column] else "a number"
-            raise UsageError(f"{name}: expected {kind} from {LOW[column]:g} to {HIGH[column]:g}, found {shown(value)}.")
+        least, most, is_count = float(LOW[column]), float(HIGH[column]), bool(IS_INTEGER[column])
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not is_number or not least <= value <= most or (is_count and float(value) % 1.0):
+            kind = "a whole number" if is_count else "a number"
+            raise UsageError(f"{name}: expected {kind} from {least:g} to {most:g}, found {shown(value)}.")
         low[:, column] = high[:, column] = typical[column] = float(value)
     kinds = (replace(kind, low=low[index], high=high[index]) for index, kind in enumerate(species.kinds))
     return replace(species, kinds=tuple(kinds), typical=typical)

@@ -26,6 +26,8 @@ from grammarlab.trees.growth import grow
 from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.species import Species, constrained
 
+_DETAIL = "detail"
+"""Attribute that changes the meshes of a tree only."""
 _BATCH_TREES = 500
 """Number of trees per batch."""
 _RATE_TREES = 500
@@ -74,9 +76,9 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
             alike.setdefault((address.flat, address.attributes), []).append(number)
         for (flat, attributes), numbers in alike.items():
             species = self.proposal if flat else self.species
-            values = json.loads(attributes)
+            values = {name: value for name, value in json.loads(attributes).items() if name != _DETAIL}
             accepted = accepted_rows(
-                constrained(species, values) if values else species,
+                constrained(species, values),
                 root_keys(
                     np.array([addresses[number].seed for number in numbers], dtype=np.uint64),
                     np.array([addresses[number].model for number in numbers], dtype=np.int64),
@@ -129,7 +131,7 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
 
     def realize(self, addresses: Sequence[Address]) -> Realized:
         rows, keys = self.drawn(addresses)
-        return Realized(realize_trees(grow(rows, keys), self.species.look, "medium"))
+        return Realized(realize_trees(grow(rows, keys), self.species.look, "medium", self.assets))
 
     def asset_names(self) -> Iterable[str]:
         look = self.species.look

@@ -36,7 +36,7 @@ from grammarlab.trees.measures import MEASURES, measure
 from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, IS_INTEGER, LOW, PARAMETERS, SPREAD
 from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.skeleton import Skeleton
-from grammarlab.trees.species import Species
+from grammarlab.trees.species import Species, constrained
 from grammarlab.trees.species_file import MAX_CHARACTERS, check, parse, write
 
 if TYPE_CHECKING:
@@ -229,18 +229,7 @@ def with_attributes(species: Species, values: Mapping[str, AttributeValue]) -> S
         species: the species.
         values: values by the name of the column, see `checked_value`; `DETAIL` is ignored.
     """
-    columns = {COLUMN[name]: float(checked_value(name, value)) for name, value in values.items() if name != DETAIL}
-    if not columns:
-        return species
-    indices, constants = np.array(list(columns)), np.array(list(columns.values()))
-
-    def with_constants(row: Floats) -> Floats:
-        row = row.copy()
-        row[indices] = constants
-        return row
-
-    kinds = tuple(replace(kind, low=with_constants(kind.low), high=with_constants(kind.high)) for kind in species.kinds)
-    return replace(species, kinds=kinds, typical=with_constants(species.typical))
+    return constrained(species, {name: checked_value(name, value) for name, value in values.items() if name != DETAIL})
 
 
 def checked_value(name: str, value: AttributeValue) -> float | str:
