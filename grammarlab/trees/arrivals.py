@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, Ints, index_in_row
+from grammarlab.arrays import Flags, Floats, Ints, index_in_row, row_of_value
 from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.equal_area import AbstractSurface
 from grammarlab.randomness import Keys, derived_seed, fold, root_keys, uniforms
@@ -53,35 +53,49 @@ class Candidates:
 
 
 def candidates_in(
-    surface: AbstractSurface, box: Floats, side: float, seed: int, until: float = FULL
+    surface: AbstractSurface, boxes: Floats, side: float, seed: int, until: float = FULL
 ) -> Iterator[Candidates]:
-    """All candidates of the cells that meet a box, in blocks, up to a time.
+    """All candidates of the cells that meet some boxes, in blocks, up to a time.
 
     Args:
         surface: the surface.
-        box: [2, 2] lowest and highest points on the map of the surface.
+        boxes: [b, 2, 2] lowest and highest points of each box on the map of the surface.
         side: metres; the side of a cell on the map, about.
         seed: seed of the run.
         until: candidates have times below.
 
     Raises:
-        UsageError: If there are more than `MAX_CELLS` cells.
+        UsageError: If the boxes have more than `MAX_CELLS` cells.
     """
     sides = surface.sides(side)
-    low, high = np.floor(box / sides).astype(np.int64)
-    width, height = (high - low + 1).tolist()
-    if width * height > MAX_CELLS:
-        raise UsageError(
-            f"the area and its surroundings have {width * height:,} cells of {side:.2g} m, and at most {MAX_CELLS:,} "
-            "can be planted: choose a smaller area, or larger trees."
-        )
+    cells = _different(surface, _cells_of(np.floor(boxes / sides).astype(np.int64), side), side)
     root = root_keys(derived_seed(seed, _LANE), np.zeros(1, np.uint64))
-    rows_of_block = max(1, _BLOCK_CELLS // width)
-    for first in range(0, height, rows_of_block):
-        rows = np.arange(first, min(first + rows_of_block, height)) + low[1]
-        column, row = (part.ravel() for part in np.meshgrid(np.arange(width) + low[0], rows))
-        key = fold(fold(np.repeat(root, len(row)), _words(surface.columns(column, side))), _words(row))
-        yield _candidates_of(surface, np.column_stack([column, row]), key, sides, until)
+    for start in range(0, len(cells), _BLOCK_CELLS):
+        block = cells[start : start + _BLOCK_CELLS]
+        key = fold(fold(np.repeat(root, len(block)), _words(block[:, 0])), _words(block[:, 1]))
+        yield _candidates_of(surface, block, key, sides, until)
+
+
+def _cells_of(corners: Ints, side: float) -> Ints:
+    """[c, 2] columns and rows of the cells in boxes from one cell to another [b, 2, 2], both included."""
+    low, size = corners[:, 0], corners[:, 1] - corners[:, 0] + 1
+    counts = size.prod(axis=1)
+    num = size.prod(axis=1, dtype=np.float64).sum()
+    if num > MAX_CELLS:
+        raise UsageError(
+            f"the area and its surroundings have {num:,.0f} cells of {side:.2g} m, and at most {MAX_CELLS:,} can be "
+            "planted: choose a smaller area, or larger trees."
+        )
+    box, number = row_of_value(counts), index_in_row(counts)
+    return np.column_stack([low[box, 0] + number % size[box, 0], low[box, 1] + number // size[box, 0]])
+
+
+def _different(surface: AbstractSurface, cells: Ints, side: float) -> Ints:
+    """The different cells, counted once around the earth."""
+    column, row = surface.columns(cells[:, 0], side), cells[:, 1]
+    west, south, width = column.min(), row.min(), np.ptp(column) + 1
+    place = np.unique((row - south) * width + (column - west))
+    return np.column_stack([place % width + west, place // width + south])
 
 
 def _candidates_of(surface: AbstractSurface, cells: Ints, key: Keys, sides: Floats, until: float) -> Candidates:

@@ -136,7 +136,7 @@ class Spacing:
         """
         box = np.array([[0.0, 0.0], [1.0, 1.0]]) * (_TRIAL_CELLS - 0.5) * self.side
         seed = derived_seed(self.seed, _TRIAL_LANE)
-        trial = _joined(list(candidates_in(Plane(), box, self.side, seed)))
+        trial = _joined(list(candidates_in(Plane(), box[None], self.side, seed)))
         radius = self.references[(fold(trial.model, _TRIAL_LANE) % np.uint64(_NUM_REFERENCES)).astype(np.int64)]
         stands = decided(trial, trial.coordinates, radius, self, np.ones(len(trial), np.bool_)) == _STANDS
         inner = (np.abs(trial.coordinates - box[1] / 2) < box[1] / 2 - self.reach).all(axis=1)
@@ -272,9 +272,9 @@ class _Stands:
     def _near(self, margin: float, until: float) -> tuple[Candidates, Floats]:
         """Candidates at most so far from the area, and their places in metres to the east and north."""
         area, spacing = self.area, self.spacing
-        box = area.surface.box(area.bounds, margin * _SLACK)
+        boxes = area.surface.boxes(area.bounds, margin * _SLACK)
         blocks, positions = [], []
-        for block in candidates_in(area.surface, box, spacing.side, spacing.seed, until):
+        for block in candidates_in(area.surface, boxes, spacing.side, spacing.seed, until):
             east_north = area.east_north(block.coordinates)
             near = area.is_near(east_north, margin)
             blocks.append(block.take(near))

@@ -123,7 +123,7 @@ def test_no_two_crowns_are_closer_than_the_gap(area, gap):
 
 def test_trees_stand_as_the_rule_says_candidate_by_candidate():
     """The oracle: candidates in the order of their times, each compared with all trees that stand."""
-    box = np.array([[-60.0, -110.0], [110.0, 60.0]])
+    box = np.array([[[-60.0, -110.0], [110.0, 60.0]]])
     standing: list[tuple[float, float, float, int]] = []
     for block in candidates_in(Plane(), box, SPACING.side, 5):
         assert len(np.unique(block.model)) == len(block)
@@ -179,12 +179,24 @@ def test_two_maps_of_one_park_have_the_same_trees_on_the_earth():
     park = degrees(x, y, 80.0, [1.0, 0.7, 0.9, 1.0])
     east = Area((shapely.transform(park.polygons[0], lambda points: points + np.array([360.0, 0.0])),), park.ground)
     other = Area(park.polygons, Ground(x + 0.1, y + 0.05))
-    planting = planted(park, SPACING, density=150)
+    planting, *others = (planted(area, SPACING, density=150) for area in (park, east, other))
     assert len(planting) > 40
-    for same, move in ((planted(east, SPACING, density=150), [360.0, 0.0]), (planted(other, SPACING, density=150), 0)):
-        assert same.model.tolist() == planting.model.tolist()
-        assert same.coordinates - move == pytest.approx(planting.coordinates, abs=1e-10)
-    assert np.hypot(*(planted(other, SPACING, density=150).position - planting.position)[:, [0, 2]].T).min() > 7000
+    assert [trees(same) for same in others] == [trees(planting)] * 2
+    assert np.hypot(*(others[1].position - planting.position)[:, [0, 2]].T).min() > 7000
+
+
+def test_the_date_line_is_no_line_for_trees():
+    """A park across it as one outline, and as two that meet there."""
+    whole = degrees(180.0, -16.8, 60.0, [1.0] * 12)
+    west = whole.polygons[0].intersection(shapely.box(170, -20, 180, -10))
+    east = whole.polygons[0].intersection(shapely.box(180, -20, 190, -10))
+    east = shapely.transform(east, lambda points: points - np.array([360.0, 0.0]))
+    assert isinstance(west, shapely.Polygon)
+    assert isinstance(east, shapely.Polygon)
+    planting = planted(whole, SPACING, density=1e4)
+    assert trees(planted(Area((west, east), whole.ground), SPACING, density=1e4)) == trees(planting)
+    assert set(np.sign(planting.coordinates[:, 0]).tolist()) == {-1.0, 1.0}
+    assert np.hypot(planting.position[:, 0], planting.position[:, 2]).max() < 61
 
 
 def test_seeds_have_other_trees():

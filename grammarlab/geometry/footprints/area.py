@@ -45,15 +45,16 @@ class Area:
 
     @property
     def bounds(self) -> Floats:
-        """[4] west, south, east and north in the coordinates of the source."""
-        low, high = np.split(shapely.bounds(np.array(self.polygons, dtype=object)), 2, axis=1)
-        return np.concatenate([low.min(axis=0), high.max(axis=0)])
+        """[n, 4] west, south, east and north of each polygon in the coordinates of the source."""
+        return shapely.bounds(np.array(self.polygons, dtype=object))
 
     def contains(self, coordinates: Floats) -> Flags:
         """[n] whether points [n, 2] in the coordinates of the source are inside a polygon."""
         inside = np.zeros(len(coordinates), dtype=np.bool_)
-        points, _ = self._tree.query(shapely.points(coordinates), predicate="within")
-        inside[points] = True
+        # Outlines across the date line have longitudes beyond 180 degrees.
+        for turn in (0.0,) if self.ground is None else (-360.0, 0.0, 360.0):
+            points, _ = self._tree.query(shapely.points(coordinates + np.array([turn, 0.0])), predicate="within")
+            inside[points] = True
         return inside
 
     def is_near(self, east_north: Floats, distance: float) -> Flags:

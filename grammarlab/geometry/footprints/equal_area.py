@@ -34,17 +34,17 @@ class AbstractSurface(ABC):
         """[2] width and height of cells on the map, with an area of side², such that they close around the earth."""
 
     @abstractmethod
-    def box(self, bounds: Floats, margin: float) -> Floats:
-        """[2, 2] lowest and highest points on the map of a rectangle with a margin.
+    def boxes(self, bounds: Floats, margin: float) -> Floats:
+        """[n, 2, 2] lowest and highest points on the map of rectangles with a margin.
 
         Args:
-            bounds: [4] west, south, east and north in the coordinates of the source.
+            bounds: [n, 4] west, south, east and north in the coordinates of the source.
             margin: metres on the ground.
         """
 
     @abstractmethod
     def columns(self, columns: Ints, side: float) -> Ints:
-        """[n] numbers of columns of cells as they count once around the earth."""
+        """[n] numbers of columns of cells as they count once around the earth, from longitude -180 to 180."""
 
     @abstractmethod
     def coordinates(self, points: Floats) -> Floats:
@@ -61,8 +61,8 @@ class Plane(AbstractSurface):
     def sides(self, side: float) -> Floats:
         return np.array([side, side])
 
-    def box(self, bounds: Floats, margin: float) -> Floats:
-        return bounds.reshape(2, 2) + np.array([[-margin], [margin]])
+    def boxes(self, bounds: Floats, margin: float) -> Floats:
+        return bounds.reshape(-1, 2, 2) + np.array([[-margin], [margin]])
 
     def columns(self, columns: Ints, side: float) -> Ints:
         return columns
@@ -81,16 +81,17 @@ class Ellipsoid(AbstractSurface):
         width = _AROUND / max(1, round(_AROUND / side))
         return np.array([width, side * side / width])
 
-    def box(self, bounds: Floats, margin: float) -> Floats:
-        (west, south), (east, north) = np.radians(bounds).reshape(2, 2)
+    def boxes(self, bounds: Floats, margin: float) -> Floats:
+        west, south, east, north = np.radians(bounds).T
         angle = margin / _SHORTEST_RADIUS
-        south, north = (float(np.clip(latitude, -_LAST, _LAST)) for latitude in (south - angle, north + angle))
-        turn = angle / min(np.cos(south), np.cos(north))
-        low, high = (_heights(np.array([latitude])).item() for latitude in (south, north))
-        return np.array([[EQUATOR * (west - turn), low], [EQUATOR * (east + turn), high]])
+        south, north = np.clip([south - angle, north + angle], -_LAST, _LAST)
+        turn = angle / np.minimum(np.cos(south), np.cos(north))
+        columns = [EQUATOR * (west - turn), _heights(south), EQUATOR * (east + turn), _heights(north)]
+        return np.column_stack(columns).reshape(-1, 2, 2)
 
     def columns(self, columns: Ints, side: float) -> Ints:
-        return columns % round(_AROUND / float(self.sides(side)[0]))
+        number = round(_AROUND / float(self.sides(side)[0]))
+        return (columns + number // 2) % number - number // 2
 
     def coordinates(self, points: Floats) -> Floats:
         return np.degrees(np.column_stack([points[:, 0] / EQUATOR, np.arcsin(_sines(points[:, 1]))]))

@@ -51,9 +51,10 @@ class Stand:
     def __str__(self) -> str:
         more = "; hardly another one fits" if self.is_full else ""
         gap = f" --gap {self.gap:g}" if self.gap else ""
+        density = repr(self.density).removesuffix(".0")
         return (
-            f"{len(self):,} trees on {self.size / HECTARE:.3g} hectares{more}. With --density {self.density:.17g}{gap}, a "
-            "larger area keeps them, and others stand around them"
+            f"{len(self):,} trees on {self.size / HECTARE:.3g} hectares{more}. On a larger area, --density {density}{gap} "
+            "plants them again with others around them"
         )
 
     def as_json(self) -> dict[str, Any]:

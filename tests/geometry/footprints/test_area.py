@@ -25,7 +25,7 @@ def test_holes_are_outside_and_the_size_is_that_of_the_union(tmp_path):
     assert area.contains(points).tolist() == [True, False, True, True, False, True, False]
     assert area.is_near(points, 1.5).tolist() == [True, True, True, True, False, True, True]
     assert area.is_near(points, 0.5).tolist() == [True, False, True, True, False, True, False]
-    assert area.bounds.tolist() == [0, 0, 60, 8]
+    assert area.bounds.tolist() == [[0, 0, 10, 8], [8, 0, 18, 8], [50, 0, 60, 8]]
 
 
 def test_the_size_of_an_area_in_degrees_is_that_on_the_ground(tmp_path):

@@ -17,7 +17,7 @@ latitudes = st.floats(-88.0, 88.0)
 def test_a_cell_of_the_earth_has_the_area_of_its_square(latitude, side):
     """By the formula of the area of zones of the ellipsoid."""
     sides = Ellipsoid().sides(side)
-    row = math.floor(Ellipsoid().box(np.array([0.0, latitude, 0.0, latitude]), 0.0)[0, 1] / sides[1])
+    row = math.floor(Ellipsoid().boxes(np.array([[0.0, latitude, 0.0, latitude]]), 0.0)[0, 0, 1] / sides[1])
     corners = Ellipsoid().coordinates(np.array([[0, row], [1, row + 1]]) * sides)
     (west, south), (east, north) = corners.tolist()
     area = math.radians(east - west) * (zone(north) - zone(south))
@@ -45,19 +45,23 @@ def test_a_margin_has_all_points_at_its_distance(longitude, latitude, direction,
     turn = math.atan2(
         math.sin(direction) * math.sin(angle) * math.cos(phi), math.cos(angle) - math.sin(phi) * math.sin(north)
     )
-    low, high = Ellipsoid().box(np.array([longitude, latitude, longitude, latitude]), margin)
-    point = Ellipsoid().box(np.degrees([0, north, 0, north]), 0.0)[0] + [A * (math.radians(longitude) + turn), 0.0]
+    low, high = Ellipsoid().boxes(np.array([[longitude, latitude, longitude, latitude]]), margin)[0]
+    height = Ellipsoid().boxes(np.degrees([[0, north, 0, north]]), 0.0)[0, 0, 1]
+    point = np.array([A * (math.radians(longitude) + turn), height])
     assert (low <= point).all()
     assert (point <= high).all()
 
 
 def test_columns_are_numbered_once_around_the_earth():
     number = round(2 * math.pi * A / Ellipsoid().sides(100.0)[0])
-    assert Ellipsoid().columns(np.array([-1, 0, number - 1, number]), 100.0).tolist() == [number - 1, 0, number - 1, 0]
+    columns = Ellipsoid().columns(np.arange(-2, number + 2), 100.0)
+    assert columns[:4].tolist() == [-2, -1, 0, 1]
+    assert columns[-4:].tolist() == [-2, -1, 0, 1]
+    assert sorted(columns[2:-2].tolist()) == list(range(-(number // 2), number - number // 2))
 
 
 def test_a_plane_is_its_own_map():
     points = np.array([[3.0, 4.0], [-5.0, 6.0]])
     assert (Plane().space(Plane().coordinates(points)) == points).all()
-    assert Plane().box(np.array([0.0, 1.0, 2.0, 3.0]), 5.0).tolist() == [[-5, -4], [7, 8]]
+    assert Plane().boxes(np.array([[0.0, 1.0, 2.0, 3.0]]), 5.0).tolist() == [[[-5, -4], [7, 8]]]
     assert Plane().sides(7.0).tolist() == [7, 7]
