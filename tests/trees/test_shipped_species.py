@@ -11,7 +11,7 @@ from grammarlab.scene import triangles
 from grammarlab.trees.accepted import accepted_rows
 from grammarlab.trees.growth import grow
 from grammarlab.trees.measures import MEASURES, measure
-from grammarlab.trees.parameters import PARAMETERS
+from grammarlab.trees.parameters import COLUMNS, PARAMETERS
 from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.skeleton import Skeleton
 from grammarlab.trees.species import Species, drawn
@@ -19,8 +19,9 @@ from grammarlab.trees.species_file import check, parse, write
 from grammarlab.trees.species_tables import SECTIONS
 
 FOLDER = Path(__file__).parents[2] / "grammars" / "species"
-FILES = sorted(FOLDER.glob("*.toml"))
-NAMES = [path.stem for path in FILES]
+PRIOR = "any"
+"""Wide limits that include all species, most of whose trees are implausible."""
+NAMES = sorted(path.stem for path in FOLDER.glob("*.toml") if path.stem != PRIOR)
 NUM_TREES = 6
 HABITS = {
     "apple": {"height": (3.0, 8.0), "crown_ratio": (1.0, 2.0)},
@@ -64,6 +65,14 @@ def test_a_species_is_canonical_and_gives_a_reason_for_every_value(name: str):
     assert [line[1:-1] for line in lines if line.startswith("[")] == [
         section for section in ("look", *SECTIONS) if f"[{section}]" in lines
     ]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_prior_includes_the_species(name: str):
+    low, high = (np.array([getattr(kind, end) for kind in species_of(PRIOR).kinds]) for end in ("low", "high"))
+    for kind in species_of(name).kinds:
+        outside = (kind.low < low.min(axis=0)) | (kind.high > high.max(axis=0))
+        assert [COLUMNS[index] for index in np.flatnonzero(outside)] == []
 
 
 @pytest.mark.parametrize("name", NAMES)
