@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple, TypeAlias
@@ -32,6 +32,8 @@ _LARGE, _SMALL = 18, 13
 _MIN_ASPECT, _MAX_ASPECT = 0.65, 1.6
 """Aspect ratio of the pictures, chosen for the models."""
 _CAST = RendererChoice("cast")
+_MAX_POINTS = 20_000
+"""Number of points of a model that are kept until all models are framed, a budget."""
 _MIN_PIXELS = 16
 """Smallest side of a picture in pixels."""
 
@@ -70,6 +72,8 @@ class Tiles:
     """Height of each picture in pixels."""
     pictures: tuple[Picture, ...]
     """Picture [height, width, 3] of each model."""
+    extents: tuple[NDArray[np.float64], ...]
+    """Width, height and depth [3] of each model in metres."""
 
 
 def render(
@@ -113,7 +117,7 @@ def render(
 
 
 def draw_tiles(
-    models: Sequence[TriangleBatch],
+    models: Iterable[TriangleBatch],
     area: int,
     executor: AbstractExecutor,
     *,
@@ -123,13 +127,13 @@ def draw_tiles(
     """Draw each model separately.
 
     Args:
-        models: one model in each.
+        models: one model in each; iterated twice, so that they need not be in memory together.
         area: approximate number of pixels of a picture; its aspect ratio suits most models.
         executor: draws the pictures, which do not depend on it.
         same_scale: whether all pictures have the same scale; otherwise each model fills its own.
         choice: the renderer.
     """
-    points = [seen_points(model) for model in models]
+    points = [_outer_points(seen_points(model)) for model in models]
     view = View()
     width, height = _size(points, area, view)
     aspect = width / height
@@ -141,12 +145,26 @@ def draw_tiles(
     draw = partial(_draw, choice, RenderOptions(width=width, height=height))
     # OpenGL drivers use all cores by themselves.
     executor = SERIAL if choice.name == "gl" else executor
-    return Tiles(width, height, tuple(executor.results(draw, map(_Task, models, cameras))))
+    pictures = executor.results(draw, map(_Task, models, cameras))
+    extents = tuple(np.ptp(model_points.astype(np.float64), axis=0) for model_points in points)
+    return Tiles(width, height, tuple(pictures), extents)
 
 
 def seen_points(model: TriangleBatch) -> NDArray[np.float32]:
     """[n, 3] the vertices of a model; the origin for a model without any."""
     return model.vertices if len(model.vertices) else np.zeros((1, 3), np.float32)
+
+
+def _outer_points(points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The corners [n, 3] of the convex hull of many points [p, 3], which are framed alike; few points as they are."""
+    if len(points) <= _MAX_POINTS:
+        return points
+    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415  # few models are so large
+
+    try:
+        return points[np.sort(ConvexHull(points).vertices)]
+    except QhullError:  # a flat model
+        return points
 
 
 def lay_out(num: int, columns: int, width: int, height: int) -> SheetPage:

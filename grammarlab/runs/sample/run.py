@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -305,13 +305,13 @@ def _draw_sheet(
     # Many runs draw no sheet.
     from PIL import Image  # noqa: PLC0415
 
-    from grammarlab.runs.sample.contact_sheet import draw_page, draw_tiles, lay_out, seen_points  # noqa: PLC0415
+    from grammarlab.runs.sample.contact_sheet import draw_page, draw_tiles, lay_out  # noqa: PLC0415
 
-    models = _first_models(request, folder, batches)
+    models = _FirstModels(StoredScenes(request, folder, batches))
     same = request.scale == "same"
     tiles = draw_tiles(models, TILE_AREA, executor, same_scale=same, choice=choice)
-    page = lay_out(len(models), request.columns, tiles.width, tiles.height)
-    captions = [(str(index), _size_text(seen_points(model))) for index, model in enumerate(models)]
+    page = lay_out(len(tiles.pictures), request.columns, tiles.width, tiles.height)
+    captions = [(str(index), _size_text(extents)) for index, extents in enumerate(tiles.extents)]
     scale = "all to one scale" if same else "each to its own scale"
     heading = (f"{request.name}   seed {request.seed}", f"width x height x depth, {scale}")
     path = folder / request.sheet_name
@@ -330,18 +330,24 @@ def _draw_plan(stand: Stand, name: str, path: Path) -> None:
         Image.fromarray(draw_plan(stand, name)).save(part)
 
 
-def _first_models(request: SampleRequest, folder: Path, batches: tuple[Batch, ...]) -> list[TriangleBatch]:
-    models: list[TriangleBatch] = []
-    for scene in StoredScenes(request, folder, batches):
-        batch = triangles(scene)
-        models += [batch.model(index) for index in range(min(scene.num_models, _SHEET_MODELS - len(models)))]
-        if len(models) == _SHEET_MODELS:
-            break
-    return models
+@dataclass(frozen=True, slots=True)
+class _FirstModels:
+    """The models on the sheet, made at each iteration, one scene at a time."""
+
+    scenes: StoredScenes
+
+    def __iter__(self) -> Iterator[TriangleBatch]:
+        count = 0
+        for scene in self.scenes:
+            batch = triangles(scene)
+            for index in range(min(scene.num_models, _SHEET_MODELS - count)):
+                yield batch.model(index)
+            count += scene.num_models
+            if count >= _SHEET_MODELS:
+                return
 
 
-def _size_text(points: NDArray[np.float32]) -> str:
-    extents = np.ptp(points.astype(np.float64), axis=0)
+def _size_text(extents: NDArray[np.float64]) -> str:
     return " x ".join(_metres(extent) for extent in extents.tolist()) + " m"
 
 
