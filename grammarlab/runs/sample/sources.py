@@ -21,7 +21,9 @@ ShippedGrammar: TypeAlias = Literal[
     "airplane", "building", "furniture", "limits", "limits_discrete", "limits_rare", "skyscraper", "toy"
 ]
 """Names of the shipped grammars, for type checkers."""
-ShippedSpecies: TypeAlias = Literal["any", "apple", "birch", "oak", "palm", "poplar", "shrub", "spruce", "weeping_willow"]
+ShippedSpecies: TypeAlias = Literal[
+    "any", "apple", "birch", "oak", "palm", "poplar", "shrub", "spruce", "weeping_willow"
+]
 """Names of the shipped species, for type checkers."""
 
 
