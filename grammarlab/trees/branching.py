@@ -40,7 +40,7 @@ class Spots:
         return start + self.share[:, None] * (stems.points[self.node + 1] - start)
 
     def axes(self, stems: Stems) -> Floats:
-        """[3, C, 3] axes of the segments."""
+        """[3, 3, C] axes of the segments."""
         return axes_from_frames(stems.frames[self.node])
 
 
@@ -103,7 +103,7 @@ def spots(stems: Stems, start: Floats, segments: Ints, num: Ints) -> Spots:
 
 
 def child_axes(rows: Floats, level: int, place: Spots, stems: Stems, bare: Floats, keys: Keys) -> Floats:
-    """[3, C, 3] axes with which children begin.
+    """[3, 3, C] axes with which children begin.
 
     Args:
         rows: [n, P] parameters of the trees.

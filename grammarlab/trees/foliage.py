@@ -151,22 +151,22 @@ def _leaves(
 
 
 def _to_light(axes: Floats, position: Floats, bend: Floats) -> Floats:
-    """Axes of leaves [3, L, 3] whose upper sides turn outward about the vertical, then up, by shares [L]."""
+    """Axes of leaves [3, 3, L] whose upper sides turn outward about the vertical, then up, by shares [L]."""
     if not bend.any():
         return axes
     upper = axes[1]
-    outside = np.arctan2(position[:, 0], position[:, 2]) - np.arctan2(upper[:, 0], upper[:, 2])
+    outside = np.arctan2(position[:, 0], position[:, 2]) - np.arctan2(upper[0], upper[2])
     outside = np.remainder(outside + np.pi, 2.0 * np.pi) - np.pi
     # Neither a leaf on the trunk's axis nor one that lies level has an outside.
     axis_tolerance = _TOLERANCE * np.abs(position[:, 1])
     has_outside = np.hypot(position[:, 0], position[:, 2]) > axis_tolerance
-    has_side = np.hypot(upper[:, 0], upper[:, 2]) > _TOLERANCE
+    has_side = np.hypot(upper[0], upper[2]) > _TOLERANCE
     axes = turned_about_vertical(axes, np.where(has_outside & has_side, bend * outside, 0.0))
     upper = axes[1]
-    level = np.hypot(upper[:, 0], upper[:, 2])
+    level = np.hypot(upper[0], upper[2])
     # The horizontal axis about which the upper side turns towards the sky; for one that looks down, any will do.
     axis = np.zeros_like(upper)
     safe = np.where(level > _TOLERANCE, level, 1.0)
-    axis[:, 0] = np.where(level > _TOLERANCE, -upper[:, 2] / safe, 1.0)
-    axis[:, 2] = np.where(level > _TOLERANCE, upper[:, 0] / safe, 0.0)
+    axis[0] = np.where(level > _TOLERANCE, -upper[2] / safe, 1.0)
+    axis[2] = np.where(level > _TOLERANCE, upper[0] / safe, 0.0)
     return turned_about(axes, axis, bend * declination(upper))

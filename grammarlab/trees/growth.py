@@ -56,7 +56,7 @@ class _Shoots:
     point: Floats
     """[W, 3] metres: where it begins."""
     axes: Floats
-    """[3, W, 3] axes with which it begins."""
+    """[3, 3, W] axes with which it begins."""
     length: Floats
     """[W] metres, before pruning."""
     room: Floats
@@ -73,7 +73,7 @@ class _Shoots:
             key=self.key[rows],
             offset=self.offset[rows],
             point=self.point[rows],
-            axes=self.axes[:, rows],
+            axes=self.axes[..., rows],
             length=self.length[rows],
             room=self.room[rows],
         )

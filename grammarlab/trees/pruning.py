@@ -35,20 +35,21 @@ def pruned_lengths(
     ratio = values(rows, tree, "prune_ratio")
     if not ratio.any():
         return length
-    nodes = np.flatnonzero(ratio[root[row_of_value(np.diff(paths.node_offsets))]] > 0.0)
-    owner = root[row_of_value(np.diff(paths.node_offsets))[nodes]]
-    steps = paths.points[nodes]
+    owner = root[row_of_value(np.diff(paths.node_offsets))]
 
-    def fits(share: Floats) -> Flags:
-        points = base[owner] + (length * share)[owner, None] * steps
-        outside = owner[~is_inside(rows, tree[owner], height, scale, points)]
+    def fit(share: Floats, nodes: Ints) -> Flags:
+        """[W] whether some nodes of a stem are in the envelope if it has a share [W] of its length."""
+        stem = owner[nodes]
+        points = base[stem] + (length * share)[stem, None] * paths.points[nodes]
         result = np.ones(len(tree), bool)
-        result[outside] = False
+        result[stem[~is_inside(rows, tree[stem], height, scale, points)]] = False
         return result
 
-    low, high = fits(np.ones(len(tree))).astype(np.float64), np.ones(len(tree))
+    high = np.ones(len(tree))
+    low = fit(high, np.flatnonzero(ratio[owner] > 0.0)).astype(np.float64)
+    nodes = np.flatnonzero(low[owner] < 1.0)
     for _ in range(_STEPS):
         middle = 0.5 * (low + high)
-        fit = fits(middle)
-        low, high = np.where(fit, middle, low), np.where(fit, high, middle)
+        fits = fit(middle, nodes)
+        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
     return (1.0 - ratio) * length + ratio * (length * low)

@@ -43,9 +43,9 @@ class _Growth:
     """The ends of S stems while they grow."""
 
     axes: Floats
-    """[3, S, 3] axes of the last segment, without the inclination of a helix."""
+    """[3, 3, S] axes of the last segment, without the inclination of a helix."""
     point: Floats
-    """[S, 3] last node."""
+    """[3, S] last node."""
     back: Floats
     """[S] radians by which later segments turn back after splits, each."""
 
@@ -57,7 +57,7 @@ def traced(rows: Floats, level: int, tree: Ints, axes: Floats, forks: Forks) -> 
         rows: [n, P] parameters of the trees.
         level: level of the stems.
         tree: [W] tree of each whole stem.
-        axes: [3, W, 3] axes with which they begin.
+        axes: [3, 3, W] axes with which they begin.
         forks: stems with clones.
     """
     trees = tree[forks.root]
@@ -66,22 +66,22 @@ def traced(rows: Floats, level: int, tree: Ints, axes: Floats, forks: Forks) -> 
     node_offsets = offsets_from_counts(num_nodes)
     index = index_in_row(num_nodes) + np.repeat(forks.first, num_nodes)
     points, frames = np.zeros((len(index), 3)), np.empty((len(index), 3, 3))
-    state = _Growth(axes[:, forks.root], np.zeros((len(trees), 3)), np.zeros(len(trees)))
+    state = _Growth(axes[..., forks.root], np.zeros((3, len(trees))), np.zeros(len(trees)))
     turns = _Turns.read(rows, level, trees, segments)
     for segment in range(int(segments.max(initial=0))):
         _start_clones(state, forks, segment)
         active = np.flatnonzero((segments > segment) & (forks.first <= segment))
         if segment > 0:
             later = _split(state, rows, level, trees, segments, forks, segment)
-            state.axes[:, active] = _turned(state, turns, forks.key, active, segment)
+            state.axes[..., active] = _turned(state, turns, forks.key, active, segment)
             state.back += later
-        directed = turns.inclined(state.axes[:, active], active, segment)
+        directed = turns.inclined(state.axes[..., active], active, segment)
         node = node_offsets[active] + segment - forks.first[active]
-        points[node] = state.point[active]
+        points[node] = state.point[:, active].T
         frames[node] = frames_from_axes(directed)
-        state.point[active] += directed[2] / segments[active, None]
+        state.point[:, active] += directed[2] / segments[active]
         ends = segments[active] == segment + 1
-        points[node[ends] + 1], frames[node[ends] + 1] = state.point[active[ends]], frames[node[ends]]
+        points[node[ends] + 1], frames[node[ends] + 1] = state.point[:, active[ends]].T, frames[node[ends]]
     return Paths(node_offsets, points, frames, index / segments[row_of_value(num_nodes)])
 
 
@@ -89,8 +89,8 @@ def _start_clones(state: _Growth, forks: Forks, segment: int) -> None:
     """Let the clones of a segment begin where their sources are."""
     new = np.flatnonzero((forks.first == segment) & (forks.source >= 0))
     source = forks.source[new]
-    state.axes[:, new] = state.axes[:, source]
-    state.point[new], state.back[new] = state.point[source], state.back[source]
+    state.axes[..., new] = state.axes[..., source]
+    state.point[:, new], state.back[new] = state.point[:, source], state.back[source]
 
 
 def _split(state: _Growth, rows: Floats, level: int, trees: Ints, segments: Ints, forks: Forks, segment: int) -> Floats:
@@ -106,7 +106,7 @@ def _split(state: _Growth, rows: Floats, level: int, trees: Ints, segments: Ints
     new = np.flatnonzero((forks.first == segment) & (forks.source >= 0))
     stems = np.concatenate([sources, new])
     base = values(rows, trees[stems], "base_splits")
-    axes, keys = state.axes[:, stems], segment_keys(forks.key[stems], segment)
+    axes, keys = state.axes[..., stems], segment_keys(forks.key[stems], segment)
     slope = declination(axes[2])
     angle = np.radians(varied(rows, trees[stems], f"split_angle_{level}", keys, Turn.SPLIT))
     angle = np.maximum(0.0, angle - slope)
@@ -117,7 +117,7 @@ def _split(state: _Growth, rows: Floats, level: int, trees: Ints, segments: Ints
     # to the other side, but among the stems of a split base, which lie evenly about.
     spread[: len(sources)] = 0.0
     angle[: len(sources)] *= np.where((level == 0) & (segment == 1) & (base[: len(sources)] > 0), 1.0, -1.0)
-    state.axes[:, stems] = turned_about_vertical(turned_about_x(axes, angle), spread)
+    state.axes[..., stems] = turned_about_vertical(turned_about_x(axes, angle), spread)
     back[stems] = angle / np.maximum(1, segments[stems] - segment - 1)
     return back
 
@@ -166,26 +166,26 @@ class _Turns:
         if not len(helices):
             return axes
         round_ = 2.0 * np.pi * segment / self.segments[stems[helices]]
-        leading = turned_about_x(turned_about_z(axes[:, helices], round_), self.helix[stems[helices]])
+        leading = turned_about_x(turned_about_z(axes[..., helices], round_), self.helix[stems[helices]])
         inclined = axes.copy()
-        inclined[:, helices] = turned_about_z(leading, -round_)
+        inclined[..., helices] = turned_about_z(leading, -round_)
         return inclined
 
 
 def _turned(state: _Growth, turns: _Turns, keys: Keys, stems: Ints, segment: int) -> Floats:
-    """[3, A, 3] axes of the next segments of stems [A]."""
+    """[3, 3, A] axes of the next segments of stems [A]."""
     in_lower_half = 2 * segment < turns.segments[stems]
     angle = np.where(in_lower_half, turns.lower[stems], turns.upper[stems])
     angle += varied_by(turns.random[stems], segment_keys(keys[stems], segment), Turn.CURVE)
     angle -= state.back[stems]
-    axes = turned_about_x(state.axes[:, stems], angle)
+    axes = turned_about_x(state.axes[..., stems], angle)
     attraction = turns.attraction[stems]
     return turned_about_x(axes, _turn_to_sky(axes, attraction)) if attraction.any() else axes
 
 
 def _turn_to_sky(axes: Floats, attraction: Floats) -> Floats:
     """[A] radians about x that raise stems, or lower them, but never beyond the vertical."""
-    y, z = axes[1, :, 1], axes[2, :, 1]
+    y, z = axes[1, 1], axes[2, 1]
     turn = attraction * declination(axes[2]) * y
     to_zenith = np.abs(np.arctan2(y, z))
     limit = np.where(attraction >= 0.0, to_zenith, np.pi - to_zenith)

@@ -15,7 +15,7 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.trees.branching import num_segments
 from grammarlab.trees.draws import values
-from grammarlab.trees.orientation import axes_from_frames, dots, frames_from_axes, turned_about
+from grammarlab.trees.orientation import axes_from_frames, crossed, dots, frames_from_axes, turned_about
 from grammarlab.trees.skeleton import Stems
 
 _AIR_DENSITY = 1.2
@@ -60,14 +60,14 @@ def _bent(rows: Floats, level: int, stems: Stems, rest: Stems | None = None, par
     wind, slope = _wind(rows, stems.tree), _tip_slope(rows, stems)
     for segment in range(int(segments.max(initial=0))):
         new = np.flatnonzero((stems.first == segment) & stems.is_clone)
-        turn[:, new], point[new] = turn[:, stems.source[new]], point[stems.source[new]]
+        turn[..., new], point[new] = turn[..., stems.source[new]], point[stems.source[new]]
         active = np.flatnonzero((segments > segment) & (stems.first <= segment))
         node = stems.node_offsets[active] + segment - stems.first[active]
         more = slope[active] * (_slope_at(segment, segments[active]) - _slope_at(segment - 1, segments[active]))
-        turn[:, active] = _towards(turn[:, active], stems.frames[node, :, 2], wind[active], more)
+        turn[..., active] = _towards(turn[..., active], stems.frames[node, :, 2].T, wind[:, active], more)
         step = stems.points[node + 1] - stems.points[node]
-        points[node], frames[node] = point[active], _rotated(turn[:, active], stems.frames[node])
-        point[active] += _applied(turn[:, active], step)
+        points[node], frames[node] = point[active], _rotated(turn[..., active], stems.frames[node])
+        point[active] += _applied(turn[..., active], step.T).T
         ends = segments[active] == segment + 1
         points[node[ends] + 1], frames[node[ends] + 1] = point[active[ends]], frames[node[ends]]
     calm = np.repeat(values(rows, stems.tree, "wind_speed") == 0.0, stems.num_nodes)
@@ -76,9 +76,8 @@ def _bent(rows: Floats, level: int, stems: Stems, rest: Stems | None = None, par
 
 
 def _start(stems: Stems) -> tuple[Floats, Floats]:
-    """Rotations [3, S, 3], by their columns, and places [S, 3] with which trunks begin."""
-    turn = np.zeros((3, len(stems), 3))
-    turn[0, :, 0], turn[1, :, 1], turn[2, :, 2] = 1.0, 1.0, 1.0
+    """Rotations [3, 3, S], by their columns, and places [S, 3] with which trunks begin."""
+    turn = np.repeat(np.eye(3)[..., None], len(stems), axis=2)
     return turn, stems.points[stems.node_offsets[:-1]].copy()
 
 
@@ -94,9 +93,9 @@ def _start_on(rows: Floats, level: int, stems: Stems, rest: Stems, parents: Stem
 
 
 def _wind(rows: Floats, tree: Ints) -> Floats:
-    """[S, 3] unit vectors: where the wind blows to."""
+    """[3, S] unit vectors: where the wind blows to."""
     angle = np.radians(values(rows, tree, "wind_direction"))
-    return np.stack([np.cos(angle), np.zeros_like(angle), -np.sin(angle)], axis=1)
+    return np.stack([np.cos(angle), np.zeros_like(angle), -np.sin(angle)])
 
 
 def _tip_slope(rows: Floats, stems: Stems) -> Floats:
@@ -113,20 +112,20 @@ def _slope_at(segment: int, segments: Ints) -> Floats:
 
 
 def _towards(turn: Floats, direction: Floats, wind: Floats, angle: Floats) -> Floats:
-    """Rotations [3, S, 3] after a turn of their direction towards the wind, at most until both agree."""
+    """Rotations [3, 3, S] after a turn of their direction towards the wind, at most until both agree."""
     current = _applied(turn, direction)
-    axis = np.cross(current, wind)
+    axis = crossed(current, wind)
     across = np.sqrt(dots(axis, axis))
     rest = np.arctan2(across, dots(current, wind))
-    axis = axis / np.where(across > 0.0, across, 1.0)[:, None]
+    axis = axis / np.where(across > 0.0, across, 1.0)
     return turned_about(turn, axis, np.minimum(angle * across, rest))
 
 
 def _applied(turn: Floats, vectors: Floats) -> Floats:
-    """[S, 3] vectors after rotations [3, S, 3]."""
-    return turn[0] * vectors[:, :1] + turn[1] * vectors[:, 1:2] + turn[2] * vectors[:, 2:]
+    """[3, S] vectors after rotations [3, 3, S]."""
+    return turn[0] * vectors[0] + turn[1] * vectors[1] + turn[2] * vectors[2]
 
 
 def _rotated(turn: Floats, frames: Floats) -> Floats:
-    """[S, 3, 3] frames after rotations [3, S, 3]."""
+    """[S, 3, 3] frames after rotations [3, 3, S]."""
     return frames_from_axes(turn) @ frames

@@ -51,14 +51,17 @@ def random_row(seed: int) -> Floats:
     def some(low: float, high: float, zero: float = 0.3) -> float:
         return 0.0 if rng.random() < zero else float(rng.uniform(low, high))
 
+    def whole(low: int, high: int) -> float:
+        return float(rng.integers(low, high + 1))
+
     named: dict[str, float] = {
-        "shape": rng.integers(0, 9),
+        "shape": whole(0, 8),
         "base_size": some(0.0, 0.7),
         "scale": rng.uniform(0.5, 30.0),
         "scale_v": some(0.0, 10.0),
         "z_scale": rng.uniform(0.5, 2.0),
         "z_scale_v": some(0.0, 0.5),
-        "levels": rng.choice([1, 2, 3, 3, 4, 4]),
+        "levels": float(rng.choice([1, 2, 3, 3, 4, 4])),
         "ratio": rng.uniform(0.002, 0.1),
         "ratio_power": some(0.0, 3.0),
         "scale_0": rng.uniform(0.5, 2.0),
@@ -71,8 +74,8 @@ def random_row(seed: int) -> Floats:
         "prune_power_high": some(0.0, 2.0),
         "wind_speed": some(0.0, 40.0, 0.6),
         "wind_direction": rng.uniform(-360.0, 360.0),
-        "base_splits": rng.integers(0, 4) * (rng.random() < 0.3),
-        "leaves": rng.integers(-8, 12),
+        "base_splits": whole(0, 3) * (rng.random() < 0.3),
+        "leaves": whole(-8, 11),
         "leaf_bend": some(0.0, 1.0),
         "leaf_quality": rng.uniform(0.05, 1.0),
         "blossom_rate": some(0.0, 1.0),
@@ -85,7 +88,7 @@ def random_row(seed: int) -> Floats:
             f"seg_splits_{level}": some(0.0, 0.7 / (1 + level), 0.5),
             f"split_angle_{level}": rng.uniform(0.0, 90.0),
             f"split_angle_{level}_v": some(0.0, 30.0),
-            f"curve_res_{level}": rng.integers(1, 6),
+            f"curve_res_{level}": whole(1, 5),
             f"curve_{level}": some(-180.0, 180.0),
             f"curve_{level}_v": some(-60.0, 180.0),
             f"curve_back_{level}": some(-180.0, 180.0, 0.6),
@@ -96,6 +99,6 @@ def random_row(seed: int) -> Floats:
                 f"down_angle_{level}_v": some(-90.0, 90.0),
                 f"rotate_{level}": rng.uniform(-360.0, 360.0),
                 f"rotate_{level}_v": some(0.0, 90.0),
-                f"branches_{level}": rng.integers(0, (16, 9, 6)[level - 1] + 1),
+                f"branches_{level}": whole(0, (16, 9, 6)[level - 1]),
             }
-    return row(**{name: float(value) for name, value in named.items()})
+    return row(**named)

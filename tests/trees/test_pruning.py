@@ -44,7 +44,7 @@ def test_a_pruned_stem_is_as_long_as_the_envelope_permits():
     shortened = np.repeat(share < 1.0, pruned.levels[1].num_nodes)
     assert 0.2 < np.mean(share < 1.0) < 1.0
     assert inside(pruned, pruned.levels[1]).all()
-    longer = inside(pruned, pruned.levels[1], 1.0001).reshape(len(share), -1).all(axis=1)
+    longer = np.all(inside(pruned, pruned.levels[1], 1.0001).reshape(len(share), -1), axis=1)
     assert not longer[share < 1.0].any()
     # Their draws are the same: only the scale changes.
     np.testing.assert_array_equal(pruned.levels[1].frames[shortened], free.levels[1].frames[shortened])
