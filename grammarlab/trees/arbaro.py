@@ -29,8 +29,8 @@ _OURS = ("z_scale", "wind_speed", "wind_direction", "blossom_rate", "blossom_sha
 """Parameters that Arbaro lacks."""
 _NUMBER = re.compile(r"[-+]?(?:[0-9]{1,30}\.?[0-9]{0,30}|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,3})?")
 _NOT_FINITE = {"nan": np.nan, "inf": np.inf, "infinity": np.inf, "-inf": -np.inf, "-infinity": -np.inf}
-_LEAF_SHAPES = {"disc": "0", **{f"disc{triangles}": "0" for triangles in range(10)}}
-"""Arbaro's names of leaf shapes. Its disc is an oval of some number of triangles."""
+_LEAF_SHAPES = {"disc": "0", **{f"disc{triangles}": "0" for triangles in range(10)}, "palm": "2"}
+"""Our numbers of Arbaro's leaf shapes: its disc is an oval of some number of triangles, its palm a folded ribbon."""
 
 
 def _camel(name: str) -> str:
@@ -169,7 +169,7 @@ class _Reader:
 
     def _places(self) -> Iterator[Location]:
         """Places of the elements ``<param``, in the order of the file."""
-        text = re.sub(r"<!--.*?-->", lambda comment: re.sub(r"[^\n]", " ", comment[0]), self._text, flags=re.DOTALL)
+        text = _without_comments(self._text)
         line, start = 1, 0
         for match in re.finditer(r"<param(?=[\s/>])[^<>]{0,200}", text):
             line += text.count("\n", start, match.start())
@@ -220,6 +220,16 @@ class _Reader:
         self, code: str, message: str, place: Location | None = None, hint: str = "", severity: Severity = "error"
     ) -> None:
         self.findings.append(Finding(severity, code, message, place or Location(file=self._name), hint))
+
+
+def _without_comments(text: str) -> str:
+    """A text with blanks in place of its comments."""
+    parts, end = [], 0
+    # Not a regular expression: for a text with many starts and no end of a comment, its time would be quadratic.
+    while (start := text.find("<!--", end)) >= 0 and (stop := text.find("-->", start)) >= 0:
+        parts += [text[end:start], re.sub(r"[^\n]", " ", text[start:stop])]
+        end = stop
+    return "".join([*parts, text[end:]])
 
 
 def _number(text: str) -> float | None:

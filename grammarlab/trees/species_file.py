@@ -32,7 +32,7 @@ from grammarlab.trees.species import Look, Species
 from grammarlab.trees.species_places import Path, Places
 from grammarlab.trees.species_tables import SECTIONS, SpeciesTables, TooManyFindings
 
-MAX_CHARACTERS = 1 << 20
+MAX_CHARACTERS = 1 << 19
 """Largest number of characters of a file."""
 
 

@@ -62,6 +62,15 @@ def test_what_has_no_counterpart_is_listed():
     assert read_arbaro(palm, "ash.xml").typical[COLUMN["leaf_shape"]] == 0
 
 
+def test_comments_and_line_ends_move_no_place():
+    broken = with_param("<param name='Ratio' value='x'/>").replace(
+        "    <!--", "<!-- two\nlines --> <!-- <param/> -->\n    <!--"
+    )
+    for text in (broken, "\ufeff" + broken, broken.replace("\n", "\r\n")):
+        (finding,) = (finding for finding in check_arbaro(text, "ash.xml") if finding.severity == "error")
+        assert (finding.location.line, finding.location.column) == (18, 5)
+
+
 @bulk(30)
 @given(st.integers(0, 2**32))
 def test_written_files_are_read_again(seed: int):
@@ -143,6 +152,7 @@ OUTSIDE = '<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/hostname">]><arbaro><spec
         "<arbaro><species>" + "<param name='x' value='1'/>" * 9_000 + "</species></arbaro>",
         "<arbaro><species>" + "<param name='Ratio' value='" + "9" * 900_000 + "'/></species></arbaro>",
         "<!--" * 200_000,
+        "<arbaro><species><param/><![CDATA[" + "<!--" * 200_000 + "]]></species></arbaro>",
         "x" * (MAX_CHARACTERS + 1),
         "\ud800",
     ],
