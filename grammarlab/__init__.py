@@ -1,4 +1,4 @@
-"""Sample models from stochastic CGA shape grammars, score them, and learn a grammar that samples liked models.
+"""Sample models from stochastic CGA shape grammars, and trees; score them, and learn a file that samples liked ones.
 
 The names in ``__all__`` are public; all other names may change with any release. They are imported when they are first
 used, so that importing the package loads nothing.
@@ -50,8 +50,14 @@ if TYPE_CHECKING:
     from grammarlab.runs.sample.sources import load
     from grammarlab.runs.work.executors import Processes
     from grammarlab.scene.instances import Scene, realize
+    from grammarlab.trees.growth import grow
+    from grammarlab.trees.measures import MEASURES, measure
+    from grammarlab.trees.scene import realize_trees
+    from grammarlab.trees.skeleton import Skeleton
+    from grammarlab.trees.species import Species
 
 __all__ = [
+    "MEASURES",
     "Facade",
     "Forest",
     "Grammar",
@@ -66,6 +72,8 @@ __all__ = [
     "Scene",
     "ScoringSession",
     "Situation",
+    "Skeleton",
+    "Species",
     "count",
     "derive",
     "edit_facade",
@@ -73,16 +81,19 @@ __all__ = [
     "extract",
     "facade_grammar",
     "fit",
+    "grow",
     "learn",
     "learn_from_labels",
     "load",
     "load_facade",
+    "measure",
     "pattern",
     "propose",
     "read_facade",
     "read_footprints",
     "read_labels",
     "realize",
+    "realize_trees",
     "render",
     "sample",
     "sample_run",
@@ -101,12 +112,15 @@ _HOMES = {
     "Labels": "preference.labels",
     "LearnedDensity": "learning.targets.writers",
     "Lots": "derivation.lots",
+    "MEASURES": "trees.measures",
     "Processes": "runs.work.executors",
     "SampleRequest": "runs.sample.request",
     "SaveOptions": "export.save",
     "Scene": "scene.instances",
     "ScoringSession": "notebook",
     "Situation": "preference.queries",
+    "Skeleton": "trees.skeleton",
+    "Species": "trees.species",
     "count": "features.patterns.pattern_checks",
     "derive": "derivation.derive",
     "edit_facade": "facade.editing.edit:edit",
@@ -114,16 +128,19 @@ _HOMES = {
     "extract": "features.columns.vocabulary",
     "facade_grammar": "runs.facade.grammar_file:grammar_of",
     "fit": "learning.fitting",
+    "grow": "trees.growth",
     "learn": "learning.learn",
     "learn_from_labels": "runs.learn.from_labels",
     "load": "runs.sample.sources",
     "load_facade": "facade.file",
+    "measure": "trees.measures",
     "pattern": "features.patterns.pattern_text:parse",
     "propose": "preference.queries",
     "read_facade": "runs.facade.read",
     "read_footprints": "geometry.footprints.footprint_text",
     "read_labels": "preference.label_files",
     "realize": "scene.instances",
+    "realize_trees": "trees.scene",
     "render": "runs.sample.contact_sheet",
     "sample": "density.sampler",
     "sample_run": "runs.sample.run",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from pathlib import Path
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -15,7 +16,12 @@ from grammarlab.derivation.lots import Lots
 from grammarlab.errors import check_type
 from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.grammar import EXAMPLE, Grammar
+from grammarlab.randomness import root_keys
 from grammarlab.scene.instances import Scene, realize
+from grammarlab.trees.species import Species
+
+if TYPE_CHECKING:
+    from grammarlab.trees.skeleton import Skeleton
 
 
 class AbstractSampler(ABC):
@@ -65,20 +71,37 @@ class GrammarSampler(AbstractSampler):
             return forest.log_probability() + np.log(acceptance.probabilities(forest))
 
 
-def sample(grammar: Grammar, num_models: int, seed: int = 0, *, assets: Path | None = None) -> Forest:
-    """Models of a grammar that its acceptance rule keeps.
+@overload
+def sample(grammar: Grammar, num_models: int, seed: int = ..., *, assets: Path | None = ...) -> Forest: ...
+@overload
+def sample(grammar: Species, num_models: int, seed: int = ..., *, assets: Path | None = ...) -> Skeleton: ...
+def sample(
+    grammar: Grammar | Species, num_models: int, seed: int = 0, *, assets: Path | None = None
+) -> Forest | Skeleton:
+    """Models of a grammar, or trees of a species, that the acceptance rule of the file keeps.
 
     `derive` ignores acceptance rules, and gives the same for a grammar without one.
 
     Args:
-        grammar: the grammar.
+        grammar: the grammar or species.
         num_models: how many.
         seed: 0 <= seed < 2**64; the same seed gives the same models.
-        assets: folder of meshes and images, by default that of the grammar.
+        assets: folder of meshes and images, by default that of the grammar; the stems of trees need none.
 
     >>> import grammarlab as gl
     >>> grammar = gl.Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
     >>> gl.sample(grammar, 5, seed=1).num_models
     5
+    >>> palm = gl.load("palm")
+    >>> trees = gl.sample(palm, 2, seed=1)
+    >>> gl.realize_trees(trees, palm.look, "low", palm.assets).num_models
+    2
     """
-    return GrammarSampler(grammar, assets).sample(num_models, seed)
+    if isinstance(grammar, Grammar):
+        return GrammarSampler(grammar, assets).sample(num_models, seed)
+    check_type("grammar", grammar, Species, EXAMPLE)
+    from grammarlab.trees.accepted import accepted_rows  # noqa: PLC0415  # grammars do without trees
+    from grammarlab.trees.growth import grow  # noqa: PLC0415
+
+    trees = accepted_rows(grammar, root_keys(seed, np.arange(num_models)))
+    return grow(trees.rows, trees.keys)
