@@ -51,13 +51,14 @@ if TYPE_CHECKING:
     from grammarlab.runs.work.executors import Processes
     from grammarlab.scene.instances import Scene, realize
     from grammarlab.trees.growth import grow
-    from grammarlab.trees.measures import MEASURES, measure
+    from grammarlab.trees.measures import measure_trees
     from grammarlab.trees.scene import realize_trees
     from grammarlab.trees.skeleton import Skeleton
     from grammarlab.trees.species import Species
+    from grammarlab.trees.species_file import parse as parse_species
+    from grammarlab.trees.species_file import write as write_species
 
 __all__ = [
-    "MEASURES",
     "Facade",
     "Forest",
     "Grammar",
@@ -86,7 +87,8 @@ __all__ = [
     "learn_from_labels",
     "load",
     "load_facade",
-    "measure",
+    "measure_trees",
+    "parse_species",
     "pattern",
     "propose",
     "read_facade",
@@ -101,6 +103,7 @@ __all__ = [
     "save_facade",
     "save_labels",
     "show_facade",
+    "write_species",
 ]
 
 _HOMES = {
@@ -112,7 +115,6 @@ _HOMES = {
     "Labels": "preference.labels",
     "LearnedDensity": "learning.targets.writers",
     "Lots": "derivation.lots",
-    "MEASURES": "trees.measures",
     "Processes": "runs.work.executors",
     "SampleRequest": "runs.sample.request",
     "SaveOptions": "export.save",
@@ -133,7 +135,8 @@ _HOMES = {
     "learn_from_labels": "runs.learn.from_labels",
     "load": "runs.sample.sources",
     "load_facade": "facade.file",
-    "measure": "trees.measures",
+    "measure_trees": "trees.measures",
+    "parse_species": "trees.species_file:parse",
     "pattern": "features.patterns.pattern_text:parse",
     "propose": "preference.queries",
     "read_facade": "runs.facade.read",
@@ -148,6 +151,7 @@ _HOMES = {
     "save_facade": "facade.file",
     "save_labels": "preference.label_files",
     "show_facade": "runs.facade.gallery",
+    "write_species": "trees.species_file:write",
 }
 """Module of each public name, and its name in that module if it differs."""
 

@@ -12,7 +12,7 @@ import pytest
 
 import grammarlab as gl
 
-RETURNED = {"Facade", "Forest", "LearnedDensity", "Scene"}
+RETURNED = {"Facade", "Forest", "LearnedDensity", "Scene", "Skeleton"}
 """Names of values that functions return; their examples make one."""
 SOURCE = Path(gl.__file__).read_text(encoding="utf-8")
 

@@ -90,6 +90,11 @@ def grow(rows: Floats, keys: Keys) -> Skeleton:
 
     Raises:
         UsageError: If a parameter is not a number or out of its limits, or a tree too large.
+
+    >>> import grammarlab as gl
+    >>> trees = gl.sample(gl.load("palm"), 2, seed=1)
+    >>> len(gl.grow(trees.rows, trees.keys).leaves) == len(trees.leaves)
+    True
     """
     rows = np.asarray(rows, dtype=np.float64)
     check_rows(rows)

@@ -83,6 +83,17 @@ MEASURES = {measure.name: measure for measure in _measures()}
 """All measures by name, in the order of the columns of `measure`."""
 
 
+def measure_trees(skeleton: Skeleton) -> dict[str, Floats]:
+    """Measures [n] of trees by their names.
+
+    >>> import grammarlab as gl
+    >>> trees = gl.sample(gl.load("palm"), 2, seed=1)
+    >>> gl.measure_trees(trees)["height"].shape
+    (2,)
+    """
+    return dict(zip(MEASURES, measure(skeleton).T, strict=True))
+
+
 def measure(skeleton: Skeleton) -> Floats:
     """[n, M] the `MEASURES` of trees; finite."""
     if not skeleton.num_trees:

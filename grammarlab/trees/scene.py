@@ -39,6 +39,12 @@ def realize_trees(
     Raises:
         UsageError: If the detail is unknown.
         AssetError: If a picture is outside the asset folder, or broken.
+
+    >>> import grammarlab as gl
+    >>> palm = gl.load("palm")
+    >>> scene = gl.realize_trees(gl.sample(palm, 2, seed=1), palm.look, "low", palm.assets)
+    >>> scene.num_models
+    2
     """
     if detail not in DETAILS:
         raise UsageError(f"unknown detail {detail!r}; choose one of {', '.join(DETAILS)}")

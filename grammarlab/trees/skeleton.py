@@ -91,7 +91,13 @@ class Leaves:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Skeleton:
-    """The trees of a batch."""
+    """The trees of a batch.
+
+    >>> import grammarlab as gl
+    >>> trees = gl.sample(gl.load("palm"), 2, seed=1)
+    >>> trees.num_trees, len(trees.levels)
+    (2, 2)
+    """
 
     rows: Floats
     """[n, P] parameters of the trees (`grammarlab.trees.parameters.COLUMNS`)."""

@@ -51,7 +51,13 @@ class Look:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Species:
-    """A distribution of trees."""
+    """A distribution of trees.
+
+    >>> import grammarlab as gl
+    >>> palm = gl.load("palm")
+    >>> isinstance(palm, gl.Species), len(palm.kinds)
+    (True, 1)
+    """
 
     name: str
     kinds: tuple[Kind, ...]

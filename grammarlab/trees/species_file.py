@@ -37,7 +37,7 @@ MAX_CHARACTERS = 1 << 19
 
 
 def parse(text: str, name: str) -> Species:
-    """The species of a file.
+    r"""The species of a file.
 
     Args:
         text: the whole file.
@@ -45,6 +45,11 @@ def parse(text: str, name: str) -> Species:
 
     Raises:
         LanguageError: With a finding for every mistake.
+
+    >>> import grammarlab as gl
+    >>> shrub = gl.parse_species("[tree]\nscale = 2.0\nlevels = 2", "shrub")
+    >>> gl.sample(shrub, 3, seed=1).num_trees
+    3
     """
     species, findings, _ = _read(text, name)
     if species is None:
@@ -82,9 +87,14 @@ def _in_order(findings: list[Finding]) -> tuple[Finding, ...]:
 
 
 def write(species: Species) -> str:
-    """The file of a species, in its canonical form: `parse` reads an equal one from it.
+    r"""The file of a species, in its canonical form: `parse` reads an equal one from it.
 
     Parameters with their default value and no reason are left out.
+
+    >>> import grammarlab as gl
+    >>> print(gl.write_species(gl.parse_species("[tree]\nscale = 2", "shrub")), end="")
+    [tree]
+    scale = { value = 2.0, unit = "m" }
     """
     blocks = [_head(species), *_sections(species), *_kinds(species)]
     return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
