@@ -6,7 +6,7 @@ draw depends on the seed, the tree, the path of indices to its stem and the draw
 
 from __future__ import annotations
 
-from enum import IntEnum
+from enum import IntEnum, unique
 
 import numpy as np
 
@@ -18,6 +18,7 @@ STEMS = 2
 """Lane below the key of a tree for its trunk; lane 1 has its parameters (`grammarlab.trees.species`)."""
 
 
+@unique
 class Site(IntEnum):
     """Draws below the key of a stem or leaf, and the lanes of the keys below it."""
 
@@ -34,6 +35,7 @@ class Site(IntEnum):
     SEGMENTS = 19
 
 
+@unique
 class Turn(IntEnum):
     """Draws of a segment: segment j of a stem has the key ``fold(fold(stem key, SEGMENTS), j)``."""
 

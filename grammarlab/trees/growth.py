@@ -12,14 +12,12 @@ from grammarlab.randomness import Keys, fold
 from grammarlab.trees import branching
 from grammarlab.trees.budget import MAX_NODES, check_rows, check_stems
 from grammarlab.trees.draws import STEMS, Site, counts, values, varied
-from grammarlab.trees.envelope import crown_ratio
+from grammarlab.trees.envelope import crown_ratio, pruned_lengths
 from grammarlab.trees.foliage import foliage
 from grammarlab.trees.orientation import trunk_axes
 from grammarlab.trees.parameters import COLUMN, NUM_LEVELS
-from grammarlab.trees.pruning import pruned_lengths
 from grammarlab.trees.skeleton import Skeleton, Stems
-from grammarlab.trees.stem_paths import traced
-from grammarlab.trees.stem_splits import forked
+from grammarlab.trees.stem_paths import forked, traced
 from grammarlab.trees.taper import tapered
 from grammarlab.trees.wind import in_wind
 
