@@ -80,7 +80,7 @@ class _Shoots:
 def grow(rows: Floats, keys: Keys) -> Skeleton:
     """The skeletons of trees.
 
-    A tree is the same alone and in any batch. Memory: about 300 bytes per node; `grow_chunks` bounds it.
+    A tree is the same alone and in any batch. Memory: about 300 bytes per node and 500 per leaf; `grow_chunks` bounds it.
 
     Args:
         rows: [n, P] parameters (`grammarlab.trees.parameters.COLUMNS`), within their limits.
@@ -227,7 +227,7 @@ def grow_chunks(rows: Floats, keys: Keys, max_nodes: int = MAX_NODES // 4) -> It
     Args:
         rows: [n, P] parameters.
         keys: [n] keys of the trees.
-        max_nodes: nodes that a chunk is expected to have at most; a tree that has more is a chunk of its own.
+        max_nodes: nodes that a chunk has at most, a leaf counted as two; a tree that may have more is a chunk of its own.
 
     Raises:
         UsageError: As `grow`.
@@ -246,7 +246,7 @@ def grow_chunks(rows: Floats, keys: Keys, max_nodes: int = MAX_NODES // 4) -> It
 
 
 def _expected_nodes(rows: Floats) -> Floats:
-    """[n] nodes of trees whose stems bear as many children as they can."""
+    """[n] nodes and, counted twice, leaves of trees whose stems bear as many as they can."""
     num = 1.0 + rows[:, COLUMN["base_splits"]]
     nodes = np.zeros(len(rows))
     for level in range(NUM_LEVELS):
@@ -255,4 +255,6 @@ def _expected_nodes(rows: Floats) -> Floats:
         if level > 0:
             num = num * rows[:, COLUMN[f"branches_{level}"]]
         nodes += np.where(rows[:, COLUMN["levels"]] > level, num * (segments + 1.0), 0.0)
+        leaves = num * np.abs(rows[:, COLUMN["leaves"]]) * rows[:, COLUMN["leaf_quality"]]
+        nodes += np.where(rows[:, COLUMN["levels"]] == level + 1, 2.0 * leaves, 0.0)
     return nodes

@@ -82,5 +82,8 @@ def test_chunks_are_the_batch(max_nodes: int):
     chunks = list(grow_chunks(rows, keys, max_nodes))
     batch = grow(rows, keys)
     assert sum(chunk.num_trees for chunk in chunks) == len(rows)
+    for chunk in chunks:
+        nodes = sum(len(stems.points) for stems in chunk.levels) + 2 * len(chunk.leaves)
+        assert chunk.num_trees == 1 or nodes <= max_nodes
     assert len(chunks) == {1: len(rows), MAX_NODES: 1}.get(max_nodes, len(chunks))
     np.testing.assert_array_equal(np.concatenate([chunk.leaves.position for chunk in chunks]), batch.leaves.position)
