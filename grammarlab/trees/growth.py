@@ -80,7 +80,8 @@ class _Shoots:
 def grow(rows: Floats, keys: Keys) -> Skeleton:
     """The skeletons of trees.
 
-    A tree is the same alone and in any batch. Memory: about 300 bytes per node and 500 per leaf; `grow_chunks` bounds it.
+    A tree is the same alone and in any batch. It takes about 300 bytes per node and 500 per leaf; `grow_chunks` bounds
+    the memory of a batch.
 
     Args:
         rows: [n, P] parameters (`grammarlab.trees.parameters.COLUMNS`), within their limits.
@@ -227,7 +228,8 @@ def grow_chunks(rows: Floats, keys: Keys, max_nodes: int = MAX_NODES // 4) -> It
     Args:
         rows: [n, P] parameters.
         keys: [n] keys of the trees.
-        max_nodes: nodes that a chunk has at most, a leaf counted as two; a tree that may have more is a chunk of its own.
+        max_nodes: nodes that a chunk has at most, a leaf counted as two; a tree that may have more is a chunk of its
+            own.
 
     Raises:
         UsageError: As `grow`.
