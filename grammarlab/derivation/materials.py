@@ -52,6 +52,8 @@ class Materials:
     """Contents of PNG or JPEG files by their names in `textures`: pictures that no asset folder has."""
     cut_out: frozenset[str] = frozenset()
     """Names of textures whose transparent parts are holes; the transparency of the others is ignored."""
+    thin: frozenset[int] = frozenset()
+    """Rows of materials through which light passes to the other side, as through leaves; pictures show it."""
 
     def __len__(self) -> int:
         return len(self.textures)

@@ -14,7 +14,7 @@ from grammarlab.rendering.camera import Camera
 from grammarlab.rendering.light.ground import ground_light
 from grammarlab.rendering.light.lighting import Exposure, shade
 from grammarlab.rendering.light.look import tone_map
-from grammarlab.rendering.light.surfaces import SEE_THROUGH, Surfaces, side_of_viewer, unit
+from grammarlab.rendering.light.surfaces import SEE_THROUGH, Surfaces, side_of_viewer, sunward, unit
 from grammarlab.rendering.light.textures import has_holes
 from grammarlab.rendering.opengl import Buffers, painter
 from grammarlab.rendering.raycast import RaycastRenderer
@@ -158,5 +158,5 @@ def _light(
     shot: Shot, rays: Samples, rows: Rows, visible: Surfaces, shadows: _ShadowMap
 ) -> tuple[AnyFloats, AnyFloats]:
     """Result of `shade` for the surfaces of the samples `rows` [K]."""
-    exposure = _exposure(rays, rows, visible.point, visible.flat, shadows)
+    exposure = _exposure(rays, rows, visible.point, sunward(shot.model, visible, shot.sun), shadows)
     return shade(shot.model, visible, exposure, rays.directions[rows], shot.sun, shot.options.look)

@@ -15,7 +15,7 @@ from grammarlab.rendering.light.ground import ground_light
 from grammarlab.rendering.light.lighting import Exposure, openness, shade, sun_visibility
 from grammarlab.rendering.light.look import tone_map
 from grammarlab.rendering.light.rays import Hits
-from grammarlab.rendering.light.surfaces import Surfaces, surfaces
+from grammarlab.rendering.light.surfaces import Surfaces, sunward, surfaces
 from grammarlab.rendering.renderer import AbstractRenderer, RenderOptions
 from grammarlab.rendering.shot import Samples, Shot, develop, ground_at, outlines, paper, pixels, samples, take
 from grammarlab.scene import TriangleBatch
@@ -111,8 +111,9 @@ def _radiance(shot: Shot, rays: Samples, behind: AnyFloats) -> AnyFloats:
 
     drawn = outlines(shot, rays, on_model, visible)
     points, normals = np.concatenate([visible.point, ground]), np.concatenate([visible.flat, _upward(ground)])
+    sides = np.concatenate([sunward(shot.model, visible, shot.sun), _upward(ground)])
     surface = np.concatenate([on_model, on_ground])
-    light = _exposure(shot, rays, surface, points, normals)
+    light = _exposure(shot, rays, surface, points, normals, sides)
     free = np.ones(len(behind), np.float32)
     free[surface] = light.free
     free = smooth(free.reshape(rays.shape), drawn.breaks).ravel()
@@ -124,10 +125,21 @@ def _radiance(shot: Shot, rays: Samples, behind: AnyFloats) -> AnyFloats:
     return drawn.darken(radiance, shot.options)
 
 
-def _exposure(shot: Shot, rays: Samples, rows: NDArray[np.int64], points: AnyFloats, normals: AnyFloats) -> Exposure:
-    """The light at points [K, 3] that belong to the samples `rows` [K]."""
+def _exposure(
+    shot: Shot, rays: Samples, rows: NDArray[np.int64], points: AnyFloats, normals: AnyFloats, sides: AnyFloats
+) -> Exposure:
+    """The light at points [K, 3] that belong to the samples `rows` [K].
+
+    Args:
+        shot: the picture.
+        rays: its samples.
+        rows: [K] samples.
+        points: [K, 3].
+        normals: [K, 3] unit normals.
+        sides: [K, 3] unit normals of the sides that the sun lights.
+    """
     blockers, options = shot.model.blockers, shot.options
-    lit = sun_visibility(blockers, points, normals, shot.sun, options.look, rays.spot[rows])
+    lit = sun_visibility(blockers, points, sides, shot.sun, options.look, rays.spot[rows])
     free = np.ones(len(rows), np.float32)
     if options.openness_rays:
         near = np.flatnonzero(shot.ground.is_near(points[:, 0], points[:, 2]))
@@ -160,7 +172,8 @@ def _looked_through(
         if len(active) == 0:
             break
         visible = surfaces(model, start[hit_rows], directions[hit_rows], hits)
-        exposure = _exposure(shot, rays, rows[active], visible.point, visible.flat)
+        sides = sunward(model, visible, shot.sun)
+        exposure = _exposure(shot, rays, rows[active], visible.point, visible.flat, sides)
     return tone_map(look, light) + remaining[:, None] * behind
 
 
@@ -172,7 +185,8 @@ def _ground_behind(shot: Shot, rays: Samples, rows: NDArray[np.int64]) -> AnyFlo
     """[K, 3] shadow factor of the paper at samples `rows` [K] that see the ground through glass."""
     factor = np.ones((len(rows), 3), np.float32)
     on_ground, points = ground_at(shot, rays, rows)
-    light = ground_light(shot.options.look, _exposure(shot, rays, on_ground, points, _upward(points)))
+    upward = _upward(points)
+    light = ground_light(shot.options.look, _exposure(shot, rays, on_ground, points, upward, upward))
     factor[np.searchsorted(rows, on_ground)] = light
     return factor
 

@@ -55,12 +55,17 @@ class Outlines:
     shows: NDArray[np.bool_]
     """[H, W] whether a sample shows the model."""
     breaks: tuple[Breaks, Breaks]
+    bare: NDArray[np.bool_] | None = None
+    """[N] samples without edges: leaves, of which there would be nothing but edges; None for none."""
 
     def darken(self, radiance: AnyFloats, options: RenderOptions) -> AnyFloats:
         """The samples [N, 3] with edges, depending on the options."""
         if not options.edges:
             return radiance
-        return radiance * (1.0 - np.float32(options.look.edge) * edge_strength(self.shows, self.breaks).reshape(-1, 1))
+        strength = edge_strength(self.shows, self.breaks).reshape(-1, 1)
+        if self.bare is not None:
+            strength[self.bare] = 0.0
+        return radiance * (1.0 - np.float32(options.look.edge) * strength)
 
 
 def take(batch: TriangleBatch, camera: Camera, options: RenderOptions, *, for_rays: bool) -> Shot:
@@ -102,8 +107,13 @@ def outlines(shot: Shot, rays: Samples, on_model: Rows, visible: Surfaces) -> Ou
     shows = np.zeros(len(rays.origins), bool)
     points, normals = np.zeros((len(shows), 3), np.float32), np.zeros((len(shows), 3), np.float32)
     shows[on_model], points[on_model], normals[on_model] = True, visible.point, visible.normal
+    bare = None
+    if shot.model.thin is not None:
+        bare = np.zeros(len(shows), bool)
+        bare[on_model] = shot.model.thin[visible.material]
     shows = shows.reshape(shape)
-    return Outlines(shows, find_breaks(shows, points.reshape(*shape, 3), normals.reshape(*shape, 3), _spacing(shot)))
+    breaks = find_breaks(shows, points.reshape(*shape, 3), normals.reshape(*shape, 3), _spacing(shot))
+    return Outlines(shows, breaks, bare)
 
 
 def paper(options: RenderOptions, start: int, stop: int) -> AnyFloats:

@@ -38,13 +38,14 @@ def tree_materials(looks: Sequence[Look], assets: Path | None = None) -> Materia
     images = {name: find_texture(name, assets) for name in dict.fromkeys(textures)}
     pictures = {name: image.content for name, image in images.items() if image is not None}
     table = np.array(rows).reshape(-1, len(CHANNELS))
-    return Materials(table, tuple(textures), pictures, frozenset(cut_out) - {""})
+    thin = frozenset(row for row in range(len(table)) if row % 3 != BARK)
+    return Materials(table, tuple(textures), pictures, frozenset(cut_out) - {""}, thin)
 
 
 def card_materials(pictures: Mapping[str, bytes]) -> Materials:
     """One row for each picture of a tree with transparent ground."""
     rows = np.tile(_channels((1.0, 1.0, 1.0), 1.0), (len(pictures), 1))
-    return Materials(rows, tuple(pictures), pictures, frozenset(pictures))
+    return Materials(rows, tuple(pictures), pictures, frozenset(pictures), frozenset(range(len(rows))))
 
 
 def _channels(color: tuple[float, float, float], roughness: float) -> list[float]:

@@ -23,6 +23,8 @@ DIELECTRIC = np.float32(0.04)
 """Reflectance of a non-metal at normal incidence."""
 MOST_GLARE = np.float32(1.2)
 """Largest brightness of the mirrored sun, in suns, so that flat steel keeps some of its colour."""
+THROUGH = np.float32(0.6)
+"""Light that passes through a leaf, by the light that it reflects: about as for most broad leaves in green light."""
 POLISHED = np.float32(0.26)
 """Reflectance of a very smooth non-metal at normal incidence, with a larger value for double panes of glass."""
 
@@ -118,6 +120,13 @@ def shade(
     facing = np.clip(visible.normal @ sun, 0.0, None) * shadow
     skylight = ambient(look, visible.normal)
     closed = look.bounce * np.array(look.ground, np.float32)
+    if model.thin is not None:
+        is_thin = model.thin[visible.material]
+        facing += np.where(is_thin, THROUGH * np.clip(-(visible.normal @ sun), 0.0, None) * shadow, np.float32(0.0))
+        both = skylight + THROUGH * ambient(look, -visible.normal)
+        skylight = np.where(is_thin[:, None], both, skylight)
+        # What is near a leaf are other leaves, which pass light on.
+        free = np.where(is_thin, free + THROUGH**2 * (1.0 - free), free)
     received = free[:, None] * skylight + mixed((facing, 1.0 - free), (look.sun, closed))
 
     color, metallic = model.color.take(visible.material, axis=0), model.metallic[visible.material][:, None]

@@ -54,6 +54,8 @@ class ShadedModel:
     """The opaque triangles for rays."""
     skin: Skin | None
     """Pictures on the triangles; None without."""
+    thin: NDArray[np.bool_] | None
+    """[K] whether light passes through surfaces of a material to the other side; None if it does through none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +114,7 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
         if opaque.all() or not for_rays
         else Tracer(points, corners_of_rays[opaque], skin and skin.take(opaque)),
         skin=skin,
+        thin=np.isin(np.arange(len(table)), list(table.thin)) if table.thin else None,
     )
 
 
@@ -127,6 +130,14 @@ def surfaces(model: ShadedModel, origins: AnyFloats, directions: AnyFloats, hits
     point = origins + hits.distance[:, None] * directions
     tint = None if model.skin is None else model.skin.colors(hits)[:, :3]
     return Surfaces(point, normal, flat, model.material[hits.triangle], tint)
+
+
+def sunward(model: ShadedModel, visible: Surfaces, sun: AnyFloats) -> AnyFloats:
+    """[N, 3] unit normals of the sides of surfaces that the sun must see: those of the viewer, or either of leaves."""
+    if model.thin is None:
+        return visible.flat
+    away = model.thin[visible.material] & (visible.flat @ sun < 0)
+    return np.where(away[:, None], -visible.flat, visible.flat)
 
 
 def dot(a: AnyFloats, b: AnyFloats) -> AnyFloats:
