@@ -54,15 +54,3 @@ def flare(amount: Floats, along: Floats) -> Floats:
     """[K] factor of a trunk's radius by its flare and the share of its length."""
     rise = np.maximum(0.0, 1.0 - along / _FLARE_SHARE)
     return 1.0 + amount * (100.0**rise - 1.0) / 100.0
-
-
-def lobe_factor(skeleton: Skeleton, tree: Ints, angle: Floats) -> Floats:
-    """[K] factor of a trunk's radius at angles about its z axis, measured from its x axis towards its y axis.
-
-    Args:
-        skeleton: trees.
-        tree: [K] tree of each place.
-        angle: [K] radians.
-    """
-    depth, lobes = values(skeleton.rows, tree, "lobe_depth"), np.rint(values(skeleton.rows, tree, "lobes"))
-    return 1.0 + depth * np.sin(lobes * angle)

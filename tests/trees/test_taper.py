@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grammarlab.trees.growth import grow
-from grammarlab.trees.taper import lobe_factor, radii, tapered
+from grammarlab.trees.taper import radii, tapered
 from tests.cases import some
 from tests.trees.oracle import taper_radius
 from tests.trees.rows import random_row, row, tree_keys
@@ -63,9 +63,3 @@ def test_the_trunk_flares_by_its_factor_at_the_ground_and_not_above_an_eighth():
     skeleton = grow(row(flare=0.8, ratio=0.02, scale=10.0, taper_0=0.0)[None], tree_keys(1))
     radius = radii(skeleton, 0, np.zeros(4, int), np.array([0.0, 1 / 16, 1 / 8, 1.0]))
     np.testing.assert_allclose(radius, 0.2 * np.array([1 + 0.8 * 0.99, 1 + 0.8 * 0.09, 1.0, 1.0]))
-
-
-def test_lobes_are_a_wave_around_the_trunk():
-    skeleton = grow(row(lobes=3, lobe_depth=0.2)[None], tree_keys(1))
-    factor = lobe_factor(skeleton, np.zeros(3, int), np.radians([0.0, 30.0, 90.0]))
-    np.testing.assert_allclose(factor, [1.0, 1.2, 0.8], atol=1e-12)
