@@ -53,8 +53,8 @@ class Stand:
         gap = f" --gap {self.gap:g}" if self.gap else ""
         density = repr(self.density).removesuffix(".0")
         return (
-            f"{len(self):,} trees on {self.size / HECTARE:.3g} hectares{more}. On a larger area, --density {density}{gap} "
-            "plants them again with others around them"
+            f"{len(self):,} trees on {self.size / HECTARE:.3g} hectares{more}. On a larger area, "
+            f"--density {density}{gap} plants them again with others around them"
         )
 
     def as_json(self) -> dict[str, Any]:

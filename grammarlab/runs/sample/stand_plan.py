@@ -75,7 +75,7 @@ def _map(stand: Stand, start: Floats, scale: float, size: tuple[int, int]) -> Im
         picture.paste(_GROUND, mask=ground)
         for ring in (outer, *holes):
             corners = _pixels(ring, start, scale)
-            draw.line([*corners, corners[0]], _EDGE, 2 * _SCALE)
+            draw.line([*corners, corners[0]], _EDGE, _SCALE)
     crowns = Image.new("RGBA", size, (0, 0, 0, 0))
     draw = ImageDraw.Draw(crowns)
     trunks = (stand.position[:, [0, 2]] - start) * scale
