@@ -182,8 +182,10 @@ def planted(area: Area, spacing: Spacing, *, density: float | None = None, limit
         until = min(end, _SPARE * until)
     order = np.lexsort((trees.model, trees.time))
     trees, radius, times = trees.take(order), radius[order], trees.time[order]
+    is_full = end >= FULL
     if limit is not None and len(trees) > limit:
         trees, radius, end = trees.take(np.arange(limit)), radius[:limit], float(times[limit])
+        is_full, density = False, None
     last = float(trees.time.max(initial=0.0))
     east, north = area.east_north(trees.coordinates).T
     return Planting(
@@ -191,8 +193,8 @@ def planted(area: Area, spacing: Spacing, *, density: float | None = None, limit
         coordinates=trees.coordinates,
         position=np.column_stack([east, np.zeros(len(trees)), -north]) + 0.0,
         radius=radius,
-        density=_short(spacing, last, end),
-        is_full=end >= FULL,
+        density=_short(spacing, last, end) if density is None or is_full else density,
+        is_full=is_full,
     )
 
 

@@ -144,7 +144,7 @@ def test_the_density_is_near_the_one_asked_for(share):
     planting = planted(read_area("600x600"), spacing, density=share * highest)
     num = len(planting)
     assert num / 36 == pytest.approx(share * highest, rel=0.05 + 2.5 / math.sqrt(num))
-    assert planting.density == pytest.approx(share * highest, rel=0.01)
+    assert planting.density == share * highest
 
 
 def test_all_trunks_are_inside_the_outlines_and_holes_stay_empty():
