@@ -97,7 +97,7 @@ class _Shares:
         low, high = kind.low[columns], kind.high[columns]
         is_count, values = IS_INTEGER[columns], rows[:, columns]
         end = np.where(is_count, high + 1.0, high)
-        is_log = IS_LOG[columns] & (low > 0.0)
+        is_log = IS_LOG[columns]
         step = np.where(is_count, 1.0, 0.0)
         safe, top = np.where(is_log, low, 1.0), np.where(is_log, end, 2.0)
 
@@ -136,7 +136,8 @@ class _Shares:
 
 def _parts_of(kind: Kind, rows: Floats, num_all: int) -> Iterator[Kind]:
     """The kinds that the examples of a kind are divided into."""
-    columns = np.flatnonzero(kind.low < kind.high)
+    # A range of sizes from 0 is drawn evenly, and its upper part, which has a logarithm, would not be.
+    columns = np.flatnonzero((kind.low < kind.high) & ~(IS_LOG & (kind.low <= 0.0)))
     shares = _Shares.of(kind, columns, rows)
     pending, leaves = [np.arange(len(rows))], 0
     while pending:
@@ -201,7 +202,7 @@ def _value(kind: Kind, column: int, share: float, extreme: float, outwards: np.u
     low, high = float(kind.low[column]), float(kind.high[column])
     if IS_INTEGER[column]:
         return float(extreme)
-    value = low * (high / low) ** share if IS_LOG[column] and low > 0.0 else low + (high - low) * share
+    value = low * (high / low) ** share if IS_LOG[column] else low + (high - low) * share
     digits = math.ceil(-math.log10((high - low) / _STEPS))
     rounded = float(np.round(outwards(value * 10.0**digits) / 10.0**digits, max(digits, 0)))
     return min(max(rounded, low), high)

@@ -47,7 +47,7 @@ class AbstractExampleLearner(ABC, Generic[Designs]):
         """Selected examples, by ascending index."""
 
     @abstractmethod
-    def learn(self, designs: Designs, method: str, lines: Sequence[str]) -> tuple[Learned[Designs], int]:
+    def learn(self, designs: Designs, method: str, lines: Sequence[str]) -> tuple[Learned[Any], int]:
         """A sampler near the space that makes the examples likely, and the number of its components.
 
         Args:
@@ -60,7 +60,11 @@ class AbstractExampleLearner(ABC, Generic[Designs]):
         """
 
     @abstractmethod
-    def pool(self, learned: Learned[Designs], seed: int) -> tuple[Floats, Floats]:
+    def ratio(self, learned: Any, designs: Designs) -> Floats:
+        """[n] density of examples under a result of `learn`, divided by that under the space."""
+
+    @abstractmethod
+    def pool(self, learned: Any, seed: int) -> tuple[Floats, Floats]:
         """Learned density of m designs of a pool divided by that of the space, and importance weights of these."""
 
 

@@ -116,6 +116,6 @@ def _held_out(learner: AbstractExampleLearner[Any], designs: Any, method: str) -
         return None
     is_held_out = np.arange(num) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1
     learned, _ = learner.learn(learner.take(designs, np.flatnonzero(~is_held_out)), method, ())
-    ratio = learned.ratio(learner.take(designs, np.flatnonzero(is_held_out)))
+    ratio = learner.ratio(learned, learner.take(designs, np.flatnonzero(is_held_out)))
     possible = ratio[ratio > 0.0]
     return HeldOut(len(ratio), len(possible), float(np.log(possible).mean()) if len(possible) else 0.0)

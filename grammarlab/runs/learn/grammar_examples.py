@@ -43,6 +43,9 @@ class GrammarExamples(AbstractExampleLearner[Forest]):
         learned = learn_from_examples(grammar, designs, chosen, header=lines, assets=self.space.assets)
         return learned, len(learned.components)
 
+    def ratio(self, learned: Learned[Forest], designs: Forest) -> Floats:
+        return learned.ratio(designs)
+
     def pool(self, learned: Learned[Forest], seed: int) -> tuple[Floats, Floats]:
         pool_designs = PoolDesigns.of(self.space, Pool(seed))
         return np.concatenate([learned.ratio(forest) for forest in pool_designs.batches]), pool_designs.weights
