@@ -45,7 +45,8 @@ def species_of_examples(species: Species, rows: Floats) -> Species:
     if not len(rows):
         raise UsageError("there are no example trees to learn from.")
     kind = _kinds_of(species, rows)
-    rows, kind = (part[:: -(-len(rows) // MAX_EXAMPLES)] for part in (rows, kind))
+    stride = -(-len(rows) // MAX_EXAMPLES)
+    rows, kind = rows[::stride], kind[::stride]
     kinds = [
         part
         for index in np.unique(kind).tolist()
@@ -193,7 +194,7 @@ def _narrowed(kind: Kind, columns: Ints, shares: _Shares, part: Ints, rows: Floa
         for index in np.argsort(end[0] - start[0], kind="stable").tolist()
         if end[0, index] - start[0, index] < 1.0
     ]
-    words = ", ".join(_words(columns[index], low, high) for index in names[:_NUM_NAMES])
+    words = ", ".join(_words(int(columns[index]), low, high) for index in names[:_NUM_NAMES])
     return Kind(num / num_all, low, high, words or kind.means)
 
 
