@@ -25,7 +25,7 @@ from grammarlab.export.model_files import GENERATOR, AbstractWriter, Output
 from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.instances import chosen
 from grammarlab.scene.shading import ShadedMeshes, shaded_meshes
-from grammarlab.scene.triangles import CREASE_ANGLE, texture_coordinates
+from grammarlab.scene.triangles import CREASE_ANGLE, downwards, texture_coordinates
 
 Content: TypeAlias = Callable[[Scene, TriangleBatch, str], dict[str, Any]]
 """Function that adds a named model to a document and returns the properties of its node."""
@@ -203,7 +203,7 @@ def _shared_primitives(
     indices = _group_indices(batch)
     positions_view = document.add_array(batch.vertices, ARRAY_BUFFER)
     normals_view = document.add_array(batch.normals, ARRAY_BUFFER)
-    coordinates = _downwards(batch.coordinates) if batch.coordinates is not None and textured.any() else None
+    coordinates = downwards(batch.coordinates) if batch.coordinates is not None and textured.any() else None
     coordinates_view = None if coordinates is None else document.add_array(coordinates, ARRAY_BUFFER)
     indices_view = document.add_array(indices, ELEMENT_ARRAY_BUFFER)
     primitives = []
@@ -221,11 +221,6 @@ def _shared_primitives(
         accessor = document.add_accessor(indices_view, indices[start:end], start)
         primitives.append({"attributes": attributes, "indices": accessor})
     return primitives
-
-
-def _downwards(coordinates: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Texture coordinates [V, 2] with v downwards, as in glTF."""
-    return (coordinates * (1.0, -1.0)).astype(np.float32) + np.float32(0)
 
 
 def _group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
@@ -291,7 +286,7 @@ class _ReusedMeshes:
         points, normals = (column[vertices].astype(np.float32) + 0 for column in (shaded.points, shaded.normals))
         coordinates = None
         if textured and shaded.coordinates is not None:
-            coordinates = _downwards(shaded.coordinates[vertices])
+            coordinates = downwards(shaded.coordinates[vertices])
         parts = [part for part in (points, normals, corners, coordinates) if part is not None]
         key = blake2b(b"".join(part.tobytes() for part in parts), digest_size=16).digest()
         if key not in self._geometry:

@@ -188,7 +188,7 @@ def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.fl
         [T, 3, 2] with v downwards, as in glTF; up to `_MANY_REPEATS` whole repeats are kept.
     """
     if batch.coordinates is not None:
-        return batch.coordinates[batch.triangles[triangles]] * np.array([1, -1], np.float32)
+        return downwards(batch.coordinates)[batch.triangles[triangles]]
     corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
     coordinates = _planar_coordinates(corners).astype(np.float64)
     mapped = np.flatnonzero(chosen >= 0)
@@ -198,6 +198,11 @@ def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.fl
         coordinates[mapped] = np.clip(np.nan_to_num(values), -_LARGEST_COORDINATE, _LARGEST_COORDINATE) * (1.0, -1.0)
     first = coordinates.min(axis=1, keepdims=True)
     return (coordinates - np.where(np.abs(first) > _MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
+
+
+def downwards(coordinates: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Texture coordinates [V, 2] with v downwards from the top of the picture, as in glTF."""
+    return (coordinates * (1.0, -1.0) + (0.0, 1.0)).astype(np.float32)
 
 
 def _in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:

@@ -30,7 +30,7 @@ _MOST_SIDES = (24, 16, 8, 5)
 _SIDES_BY_ROOT = 75.0
 """Corners more than three by the root of a radius in heights of the tree: a trunk of 40 cm at 14 m has 15, a twig 4."""
 _SIDES_PER_LOBE = 6
-_STEPS = ((1.0, 0.8), (0.8, 0.7), (0.67, 0.6), (0.5, 0.6), (0.4, 0.5), (0.3, 0.4), (0.2, 0.3), (0.0, 0.2))
+_STEPS = ((1.0, 1.0), (1.0, 0.8), (0.8, 0.7), (0.67, 0.6), (0.5, 0.6), (0.4, 0.5), (0.3, 0.4), (0.2, 0.3), (0.0, 0.2))
 """Shares of the cross-sections of a stem and of their corners that coarser and coarser drawings have."""
 _GROWTH_SHARE = 0.04
 """Largest growth of a leaf in a coarser drawing, by the height of the tree."""
@@ -105,8 +105,17 @@ def stem_details(
     for index in reversed(range(len(_STEPS))):
         fits = _sums(tree, num_triangles(options[index][0] - 1, options[index][1]), skeleton.num_trees) <= budget
         step[fits] = index
-    num = np.choose(step[tree], [option[0] for option in options])
-    corners = np.choose(step[tree], [option[1] for option in options])
+    rings, around = (np.stack(columns) for columns in zip(*options, strict=True))
+    row, chosen = np.arange(len(tree)), step[tree]
+    num, corners = rings[chosen, row], around[chosen, row]
+    # What is left of the budget goes to the thickest stems, drawn one step finer.
+    finer = np.maximum(chosen - 1, 0)
+    triangles = num_triangles(num - 1, corners)
+    more = num_triangles(rings[finer, row] - 1, around[finer, row]) - triangles
+    rest = budget - _sums(tree, triangles, skeleton.num_trees)
+    radius = np.concatenate([stems.radius for stems in skeleton.levels])
+    promoted = _running_sums(np.lexsort((-radius, tree)), tree, more) <= rest[tree]
+    num, corners = np.where(promoted, rings[finer, row], num), np.where(promoted, around[finer, row], corners)
     reaching = _reaching(skeleton)
     whole = np.concatenate([part.num_stations for part in full])
     num = np.where(reaching, np.maximum(num, np.minimum(whole, _REACHING_STATIONS)), num)
@@ -195,12 +204,7 @@ def _thickest(skeleton: Skeleton, tree: Ints, triangles: Ints, budget: Floats, r
     for level in reversed(range(len(levels))):
         _mark_carriers(levels, drawn, level)
     first = np.concatenate(drawn)
-    order = np.lexsort((-radius, ~first, tree))
-    used = np.cumsum(triangles[order])
-    starts = np.searchsorted(tree[order], np.arange(skeleton.num_trees))
-    used -= np.concatenate([[0], used])[starts][tree[order]]
-    within = np.empty(len(tree), dtype=bool)
-    within[order] = (used <= budget[tree[order]]) | first[order]
+    within = (_running_sums(np.lexsort((-radius, ~first, tree)), tree, triangles) <= budget[tree]) | first
     flags = [within[ends[level] : ends[level + 1]].copy() for level in range(len(levels))]
     for level, stems in enumerate(levels):
         if level > 0:
@@ -262,6 +266,16 @@ def stalked(skeleton: Skeleton) -> Flags:
 def stalk_lengths(skeleton: Skeleton) -> Floats:
     """[L] lengths of stalks by those of their blades."""
     return values(skeleton.rows, skeleton.leaves.tree, "leaf_stem_len")
+
+
+def _running_sums(order: Ints, tree: Ints, numbers: Ints) -> Ints:
+    """[S] sums of numbers [S] of the rows of the same tree up to each, in an order [S] in which trees ascend."""
+    sums = np.cumsum(numbers[order])
+    ordered = tree[order]
+    sums -= np.concatenate([[0], sums])[np.searchsorted(ordered, ordered)]
+    result = np.empty_like(sums)
+    result[order] = sums
+    return result
 
 
 def _thinned(number: Ints, share: float, least: int) -> Ints:

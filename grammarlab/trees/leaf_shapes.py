@@ -73,48 +73,41 @@ def _needles(number: int, width: float) -> tuple[Half, ...]:
     return tuple(halves)
 
 
-_OUTLINES: tuple[tuple[tuple[Half, ...], tuple[Half, ...]], ...] = (
+_KITE: tuple[Half, ...] = (_profile((0.5, 0.45)),)
+_OUTLINES: tuple[tuple[tuple[Half, ...], tuple[Half, ...], tuple[Half, ...]], ...] = (
     # oval
-    ((_profile((0.36, 0.2), (0.5, 0.5), (0.34, 0.82)),), (_profile((0.46, 0.35), (0.4, 0.72)),)),
+    ((_profile((0.36, 0.2), (0.5, 0.5), (0.34, 0.82)),), (_profile((0.46, 0.35), (0.4, 0.72)),), _KITE),
     # pointed
-    ((_profile((0.42, 0.12), (0.5, 0.3), (0.22, 0.7)),), (_profile((0.48, 0.24), (0.2, 0.72)),)),
+    ((_profile((0.42, 0.12), (0.5, 0.3), (0.22, 0.7)),), (_profile((0.48, 0.24), (0.2, 0.72)),), _KITE),
     # lance
-    ((_profile((0.4, 0.2), (0.5, 0.45), (0.28, 0.78)),), (_profile((0.48, 0.33), (0.28, 0.75)),)),
+    ((_profile((0.4, 0.2), (0.5, 0.45), (0.28, 0.78)),), (_profile((0.48, 0.33), (0.28, 0.75)),), _KITE),
     # lobed
     (
         (_profile((0.13, 0.14), (0.3, 0.3), (0.16, 0.36), (0.46, 0.56), (0.24, 0.62), (0.42, 0.82), (0.2, 0.94)),),
         (_profile((0.12, 0.12), (0.36, 0.4), (0.42, 0.72), (0.2, 0.94)),),
+        _KITE,
     ),
     # palmate
     (
-        (
-            (
-                (0.0, 0.0),
-                (0.3, -0.04),
-                (0.24, 0.12),
-                (0.5, 0.4),
-                (0.34, 0.42),
-                (0.36, 0.52),
-                (0.14, 0.48),
-                (0.2, 0.72),
-                (0.0, 1.0),
-            ),
-        ),
-        (((0.0, 0.0), (0.3, 0.0), (0.5, 0.4), (0.16, 0.5), (0.0, 1.0)),),
+        (_profile((0.3, -0.04), (0.24, 0.12), (0.5, 0.4), (0.34, 0.42), (0.36, 0.52), (0.14, 0.48), (0.2, 0.72)),),
+        (_profile((0.3, 0.0), (0.5, 0.4), (0.16, 0.5)),),
+        _KITE,
     ),
     # heart
     (
         (((0.0, 0.08), (0.24, 0.0), (0.48, 0.16), (0.46, 0.4), (0.2, 0.74), (0.0, 1.0)),),
         (((0.0, 0.06), (0.36, 0.04), (0.46, 0.36), (0.0, 1.0)),),
+        _KITE,
     ),
     # needle
-    ((_profile((0.5, 0.1), (0.4, 0.8)),), (_profile((0.5, 0.4)),)),
+    ((_profile((0.5, 0.1), (0.4, 0.8)),), _KITE, _KITE),
     # twig of needles
-    (_needles(9, 0.03), _needles(4, 0.07)),
+    (_needles(10, 0.04), _needles(4, 0.08), _needles(1, 0.16)),
     # frond
     (
         (*_leaflets(np.linspace(0.06, 0.9, 11).tolist(), 0.5, 0.06, 0.7), ((0.0, 0.0), (0.02, 0.1), (0.0, 1.0))),
-        (*_needles(5, 0.06),),
+        _needles(9, 0.05),
+        _needles(3, 0.1),
     ),
     # feather
     (
@@ -123,17 +116,18 @@ _OUTLINES: tuple[tuple[tuple[Half, ...], tuple[Half, ...]], ...] = (
             ((0.0, 0.74), (0.1, 0.86), (0.0, 1.0)),
             ((0.0, 0.0), (0.012, 0.1), (0.0, 0.74)),
         ),
+        _needles(4, 0.1),
         (_profile((0.4, 0.25), (0.3, 0.7)),),
     ),
 )
-"""Halves of the blades by leaf shape: at full and at medium detail."""
-_KITE: tuple[Half, ...] = (_profile((0.5, 0.45)),)
+"""Halves of the blades by leaf shape: at full detail, and with about 40 % and 15 % of its triangles or a few more."""
 NUM_SHAPES = len(_OUTLINES)
-_PETALS: dict[int, Half] = {
-    1: _profile((0.3, 0.35), (0.36, 0.72), (0.16, 0.97)),
-    2: _profile((0.22, 0.35), (0.24, 0.6)),
-    3: _profile((0.26, 0.3), (0.32, 0.7)),
+_PETALS: dict[int, tuple[Half, Half]] = {
+    1: (_profile((0.3, 0.35), (0.36, 0.72), (0.16, 0.97)), _profile((0.3, 0.4), (0.3, 0.85))),
+    2: (_profile((0.22, 0.35), (0.24, 0.6)), _profile((0.26, 0.5))),
+    3: (_profile((0.26, 0.3), (0.32, 0.7)), _profile((0.32, 0.6))),
 }
+"""Halves of petals by blossom shape, at full and at medium detail."""
 
 
 @lru_cache(maxsize=64)
@@ -142,12 +136,10 @@ def leaf_mesh(shape: int, detail: int) -> LeafMesh:
 
     Args:
         shape: 0 to 9, see the parameter ``leaf_shape``.
-        detail: 0 full, 1 medium, 2 low: two triangles. All have the same area.
+        detail: 0 full, 1 medium, 2 low. All have the same area.
     """
-    full, medium = _OUTLINES[shape]
-    area = _area(full)
-    halves = (full, medium, _KITE)[detail]
-    return _blade(halves, area / _area(halves))
+    halves = _OUTLINES[shape][detail]
+    return _blade(halves, _area(_OUTLINES[shape][0]) / _area(halves))
 
 
 @lru_cache(maxsize=16)
@@ -156,18 +148,13 @@ def blossom_mesh(shape: int, detail: int) -> LeafMesh:
 
     Args:
         shape: 1 to 3, see the parameter ``blossom_shape``.
-        detail: 0 full, 1 medium, 2 low: two triangles. All have the same area.
+        detail: 0 full, 1 medium, 2 low. All have the same area.
     """
-    full = _flower(_PETALS[shape], _PETAL_TILT[shape])
+    petal, plain_petal = _PETALS[shape]
+    full = _flower(petal, _PETAL_TILT[shape])
     if detail == 0:
         return full
-    if detail == 1:
-        other = _flower(_profile((0.3, 0.6)), _PETAL_TILT[shape])
-    else:
-        points = np.array([[1.0, 0.0, 0.3], [0.0, 1.0, 0.3], [-1.0, 0.0, 0.3], [0.0, -1.0, 0.3]])
-        coordinates = np.array([[0.5, 1.0], [1.0, 0.5], [0.5, 1.0], [0.0, 0.5]])
-        triangles = np.array([[0, 1, 2], [0, 2, 3]])
-        other = LeafMesh(points, np.tile([0.0, 0.0, 1.0], (4, 1)), coordinates, triangles)
+    other = _flower(plain_petal, _PETAL_TILT[shape]) if detail == 1 else _star(_PETAL_TILT[shape])
     scale = np.sqrt(mesh_area(full) / mesh_area(other))
     return LeafMesh(other.points * scale, other.normals, other.coordinates, other.triangles)
 
@@ -260,4 +247,19 @@ def _flower(half: Half, tilt: float) -> LeafMesh:
         np.concatenate([normals for _, normals in parts]),
         np.tile(petal.coordinates, (NUM_PETALS, 1)),
         np.concatenate([petal.triangles + count * number for number in range(NUM_PETALS)]),
+    )
+
+
+def _star(tilt: float) -> LeafMesh:
+    """A blossom of one triangle for each petal."""
+    angle = 2.0 * np.pi * np.arange(NUM_PETALS) / NUM_PETALS
+    rim = np.stack(
+        [np.cos(angle) * np.cos(tilt), np.sin(angle) * np.cos(tilt), np.full(NUM_PETALS, np.sin(tilt))], axis=1
+    )
+    number = np.arange(NUM_PETALS)
+    return LeafMesh(
+        np.concatenate([np.zeros((1, 3)), rim]),
+        np.tile([0.0, 0.0, 1.0], (NUM_PETALS + 1, 1)),
+        np.concatenate([[[0.5, 0.0]], np.stack([number % 2 * 1.0, np.full(NUM_PETALS, 0.8)], axis=1)]),
+        np.stack([np.zeros(NUM_PETALS, np.int64), 1 + number, 1 + (number + 1) % NUM_PETALS], axis=1),
     )
