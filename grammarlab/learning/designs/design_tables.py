@@ -147,7 +147,7 @@ class DesignTables(Generic[Designs]):
             groups=np.append(base.groups, np.arange(first, first + len(names))),
             group_names=(*base.group_names, *names),
             scales=np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
-            logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, [False] * len(names)),
+            logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, np.zeros(len(names), bool)),
             units=(*base.units, *("" for _ in names)) if base.units else (),
         )
 

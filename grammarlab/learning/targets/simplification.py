@@ -34,6 +34,10 @@ _NEGLIGIBLE_JS = 1e-5
 """Negligible divergence in nats, for values that differ only by rounding."""
 _JS_FACTOR = 1.05
 """Factor of the least divergence within which smaller trees are accepted, since larger trees overfit."""
+_SLACK = 1.1
+"""Factor of the least divergence within which the smallest tree is taken, if no tree is within the tolerance."""
+_MAX_ROUNDING_JS = 1e-3
+"""Largest loss in nats by fewer levels of such a tree."""
 _MAX_BOUND_JS = 2e-4
 """Largest loss in nats by rounder bounds."""
 _BOUND_MOVES = (0.02, 0.005, 0.001)
@@ -147,6 +151,22 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
             last = size
 
 
+def smallest(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> Simplified:
+    """The smallest function within the tolerance or, if there is none, nearly as near as the nearest one.
+
+    Args:
+        rows: [n, F] rows of the designs of a pool; this and the others as in `simpler`.
+        scores: [n].
+        weights: [n].
+        columns: [C].
+        max_leaves: largest number of leaves of a tree.
+    """
+    path = _Path.grown(rows, scores, weights, columns, max_leaves)
+    limit = max(_TREE_TOLERANCE, _SLACK * min(path.js))
+    exact = path.preference(1 + next(size for size, js in enumerate(path.js) if js <= limit))
+    return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + _MAX_ROUNDING_JS))
+
+
 def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -> list[Ints]:
     """Sets of columns for growing trees: the few that together distinguish levels of the scores, and all."""
     levels = drawn_to_levels(scores, weights, _NUM_LEVELS)
@@ -205,6 +225,10 @@ class _Path:
         exact_js = self.distance(exact)
         for bound in (_TREE_TOLERANCE, exact_js + _NEGLIGIBLE_JS):
             yield self.simplified(self._round(self._drawn(exact, max(bound, exact_js)), max(_TREE_TOLERANCE, exact_js)))
+
+    def rounded(self, exact: SimplifiedPreference, bound: float) -> Simplified:
+        """A tree with as few levels and as round bounds as possible within a divergence."""
+        return self.simplified(self._round(self._drawn(exact, bound), bound))
 
     def _round(self, preference: SimplifiedPreference, bound: float) -> SimplifiedPreference:
         """The same with rounder bounds that hardly change the density."""

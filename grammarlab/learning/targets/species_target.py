@@ -1,0 +1,260 @@
+"""From a preference learned on trees to a species file: kinds with narrower ranges, and an acceptance rule.
+
+If a function of parameters is near enough to the predictions, the learned species has its kinds, which sample it
+exactly. What depends on measures no ranges can say: then an acceptance rule says it, and the kinds have the ranges in
+which anything is liked, so that many candidates are kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.density.exact.splitting import Base
+from grammarlab.density.targets.rejection import Progress, silent
+from grammarlab.errors import UsageError
+from grammarlab.features.patterns.pattern import Draw, Feature
+from grammarlab.learning.designs.species_space import SpeciesSpace
+from grammarlab.learning.designs.tree_columns import TreeBatch, columns_of, words_of_name
+from grammarlab.learning.round import State, Study
+from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
+from grammarlab.learning.targets.rule_text import rule_text
+from grammarlab.learning.targets.simplification import TOLERANCE, Predicted, predict, smallest
+from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
+from grammarlab.preference.regression_tree import grow, leaves_of
+from grammarlab.preference.simplified import SimplifiedPreference
+from grammarlab.scene.instances import Scene
+from grammarlab.trees.accepted import log_density, rule_of
+from grammarlab.trees.parameters import COLUMN
+from grammarlab.trees.species import Species
+from grammarlab.trees.species_file import parse, write
+
+METHODS = ("kinds", "acceptance")
+"""Methods: kinds, with an acceptance rule where needed, or the original kinds with an acceptance rule only."""
+_MAX_LEAVES = 64
+"""Largest number of leaves of a tree."""
+_MAX_KINDS = 16
+"""Usual largest number of kinds, unless the original has half as many."""
+_MAX_KINDS_JS = 0.01
+"""Largest divergence in nats from the predictions for kinds without a rule: they may use a measure where a parameter
+says nearly the same, and a file that rejects no tree is worth more than the difference."""
+_MAX_LOST = 0.01
+"""Largest share of the liked designs outside of the kinds, on designs that these were not chosen by."""
+_MIN_RATE_GAIN = 1.15
+"""Smallest factor of the acceptance rate by which a further kind pays."""
+_MIN_LEAF_TREES = 30
+"""Smallest number of trees of the pool in a part without liked ones, to say that nothing there is liked."""
+_HELD_OUT_STRIDE = 3
+"""One tree in 3 shows what kinds would lose."""
+_MIN_RATE = 1e-3
+"""Acceptance rate below which a rule is slow."""
+
+
+@dataclass(frozen=True)
+class LearnedSpecies:
+    """A learned species."""
+
+    text: str
+    method: str
+    base: Base
+    before: Species
+    accept_rate: float | None
+    """Share of candidates that the rule keeps, of the pool; None without a rule."""
+    findings: tuple[str, ...]
+    assets: Path | None = None
+
+    @cached_property
+    def space(self) -> SpeciesSpace:
+        """Its trees."""
+        return SpeciesSpace(parse(self.text, self.before.name), self.text, self.assets)
+
+    @property
+    def rules_before(self) -> int:
+        return len(self.before.kinds)
+
+    @property
+    def rules_after(self) -> int:
+        return len(self.space.species.kinds)
+
+    def ratio(self, designs: TreeBatch, /) -> Floats:
+        species = self.space.species
+        ratio = np.exp(log_density(species, designs.rows) - log_density(self.before, designs.rows))
+        after, before = (
+            np.ones(len(designs))
+            if (rule := rule_of(one.acceptance)) is None
+            else rule.probabilities(designs.rows, designs.keys, designs.measures)
+            for one in (species, self.before)
+        )
+        return ratio * np.divide(after, before, out=np.zeros(len(designs)), where=before > 0.0)
+
+    def scene(self, num: int, seed: int, /) -> Scene:
+        return self.space.scene(num, seed)
+
+
+class _Pool(NamedTuple):
+    """Predictions for the trees of a pool."""
+
+    species: Species
+    names: tuple[str, ...]
+    """[F] names of columns: parameters first, then measures, each most relevant first."""
+    rows: Floats
+    """[m, F] their values."""
+    scores: Floats
+    """[m] >= 0, at least one above 0."""
+    weights: Floats
+    """[m] importance weights."""
+
+    @property
+    def exact(self) -> Ints:
+        """Columns whose ranges can be divided."""
+        is_divisible = divisible(self.species)
+        return np.array(
+            [i for i, name in enumerate(self.names) if name in COLUMN and is_divisible[COLUMN[name]]], dtype=np.int64
+        )
+
+    def parts(self, preference: SimplifiedPreference) -> list[Part]:
+        """The parts of the species with scores above 0."""
+        return parts_of(self.species, preference, self.names)
+
+
+@dataclass(frozen=True)
+class SpeciesWriter(AbstractTargetWriter[TreeBatch]):
+    """Makes species from preferences learned on a species."""
+
+    space: SpeciesSpace
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        return METHODS
+
+    def learn(
+        self,
+        study: Study[TreeBatch],
+        state: State,
+        making: Making,
+        lines: Sequence[str] = (),
+        on_progress: Progress = silent,
+    ) -> LearnedDensity[TreeBatch]:
+        method = self.method(making.method)
+        if making.base == "uniform":
+            raise UsageError(
+                "base uniform: species have no density that is the same for every tree, since their columns have "
+                "scales of their own; use the base grammar, or widen the ranges of the species."
+            )
+        predicted = predict(study, state)
+        pool = _pool_of(self.space, study, state, predicted)
+        most = making.max_rules or max(_MAX_KINDS, 2 * len(self.space.species.kinds))
+        result = _kinds_only(pool, most) if method == METHODS[0] else None
+        result = result or _with_rule(pool, most if method == METHODS[0] else 0)
+        header = [*lines, f"Method {method}, base {making.base}"]
+        text = "".join(f"# {_plain(line)}\n" for line in header) + "\n" + write(result.species)
+        learned = LearnedSpecies(
+            text, method, making.base, self.space.species, result.accept_rate, result.findings, self.space.assets
+        )
+        features: dict[Feature, str] = {
+            Draw(pool.names[column]): words_of_name(pool.names[column]) for column in result.columns.tolist()
+        }
+        return judged(study, state, learned, predicted, result.scores, features)
+
+
+def _plain(line: str) -> str:
+    """A comment line without line ends and other control characters."""
+    return "".join(character if character.isprintable() else " " for character in line)
+
+
+class _Result(NamedTuple):
+    species: Species
+    scores: Floats
+    """[m] scores of the pool that the species follows."""
+    columns: Ints
+    """Columns that it reads."""
+    accept_rate: float | None = None
+    findings: tuple[str, ...] = ()
+
+
+def _pool_of(space: SpeciesSpace, study: Study[TreeBatch], state: State, predicted: Predicted) -> _Pool:
+    pool_designs = study.tables(state.wide).pool_designs
+    table = study.table(state)
+    share_of = {
+        feature.site: share
+        for feature, share in zip(table.features, predicted.shares.tolist(), strict=True)
+        if isinstance(feature, Draw)
+    }
+    columns = columns_of(pool_designs.batches, space.names)
+    names = [name for name in space.names if np.ptp(columns[name]) > 0.0]
+    names.sort(key=lambda name: (name not in COLUMN, -share_of.get(name, 0.0)))
+    rows = np.column_stack([np.zeros((len(predicted.scores), 0)), *(columns[name] for name in names)])
+    return _Pool(space.species, tuple(names), rows, predicted.scores, pool_designs.weights)
+
+
+def _kinds_only(pool: _Pool, most: int) -> _Result | None:
+    """The species that follows the predictions by kinds only; None if parameters do not explain them."""
+    simple = smallest(pool.rows, pool.scores, pool.weights, pool.exact, _MAX_LEAVES)
+    parts = pool.parts(simple.preference)
+    if simple.js > _MAX_KINDS_JS or not 0 < len(parts) <= most:
+        return None
+    return _Result(with_parts(pool.species, parts), simple.preference(pool.rows), simple.preference.columns)
+
+
+def _with_rule(pool: _Pool, most: int) -> _Result:
+    """The species of kinds in which anything is liked, with an acceptance rule for the rest."""
+    simple = smallest(pool.rows, pool.scores, pool.weights, np.arange(len(pool.names)), _MAX_LEAVES)
+    values, highest = simple.preference(pool.rows), max(simple.preference.levels)
+    region = _region(pool, values, most)
+    parts = pool.parts(region)
+    inside = pool.weights * region(pool.rows)
+    rate = float(inside @ values / highest / inside.sum())
+    rule = rule_text(simple.preference.scaled(1.0 / highest), pool.names)
+    if pool.species.acceptance:
+        rule = f"({pool.species.acceptance}) * ({rule})"
+    findings = [
+        f"no ranges of parameters alone say it, so the file keeps {rate:.2g} of its trees by an acceptance rule"
+    ]
+    if rate < _MIN_RATE:
+        findings.append("this is slow, and may fail for some trees: more scores of liked trees narrow the ranges")
+    if simple.js > TOLERANCE:
+        findings.append(
+            f"the predictions need more columns: {simple.js:.2g} nats of them were given up, which more scores may mend"
+        )
+    species = replace(with_parts(pool.species, parts), acceptance=rule)
+    columns = np.union1d(simple.preference.columns, region.columns)
+    return _Result(species, values * region(pool.rows), columns, min(rate, 1.0), tuple(findings))
+
+
+def _region(pool: _Pool, values: Floats, most: int) -> SimplifiedPreference:
+    """1 where a function of parameters says that something may be liked, otherwise 0.
+
+    Trees grow on two thirds of the pool; the other third shows how much of what is liked a region would lose.
+
+    Args:
+        pool: the pool.
+        values: [m] what is liked.
+        most: largest number of kinds.
+    """
+    everywhere = SimplifiedPreference((), np.ones(1))
+    liked = (values > 0.0).astype(np.float64)
+    is_held_out = np.arange(len(liked)) % _HELD_OUT_STRIDE == 0
+    rows, weights = pool.rows[~is_held_out], pool.weights[~is_held_out]
+    share = liked[~is_held_out] / max(float(weights @ liked[~is_held_out] / max(weights.sum(), 1e-300)), 1e-300)
+    tree = grow(rows, liked[~is_held_out], weights * (1.0 + share), pool.exact, _MAX_LEAVES, _MIN_LEAF_TREES)
+    best, worth = everywhere, 1.0
+    lost_weights = (pool.weights * values)[is_held_out]
+    for size in range(1, len(tree) + 1):
+        leaf = leaves_of(tree[:size], rows)
+        region = SimplifiedPreference(
+            tree[:size], (np.bincount(leaf, liked[~is_held_out], size + 1) > 0.0).astype(np.float64)
+        )
+        lost = 1.0 - float(lost_weights @ region(pool.rows[is_held_out])) / max(float(lost_weights.sum()), 1e-300)
+        if lost > _MAX_LOST:
+            continue
+        num, covered = len(pool.parts(region)), float(pool.weights @ region(pool.rows) / pool.weights.sum())
+        gain = 1.0 / covered / _MIN_RATE_GAIN ** (num - len(pool.species.kinds))
+        if len(pool.species.kinds) <= num <= most and gain > worth:
+            best, worth = region, gain
+    return best
