@@ -31,7 +31,7 @@ HABITS = {
     "poplar": {"height": (15.0, 31.0), "crown_ratio": (0.1, 0.3)},
     "shrub": {"height": (2.0, 6.5), "clear_stem": (0.0, 0.8)},
     "spruce": {"height": (10.0, 24.0), "crown_ratio": (0.3, 0.55)},
-    "weeping_willow": {"height": (8.0, 18.0), "crown_ratio": (0.8, 1.3)},
+    "weeping_willow": {"height": (8.0, 18.0), "crown_ratio": (0.9, 1.5)},
 }
 """What a landscape architect knows of each: heights in metres, width by height of the crown."""
 
