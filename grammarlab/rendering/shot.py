@@ -74,7 +74,7 @@ def take(batch: TriangleBatch, camera: Camera, options: RenderOptions, *, for_ra
     Raises:
         UsageError: as `prepare`.
     """
-    model = prepare(batch, for_rays=for_rays)
+    model = prepare(batch, for_rays=for_rays, spacing=_spacings(batch, camera, options))
     sun = sun_direction(options.look, camera.axes)
     ground = ground_below(model.low, model.high, float(model.low[1]), sun, options.look)
     return Shot(model, camera.seen_from(model.origin, model.radius), ground, sun, options)
@@ -139,6 +139,16 @@ def _heights(options: RenderOptions, start: int, stop: int) -> AnyFloats:
     """[stop - start] heights of rows of samples in the picture, 1 at the top to -1 at the bottom."""
     rows = np.arange(start, stop)
     return (1.0 - (rows + 0.5) / (options.height * options.samples) * 2.0).astype(np.float32)
+
+
+def _spacings(batch: TriangleBatch, camera: Camera, options: RenderOptions) -> AnyFloats | float:
+    """[T] metres between neighbouring samples on triangles that face the camera; 0 for models without pictures."""
+    if batch.coordinates is None:
+        return 0.0
+    step = 2.0 * camera.half_height / (options.height * options.samples)
+    if camera.parallel:
+        return step
+    return step * np.linalg.norm(batch.vertices[batch.triangles[:, 0]] - camera.position, axis=1)
 
 
 def _spacing(shot: Shot) -> float:

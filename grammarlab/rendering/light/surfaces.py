@@ -74,8 +74,13 @@ class Surfaces:
     """[N, 3] linear colours of pictures, by which those of the materials are multiplied; None without pictures."""
 
 
-def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
+def prepare(batch: TriangleBatch, *, for_rays: bool = True, spacing: AnyFloats | float = 0.0) -> ShadedModel:
     """Surfaces from a batch of one model with at least one triangle, with or without rays.
+
+    Args:
+        batch: the model.
+        for_rays: whether there will be rays.
+        spacing: [T] metres between neighbouring samples on each triangle, which pictures on it need.
 
     Raises:
         UsageError: If a vertex is not finite.
@@ -91,7 +96,7 @@ def prepare(batch: TriangleBatch, *, for_rays: bool = True) -> ShadedModel:
     triangles = batch.triangles if for_rays else batch.triangles[:0]
     points, point = welded(vertices)
     corners_of_rays = point.take(triangles)
-    skin = skin_of(batch, radius) if for_rays else None
+    skin = skin_of(batch, spacing) if for_rays else None
     tracer = Tracer(points, corners_of_rays, skin)
     opaque = opacity[material] >= SEE_THROUGH
     corners = vertices.take(batch.triangles, axis=0)

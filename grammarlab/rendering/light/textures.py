@@ -19,8 +19,6 @@ _HOLE = 0.5
 """Opacity of a picture below which there is a hole, as in glTF's MASK."""
 _MOST_HOLES = 48
 """Largest number of holes along a ray; behind them is nothing."""
-_SAMPLE = np.float32(1.0 / 256.0)
-"""Size in model units of the part of a picture that is seen as one colour: a sample of a picture of 500 pixels."""
 _NEXT = np.float32(1e-5)
 """Distance behind a hole, in model units, from which a ray goes on."""
 
@@ -116,12 +114,12 @@ class PerforatedTriangles(AbstractScene):
         return blocked if reach is None else blocked & (hits.distance <= reach)
 
 
-def skin_of(batch: TriangleBatch, radius: float) -> Skin | None:
+def skin_of(batch: TriangleBatch, spacing: AnyFloats | float = 0.0) -> Skin | None:
     """The pictures of a model that travel with it; None if there are none.
 
     Args:
         batch: one model.
-        radius: length of the unit of the model in metres.
+        spacing: [T] metres between neighbouring samples on each triangle: what is seen as one colour.
 
     Raises:
         UsageError: If a picture cannot be read.
@@ -141,8 +139,8 @@ def skin_of(batch: TriangleBatch, radius: float) -> Skin | None:
     shape = np.array([levels[0].shape[:2] for levels in pictures], np.float64)
     most = np.array([len(levels) - 1 for levels in pictures])
     texels = np.sqrt(_areas(coordinates) * shape.prod(axis=1)[picture])
-    extent = np.sqrt(_areas(batch.vertices[batch.triangles])) / radius
-    size = np.log2(np.maximum(texels * _SAMPLE / np.maximum(extent, 1e-12), 1.0))
+    extent = np.sqrt(_areas(batch.vertices[batch.triangles]))
+    size = np.log2(np.maximum(texels * spacing / np.maximum(extent, 1e-12), 1.0))
     return Skin(
         pictures=pictures,
         coordinates=coordinates,
@@ -155,7 +153,7 @@ def skin_of(batch: TriangleBatch, radius: float) -> Skin | None:
 def has_holes(batch: TriangleBatch) -> bool:
     """Whether pictures that travel with a model have transparent parts."""
     names = batch.materials.cut_out & batch.materials.pictures.keys()
-    skin = skin_of(batch, 1.0) if names else None
+    skin = skin_of(batch) if names else None
     return skin is not None and bool(skin.perforated.any())
 
 
