@@ -25,6 +25,10 @@ MAX_CHARACTERS = 1 << 20
 _MOST_ELEMENTS = 10_000
 _MOST_LISTED = 40
 """Parameters without a counterpart that the description of a species lists."""
+_LONGEST = 40
+"""Characters of foreign names and values that it shows."""
+_TYPO = 0.85
+"""Similarity, 0 to 1, from which an unknown name is a misspelt one, and not one of another program."""
 _OURS = ("z_scale", "wind_speed", "wind_direction", "blossom_rate", "blossom_shape", "blossom_scale")
 """Parameters that Arbaro lacks."""
 _NUMBER = re.compile(r"[-+]?(?:[0-9]{1,30}\.?[0-9]{0,30}|\.[0-9]{1,30})(?:[eE][-+]?[0-9]{1,3})?")
@@ -131,7 +135,7 @@ class _Reader:
             return None
         for param, place in zip(node.iter("param"), self._places(), strict=False):
             if len(self.findings) >= MOST_FINDINGS:
-                return None
+                return self._report("too-many", f"reading ends after {MOST_FINDINGS} remarks", place)
             self._read(param, place)
         if not self._values and not self.findings:
             self._report("missing", "expected parameters such as <param name='Levels' value='3'/>, found none")
@@ -190,12 +194,17 @@ class _Reader:
         elif label in _THEIRS:
             self._ignored[label] = text
             if _THEIRS[label] is None or _number(text) != _THEIRS[label]:
-                message = f"{label} = {shown(text)} has no counterpart in this model, and is left out"
-                self._report("no-counterpart", message, place, severity="warning")
-        else:
-            near = get_close_matches(label, (*LABELS, *_THEIRS), n=3) if len(label) <= 60 else []
-            hint = f"did you mean {' or '.join(near)}?" if near else "delete it if it is one of another program"
-            self._report("unknown-name", f"Arbaro has no parameter {shown(label)}", place, hint)
+                self._ignore(label, text, place)
+        elif near := get_close_matches(label[:_LONGEST], (*LABELS, *_THEIRS), n=3, cutoff=_TYPO):
+            message = f"Arbaro has no parameter {shown(label)}"
+            self._report("unknown-name", message, place, f"did you mean {' or '.join(near)}?")
+        else:  # of another version, or another program
+            self._ignored[label] = text
+            self._ignore(label, text, place)
+
+    def _ignore(self, label: str, text: str, place: Location) -> None:
+        message = f"{shown(label)[1:-1]} = {shown(text)} has no counterpart in this model, and is left out"
+        self._report("no-counterpart", message, place, severity="warning")
 
     def _read_value(self, label: str, text: str, place: Location) -> None:
         column = LABELS[label]
@@ -212,7 +221,11 @@ class _Reader:
         self._values[label] = DEFAULTS[COLUMN[column]] if value is None else value
 
     def _about(self, node: Node) -> str:
-        others = [f"{label} = {text[:40]}" for label, text in self._ignored.items() if _THEIRS[label] != _number(text)]
+        others = [
+            f"{label[:_LONGEST]} = {text[:_LONGEST]}"
+            for label, text in self._ignored.items()
+            if label not in _THEIRS or _THEIRS[label] is None or _THEIRS[label] != _number(text)
+        ]
         end = f"; without counterpart here: {', '.join(others[:_MOST_LISTED])}" if others else ""
         return f"{shown(node.get('name', ''))} of an Arbaro file{end}."
 

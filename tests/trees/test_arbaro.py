@@ -62,6 +62,21 @@ def test_what_has_no_counterpart_is_listed():
     assert read_arbaro(palm, "ash.xml").typical[COLUMN["leaf_shape"]] == 0
 
 
+def test_parameters_of_other_programs_are_listed():
+    text = with_param(
+        "<param name='BarkTexture' value='bark.jpg'/><param name='LeafTextureRotation' value='4'/><param value=''/>"
+    )
+    others = "BarkTexture = bark.jpg, LeafTextureRotation = 4,  = ."
+    assert read_arbaro(text, "ash.xml").about.endswith(others)
+    assert {finding.severity for finding in check_arbaro(text, "ash.xml")} == {"warning"}
+
+
+def test_a_file_of_another_program_with_many_parameters_is_refused():
+    others = "".join(f"<param name='other {number}' value='1'/>" for number in range(60))
+    with pytest.raises(LanguageError, match="reading ends after 50 remarks"):
+        read_arbaro(with_param(others), "ash.xml")
+
+
 def test_comments_and_line_ends_move_no_place():
     broken = with_param("<param name='Ratio' value='x'/>").replace(
         "    <!--", "<!-- two\nlines --> <!-- <param/> -->\n    <!--"
@@ -104,7 +119,7 @@ MISTAKES = {
     "<param name='Ratio' value='thick'/>": ("wrong-type", "'thick'"),
     "<param name='Ratio' value=''/>": ("wrong-type", "a number for Ratio"),
     "<param name='Ratio'/>": ("missing", "a value of 'Ratio'"),
-    "<param value='3'/>": ("unknown-name", "no parameter ''"),
+    "<param name='LeafQualty' value='3'/>": ("unknown-name", "did you mean LeafQuality?"),
     "<param name='Levels' value='3'/>": ("repeated", "Levels"),
     "<param name='Smooth' value='0.5'/>": ("repeated", "Smooth"),
     "<param name='1Curv' value='3'/>": ("unknown-name", "1Curve"),
@@ -149,7 +164,7 @@ OUTSIDE = '<!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/hostname">]><arbaro><spec
         "<!DOCTYPE arbaro><arbaro/>",
         "<a>" * 300_000,
         "<arbaro><species>" + "<param/>" * 100_000 + "</species></arbaro>",
-        "<arbaro><species>" + "<param name='x' value='1'/>" * 9_000 + "</species></arbaro>",
+        "<arbaro><species>" + "<param name='Scale' value='1'/>" * 9_000 + "</species></arbaro>",
         "<arbaro><species>" + "<param name='Ratio' value='" + "9" * 900_000 + "'/></species></arbaro>",
         "<!--" * 200_000,
         "<arbaro><species><param/><![CDATA[" + "<!--" * 200_000 + "]]></species></arbaro>",
