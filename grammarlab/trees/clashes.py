@@ -203,11 +203,13 @@ def _near(segments: _Segments, points: _Points, scale: Floats) -> tuple[Ints, In
     middles = segments.base[segment] + share[:, None] * segments.step[segment]
     # Trees stand beside each other, so that one search finds the neighbours in all of them.
     pieces = KDTree(_placed(middles, segments.tree[segment], scale), balanced_tree=False, compact_nodes=False)
-    reach = float(((0.5 * segments.length / num + segments.radius) / size).max(initial=0.0))
+    # A point inside a stem is at most this far from the middle of one of its pieces.
+    reach = (0.5 * segments.length / num + segments.radius) / size
     sites = _placed(points.position, points.tree, scale)
-    _, piece = pieces.query(sites, k=_NUM_NEAREST, distance_upper_bound=reach)
-    point, rank = np.nonzero(piece < len(segment))
-    return point, segment[piece[point, rank]]
+    distance, piece = pieces.query(sites, k=_NUM_NEAREST, distance_upper_bound=float(reach.max(initial=0.0)))
+    near = np.append(segment, len(segments.length))[piece]
+    point, rank = np.nonzero(distance < np.append(reach, 0.0)[near])
+    return point, near[point, rank]
 
 
 def _placed(positions: Floats, tree: Ints, scale: Floats) -> Floats:
