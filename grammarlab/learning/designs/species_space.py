@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from difflib import get_close_matches
+from functools import cached_property, lru_cache
 from hashlib import sha256
 from pathlib import Path
 
@@ -23,6 +24,8 @@ from grammarlab.learning.settings import FeatureOptions
 from grammarlab.randomness import Keys, root_keys
 from grammarlab.trees.accepted import accepted_rows, log_density, measured
 from grammarlab.trees.growth import grow
+from grammarlab.trees.measures import MEASURES
+from grammarlab.trees.parameters import COLUMNS
 from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.species import Species, constrained
 
@@ -30,6 +33,8 @@ _DETAIL = "detail"
 """Attribute that changes the meshes of a tree only."""
 _BATCH_TREES = 500
 """Number of trees per batch."""
+_CACHED_BATCHES = 64
+"""Number of batches that are kept, at .5 MB each."""
 _RATE_TREES = 500
 """Number of trees for estimating acceptance rates."""
 
@@ -89,8 +94,16 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
 
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[TreeBatch]:
         for start in range(first, first + num, _BATCH_TREES):
-            numbers = range(start, min(start + _BATCH_TREES, first + num))
-            yield self.make([Address(flat, seed, number) for number in numbers])
+            yield self._batch(flat, seed, start, min(start + _BATCH_TREES, first + num))
+
+    @cached_property
+    def _batch(self) -> Callable[[bool, int, int, int], TreeBatch]:
+        """The trees of a range of numbers; recent ones are kept, since several studies ask about one pool."""
+
+        def make(flat: bool, seed: int, first: int, end: int) -> TreeBatch:
+            return self.make([Address(flat, seed, number) for number in range(first, end)])
+
+        return lru_cache(maxsize=_CACHED_BATCHES)(make)
 
     def log_ratio(self, designs: TreeBatch) -> Floats:
         if len(self.species.kinds) == 1:
@@ -125,6 +138,21 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
         columns = columns_of(designs, [site for feature in features for site in sites_of(feature)])
         num = sum(map(len, designs))
         return np.column_stack([np.zeros((num, 0)), *(feature_values(columns, feature) for feature in features)])
+
+    def check(self, features: Iterable[Feature]) -> None:
+        known = (*COLUMNS, *MEASURES)
+        for feature in features:
+            sites = sites_of(feature)
+            if not sites:
+                raise UsageError(f"trees have no {feature}; expected parameters and measures, such as $height")
+            for site in sites:
+                if site not in known:
+                    near = get_close_matches(site, known, n=3, cutoff=0.6)
+                    hint = f"; did you mean {' or '.join(near)}?" if near else ""
+                    raise UsageError(f"trees have no parameter or measure {site!r}{hint}")
+
+    def log_density(self, designs: TreeBatch) -> Floats:
+        return log_density(self.species, designs.rows)
 
     def margins(self, designs: Sequence[TreeBatch], feature: Feature) -> Floats | None:
         return None
