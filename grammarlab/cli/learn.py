@@ -175,12 +175,10 @@ def _print_summary(summary: _Summary, report: Path | None, seed: int, as_json: b
         say(f"table and pictures: {write_report(summary.page, report, seed=seed, executor=executor_of(0))}")
 
 
-def _size(learned: Learned[Any], file: Path | None, suffix: str) -> list[str]:
-    from grammarlab.runs.sample.domains import size_unit
-
+def _size(learned: Learned[Any], file: Path | None) -> list[str]:
     if file is None:
         return ["note: no file is written, since rejection filters models of the original"]
-    return [f"{file}: {learned.rules_after} {size_unit(suffix)}, {learned.rules_before} before"]
+    return [f"{file}: {learned.rules_after} {learned.units[1]}, {learned.rules_before} before"]
 
 
 def _notes(learned: Learned[Any]) -> list[str]:
@@ -218,7 +216,7 @@ def _as_json(result: LearnResult) -> dict[str, Any]:
 
 def _as_lines(result: LearnResult) -> list[str]:
     return [
-        *_size(result.learned, result.file, ".cga"),
+        *_size(result.learned, result.file),
         f"divergence from the target density: {result.js:.3g} nats, {result.js_before:.3g} before",
         *_notes(result.learned),
     ]
@@ -260,7 +258,7 @@ def _labels_as_lines(result: LabelsResult) -> list[str]:
     density = result.density
     after, before = density.measured.after.js, density.measured.before.js
     return [
-        *_size(result.learned, result.file, result.source.suffix),
+        *_size(result.learned, result.file),
         f"divergence from the density that {result.num_labels} labels taught: {after:.3g} nats, {before:.3g} before",
         *(f"  {step.js:.3g} {step.name}" for step in density.steps),
         *_truth_as_lines(result.truth),
@@ -297,7 +295,7 @@ def _examples_as_lines(result: ExamplesResult) -> list[str]:
     held_out = result.held_out
     moved = f"divergence of the original from the density that {result.num_examples:,} examples taught"
     lines = [
-        *_size(result.learned, result.file, result.source.suffix),
+        *_size(result.learned, result.file),
         f"{moved}: {result.measured.before.js:.3g} nats",
     ]
     if held_out is not None:

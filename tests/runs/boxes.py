@@ -168,6 +168,10 @@ class LearnedBoxes:
         return self.before.weights.size
 
     @property
+    def units(self) -> tuple[str, str]:
+        return "cell", "cells"
+
+    @property
     def rules_after(self) -> int:
         return self.space.weights.size
 

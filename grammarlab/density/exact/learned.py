@@ -64,6 +64,11 @@ class LearnedGrammar(AbstractSampler):
         return num_alternatives(self.original)
 
     @property
+    def units(self) -> tuple[str, str]:
+        """What its size counts: one, and several."""
+        return "branch of rules", "branches of rules"
+
+    @property
     def rules_after(self) -> int:
         """Branches of the rules."""
         return num_alternatives(self.grammar)

@@ -59,6 +59,11 @@ class AcceptedGrammar(AbstractSampler):
         return num_alternatives(self.original)
 
     @property
+    def units(self) -> tuple[str, str]:
+        """What its size counts: one, and several."""
+        return "branch of rules", "branches of rules"
+
+    @property
     def rules_after(self) -> int:
         """Branches of the rules."""
         return self.rules_before if self.part is None else self.part.rules_after

@@ -150,6 +150,11 @@ class RejectionSampler(AbstractSampler):
         return num_alternatives(self.target.grammar)
 
     @property
+    def units(self) -> tuple[str, str]:
+        """What its size counts: one, and several."""
+        return "branch of rules", "branches of rules"
+
+    @property
     def rules_after(self) -> int:
         """The same, since there is no new grammar."""
         return self.rules_before

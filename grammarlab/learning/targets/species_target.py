@@ -79,6 +79,10 @@ class LearnedSpecies:
         return len(self.before.kinds)
 
     @property
+    def units(self) -> tuple[str, str]:
+        return "kind", "kinds"
+
+    @property
     def rules_after(self) -> int:
         return len(self.space.species.kinds)
 

@@ -55,6 +55,11 @@ class Learned(Protocol[Designs_contra]):
         ...
 
     @property
+    def units(self) -> tuple[str, str]:
+        """What its size counts: one, and several; for a grammar branches of rules, for a species kinds."""
+        ...
+
+    @property
     def rules_before(self) -> int:
         """Size of the description of the space: branches of rules, cells of a table."""
         ...
@@ -117,11 +122,11 @@ class LearnedDensity(Generic[Designs]):
     """Comparison with the predicted density, on the pool."""
 
     def __repr__(self) -> str:
-        """Number of branches of the rules, likes, dislikes, and remarks about how it was made."""
+        """Size of the file, likes, dislikes, and remarks about how it was made."""
         learned, words = self.learned, self.predicted.words
         remarks = " ".join([*words.lines, *(f"{finding[:1].upper()}{finding[1:]}." for finding in learned.findings)])
-        branches = "branch" if learned.rules_after == 1 else "branches"
-        size = f"{learned.rules_after} {branches} of rules, {learned.rules_before} before."
+        unit = learned.units[learned.rules_after != 1]
+        size = f"{learned.rules_after} {unit}, {learned.rules_before} before."
         return f"<LearnedDensity: {size} {remarks}>"
 
 

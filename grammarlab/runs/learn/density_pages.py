@@ -12,7 +12,6 @@ from grammarlab.runs.learn.from_labels import LabelsResult
 from grammarlab.runs.learn.from_scenario import LearnResult
 from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats
 from grammarlab.runs.learn.scenario_measures import TrueDensity
-from grammarlab.runs.sample.domains import DEFAULT, size_unit
 from grammarlab.tables import markdown_table
 
 Rows = tuple[tuple[str, str, str], ...]
@@ -29,7 +28,7 @@ def page_of_scenario(result: LearnResult) -> Report:
     return Report(
         title=_title(result.file, learned),
         origin=f"Learned by `grammarlab learn` from {scenario.grammar} and scenario {scenario.name}: {scenario.title}.",
-        compared=(*compared_rows("what is liked", result.measured), _size(learned, DEFAULT)),
+        compared=(*compared_rows("what is liked", result.measured), _size(learned)),
         facts=facts,
         sections=(),
         findings=learned.findings,
@@ -44,7 +43,7 @@ def page_of_labels(result: LabelsResult) -> Report:
     compared = (
         *compared_rows("what was learned", density.measured),
         *_truth(result.truth),
-        _size(learned, result.source.suffix),
+        _size(learned),
     )
     facts = (
         ("labels", f"{result.num_labels}"),
@@ -105,7 +104,7 @@ def page_of_examples(result: ExamplesResult) -> Report:
     return Report(
         title=_title(result.file, learned),
         origin=f"Learned by `grammarlab learn` from {result.source.file} and the models in {result.examples.name}.",
-        compared=(moved, *_truth(result.truth), _size(learned, result.source.suffix)),
+        compared=(moved, *_truth(result.truth), _size(learned)),
         facts=tuple(facts),
         sections=(),
         findings=learned.findings,
@@ -118,8 +117,8 @@ def _title(file: Path | None, learned: Learned[Any]) -> str:
     return learned.method if file is None else file.name
 
 
-def _size(learned: Learned[Any], suffix: str) -> tuple[str, str, str]:
-    return size_unit(suffix), f"{learned.rules_before}", f"{learned.rules_after}"
+def _size(learned: Learned[Any]) -> tuple[str, str, str]:
+    return learned.units[1], f"{learned.rules_before}", f"{learned.rules_after}"
 
 
 def _truth(truth: TrueDensity | None) -> Rows:

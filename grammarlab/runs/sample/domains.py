@@ -28,7 +28,6 @@ DOMAINS = {
 """Module and name of the `AbstractDomain` of each suffix, imported when needed; made without arguments."""
 CONVERTED = {".xml": SPECIES}
 """Suffix of the domain of the text from `AbstractDomain.read`, if it is another one."""
-_SIZE_UNITS = {DEFAULT: "branches of rules", SPECIES: "kinds"}
 
 Space = TypeVar("Space", bound="AbstractDesignSpace[Any]")
 Models = TypeVar("Models")
@@ -141,11 +140,6 @@ def domain_of(suffix: str) -> AbstractDomain[Any, Any]:
 def suffix_of(path: Path) -> str:
     """The suffix of a file if it is a known one; that of rule files otherwise."""
     return path.suffix if path.suffix in DOMAINS else DEFAULT
-
-
-def size_unit(suffix: str) -> str:
-    """What the size of a learned file counts (`grammarlab.learning.targets.writers.Learned.rules_after`)."""
-    return _SIZE_UNITS.get(suffix, "parts")
 
 
 @lru_cache(maxsize=4)
