@@ -1,11 +1,15 @@
-"""Skeletons of trees as columns against the stem-by-stem interpreter."""
+"""Trees: skeletons as columns against the stem-by-stem interpreter, and their meshes."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from grammarlab.scene import triangles
+from grammarlab.scene.triangles import count_triangles
 from grammarlab.trees.growth import grow
+from grammarlab.trees.scene import realize_trees
+from grammarlab.trees.species import Look
 from tests.trees.oracle import Tree
 from tests.trees.rows import ASPEN, row, tree_keys
 
@@ -44,3 +48,31 @@ def test_grow_1000_trees_of_180_stems(benchmark):
     rows = np.tile(row(**ASPEN | {"branches_1": 20, "branches_2": 10, "leaves": 5}), (1000, 1))
     skeleton = benchmark.pedantic(grow, (rows, tree_keys(1000)), rounds=3)
     benchmark.extra_info["stems per tree"] = sum(len(stems) for stems in skeleton.levels) / 1000
+
+
+@pytest.mark.parametrize("detail", ["full", "medium", "low"])
+def test_realize_a_tree_of_10000_stems(benchmark, detail):
+    """At most .2 CPU s at full detail."""
+    skeleton = grow(row(**ASPEN | LARGE | {"leaves": 3})[None], tree_keys(1))
+    scene = benchmark(realize_trees, skeleton, Look(), detail)
+    benchmark.extra_info["triangles"] = int(count_triangles(scene).sum())
+
+
+def test_merge_the_triangles_of_a_tree_of_10000_stems(benchmark):
+    benchmark(triangles, realize_trees(grow(row(**ASPEN | LARGE | {"leaves": 3})[None], tree_keys(1)), Look()))
+
+
+def test_grow_realize_and_merge_1000_low_trees(benchmark):
+    """At most 10 CPU s for about 2,000 triangles each, 50 trees at a time."""
+    rows = np.tile(row(**ASPEN | {"branches_1": 24, "branches_2": 8, "leaves": 6}), (50, 1))
+    keys = np.split(tree_keys(1000), 20)
+
+    def run() -> int:
+        return sum(len(triangles(realize_trees(grow(rows, part), Look(), "low")).triangles) for part in keys)
+
+    benchmark.extra_info["triangles per tree"] = benchmark.pedantic(run, rounds=2) / 1000
+
+
+def test_draw_the_cards_of_a_tree(benchmark):
+    skeleton = grow(row(**ASPEN | {"leaves": 5})[None], tree_keys(1))
+    benchmark.pedantic(realize_trees, (skeleton, Look(), "cards"), rounds=2)

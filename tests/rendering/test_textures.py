@@ -153,5 +153,5 @@ def test_a_cut_out_has_the_shape_of_the_model():
 
 
 def test_broken_pictures_are_refused():
-    with pytest.raises(UsageError, match="the picture .* cannot be drawn"):
+    with pytest.raises(UsageError, match="cannot be drawn"):
         render(panel(b"\x89PNG\r\n\x1a\n"))
