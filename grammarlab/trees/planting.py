@@ -206,7 +206,8 @@ def decided(candidates: Candidates, space: Floats, radius: Floats, spacing: Spac
         space: [n, 2 or 3] positions in metres.
         radius: [n] radii of their crowns.
         spacing: distances of the trees.
-        is_complete: [n] whether all candidates within reach of it are among the candidates.
+        is_complete: [n] whether all candidates within reach of it are among the candidates. The others are not decided,
+            and have the largest radius.
     """
     earlier, later = _conflicts(candidates, space, radius, spacing)
     state = np.where(radius <= spacing.largest, _OPEN, _FALLS)
@@ -214,7 +215,7 @@ def decided(candidates: Candidates, space: Floats, radius: Floats, spacing: Spac
     for _ in range(MAX_ROUNDS):
         blocked = np.bincount(later[state[earlier] == _STANDS], minlength=num) > 0
         waits = np.bincount(later[state[earlier] == _OPEN], minlength=num) > 0
-        falls = (state == _OPEN) & blocked
+        falls = (state == _OPEN) & blocked & is_complete
         stands = (state == _OPEN) & ~blocked & ~waits & is_complete
         if not (falls.any() or stands.any()):
             return state
@@ -238,7 +239,7 @@ class _Stands:
     def inside(self, until: float) -> tuple[Candidates, Floats]:
         """Trees in the area at a time, and the radii of their crowns."""
         reach = self.spacing.reach
-        margin, widest = 2 * reach, (MAX_ROUNDS + 1) * reach * _SLACK
+        margin, widest = 3 * reach, (MAX_ROUNDS + 1) * reach * _SLACK
         while True:
             near, east_north = self._near(margin, until)
             is_complete = self.area.is_near(east_north, margin - reach * _SLACK)
@@ -247,13 +248,14 @@ class _Stands:
             if margin >= widest or not (state[inside] == _OPEN).any():
                 rows = inside & (state == _STANDS)
                 return near.take(rows), radius[rows]
-            margin = min(2 * margin, widest)
+            margin = min(margin + reach, widest)
 
     def _decided(self, candidates: Candidates, is_complete: Flags) -> tuple[States, Floats]:
         """[n] states of candidates, and the radii of those that stand.
 
         Part by part of the time, since most candidates of a dense forest fall beside trees that stand already, however
-        small their crowns are: these do not have to grow.
+        small their crowns are: these do not have to grow. Nor do those of which not all neighbours are known: they are
+        taken for the largest trees, which may stand or not.
         """
         space = self.area.surface.space(candidates.coordinates)
         state, radius = np.full(len(candidates), _OPEN), np.zeros(len(candidates))
@@ -265,7 +267,9 @@ class _Stands:
             shaded = _are_near(space[rows], space[trees], radius[trees] + self.spacing.gap + self.spacing.smallest)
             state[rows[shaded]] = _FALLS
             rows = rows[~shaded]
-            radius[rows] = self._radius(candidates.model[rows])
+            known = rows[is_complete[rows]]
+            radius[known] = self._radius(candidates.model[known])
+            radius[rows[~is_complete[rows]]] = self.spacing.largest
             rows = np.concatenate([active, rows])
             state[rows] = decided(candidates.take(rows), space[rows], radius[rows], self.spacing, is_complete[rows])
             active = rows[state[rows] != _FALLS]
