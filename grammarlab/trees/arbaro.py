@@ -146,7 +146,7 @@ class _Reader:
 
     def _defaults(self) -> dict[str, float]:
         """Arbaro's defaults; without ours where they have no effect, so that a written file does not name them."""
-        levels = self._values.get("Levels", DEFAULTS[COLUMN["levels"]])
+        levels = self._values.get("Levels", float(DEFAULTS[COLUMN["levels"]]))
         has_leaves = bool(self._values.get("Leaves"))
         has_effect = {
             # Leaves take their angles from the level after the last.
