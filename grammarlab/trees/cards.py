@@ -62,7 +62,8 @@ def card_scene(scene: Scene) -> Scene:
     num_points = len(_VIEWS) * 6
     corners = np.concatenate([_CARD + 6 * view for view in range(len(_VIEWS))])
     counts = np.full(num, len(corners))
-    points, normals, coordinates = (np.concatenate(column) for column in zip(*parts, strict=True))
+    empty = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2))
+    points, normals, coordinates = (np.concatenate(column) for column in zip(empty, *parts, strict=True))
     meshes = Meshes(
         points,
         np.tile(corners.ravel(), num),

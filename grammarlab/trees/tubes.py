@@ -18,6 +18,8 @@ PICTURE_WIDTH = 1.0
 """Width of a picture of bark in metres on the trunk."""
 _THINNEST_PICTURE = 0.08
 """Smallest width of a picture of bark in metres, on twigs."""
+_MOST_REPEATS = 1000.0
+"""Largest number of repeats of a picture along a stem, whose fractions fit 32 bits."""
 TIP_SHARE = 0.04
 """Largest share of the first radius of a stem that is drawn as a point at its end."""
 
@@ -189,13 +191,14 @@ def _widening(rings: Rings) -> Floats:
 def _coordinates(rings: Rings, ring: Ints, stem_of_ring: Ints) -> tuple[Floats, Floats]:
     """Repeats [S] of a picture around stems, and its repeats [R] along them from the base of each."""
     circumference = 2.0 * np.pi * rings.radius[rings.offsets[:-1]]
-    repeats = np.maximum(np.rint(circumference / PICTURE_WIDTH), 1.0)
+    repeats = np.clip(np.rint(circumference / PICTURE_WIDTH), 1.0, _MOST_REPEATS)
     step = np.zeros(len(rings.radius))
     step[1:] = np.sqrt(np.einsum("ni,ni->n", *[np.diff(rings.centre, axis=0)] * 2))
     step[rings.offsets[:-1]] = 0.0
     distance = np.cumsum(step)
     distance -= distance[rings.offsets[:-1]].repeat(np.diff(rings.offsets))
-    scale = repeats / np.maximum(circumference, _THINNEST_PICTURE)
+    longest = np.maximum(distance[rings.offsets[1:] - 1], 1e-9)
+    scale = np.minimum(repeats / np.maximum(circumference, _THINNEST_PICTURE), _MOST_REPEATS / longest)
     return repeats, distance * scale.repeat(np.diff(rings.offsets))
 
 

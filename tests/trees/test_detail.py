@@ -15,7 +15,7 @@ from grammarlab.errors import UsageError
 from grammarlab.export.save import Reuse, SaveOptions, save
 from grammarlab.randomness import root_keys
 from grammarlab.scene import Scene, triangles
-from grammarlab.trees.detail import SHARES
+from grammarlab.trees.detail import DETAILS, SHARES
 from grammarlab.trees.growth import grow
 from grammarlab.trees.leaf_shapes import NUM_SHAPES, blossom_mesh, leaf_mesh, mesh_area, with_stalk
 from grammarlab.trees.scene import realize_trees
@@ -200,6 +200,22 @@ def test_texture_coordinates_are_in_files(tmp_path: Path):
         used = mesh.visual.uv[mesh.faces]
         assert batch.coordinates is not None
         np.testing.assert_allclose(used, batch.coordinates[batch.triangles], atol=1e-6)
+
+
+@pytest.mark.parametrize("detail", DETAILS)
+def test_no_trees_are_an_empty_scene(detail: str):
+    scene = detailed(grow(np.tile(row(), (0, 1)), tree_keys(0)), detail)
+    assert (scene.num_models, len(scene)) == (0, 0)
+
+
+def test_trees_have_their_own_looks_in_the_order_of_bark_leaf_and_blossom():
+    red = Look(bark_color=(1.0, 0.0, 0.0))
+    scene = realize_trees(blooming(3), [Look(), red, Look()])
+    colors = [scene.materials.color[scene.material[scene.model == tree]] for tree in range(3)]
+    assert [part[0].tolist() for part in colors] == [list(look.bark_color) for look in (Look(), red, Look())]
+    for part in colors:
+        assert part[1].tolist() == list(Look().leaf_color)
+        assert part[-1].tolist() == list(Look().blossom_color)
 
 
 def test_unknown_details_are_refused():

@@ -58,6 +58,22 @@ def test_a_cone_has_a_third_of_the_volume():
     assert volume(meshes.points, meshes.corners.reshape(-1, 3)) == pytest.approx(ground * 2.0 / 3.0)
 
 
+def test_pictures_repeat_at_most_a_thousand_times():
+    _, surface = tubes(straight([0.001, 0.001, 0.0], 3, height=500.0), 1)
+    assert surface.coordinates[:, 1].max() == pytest.approx(1000.0)
+
+
+@pytest.mark.parametrize("detail", DETAILS)
+def test_a_trunk_has_the_volume_of_a_cone(detail: str):
+    """A straight trunk of one segment without flare: its prism's share of the cone's third."""
+    named = {"levels": 1.0, "flare": 0.0, "curve_res_0": 6.0, "ratio": 0.05, "scale": 10.0}
+    points, triangles = bark(realize_trees(grow(row(**named)[None], tree_keys(1)), Look(), detail))  # pyright: ignore[reportArgumentType]
+    cone = math.pi * 0.5**2 * 10.0 / 3.0
+    assert 0.4 * cone < volume(points, triangles) < cone
+    if detail == "full":
+        assert volume(points, triangles) == pytest.approx(cone, rel=0.03)
+
+
 @pytest.mark.parametrize("lobes", [3, 5])
 def test_lobes_are_those_of_the_formula(lobes: int):
     meshes, _ = tubes(straight([0.3, 0.3, 0.3], 60, lobes=lobes, depth=0.2), 1)
