@@ -8,6 +8,7 @@
 # bench  how fast it is, as ratios within one run
 # pictures  the pictures of the guide
 # species-pictures  the pictures of bark and leaves of the shipped species
+# tree-parameters  the pictures of every parameter of trees, and of the species
 # screens   the pictures of the pages in a browser
 # facades  make the shipped facades and the family of one again, from their rules, and the pictures of their edits
 
@@ -23,7 +24,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures format clean chromium
+.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -119,6 +120,10 @@ scan-pictures: $(VENV)/.dev
 
 species-pictures: $(VENV)/.dev
 	$(BIN)/python -m docs.gen.species_pictures grammars/species/assets
+
+tree-parameters: $(VENV)/.dev
+	$(BIN)/python -m docs.gen.species_sheet
+	$(BIN)/python -m docs.gen.tree_parameters
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

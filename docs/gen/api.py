@@ -48,7 +48,10 @@ def returned() -> tuple[type, ...]:
     """Records that public functions return and that have no public name, by name, and those inside them."""
     public = [getattr(grammarlab, name) for name in names()]
     functions = [each for each in public if inspect.isfunction(each)]
-    found = {part for each in functions for part in _parts(get_type_hints(each)["return"])} | {Predicted, Words}
+    # Some modules import public types for type checkers only.
+    types = {name: getattr(grammarlab, name) for name in names()}
+    found = {part for each in functions for part in _parts(get_type_hints(each, localns=types)["return"])}
+    found |= {Predicted, Words}
     ours = [each for each in found if each.__module__.startswith("grammarlab.") and each not in public]
     return tuple(sorted(ours, key=lambda each: each.__name__))
 

@@ -26,6 +26,8 @@ FILES: Mapping[str, tuple[str, str]] = {
     "Model files": ("`.glb`, `.obj`, `.ply`", "grammars/file.md#model-files"),
     "Manifest of a run": ("`manifest.json`", "grammars/file.md#manifest-of-a-run"),
     "Derivations": ("`derivations/`, Parquet", "grammars/file.md#derivations"),
+    "Species of trees": ("`.toml`", "trees/file.md#species"),
+    "Trees of a run": ("`derivations/`, Parquet", "trees/file.md#trees-of-a-run"),
     "Learned rule file": ("`.cga`", "learning/file.md#acceptance-rule"),
     "Label table": ("`.csv`, `.jsonl`, `.parquet`", "learning/file.md#label-table"),
     "Scoring session": ("`.db`, SQLite", "scoring/file.md#scoring-session"),

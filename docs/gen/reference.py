@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from docs.gen import api, cga, commands, formats
+from docs.gen import api, cga, commands, formats, tree_parameters
 
 DOCS = Path(__file__).parents[1]
 
@@ -19,7 +19,9 @@ GENERATORS: Mapping[str, Callable[..., str]] = {
     "cga": cga.tables,
     "commands": commands.overview,
     "formats": formats.table,
+    "measures": tree_parameters.measures,
     "options": commands.options,
+    "trees": tree_parameters.sections,
 }
 END = "<!-- end of generated -->"
 _PART = re.compile(
