@@ -11,7 +11,7 @@ from grammarlab.runs.sample.checks import SUPPORTED
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs" / "guide").glob("*.md")), ROOT / "docs" / "concepts.md"]
-PAGES += sorted((ROOT / "docs" / "howto").glob("*.md"))
+PAGES += sorted(page for folder in ("howto", "trees") for page in (ROOT / "docs" / folder).glob("*.md"))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())

@@ -30,7 +30,15 @@ def called(group: Any, before: str = "") -> dict[str, Any]:
 
 
 def test_the_pages_are_as_they_would_be_made_today(pages: dict[Path, str]):
-    names = {"api", "cga", "formats", "index", "parameters", "file", *(name.replace(" ", "-") for name in commands.commands())}
+    names = {
+        "api",
+        "cga",
+        "formats",
+        "index",
+        "parameters",
+        "file",
+        *(name.replace(" ", "-") for name in commands.commands()),
+    }
     assert {path.stem for path in pages} == names
     old = [path for path in pages if not path.exists() or path.read_text(encoding="utf-8") != pages[path]]
     assert old == [], "run `make reference` and commit these pages"
