@@ -67,6 +67,8 @@ _QUESTIONS_PER_RANDOM = 8
 """Number of questions by cells of which one, rounded to the nearest number, is about a model at random."""
 _QUESTIONS_PER_EXCESS = 8
 """Number of questions of which one, rounded to the nearest number, is about a model similar to an unexplained one."""
+_QUESTIONS_PER_OTHER = 4
+"""Number of questions of which one is not about what boxes dispute, once some models are liked."""
 _NUM_COMPARED = 256
 """Number of models whose values are compared to see whether columns are continuous."""
 _MIN_DISPUTE = 0.01
@@ -191,12 +193,11 @@ def _is_continuous(pool: Floats) -> bool:
 def _disputed(preference: BlendedPreference, situation: Situation, num: int) -> Ints:
     """Models about which boxes and trees disagree most, each given the scores of those before.
 
-    They lie near bounds that labels leave open. While few models are liked, all questions are about these; later the
-    share of the cells, at least half.
+    They lie near bounds that labels leave open. While few models are liked, all questions are about these.
     """
     cells = preference.partition
     if np.count_nonzero(surely_liked(preference, situation.pool[situation.scored], situation.scores)) >= FEW_LIKED:
-        num = num - min(round(preference.share * num), num // 2)
+        num = num - num // _QUESTIONS_PER_OTHER
     shares, values = cells.opinions(situation.pool)
     away = np.sqrt(shares)[:, None] * (values - shares @ values)
     stakes = np.ones(len(situation.pool)) if situation.weights is None else situation.weights

@@ -6,9 +6,9 @@ boxes are drawn by Markov chains in proportion to
 
     product over faces of (odds of a face x density of its bound) x product over labels inside of p(y | v1) / p(y | v0),
 
-v1 and v0 the values of designs inside and outside. A step removes a face and draws another one, or none, in proportion
-to this: its column, its side and its bound together. Chains begin with liked labels that weigh as much as all disliked
-ones, since a box that leaves a liked design outside seldom gets it back.
+v1 and v0 the values of designs inside and outside. A box has slots for faces. A step empties one and draws its face, or
+none, in proportion to this: column, side and bound together. Chains begin with liked labels that weigh as much as all
+disliked ones, since a box that leaves a liked design outside seldom gets it back.
 """
 
 from __future__ import annotations
@@ -29,16 +29,14 @@ NUM_CHAINS = 6
 """Number of chains."""
 NUM_PER_CHAIN = 6
 """Number of boxes from each chain."""
-_NUM_HEATED, _NUM_BETWEEN = 300, 12
+_NUM_HEATED, _NUM_BETWEEN = 360, 16
 """Numbers of steps of a chain before its first box and between boxes."""
 _HEATED_SHARE = 0.7
 """Share of the first steps in which a chain cools down."""
 _TEMPERATURE = 3.0
 """Temperature of its first step."""
-_NUM_FACES = 4.0
-"""Number of faces that are expected beforehand."""
-_BIRTH_SHARE = 0.3
-"""Share of steps that add a face instead of moving one."""
+_NUM_SLOTS, _NUM_FACES = 24, 8.0
+"""Largest number of faces, and number of faces that are expected beforehand."""
 _MIN_NOISE, _MAX_NOISE, _BLUNDERS = 3.0, 28.0, 0.03
 """Smallest and largest noise, in points, and probability of blunders."""
 
@@ -89,11 +87,13 @@ def find_boxes(
         intervals: [n] intervals of the labels, if they are not scores.
         num_chains: number of chains.
     """
-    columns = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
-    if np.count_nonzero(continuous) < MIN_COLUMNS or not np.ptp(scores) > 0.0 or not len(columns):
+    if np.count_nonzero(continuous) < MIN_COLUMNS or len(np.unique(scores)) < 2:
         return []
     gains = _gains(scores, intervals)
     if not (gains > 0.0).any() or not (gains < 0.0).any():
+        return []
+    columns = np.flatnonzero(np.ptp(rows, axis=0) > 0.0)
+    if not len(columns):
         return []
     places = _Places.of(rows[:, columns])
     boxes: list[Box] = []
@@ -145,7 +145,7 @@ class _Places:
         gaps = np.diff(ascending, axis=1)
         shares = (gaps / np.ptp(values, axis=1, keepdims=True) + (gaps > 0.0) / gaps.shape[1]) / 2.0
         with np.errstate(divide="ignore"):
-            log_prior = np.log(shares) + np.log(_NUM_FACES / (2.0 * len(values)))
+            log_prior = np.log(shares) + np.log(_NUM_FACES / (2.0 * len(values) * _NUM_SLOTS))
         return cls(values, order, ascending[:, :-1], ascending[:, 1:], log_prior.astype(np.float32))
 
 
@@ -172,6 +172,8 @@ def _drawn(places: _Places, gains: Singles, randomness: np.random.Generator) -> 
 class _Chain:
     def __init__(self, places: _Places, randomness: np.random.Generator) -> None:
         self.places, self.randomness = places, randomness
+        self.slots: list[tuple[int, bool] | None] = [None] * _NUM_SLOTS
+        """Column of each face and whether it is an upper bound."""
         self.faces: _Faces = {}
         self.outside: dict[tuple[int, bool], Flags] = {}
         """[n] labels outside of each face."""
@@ -179,10 +181,11 @@ class _Chain:
         """[n] number of faces that a label is outside of."""
 
     def step(self, gains: Singles) -> None:
-        """Remove a face, or none, and draw another one, or none."""
-        if self.faces and self.randomness.random() >= _BIRTH_SHARE:
-            names = list(self.faces)
-            name = names[int(self.randomness.integers(len(names)))]
+        """Draw the face of a slot, or none, given the other faces."""
+        slot = int(self.randomness.integers(_NUM_SLOTS))
+        name = self.slots[slot]
+        if name is not None:
+            self.slots[slot] = None
             del self.faces[name]
             self.num_outside -= self.outside.pop(name)
         inside = np.where(self.num_outside == 0, gains, np.float32(0.0))
@@ -197,9 +200,9 @@ class _Chain:
         none = np.exp(float(total[0, 0]) - highest)
         drawn = self.randomness.random() * (by_face[-1] + none)
         if drawn < by_face[-1]:
-            self._add(int(np.searchsorted(by_face, drawn, side="right")), odds)
+            self.slots[slot] = self._added(int(np.searchsorted(by_face, drawn, side="right")), odds)
 
-    def _add(self, row: int, odds: Singles) -> None:
+    def _added(self, row: int, odds: Singles) -> tuple[int, bool]:
         """Add a face at a place drawn by the odds [2 C, places] of its row."""
         within = np.cumsum(odds[row], dtype=np.float64)
         place = int(np.searchsorted(within, self.randomness.random() * within[-1], side="right"))
@@ -211,3 +214,4 @@ class _Chain:
         name = column, bool(is_upper)
         self.faces[name], self.outside[name] = bound, above if is_upper else ~above
         self.num_outside += self.outside[name]
+        return name

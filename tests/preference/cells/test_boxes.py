@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from grammarlab.preference.cells import box_search
+from grammarlab.preference.cells.box_search import find_boxes
+from grammarlab.preference.cells.partition import fit
+from grammarlab.preference.cells.splits import Above
+
+CONTINUOUS = np.ones(12, dtype=bool)
+
+
+def conjunction(rows: np.ndarray) -> np.ndarray:
+    """Five of twelve columns, seven bounds: one design in thirty."""
+    liked = (rows[:, 0] > 0.5) & (rows[:, 1] < 0.6) & (rows[:, 2] > 0.2) & (rows[:, 2] < 0.7) & (rows[:, 3] > 0.3)
+    return liked & (rows[:, 4] < 0.8) & (rows[:, 4] > 0.3)
+
+
+def labelled(seed: int, num: int) -> tuple[np.ndarray, np.ndarray]:
+    """Labels of which a third are liked, as if questions had been asked near liked designs."""
+    rows = np.random.default_rng(seed).random((40 * num, 12))
+    liked = conjunction(rows)
+    chosen = np.concatenate([np.flatnonzero(liked)[: num // 3], np.flatnonzero(~liked)[: num - num // 3]])
+    return rows[chosen], 100.0 * liked[chosen]
+
+
+def test_chains_draw_boxes_in_proportion_to_their_posterior(monkeypatch: pytest.MonkeyPatch):
+    """All boxes of two columns and three slots are enumerated."""
+    monkeypatch.setattr(box_search, "_NUM_SLOTS", 3)
+    columns = np.array([[0.0, 5.0], [1.0, 1.0], [3.0, 4.0], [7.0, 0.0]])
+    gains = np.array([1.5, -1.0, 0.7, -1.2], dtype=np.float32)
+    places = box_search._Places.of(columns)
+    chain, counts = box_search._Chain(places, np.random.default_rng(1)), Counter[frozenset]()
+    num = 40_000
+    for _ in range(num):
+        chain.step(gains)
+        counts[frozenset((*name, _place(places, name[0], bound)) for name, bound in chain.faces.items())] += 1
+    odds = dict[frozenset, float]()
+    faces = [(column, upper, place) for column in range(2) for upper in (False, True) for place in range(3)]
+    for size in range(4):
+        for chosen in itertools.combinations(faces, size):
+            if len({face[:2] for face in chosen}) < size:
+                continue
+            inside = np.ones(4, dtype=bool)
+            for column, upper, place in chosen:
+                above = columns[:, column] > places.low[column, place]
+                inside &= ~above if upper else above
+            prior = sum(float(places.log_prior[column, place]) for column, _, place in chosen)
+            # The faces may be in any slots.
+            orders = {0: 1, 1: 3, 2: 6, 3: 6}[size]
+            odds[frozenset(chosen)] = orders * np.exp(float(gains[inside].sum()) + prior)
+    total = sum(odds.values())
+    assert set(counts) <= set(odds)
+    distance = sum(abs(counts[box] / num - share / total) for box, share in odds.items()) / 2.0
+    assert distance < 0.03
+
+
+def _place(places: box_search._Places, column: int, bound: float) -> int:
+    return int(np.flatnonzero((places.low[column] <= bound) & (bound < places.high[column]))[0])
+
+
+def test_boxes_hold_the_liked_labels_only():
+    rows, scores = labelled(1, 150)
+    boxes = find_boxes(rows, scores, CONTINUOUS, np.random.default_rng(0))
+    inside = np.array([((rows > box.low) & (rows <= box.high)).all(axis=1) for box in boxes])
+    wrong = (inside != (scores > 50.0)).mean(axis=1)
+    assert len(boxes) == 36
+    assert np.median(wrong) < 0.02
+    fresh = np.random.default_rng(5).random((4000, 12))
+    share = np.mean([((fresh > box.low) & (fresh <= box.high)).all(axis=1) for box in boxes], axis=0)
+    assert share[conjunction(fresh)].mean() > 0.9
+    assert share[~conjunction(fresh)].mean() < 0.03
+
+
+def test_a_box_is_a_tree_with_its_bounds():
+    rows, scores = labelled(2, 90)
+    for box in find_boxes(rows, scores, CONTINUOUS, np.random.default_rng(0), num_chains=1):
+        tree = box.tree(rows)
+        number, cells = tree.cell_of(rows)
+        inside = ((rows > box.low) & (rows <= box.high)).all(axis=1)
+        assert len(np.unique(number[inside])) <= 1
+        assert set(np.concatenate(list(tree.cells()))) == set(range(len(rows)))
+        # Whoever is inside shares the cell of the innermost node.
+        if inside.any():
+            assert np.array_equal(cells[number[inside][0]], np.flatnonzero(inside))
+        bounds = {
+            Above(column, end[column]) for end in (box.low, box.high) for column in np.flatnonzero(np.isfinite(end))
+        }
+        assert tree.bounds() <= bounds
+
+
+@pytest.mark.parametrize("deviation", [0.0, 10.0])
+def test_cells_learn_conjunctions_of_many_columns(deviation: float):
+    rows, scores = labelled(3, 210)
+    random = np.random.default_rng(7)
+    noisy = np.clip(scores + deviation * random.normal(size=len(scores)), 0.0, 100.0)
+    cells = fit(rows, noisy, continuous=CONTINUOUS)
+    fresh = random.random((6000, 12))
+    predicted, liked = cells.predict(fresh).mean, conjunction(fresh)
+    assert predicted[liked].mean() > 90.0
+    assert predicted[~liked].mean() < 2.5
+    assert cells.noise == pytest.approx(max(deviation, 0.5), rel=0.35)
+    # Its boxes disagree near bounds only.
+    shares, values = cells.opinions(fresh)
+    assert shares.sum() == pytest.approx(1.0)
+    away = shares @ (values - shares @ values) ** 2
+    assert np.mean(away > 400.0) < 0.06
+
+
+def test_few_columns_or_equal_scores_have_no_boxes():
+    rows, scores = labelled(4, 60)
+    random = np.random.default_rng(0)
+    assert find_boxes(rows, scores, np.arange(12) < 7, random) == []
+    assert find_boxes(rows, np.full(60, 50.0), CONTINUOUS, random) == []
+    assert find_boxes(rows[:0], scores[:0], CONTINUOUS, random) == []
+    assert random.random() == np.random.default_rng(0).random()
