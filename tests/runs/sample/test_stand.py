@@ -89,7 +89,7 @@ def test_trees_stand_at_their_places_in_all_files(tmp_path, file_format, single_
         distance = np.hypot(*(world - position)[:, [0, 2]].T)
         base = (world[:, 1] < 0.05) & (distance < 1.5)
         # trimesh has 32 bits for the world of a GLB.
-        tolerance = 0.6 if file_format == "glb" and on == FAR else 0.02
+        tolerance = 0.6 if file_format == "glb" and on == FAR else 0.1
         assert base.sum() >= 3, k
         assert ((world[base].min(axis=0) + world[base].max(axis=0)) / 2 - position)[[0, 2]] == pytest.approx(
             0.0, abs=tolerance
