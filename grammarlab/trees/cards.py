@@ -128,7 +128,7 @@ def _picture(
 ) -> NDArray[np.uint8]:
     """[H, W, 4] the model seen by a parallel camera whose picture has the given sides, in metres."""
     width, height = (max(1, round(scale * float(end - start))) for start, end in (across, up))
-    options = RenderOptions(width=width, height=height, samples=4, look=_LIGHT)
+    options = RenderOptions(width=width, height=height, samples=3, openness_rays=2, look=_LIGHT)
     depth = batch.vertices.astype(np.float64) @ axes[2]
     position = np.array([sum(across) / 2, sum(up) / 2, depth.max() + np.ptp(depth) + 1.0]) @ axes
     half_height = max(up[1] - up[0], (across[1] - across[0]) * height / width, 1e-6) / 2

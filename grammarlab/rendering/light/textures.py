@@ -19,7 +19,7 @@ _HOLE = 0.5
 """Opacity of a picture below which there is a hole, as in glTF's MASK."""
 _MOST_HOLES = 48
 """Largest number of holes along a ray; behind them is nothing."""
-_NEXT = np.float32(1e-5)
+_NEXT = np.float32(1e-4)
 """Distance behind a hole, in model units, from which a ray goes on."""
 
 
