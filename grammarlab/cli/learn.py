@@ -54,7 +54,8 @@ def learn(
         str,
         typer.Option(
             "--method",
-            help="One of compile, parameters, structure, tied, rejection. Default: compile; tied for examples.",
+            help="One of compile, parameters, structure, tied, rejection; for species kinds, acceptance. Default: the "
+            "first; for examples of grammars tied.",
         ),
     ] = "",
     samples: Annotated[

@@ -35,7 +35,7 @@ class ModelPool:
         """Name of a model."""
         address = Address.parse(model)
         seed = "" if model in self.index else f" of seed {address.seed}"
-        return f"model {address.model}{seed}" + (" with equal percentages" if address.flat else "")
+        return f"model {address.model}{seed}" + (", drawn evenly" if address.flat else "")
 
 
 @dataclass
