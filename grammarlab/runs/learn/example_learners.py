@@ -15,7 +15,7 @@ from grammarlab.learning.targets.writers import Learned
 from grammarlab.runs.sample.domains import DEFAULT, SPECIES
 
 LEARNERS = {
-    DEFAULT: "grammarlab.runs.learn.grammar_examples:GrammarExamples",
+    DEFAULT: "grammarlab.runs.learn.example_models:GrammarExamples",
     SPECIES: "grammarlab.runs.learn.tree_examples:TreeExamples",
 }
 """Module and name of the `AbstractExampleLearner` of each suffix, imported when needed; made from a design space."""

@@ -1,4 +1,4 @@
-"""Example models to learn from: derivations on disk, possibly from strangers, checked against a grammar.
+"""Example models of grammars to learn from: derivations on disk, possibly from strangers, checked against a grammar.
 
 Every number of a file is checked before it is used: sizes are bounded, and the trees must be trees of the
 grammar; percentages may differ. Geometry is not read.
@@ -10,15 +10,16 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.grammar_skeleton import TreeGrammar
+from grammarlab.density.samples.examples import EXAMPLE_METHODS, ExampleMethod, learn_from_examples
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports
 from grammarlab.derivation.lots import Lots
@@ -29,6 +30,10 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import PART_PREFIX, read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.pool import Pool, PoolDesigns
+from grammarlab.learning.targets.writers import Learned
+from grammarlab.runs.learn.example_learners import AbstractExampleLearner
 from grammarlab.runs.sample.derivations import HEADER
 from grammarlab.runs.sample.records import DERIVATIONS
 
@@ -56,6 +61,38 @@ class _Names:
     symbols: Ints
     rules: Ints
     sites: Ints
+
+
+@dataclass(frozen=True)
+class GrammarExamples(AbstractExampleLearner[Forest]):
+    """Learns the maximum-likelihood grammar of models near a grammar."""
+
+    space: GrammarSpace
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        return EXAMPLE_METHODS
+
+    def read(self, path: Path) -> Forest:
+        return example_models(path, self.space.grammar)
+
+    def count(self, designs: Forest) -> int:
+        return designs.num_models
+
+    def take(self, designs: Forest, indices: Ints) -> Forest:
+        return self.space.take(designs, indices)
+
+    def learn(self, designs: Forest, method: str, lines: Sequence[str]) -> tuple[Learned[Forest], int]:
+        chosen, grammar = cast(ExampleMethod, method), self.space.grammar
+        learned = learn_from_examples(grammar, designs, chosen, header=lines, assets=self.space.assets)
+        return learned, len(learned.components)
+
+    def ratio(self, learned: Learned[Forest], designs: Forest) -> Floats:
+        return learned.ratio(designs)
+
+    def pool(self, learned: Learned[Forest], seed: int) -> tuple[Floats, Floats]:
+        pool_designs = PoolDesigns.of(self.space, Pool(seed))
+        return np.concatenate([learned.ratio(forest) for forest in pool_designs.batches]), pool_designs.weights
 
 
 def example_models(path: Path, grammar: Grammar) -> Forest:
