@@ -9,8 +9,7 @@ import numpy as np
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.trees.detail import StemDetail, lobes
 from grammarlab.trees.draws import values
-from grammarlab.trees.joints import Collars, collars, joined_radii
-from grammarlab.trees.rings import Stations, full_stations
+from grammarlab.trees.rings import Collars, Stations, collars, full_stations, joined_radii
 from grammarlab.trees.skeleton import Skeleton
 from grammarlab.trees.stem_axes import Axes, axes_of_level, interpolated
 from grammarlab.trees.taper import radii

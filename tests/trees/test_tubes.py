@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from grammarlab.trees.detail import StemDetail
 from grammarlab.trees.growth import grow
-from grammarlab.trees.joints import WIDENING
+from grammarlab.trees.rings import WIDENING
 from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.skeleton import Skeleton
 from grammarlab.trees.species import Look
