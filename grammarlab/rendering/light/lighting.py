@@ -117,21 +117,23 @@ def shade(
         look: the light.
     """
     shadow, free = exposure.sun, exposure.free
+    color, metallic = model.color.take(visible.material, axis=0), model.metallic[visible.material][:, None]
+    if visible.tint is not None:
+        color = color * visible.tint
     facing = np.clip(visible.normal @ sun, 0.0, None) * shadow
     skylight = ambient(look, visible.normal)
     closed = look.bounce * np.array(look.ground, np.float32)
+    is_thin = np.zeros(len(shadow), bool)
     if model.thin is not None:
         is_thin = model.thin[visible.material]
         facing += np.where(is_thin, THROUGH * np.clip(-(visible.normal @ sun), 0.0, None) * shadow, np.float32(0.0))
         both = skylight + THROUGH * ambient(look, -visible.normal)
         skylight = np.where(is_thin[:, None], both, skylight)
-        # What is near a leaf are other leaves, which pass light on.
-        free = np.where(is_thin, free + THROUGH**2 * (1.0 - free), free)
     received = free[:, None] * skylight + mixed((facing, 1.0 - free), (look.sun, closed))
-
-    color, metallic = model.color.take(visible.material, axis=0), model.metallic[visible.material][:, None]
-    if visible.tint is not None:
-        color = color * visible.tint
+    if model.thin is not None:
+        # What is near a leaf are other leaves, which pass light on, the more the brighter they are.
+        passed = is_thin[:, None] * (1.0 - free)[:, None] * np.maximum(THROUGH**2, color)
+        received += passed * skylight
     roughness, opacity = model.roughness[visible.material], model.opacity[visible.material]
     mirrored = _mirrored(visible, directions, model, sun, look, exposure, skylight, roughness)
     facing_eye = np.clip(-dot(visible.normal, directions), 0.0, 1.0)
