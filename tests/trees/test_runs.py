@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import trimesh
 
@@ -193,7 +195,6 @@ def _with(trees: TreeTable, name: str, value: float) -> TreeTable:
         lambda trees: _with(trees, "scale", np.nan),
         lambda trees: _with(trees, "branches_1", 1e9),
         lambda trees: _with(trees, "levels", 2.5),
-        lambda trees: replace(trees, detail=("finest",) * len(trees)),
         lambda trees: replace(trees, position=trees.position + np.inf),
     ],
 )
@@ -201,6 +202,14 @@ def test_damaged_trees_are_refused(change: Callable[[TreeTable], TreeTable], sam
     change(trees_of(sample("run", num_models=3))).save(tmp_path / "bad")
     with pytest.raises(AssetError, match="the trees are damaged"):
         TreeTable.load(tmp_path / "bad")
+    file = tmp_path / "bad" / TREES
+    table = pq.read_table(file)
+    for name, column in (("detail", [9] * 3), ("scale", ["4"] * 3), ("position", [[0.0] * 4] * 3), ("key", [None] * 3)):
+        index = table.column_names.index(name)
+        kind = table.schema.field(name).type if name in ("detail", "key") else None
+        pq.write_table(table.set_column(index, name, pa.array(column, kind)), file)
+        with pytest.raises(AssetError, match="the trees are damaged"):
+            TreeTable.load(tmp_path / "bad")
     (tmp_path / "bad" / TREES).write_bytes(b"PAR1")
     with pytest.raises(AssetError, match="the trees are damaged"):
         TreeTable.load(tmp_path / "bad")

@@ -1,7 +1,7 @@
 """Trees on disk: one Parquet file per batch with a row per tree, from which it can be grown again.
 
-trees.parquet: model, key, kind, tries, is_accepted, detail, position (fixed list of 3), and the parameters by the names
-of `grammarlab.trees.parameters.COLUMNS`.
+trees.parquet: model, key, kind, tries, is_accepted, detail (index into `grammarlab.trees.detail.DETAILS`), position
+(fixed list of 3, metres), and the parameters by the names of `grammarlab.trees.parameters.COLUMNS`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,15 @@ MAX_TREES = 200_000
 """Largest number of trees of a file."""
 MAX_FILE_BYTES = 1 << 30
 """Largest size of a file in bytes."""
-_NUMBERS = {"model": pa.int64(), "key": pa.uint64(), "kind": pa.int64(), "tries": pa.int64(), "is_accepted": pa.bool_()}
+_NUMBERS = {
+    "model": pa.int64(),
+    "key": pa.uint64(),
+    "kind": pa.int64(),
+    "tries": pa.int64(),
+    "is_accepted": pa.bool_(),
+    "detail": pa.int8(),
+}
+_POSITION = pa.list_(pa.float64(), 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,8 +79,8 @@ class TreeTable:
 
     def save(self, folder: Path) -> None:
         """Write the trees into a folder, which has all of them or none if the process is killed."""
-        columns = {name: pa.array(getattr(self, name), kind) for name, kind in _NUMBERS.items()}
-        columns["detail"] = pa.array(self.detail, pa.string())
+        numbers = {name: getattr(self, name) for name in _NUMBERS} | {"detail": list(map(DETAILS.index, self.detail))}
+        columns = {name: pa.array(numbers[name], kind) for name, kind in _NUMBERS.items()}
         columns["position"] = pa.FixedSizeListArray.from_arrays(pa.array(self.position.ravel()), 3)
         columns |= {name: pa.array(self.rows[:, index].copy()) for index, name in enumerate(COLUMNS)}
         with atomic_folder(folder, FILES) as part, (part / TREES).open("wb") as stream:
@@ -104,18 +112,24 @@ class TreeTable:
         with file.open("rb") as stream, pq.ParquetFile(stream) as table:
             if table.metadata.num_rows > MAX_TREES:
                 raise ValueError(f"more than {MAX_TREES:,} trees")
-            names = [*_NUMBERS, "detail", "position", *COLUMNS]
+            kinds = {**_NUMBERS, "position": _POSITION, **dict.fromkeys(COLUMNS, pa.float64())}
+            for name, kind in kinds.items():
+                # Text and lists of strangers may take any memory.
+                if table.schema_arrow.field(name).type != kind:
+                    raise ValueError(f"expected {kind} in column {name}, found {table.schema_arrow.field(name).type}")
+            names = list(kinds)
             values = table.read(columns=names, use_threads=False)
         if any(values.column(name).null_count for name in names):
             raise ValueError("a cell without a value")
-        columns: dict[str, Any] = {name: values.column(name).cast(kind).to_numpy() for name, kind in _NUMBERS.items()}
-        rows = np.column_stack([values.column(name).cast(pa.float64()).to_numpy() for name in COLUMNS])
+        columns: dict[str, Any] = {name: values.column(name).to_numpy() for name in _NUMBERS}
+        rows = np.column_stack([values.column(name).to_numpy() for name in COLUMNS])
         if not ((rows >= LOW) & (rows <= HIGH)).all() or (rows[:, IS_INTEGER] % 1.0).any():
             raise ValueError("a parameter is out of its range")
-        detail = tuple(values.column("detail").to_pylist())
-        if not set(detail) <= set(DETAILS):
+        numbers = columns.pop("detail").tolist()
+        if any(not 0 <= number < len(DETAILS) for number in numbers):
             raise ValueError("an unknown level of detail")
-        position = values.column("position").combine_chunks().flatten().cast(pa.float64()).to_numpy().reshape(-1, 3)
+        detail = tuple(DETAILS[number] for number in numbers)
+        position = values.column("position").combine_chunks().flatten().to_numpy().reshape(-1, 3)
         if len(position) != len(rows) or not np.isfinite(position).all():
             raise ValueError("a position is not finite")
         return cls(**columns, detail=detail, position=position, rows=rows)
