@@ -31,7 +31,7 @@ _LIGHT = Light(
     horizon=(1.0, 1.0, 1.0),
     ground=(0.9, 0.9, 0.88),
     bounce=0.35,
-    exposure=0.72,
+    exposure=0.62,
     shoulder=0.8,
 )
 """Soft light from all sides, since programs light cards once more."""

@@ -102,7 +102,7 @@ _OUTLINES: tuple[tuple[tuple[Half, ...], tuple[Half, ...], tuple[Half, ...]], ..
     # needle
     ((_profile((0.5, 0.1), (0.4, 0.8)),), _KITE, _KITE),
     # twig of needles
-    (_needles(10, 0.04), _needles(4, 0.08), _needles(1, 0.16)),
+    (_needles(10, 0.04), _needles(4, 0.08), (_profile((0.4, 0.25), (0.3, 0.7)),)),
     # frond
     (
         (*_leaflets(np.linspace(0.06, 0.9, 11).tolist(), 0.5, 0.06, 0.7), ((0.0, 0.0), (0.02, 0.1), (0.0, 1.0))),
