@@ -14,7 +14,7 @@ from grammarlab.geometry.footprints.equal_area import Plane
 from grammarlab.geometry.footprints.projection import Ground
 from grammarlab.randomness import root_keys, uniforms
 from grammarlab.trees.arrivals import FULL, candidates_in
-from grammarlab.trees.planting import MAX_TREES, Planting, Spacing, planted
+from grammarlab.trees.planting import MAX_TREES, Planting, Spacing, decided, planted
 from tests.cases import bulk
 
 POTSDAM = (13.04, 52.4)
@@ -134,6 +134,25 @@ def test_trees_stand_as_the_rule_says_candidate_by_candidate():
                 standing.append((x, y, size, int(block.model[row])))
     planting = planted(read_area("60x60"), SPACING, density=1e4)
     assert {model for x, y, _, model in standing if 0 < x < 60 and -60 < y < 0} == set(planting.model.tolist())
+
+
+def test_what_is_decided_in_a_window_is_so_in_a_larger_one():
+    """Candidates near the edge of the window stay undecided; if they were decided, some would differ."""
+    boxes = np.array([[[0.0, 0.0], [160.0, 160.0]]])
+    (everywhere,) = candidates_in(Plane(), boxes, SPACING.side, 5)
+    radius = circles()(everywhere.model)
+    states = decided(everywhere, everywhere.coordinates, radius, SPACING, np.ones(len(radius), np.bool_))
+    distance = np.abs(everywhere.coordinates - 80.0).max(axis=1)
+    window = np.flatnonzero(distance < 30.0)
+    is_complete = distance[window] < 30.0 - SPACING.reach
+    sizes = np.where(is_complete, radius[window], SPACING.largest)
+    part = everywhere.take(window)
+    known = decided(part, part.coordinates, sizes, SPACING, is_complete)
+    is_known = known >= 0
+    assert (known[is_known] == states[window][is_known]).all()
+    assert 50 < is_known.sum() < len(window) / 2
+    careless = decided(part, part.coordinates, radius[window], SPACING, np.ones(len(window), np.bool_))
+    assert (careless != states[window]).sum() > 5
 
 
 @pytest.mark.parametrize("share", [0.03, 0.3, 0.6, 0.9])
