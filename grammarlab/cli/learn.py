@@ -158,7 +158,7 @@ def learn(
             from grammarlab.runs.learn.from_scenario import learn_from_scenario
 
             with progress() as on_progress:
-                exact = learn_from_scenario(grammar, source, method or "compile", target, samples, on_progress)
+                exact = learn_from_scenario(grammar, source, method, target, samples, on_progress)
             summary = _Summary(_as_json(exact), _as_lines(exact), density_pages.page_of_scenario(exact))
         _print_summary(summary, report, seed or 0, as_json)
 

@@ -1,4 +1,4 @@
-"""From a scenario to a learned grammar on disk, with its divergence."""
+"""From a scenario to a learned file on disk, with its divergence."""
 
 from __future__ import annotations
 
@@ -20,14 +20,16 @@ from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
 from grammarlab.files import atomic_file, whole_tree, write_text
-from grammarlab.language.grammar import hash_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.species_space import SpeciesSpace
+from grammarlab.learning.targets import known_score
 from grammarlab.learning.targets.divergence import Measured
 from grammarlab.learning.targets.grammar_target import METHODS, LearnedSampler, learn_target
-from grammarlab.learning.targets.writers import check_method
+from grammarlab.learning.targets.writers import Learned, check_method
 from grammarlab.runs.learn.scenario_measures import LabelledSet
 from grammarlab.runs.sample.checks import named_files
+from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.sample.shipped import assets_folder, find_rules
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.workers import one_thread
@@ -35,12 +37,12 @@ from grammarlab.runs.work.workers import one_thread
 
 @dataclass(frozen=True, slots=True)
 class LearnResult:
-    """A learned grammar and its comparison with the target."""
+    """A learned density and its comparison with the target."""
 
-    learned: LearnedSampler
+    learned: Learned[Any]
     source: Source
     file: Path | None
-    """The new rule file; None if the method makes no grammar."""
+    """The new file; None if the method makes none."""
     measured: Measured
     """Comparison on the labelled set of the scenario."""
     seconds: float
@@ -65,13 +67,14 @@ def learn_from_scenario(
     num_samples: int = sampled.NUM_SAMPLES,
     on_progress: Progress = silent,
 ) -> LearnResult:
-    """Learn a grammar that samples in proportion to a known preference, and measure it.
+    """Learn a file that samples in proportion to a known preference, and measure it.
 
     Args:
-        grammar: a rule file or the name of a shipped grammar: that of the scenario.
+        grammar: a file or the name of a shipped one: that of the scenario.
         scenario: a scenario file.
-        method: name of a method, one of `METHODS`.
-        file: path of the new rule file; assets that it names are copied beside it.
+        method: name of a method, one of `METHODS`, or of `grammarlab.learning.targets.known_score.METHODS` for a
+            species; empty for the first one.
+        file: path of the new file; assets that it names are copied beside it.
         num_samples: number of models to learn from, for methods that need them.
         on_progress: called with the progress of these models.
 
@@ -79,14 +82,35 @@ def learn_from_scenario(
         UsageError: If the method is unknown, or the scenario has another grammar.
         GrammarlabError: If the density cannot be made.
     """
-    check_method(method, METHODS)
     rules = find_rules(grammar)
-    source = scenario_of(scenario, grammar, hash_of(rules.text()))
+    space = opened(rules.suffix, rules.text(), rules.name, rules.assets)
+    source = scenario_of(scenario, grammar, space.hashes[0])
+    if isinstance(space, SpeciesSpace):
+        return _species_of(source, space, method, file)
+    method = method or METHODS[0]
+    check_method(method, METHODS)
     learned, seconds = learned_of(source, method, num_samples, on_progress)
     if isinstance(learned, LearnedGrammar):
         write_learned(file, learned.text, GrammarSpace(learned.original, rules.assets), rules.assets)
     written = file if isinstance(learned, LearnedGrammar) else None
     return LearnResult(learned, source, written, LabelledSet.of(source).measure(learned), seconds)
+
+
+def _species_of(source: Source, space: SpeciesSpace, method: str, file: Path) -> LearnResult:
+    """The result for a species."""
+    scenario = source.scenario
+    check_method(method or known_score.METHODS[0], known_score.METHODS)
+    if scenario.base == "uniform":
+        raise UsageError(
+            f"scenario {scenario.name}: species have no density that is the same for every tree; use the base grammar."
+        )
+    scenario.check(space)
+    labelled = LabelledSet.of(source)
+    begun = perf_counter()
+    learned = known_score.species_of_score(space, scenario.score, labelled.batches, _lines(source))
+    seconds = perf_counter() - begun
+    write_learned(file, learned.text, space, space.assets or file.parent)
+    return LearnResult(learned, source, file, labelled.measure(learned), seconds)
 
 
 def learned_of(
@@ -108,14 +132,20 @@ def learned_of(
     grammar, assets = space.grammar, space.assets
     forest = derive(grammar, MAX_EXAMINED_MODELS, scenario.seed, assets=assets)
     target = Target.of_score(grammar, scenario.score, scenario.base, assets)
-    lines = [
-        origin_line(find_rules(scenario.grammar).file, grammar.hash),
-        f"Scenario {scenario.name}: {scenario.title}",
-    ]
+    lines = _lines(source)
     begun = perf_counter()
     with one_thread():
         learned = learn_target(target, method, forest, lines, (scenario.seed + 1) % 2**64, num_samples, on_progress)
     return learned, perf_counter() - begun
+
+
+def _lines(source: Source) -> list[str]:
+    """Comment lines at the top of a file."""
+    scenario = source.scenario
+    return [
+        origin_line(find_rules(scenario.grammar).file, source.space.hashes[0]),
+        f"Scenario {scenario.name}: {scenario.title}",
+    ]
 
 
 def origin_line(file: str, text_hash: str) -> str:

@@ -12,6 +12,8 @@ from grammarlab.evaluation import protocol
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import prepare, true_scores
 from grammarlab.evaluation.scenario import load
+from grammarlab.runs.learn.from_scenario import learn_from_scenario
+from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.sample.shipped import examples_folder, find_rules
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.trees.parameters import COLUMN, COLUMNS
@@ -49,16 +51,35 @@ def test_a_few_trees_of_a_hundred_are_plausible() -> None:
     assert 0.002 <= share <= 0.05
 
 
-def test_what_is_liked_of_saplings_is_learned(tmp_path: Path) -> None:
+@pytest.fixture
+def low(tmp_path: Path) -> Path:
+    """A scenario beside a species: the lower half of some saplings."""
     (tmp_path / "sapling.toml").write_text(SAPLING)
     text = 'name = "low"\ntitle = "Low saplings"\ngrammar = "sapling.toml"\nnum_models = 150\n'
     (tmp_path / "low.toml").write_text(text + 'preference = "100 * ($height < 4)"\n')
-    source = load_source(tmp_path / "low.toml")
+    return tmp_path / "low.toml"
+
+
+def test_what_is_liked_of_saplings_is_learned(low: Path) -> None:
+    source = load_source(low)
     method = METHODS["default"]
     material = prepare(source, method.settings(source.scenario.features))
     _, curve = protocol.run(material, 8, 1, 40)
     assert material.js_original > 0.05
     assert curve.points[-1].js < 0.01
+
+
+def test_a_known_preference_becomes_a_species_that_samples_it_exactly(low: Path) -> None:
+    file = low.with_name("learned.toml")
+    result = learn_from_scenario(str(low.with_name("sapling.toml")), low, "", file)
+    assert (result.js, result.learned.accept_rate) == (pytest.approx(0.0, abs=1e-12), pytest.approx(0.49, abs=0.02))
+    rules = find_rules(str(file))
+    space = opened(rules.suffix, rules.text(), rules.name, rules.assets)
+    score = result.source.scenario.score
+    (trees,) = space.sample(False, 50, 3)
+    assert set(score.evaluate(space.values([trees], score.features))) == {100.0}
+    with pytest.raises(UsageError, match="unknown method 'compile'; expected one of acceptance"):
+        learn_from_scenario(str(low.with_name("sapling.toml")), low, "compile", file)
 
 
 def test_a_measure_that_does_not_exist_is_named_with_the_nearest(tmp_path: Path) -> None:
