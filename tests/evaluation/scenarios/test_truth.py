@@ -12,11 +12,13 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.targets.divergence import jensen_shannon
+from grammarlab.runs.sample.shipped import find_rules
 from tests.evaluation.scenarios.forests import forest_of
 from tests.evaluation.scenarios.truth import TRUTH, Model, models
 
 ROOT = Path(__file__).parents[3]
 SCENARIOS = {path.stem: load(path) for path in sorted((ROOT / "scenarios").glob("*.toml"))}
+SCENARIOS = {name: scenario for name, scenario in SCENARIOS.items() if find_rules(scenario.grammar).suffix == ".cga"}
 
 
 @cache
