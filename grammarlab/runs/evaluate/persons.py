@@ -19,6 +19,7 @@ from grammarlab.runs.evaluate.curve_tasks import CurveTask
 from grammarlab.runs.evaluate.simulated_labels import labels_of
 from grammarlab.runs.learn.from_labels import learn_from_labels
 from grammarlab.runs.learn.scenario_measures import LabelledSet
+from grammarlab.runs.sample.shipped import find_rules
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.results import Progress, computed
@@ -120,7 +121,7 @@ def row_of(person: Person) -> dict[str, Any]:
         result = learn_from_labels(
             source.scenario.grammar,
             labels,
-            Path(scratch, "new.cga"),
+            Path(scratch, f"new{find_rules(source.scenario.grammar).suffix}"),
             labels_from=str(person),
             settings=method.settings(source.scenario.features),
             pool=source.pool,

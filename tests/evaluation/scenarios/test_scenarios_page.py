@@ -13,6 +13,7 @@ from grammarlab.features.expression import FUNCTIONS, MAX_CHARACTERS, MAX_FEATUR
 from grammarlab.features.patterns.pattern_text import parse as parse_pattern
 from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.trees.measures import MEASURES
 
 ROOT = Path(__file__).parents[3]
 PAGE = (ROOT / "docs" / "evaluation" / "file.md").read_text()
@@ -71,3 +72,9 @@ def test_the_page_names_every_key_family_and_bound():
         assert f"`{family}`" in values
     assert f"{MAX_CHARACTERS:,}" in PAGE.replace("\n", " ")
     assert f"{MAX_FEATURES} different" in PAGE
+
+
+def test_the_page_lists_the_measures_of_trees():
+    section = PAGE.split("\n## Trees\n")[1].split("\n## ")[0]
+    rows = [f"| `${measure.name}` | {measure.unit} | {measure.why} |" for measure in MEASURES.values()]
+    assert [line for line in section.splitlines() if line.startswith("| `$")] == rows
