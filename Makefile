@@ -123,6 +123,9 @@ species-pictures: $(VENV)/.dev
 
 tree-parameters: $(VENV)/.dev
 	$(BIN)/python -m docs.gen.species_sheet
+	$(BIN)/python -m docs.gen.blocks docs/trees/index.md out/trees
+	$(SIX) --seed 5 out/trees/sapling.toml -o out/trees/before && cp out/trees/before/sapling.png docs/images/saplings.png
+	$(SIX) --seed 5 out/trees/liked.toml -o out/trees/after && cp out/trees/after/liked.png docs/images/saplings_liked.png
 	$(BIN)/python -m docs.gen.tree_parameters
 
 format: $(VENV)/.dev

@@ -179,7 +179,8 @@ def _print_summary(summary: _Summary, report: Path | None, seed: int, as_json: b
 def _size(learned: Learned[Any], file: Path | None) -> list[str]:
     if file is None:
         return ["note: no file is written, since rejection filters models of the original"]
-    return [f"{file}: {learned.rules_after} {learned.units[1]}, {learned.rules_before} before"]
+    unit = learned.units[learned.rules_after != 1]
+    return [f"{file}: {learned.rules_after} {unit}, {learned.rules_before} before"]
 
 
 def _notes(learned: Learned[Any]) -> list[str]:
