@@ -105,7 +105,7 @@ def test_a_port_in_use_is_told(run, house, tmp_path):
 
 def test_what_is_wrong_with_arguments_is_told(run, house, rules, tmp_path):
     session = ("--session", tmp_path / "a.db", "--no-browser")
-    assert "no rule file 'missing.cga'" in run("score", "missing.cga", *session, code=2).stderr
+    assert "no rule file or species 'missing.cga'" in run("score", "missing.cga", *session, code=2).stderr
     assert "ends in .db" in run("score", house, "--session", tmp_path / "a.csv", code=2).stderr
     assert "no folder" in run("score", house, "--session", tmp_path / "no" / "a.db", code=2).stderr
     assert "a folder or a device" in run("score", house, "--session", folder(tmp_path / "b.db"), code=1).stderr
