@@ -12,7 +12,7 @@ from grammarlab.runs.sample.contact_sheet import draw_page, draw_tiles, lay_out
 from grammarlab.runs.sample.shipped import find_rules
 from grammarlab.runs.work.executors import SERIAL
 from grammarlab.scene import TriangleBatch, triangles
-from grammarlab.trees.accepted import accepted_rows
+from grammarlab.trees.accepted_trees import accepted_rows
 from grammarlab.trees.growth import grow
 from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.species_file import parse

@@ -82,9 +82,7 @@ def list_examples(
             )
             return
         width = max((len(e.name) for sources in groups.values() for e in sources), default=0)
-        for key, sources in groups.items():
-            if sources and key == "species":
-                print_result("\nSpecies of trees:")
+        for sources in groups.values():
             for example in sources:
                 print_result(f"{example.name:<{width}}  {example.description()}")
 

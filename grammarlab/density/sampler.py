@@ -100,7 +100,7 @@ def sample(
     if isinstance(grammar, Grammar):
         return GrammarSampler(grammar, assets).sample(num_models, seed)
     check_type("grammar", grammar, Species, EXAMPLE)
-    from grammarlab.trees.accepted import accepted_rows  # noqa: PLC0415  # grammars do without trees
+    from grammarlab.trees.accepted_trees import accepted_rows  # noqa: PLC0415  # grammars do without trees
     from grammarlab.trees.growth import grow  # noqa: PLC0415
 
     trees = accepted_rows(grammar, root_keys(seed, np.arange(num_models)))

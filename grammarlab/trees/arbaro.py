@@ -142,7 +142,12 @@ class _Reader:
         typical = DEFAULTS.copy()
         for label, value in {**self._defaults(), **self._values}.items():
             typical[COLUMN[LABELS[label]]] = value
-        return Species(PurePath(self._name).stem, (Kind(1.0, typical, typical),), typical, about=self._about(node))
+        return Species(
+            name=PurePath(self._name).stem,
+            kinds=(Kind(1.0, typical, typical),),
+            typical=typical,
+            about=self._about(node),
+        )
 
     def _defaults(self) -> dict[str, float]:
         """Arbaro's defaults; without ours where they have no effect, so that a written file does not name them."""

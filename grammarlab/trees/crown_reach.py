@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.randomness import Keys, root_keys
-from grammarlab.trees.accepted import AcceptedTrees, accepted_rows
+from grammarlab.trees.accepted_trees import AcceptedTrees, accepted_rows
 from grammarlab.trees.growth import grow
 from grammarlab.trees.parameters import COLUMN
 from grammarlab.trees.skeleton import Skeleton

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -44,12 +44,7 @@ def foliage(rows: Floats, levels: Sequence[Stems], height: Floats) -> Leaves:
     bearing = [_Bearing.read(rows, level, levels, height) for level in range(len(levels))]
     check_leaves(rows, np.sum([np.bincount(part.stems.tree, part.num, len(rows)) for part in bearing], axis=0))
     parts = [leaves for part in bearing for leaves in (_along(rows, part), _fans(rows, part))]
-    parts = [part for part in parts if len(part)] or parts[:1]
-    if len(parts) == 1:
-        return parts[0]
-    columns = [np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(Leaves)]
-    order = np.argsort(columns[0], kind="stable")  # by tree
-    return Leaves(*(column[order] for column in columns))
+    return Leaves.joined([part for part in parts if len(part)] or parts[:1])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

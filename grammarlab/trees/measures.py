@@ -8,7 +8,7 @@ the skeleton only, the same for a tree alone and in any batch, and computed for 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
@@ -289,7 +289,7 @@ def _foliage(leaves: Leaves) -> Leaves:
     """The leaves without the blossoms."""
     if not leaves.is_blossom.any():
         return leaves
-    return Leaves(*(getattr(leaves, part.name)[~leaves.is_blossom] for part in fields(leaves)))
+    return leaves.take(~leaves.is_blossom)
 
 
 def _reduced(ufunc: np.ufunc, values: Floats, counts: Ints, empty: float) -> Floats:

@@ -47,62 +47,254 @@ class Parameter:
 
 
 def _tree() -> Iterator[Parameter]:
-    yield Parameter("shape", "", 0, 8, 7, "outline of the crown: 0 conical to 7 tend flame, 8 envelope", integer=True)
-    yield Parameter("base_size", "", 0.0, 0.95, 0.3, "share of the height without branches")
-    yield Parameter("scale", "m", 0.05, 120.0, 12.0, "height of the tree", spread=60.0, log=True)
-    yield Parameter("z_scale", "", 0.1, 10.0, 1.0, "stretch along the height", spread=5.0, log=True)
-    yield Parameter("levels", "", 1, NUM_LEVELS, 3, "levels of stems, the trunk included", integer=True)
-    yield Parameter("ratio", "", 0.001, 0.3, 0.015, "radius of the trunk by its length", log=True)
-    yield Parameter("ratio_power", "", 0.0, 8.0, 1.2, "how much thinner shorter stems are")
-    yield Parameter("lobes", "", 0, 40, 0, "number of lobes around the trunk", integer=True)
-    yield Parameter("lobe_depth", "", 0.0, 0.9, 0.0, "depth of the lobes by the radius")
-    yield Parameter("flare", "", -0.9, 10.0, 0.5, "how much wider the trunk is at the ground")
-    yield Parameter("attraction_up", "", -20.0, 20.0, 0.0, "bending of branches of level 2 and 3 to the sky")
-    yield Parameter("prune_ratio", "", 0.0, 1.0, 0.0, "how much the envelope shortens stems that leave it")
-    yield Parameter("prune_width", "", 0.0, 4.0, 0.5, "radius of the envelope by the height of the tree")
-    yield Parameter("prune_width_peak", "", 0.0, 1.0, 0.5, "height of the widest part of the envelope, from its base")
-    yield Parameter("prune_power_low", "", 0.0, 16.0, 0.5, "curvature of the envelope below its widest part")
-    yield Parameter("prune_power_high", "", 0.0, 16.0, 0.5, "curvature of the envelope above its widest part")
-    yield Parameter("wind_speed", "m/s", 0.0, 60.0, 0.0, "wind that bends the stems, as a still pose")
-    yield Parameter("wind_direction", "deg", -360.0, 360.0, 0.0, "where the wind blows to, about the vertical from +x")
+    yield Parameter(
+        name="shape",
+        unit="",
+        low=0,
+        high=8,
+        default=7,
+        why="outline of the crown: 0 conical to 7 tend flame, 8 envelope",
+        integer=True,
+    )
+    yield Parameter(
+        name="base_size", unit="", low=0.0, high=0.95, default=0.3, why="share of the height without branches"
+    )
+    yield Parameter(
+        name="scale", unit="m", low=0.05, high=120.0, default=12.0, why="height of the tree", spread=60.0, log=True
+    )
+    yield Parameter(
+        name="z_scale", unit="", low=0.1, high=10.0, default=1.0, why="stretch along the height", spread=5.0, log=True
+    )
+    yield Parameter(
+        name="levels",
+        unit="",
+        low=1,
+        high=NUM_LEVELS,
+        default=3,
+        why="levels of stems, the trunk included",
+        integer=True,
+    )
+    yield Parameter(
+        name="ratio", unit="", low=0.001, high=0.3, default=0.015, why="radius of the trunk by its length", log=True
+    )
+    yield Parameter(
+        name="ratio_power", unit="", low=0.0, high=8.0, default=1.2, why="how much thinner shorter stems are"
+    )
+    yield Parameter(
+        name="lobes", unit="", low=0, high=40, default=0, why="number of lobes around the trunk", integer=True
+    )
+    yield Parameter(name="lobe_depth", unit="", low=0.0, high=0.9, default=0.0, why="depth of the lobes by the radius")
+    yield Parameter(
+        name="flare", unit="", low=-0.9, high=10.0, default=0.5, why="how much wider the trunk is at the ground"
+    )
+    yield Parameter(
+        name="attraction_up",
+        unit="",
+        low=-20.0,
+        high=20.0,
+        default=0.0,
+        why="bending of branches of level 2 and 3 to the sky",
+    )
+    yield Parameter(
+        name="prune_ratio",
+        unit="",
+        low=0.0,
+        high=1.0,
+        default=0.0,
+        why="how much the envelope shortens stems that leave it",
+    )
+    yield Parameter(
+        name="prune_width",
+        unit="",
+        low=0.0,
+        high=4.0,
+        default=0.5,
+        why="radius of the envelope by the height of the tree",
+    )
+    yield Parameter(
+        name="prune_width_peak",
+        unit="",
+        low=0.0,
+        high=1.0,
+        default=0.5,
+        why="height of the widest part of the envelope, from its base",
+    )
+    yield Parameter(
+        name="prune_power_low",
+        unit="",
+        low=0.0,
+        high=16.0,
+        default=0.5,
+        why="curvature of the envelope below its widest part",
+    )
+    yield Parameter(
+        name="prune_power_high",
+        unit="",
+        low=0.0,
+        high=16.0,
+        default=0.5,
+        why="curvature of the envelope above its widest part",
+    )
+    yield Parameter(
+        name="wind_speed", unit="m/s", low=0.0, high=60.0, default=0.0, why="wind that bends the stems, as a still pose"
+    )
+    yield Parameter(
+        name="wind_direction",
+        unit="deg",
+        low=-360.0,
+        high=360.0,
+        default=0.0,
+        why="where the wind blows to, about the vertical from +x",
+    )
 
 
 def _level(level: int) -> Iterator[Parameter]:
     below = "the trunk" if level == 0 else f"stems of level {level}"
     if level == 0:
-        yield Parameter("scale_0", "", 0.05, 10.0, 1.0, "factor of the trunk's radius", spread=5.0, log=True)
-        yield Parameter("base_splits", "", 0, 20, 0, "stems more that the trunk splits into at once", integer=True)
+        yield Parameter(
+            name="scale_0",
+            unit="",
+            low=0.05,
+            high=10.0,
+            default=1.0,
+            why="factor of the trunk's radius",
+            spread=5.0,
+            log=True,
+        )
+        yield Parameter(
+            name="base_splits",
+            unit="",
+            low=0,
+            high=20,
+            default=0,
+            why="stems more that the trunk splits into at once",
+            integer=True,
+        )
     else:
         yield Parameter(
-            f"down_angle_{level}", "deg", -180.0, 180.0, 60.0, f"angle of {below} from their parent", 180.0, signed=True
+            name=f"down_angle_{level}",
+            unit="deg",
+            low=-180.0,
+            high=180.0,
+            default=60.0,
+            why=f"angle of {below} from their parent",
+            spread=180.0,
+            signed=True,
         )
         yield Parameter(
-            f"rotate_{level}", "deg", -360.0, 360.0, 140.0, f"turn of {below} around their parent since the last", 360.0
+            name=f"rotate_{level}",
+            unit="deg",
+            low=-360.0,
+            high=360.0,
+            default=140.0,
+            why=f"turn of {below} around their parent since the last",
+            spread=360.0,
         )
-        yield Parameter(f"branches_{level}", "", 0, 2000, 20, f"most {below} on one parent", integer=True, log=True)
+        yield Parameter(
+            name=f"branches_{level}",
+            unit="",
+            low=0,
+            high=2000,
+            default=20,
+            why=f"most {below} on one parent",
+            integer=True,
+            log=True,
+        )
     yield Parameter(
-        f"length_{level}", "", 0.0, 25.0, 1.0 if level == 0 else 0.3, f"length of {below} by their parent", 25.0
+        name=f"length_{level}",
+        unit="",
+        low=0.0,
+        high=25.0,
+        default=1.0 if level == 0 else 0.3,
+        why=f"length of {below} by their parent",
+        spread=25.0,
     )
-    yield Parameter(f"taper_{level}", "", 0.0, 3.0, 1.0, f"0 cylinder, 1 cone, 2 rounded end, 3 beads: {below}")
-    yield Parameter(f"seg_splits_{level}", "", 0.0, 4.0, 0.0, f"splits of {below} at each segment")
-    yield Parameter(f"split_angle_{level}", "deg", 0.0, 180.0, 0.0, f"angle between {below} that split", spread=180.0)
-    yield Parameter(f"curve_res_{level}", "", 1, 60, 3, f"segments of {below}", integer=True, log=True)
-    yield Parameter(f"curve_{level}", "deg", -720.0, 720.0, 0.0, f"bend of {below} from end to end", 720.0, signed=True)
-    yield Parameter(f"curve_back_{level}", "deg", -720.0, 720.0, 0.0, f"bend of the upper half of {below}")
+    yield Parameter(
+        name=f"taper_{level}",
+        unit="",
+        low=0.0,
+        high=3.0,
+        default=1.0,
+        why=f"0 cylinder, 1 cone, 2 rounded end, 3 beads: {below}",
+    )
+    yield Parameter(
+        name=f"seg_splits_{level}", unit="", low=0.0, high=4.0, default=0.0, why=f"splits of {below} at each segment"
+    )
+    yield Parameter(
+        name=f"split_angle_{level}",
+        unit="deg",
+        low=0.0,
+        high=180.0,
+        default=0.0,
+        why=f"angle between {below} that split",
+        spread=180.0,
+    )
+    yield Parameter(
+        name=f"curve_res_{level}",
+        unit="",
+        low=1,
+        high=60,
+        default=3,
+        why=f"segments of {below}",
+        integer=True,
+        log=True,
+    )
+    yield Parameter(
+        name=f"curve_{level}",
+        unit="deg",
+        low=-720.0,
+        high=720.0,
+        default=0.0,
+        why=f"bend of {below} from end to end",
+        spread=720.0,
+        signed=True,
+    )
+    yield Parameter(
+        name=f"curve_back_{level}",
+        unit="deg",
+        low=-720.0,
+        high=720.0,
+        default=0.0,
+        why=f"bend of the upper half of {below}",
+    )
 
 
 def _leaves() -> Iterator[Parameter]:
-    yield Parameter("leaves", "", -500, 500, 0, "leaves on a last stem; negative: a fan at its tip", integer=True)
+    yield Parameter(
+        name="leaves",
+        unit="",
+        low=-500,
+        high=500,
+        default=0,
+        why="leaves on a last stem; negative: a fan at its tip",
+        integer=True,
+    )
     shapes = "0 oval, 1 pointed, 2 lance, 3 lobed, 4 palmate, 5 heart, 6 needle, 7 twig of needles, 8 frond, 9 feather"
-    yield Parameter("leaf_shape", "", 0, 9, 0, f"outline of a leaf: {shapes}", integer=True)
-    yield Parameter("leaf_scale", "m", 0.0, 8.0, 0.2, "length of a leaf", log=True)
-    yield Parameter("leaf_scale_x", "", 0.01, 4.0, 0.7, "width of a leaf by its length", log=True)
-    yield Parameter("leaf_bend", "", 0.0, 1.0, 0.3, "turn of leaves to the light")
-    yield Parameter("leaf_stem_len", "", -20.0, 20.0, 0.5, "length of the stalk by that of the leaf")
-    yield Parameter("leaf_quality", "", 0.01, 1.0, 1.0, "share of the leaves, each larger in return", log=True)
-    yield Parameter("blossom_rate", "", 0.0, 1.0, 0.0, "blossoms by leaves")
-    yield Parameter("blossom_shape", "", 1, 3, 1, "petals: 1 round, 2 pointed, 3 bell", integer=True)
-    yield Parameter("blossom_scale", "m", 0.0, 2.0, 0.04, "length of a petal", log=True)
+    yield Parameter(
+        name="leaf_shape", unit="", low=0, high=9, default=0, why=f"outline of a leaf: {shapes}", integer=True
+    )
+    yield Parameter(name="leaf_scale", unit="m", low=0.0, high=8.0, default=0.2, why="length of a leaf", log=True)
+    yield Parameter(
+        name="leaf_scale_x", unit="", low=0.01, high=4.0, default=0.7, why="width of a leaf by its length", log=True
+    )
+    yield Parameter(name="leaf_bend", unit="", low=0.0, high=1.0, default=0.3, why="turn of leaves to the light")
+    yield Parameter(
+        name="leaf_stem_len", unit="", low=-20.0, high=20.0, default=0.5, why="length of the stalk by that of the leaf"
+    )
+    yield Parameter(
+        name="leaf_quality",
+        unit="",
+        low=0.01,
+        high=1.0,
+        default=1.0,
+        why="share of the leaves, each larger in return",
+        log=True,
+    )
+    yield Parameter(name="blossom_rate", unit="", low=0.0, high=1.0, default=0.0, why="blossoms by leaves")
+    yield Parameter(
+        name="blossom_shape", unit="", low=1, high=3, default=1, why="petals: 1 round, 2 pointed, 3 bell", integer=True
+    )
+    yield Parameter(name="blossom_scale", unit="m", low=0.0, high=2.0, default=0.04, why="length of a petal", log=True)
 
 
 PARAMETERS = {

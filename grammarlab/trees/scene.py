@@ -110,7 +110,15 @@ def _placed_leaves(skeleton: Skeleton, detail: LeafDetail, levels: Sequence[Draw
         else with_stalk(leaf_mesh(int(number), detail.detail), length_of_stalk)
         for blooms, number, length_of_stalk in kinds.tolist()
     )
-    return _PlacedLeaves(tree, mesh, meshes, is_blossom, position, frame, np.stack([width, width, length], axis=1))
+    return _PlacedLeaves(
+        tree=tree,
+        mesh=mesh,
+        meshes=meshes,
+        is_blossom=is_blossom,
+        position=position,
+        frame=frame,
+        size=np.stack([width, width, length], axis=1),
+    )
 
 
 def _distinct(rows: Floats) -> tuple[Floats, Ints]:

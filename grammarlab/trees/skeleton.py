@@ -6,7 +6,8 @@ stem as columns: x, about which it curves, y, and z, the direction along it. It 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +88,20 @@ class Leaves:
 
     def __len__(self) -> int:
         return len(self.tree)
+
+    def take(self, rows: Ints | Flags) -> Leaves:
+        """Chosen leaves, in the order of the rows."""
+        return Leaves(**{column.name: getattr(self, column.name)[rows] for column in fields(self)})
+
+    @classmethod
+    def joined(cls, parts: Sequence[Leaves]) -> Leaves:
+        """The leaves of parts, ordered by tree; those of one tree in the order of the parts."""
+        if len(parts) == 1:
+            return parts[0]
+        columns = {
+            column.name: np.concatenate([getattr(part, column.name) for part in parts]) for column in fields(cls)
+        }
+        return Leaves(**columns).take(np.argsort(columns["tree"], kind="stable"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ import pytest
 
 from grammarlab.randomness import root_keys
 from grammarlab.scene import triangles
-from grammarlab.trees.accepted import accepted_rows
+from grammarlab.trees.accepted_trees import accepted_rows
 from grammarlab.trees.growth import grow
 from grammarlab.trees.measures import MEASURES, measure
 from grammarlab.trees.parameters import COLUMNS, PARAMETERS

@@ -16,7 +16,7 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.trees.accepted import log_density
+from grammarlab.trees.accepted_trees import log_density
 from grammarlab.trees.parameters import COLUMNS, IS_INTEGER, IS_LOG, PARAMETERS, SPREAD
 from grammarlab.trees.species import Kind, Species
 

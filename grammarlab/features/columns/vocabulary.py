@@ -125,12 +125,12 @@ class Vocabulary:
 
     def _table(self, counts: sparse.csr_array) -> FeatureTable:
         return FeatureTable(
-            _flattened(counts[:, self.columns], self.present),
-            self.features,
-            self.names,
-            self.groups,
-            self.group_names,
-            self.scales,
+            counts=_flattened(counts[:, self.columns], self.present),
+            features=self.features,
+            names=self.names,
+            groups=self.groups,
+            group_names=self.group_names,
+            scales=self.scales,
         )
 
 

@@ -22,7 +22,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realiz
 from grammarlab.learning.designs.tree_columns import TreeBatch, TreeColumns, columns_of, relevant_names
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.randomness import Keys, root_keys
-from grammarlab.trees.accepted import accepted_rows, log_density, measured
+from grammarlab.trees.accepted_trees import accepted_rows, log_density, measured
 from grammarlab.trees.growth import grow
 from grammarlab.trees.measures import MEASURES
 from grammarlab.trees.parameters import COLUMNS

@@ -72,12 +72,12 @@ class TreeColumns:
 
     def apply(self, designs: Sequence[TreeBatch], /) -> FeatureTable:
         return FeatureTable(
-            sparse.csr_array(self.table(designs)),
-            tuple(map(Draw, self.names)),
-            tuple(map(words_of_name, self.names)),
-            np.arange(len(self.names)),
-            tuple(map(words_of_name, self.names)),
-            self.scales,
+            counts=sparse.csr_array(self.table(designs)),
+            features=tuple(map(Draw, self.names)),
+            names=tuple(map(words_of_name, self.names)),
+            groups=np.arange(len(self.names)),
+            group_names=tuple(map(words_of_name, self.names)),
+            scales=self.scales,
             logarithmic=~np.isnan(self.least),
             units=tuple(map(unit_of, self.names)),
         )

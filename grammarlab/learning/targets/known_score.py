@@ -44,4 +44,12 @@ def species_of_score(
     header = "".join(f"# {line}\n" for line in (*lines, f"Method {METHODS[0]}, base grammar"))
     text = f"{header}\n{write(replace(space.species, acceptance=rule))}"
     finding = f"the file keeps {rate:.2g} of its trees by an acceptance rule"
-    return LearnedSpecies(text, METHODS[0], "grammar", space.species, rate, (finding,), space.assets)
+    return LearnedSpecies(
+        text=text,
+        method=METHODS[0],
+        base="grammar",
+        before=space.species,
+        accept_rate=rate,
+        findings=(finding,),
+        assets=space.assets,
+    )

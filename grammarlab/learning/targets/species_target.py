@@ -24,13 +24,13 @@ from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.designs.tree_columns import TreeBatch, columns_of, words_of_name
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
-from grammarlab.learning.targets.rule_text import rule_text
 from grammarlab.learning.targets.simplification import TOLERANCE, Predicted, predict, smallest
+from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.preference.regression_tree import grow, leaves_of
 from grammarlab.preference.simplified import SimplifiedPreference
 from grammarlab.scene.instances import Scene
-from grammarlab.trees.accepted import log_density, rule_of
+from grammarlab.trees.accepted_trees import log_density, rule_of
 from grammarlab.trees.parameters import COLUMN
 from grammarlab.trees.species import Species
 from grammarlab.trees.species_file import parse, write
@@ -159,7 +159,13 @@ class SpeciesWriter(AbstractTargetWriter[TreeBatch]):
         header = [*lines, f"Method {method}, base {making.base}"]
         text = "".join(f"# {_plain(line)}\n" for line in header) + "\n" + write(result.species)
         learned = LearnedSpecies(
-            text, method, making.base, self.space.species, result.accept_rate, result.findings, self.space.assets
+            text=text,
+            method=method,
+            base=making.base,
+            before=self.space.species,
+            accept_rate=result.accept_rate,
+            findings=result.findings,
+            assets=self.space.assets,
         )
         features: dict[Feature, str] = {
             Draw(pool.names[column]): words_of_name(pool.names[column]) for column in result.columns.tolist()

@@ -18,7 +18,7 @@ from grammarlab.randomness import root_keys
 from grammarlab.runs.learn.example_learners import AbstractExampleLearner
 from grammarlab.runs.sample.records import DERIVATIONS
 from grammarlab.runs.sample.tree_table import MAX_TREES, TREES, TreeTable
-from grammarlab.trees.accepted import accepted_rows, log_density
+from grammarlab.trees.accepted_trees import accepted_rows, log_density
 from grammarlab.trees.species_file import write
 
 METHODS = ("kinds",)

@@ -10,7 +10,7 @@ from grammarlab.randomness import root_keys
 from grammarlab.runs.sample.comparison import MAX_DIFFERENCES, MIN_DIVERGENCE, NUM_BINS, Comparison, NumberDifference
 from grammarlab.runs.sample.domains import opened_models
 from grammarlab.runs.sample.shipped import RuleSource
-from grammarlab.trees.accepted import accepted_rows, log_density, rule_of
+from grammarlab.trees.accepted_trees import accepted_rows, log_density, rule_of
 from grammarlab.trees.parameters import COLUMNS, IS_INTEGER
 from grammarlab.trees.species import Species
 

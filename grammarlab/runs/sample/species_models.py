@@ -27,7 +27,7 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.tree_table import FILES, TreeTable
 from grammarlab.scene import Scene
 from grammarlab.toml_text import toml_text
-from grammarlab.trees.accepted import accepted_rows, log_density, rule_of
+from grammarlab.trees.accepted_trees import accepted_rows, log_density, rule_of
 from grammarlab.trees.arbaro import check_arbaro, read_arbaro, write_arbaro
 from grammarlab.trees.crown_reach import CrownReach
 from grammarlab.trees.detail import DETAILS, Detail

@@ -15,7 +15,7 @@ from grammarlab.randomness import root_keys
 from grammarlab.runs.sample.domains import opened_models
 from grammarlab.runs.sample.shipped import RuleSource, find_rules
 from grammarlab.runs.sample.species_models import SpeciesModels, num_parts, with_attributes
-from grammarlab.trees.accepted import accepted_rows, log_density
+from grammarlab.trees.accepted_trees import accepted_rows, log_density
 from grammarlab.trees.growth import grow
 from grammarlab.trees.measures import MEASURES, measure
 from grammarlab.trees.parameters import COLUMN, COLUMNS, DEFAULTS, HIGH, IS_INTEGER, LOW, PARAMETERS, SPREAD, Parameter

@@ -65,7 +65,7 @@ class TreeTable:
 
     def part(self, start: int, end: int) -> TreeTable:
         """Consecutive trees."""
-        return TreeTable(*(getattr(self, name)[start:end] for name in self.__dataclass_fields__))
+        return TreeTable(**{name: getattr(self, name)[start:end] for name in self.__dataclass_fields__})
 
     @classmethod
     def joined(cls, tables: Sequence[TreeTable]) -> TreeTable:

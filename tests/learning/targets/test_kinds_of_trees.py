@@ -10,7 +10,7 @@ from grammarlab.learning.targets.kinds_of_trees import divisible, parts_of, with
 from grammarlab.preference.regression_tree import Split
 from grammarlab.preference.simplified import SimplifiedPreference
 from grammarlab.randomness import root_keys
-from grammarlab.trees.accepted import log_density
+from grammarlab.trees.accepted_trees import log_density
 from grammarlab.trees.parameters import COLUMN, DEFAULTS
 from grammarlab.trees.species import Kind, Species, drawn
 from grammarlab.trees.species_file import parse, write

@@ -8,7 +8,7 @@ import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.randomness import root_keys
-from grammarlab.trees.accepted import accepted_rows, log_density, rule_of
+from grammarlab.trees.accepted_trees import accepted_rows, log_density, rule_of
 from grammarlab.trees.parameters import COLUMN, DEFAULTS, HIGH, IS_INTEGER, LOW
 from grammarlab.trees.species import Kind, Species, drawn
 
