@@ -14,7 +14,7 @@ from grammarlab.trees.budget import MAX_NODES, check_rows, check_stems
 from grammarlab.trees.draws import STEMS, Site, counts, values, varied
 from grammarlab.trees.envelope import crown_ratio, pruned_lengths
 from grammarlab.trees.foliage import foliage
-from grammarlab.trees.orientation import trunk_axes
+from grammarlab.trees.orientation import trunk_axes, turned_about_vertical
 from grammarlab.trees.parameters import COLUMN, NUM_LEVELS
 from grammarlab.trees.skeleton import Skeleton, Stems
 from grammarlab.trees.stem_paths import forked, traced
@@ -77,7 +77,7 @@ class _Shoots:
         )
 
 
-def grow(rows: Floats, keys: Keys) -> Skeleton:
+def grow(rows: Floats, keys: Keys, heading: Floats | None = None) -> Skeleton:
     """The skeletons of trees.
 
     A tree is the same alone and in any batch. It takes about 300 bytes per node and 500 per leaf; `grow_chunks` bounds
@@ -86,6 +86,8 @@ def grow(rows: Floats, keys: Keys) -> Skeleton:
     Args:
         rows: [n, P] parameters (`grammarlab.trees.parameters.COLUMNS`), within their limits.
         keys: [n] keys of the trees (`grammarlab.randomness.root_keys`).
+        heading: [n] radians by which whole trees are turned about the vertical: trunks curve about one axis, so that
+            without it all trees of a forest would lean along z. 0 for all when left out; wind is not turned.
 
     Raises:
         UsageError: If a parameter is not a number or out of its limits, or a tree too large.
@@ -99,7 +101,7 @@ def grow(rows: Floats, keys: Keys) -> Skeleton:
     check_rows(rows)
     trunk_keys = fold(keys, STEMS)
     sizes = _sizes(rows, trunk_keys)
-    levels = [_stems(rows, sizes, 0, _trunks(rows, sizes, trunk_keys), None)]
+    levels = [_stems(rows, sizes, 0, _trunks(rows, sizes, trunk_keys, heading), None)]
     while len(levels) < NUM_LEVELS:
         level = len(levels)
         stems = _stems(rows, sizes, level, _shoots(rows, sizes, level, levels), levels[-1])
@@ -124,15 +126,16 @@ def _sizes(rows: Floats, trunk_keys: Keys) -> _Sizes:
     return _Sizes(scale, height, share * scale, radius)
 
 
-def _trunks(rows: Floats, sizes: _Sizes, keys: Keys) -> _Shoots:
+def _trunks(rows: Floats, sizes: _Sizes, keys: Keys, heading: Floats | None) -> _Shoots:
     num = len(rows)
+    axes = trunk_axes(num)
     return _Shoots(
         tree=np.arange(num),
         parent=np.full(num, -1),
         key=keys,
         offset=np.zeros(num),
         point=np.zeros((num, 3)),
-        axes=trunk_axes(num),
+        axes=axes if heading is None else turned_about_vertical(axes, heading),
         length=sizes.trunk * sizes.height / sizes.scale,
         room=sizes.radius,
     )
@@ -222,7 +225,9 @@ def _longer_than(stems: Stems, least: Floats) -> Stems:
     )
 
 
-def grow_chunks(rows: Floats, keys: Keys, max_nodes: int = MAX_NODES // 4) -> Iterator[Skeleton]:
+def grow_chunks(
+    rows: Floats, keys: Keys, max_nodes: int = MAX_NODES // 4, heading: Floats | None = None
+) -> Iterator[Skeleton]:
     """The skeletons of trees, in consecutive chunks that bound the memory.
 
     Args:
@@ -230,21 +235,26 @@ def grow_chunks(rows: Floats, keys: Keys, max_nodes: int = MAX_NODES // 4) -> It
         keys: [n] keys of the trees.
         max_nodes: nodes that a chunk has at most, a leaf counted as two; a tree that may have more is a chunk of its
             own.
+        heading: [n] as of `grow`.
 
     Raises:
         UsageError: As `grow`.
     """
     rows = np.asarray(rows, dtype=np.float64)
     check_rows(rows)
+
+    def chunk(start: int, end: int) -> Skeleton:
+        return grow(rows[start:end], keys[start:end], None if heading is None else heading[start:end])
+
     nodes = np.minimum(_expected_nodes(rows), max_nodes)
     start, total = 0, 0.0
     for tree, num in enumerate(nodes):
         if tree > start and total + num > max_nodes:
-            yield grow(rows[start:tree], keys[start:tree])
+            yield chunk(start, tree)
             start, total = tree, 0.0
         total += num
     if start < len(rows):
-        yield grow(rows[start:], keys[start:])
+        yield chunk(start, len(rows))
 
 
 def _expected_nodes(rows: Floats) -> Floats:

@@ -153,6 +153,22 @@ def test_a_tree_of_twice_the_scale_is_the_same_tree_of_twice_the_size(seed: int)
         np.testing.assert_array_equal(large_tree[name], values * 2.0 if is_size else values)
 
 
+def test_a_heading_turns_the_whole_tree_about_the_vertical():
+    rows, keys = np.stack([random_row(seed) for seed in range(30)]), tree_keys(30)
+    rows[:, COLUMN["wind_speed"]] = 0.0
+    heading = np.linspace(0.0, 6.0, 30)
+    cosine, sine = np.cos(heading), np.sin(heading)
+    turn = np.zeros((30, 3, 3))
+    turn[:, 0, 0], turn[:, 0, 2], turn[:, 1, 1], turn[:, 2, 0], turn[:, 2, 2] = cosine, sine, 1.0, -sine, cosine
+    straight, turned = grow(rows, keys), grow(rows, keys, heading)
+    for one, other in zip(straight.levels, turned.levels, strict=True):
+        tree = np.repeat(one.tree, one.num_nodes)
+        expected = np.einsum("nij,nj->ni", turn[tree], one.points)
+        np.testing.assert_allclose(other.points, expected, atol=1e-6 * straight.scale.max())
+    expected = np.einsum("nij,nj->ni", turn[straight.leaves.tree], straight.leaves.position)
+    np.testing.assert_allclose(turned.leaves.position, expected, atol=1e-6 * straight.scale.max())
+
+
 @pytest.mark.parametrize("seed", some(range(20)))
 def test_leaf_parameters_change_no_stem(seed: int):
     source = random_row(seed)

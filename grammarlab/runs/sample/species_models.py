@@ -20,7 +20,7 @@ from grammarlab.files import read_bounded
 from grammarlab.geometry.footprints.footprint import Footprint, Remark
 from grammarlab.language.attribute_values import AttributeValue, length
 from grammarlab.language.grammar import read_text
-from grammarlab.randomness import root_keys
+from grammarlab.randomness import Keys, root_keys, uniforms
 from grammarlab.runs.sample.domains import SPECIES, AbstractDomain, CheckedText
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, Report
 from grammarlab.runs.sample.request import SampleRequest
@@ -47,6 +47,8 @@ DETAIL = "detail"
 """Attribute of the level of detail; the other attributes are the columns of the parameters."""
 ARBARO = ".xml"
 """Suffix of files of Arbaro."""
+_HEADING = 0x4845_4144
+"""Site of the heading of a planted tree."""
 _MAX_NODES = 100_000
 """Largest expected number of nodes of stems in memory at once, a budget: some 200 MB with their meshes and leaves."""
 _STRING = re.compile(r'"{3}.*?"{3}|\'{3}.*?\'{3}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'', re.DOTALL)
@@ -129,6 +131,7 @@ class SpeciesModels(AbstractModels):
             tries=trees.tries,
             is_accepted=trees.is_accepted,
             detail=(str(values.get(DETAIL, DETAILS[0])),) * len(models),
+            heading=_headings(trees.keys) if request.stand is not None else np.zeros(len(models)),
             position=np.broadcast_to(place, (len(models), 3)),
             rows=trees.rows,
         )
@@ -138,7 +141,7 @@ class SpeciesModels(AbstractModels):
         """Skeletons and scenes of trees, a part of them at a time; a tree does not depend on its part."""
         for part in _alike(table):
             done = 0
-            for skeleton in grow_chunks(part.rows, part.key, _MAX_NODES):
+            for skeleton in grow_chunks(part.rows, part.key, _MAX_NODES, part.heading):
                 scene = realize_trees(skeleton, self.species.look, cast("Detail", part.detail[0]), self.assets)
                 done += skeleton.num_trees
                 yield skeleton, replace(scene, origins=part.position[done - skeleton.num_trees : done])
@@ -353,6 +356,11 @@ def _lots(request: SampleRequest, batch: Batch) -> Iterator[tuple[Ints, Footprin
     for number in range(first // request.num_models, (end - 1) // request.num_models + 1):
         low, high = max(first, number * request.num_models), min(end, (number + 1) * request.num_models)
         yield np.arange(low, high), request.footprints[number]
+
+
+def _headings(keys: Keys) -> Floats:
+    """[n] radians by which the trees of a stand are turned, each by its own draw."""
+    return 2.0 * np.pi * uniforms(keys, _HEADING)
 
 
 def _centroid(footprint: Footprint) -> Floats:

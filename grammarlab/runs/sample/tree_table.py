@@ -1,7 +1,7 @@
 """Trees on disk: one Parquet file per batch with a row per tree, from which it can be grown again.
 
-trees.parquet: model, key, kind, tries, is_accepted, detail (index into `grammarlab.trees.detail.DETAILS`), position
-(fixed list of 3, metres), and the parameters by the names of `grammarlab.trees.parameters.COLUMNS`.
+trees.parquet: model, key, kind, tries, is_accepted, detail (index into `grammarlab.trees.detail.DETAILS`), heading
+(radians), position (fixed list of 3, metres), and the parameters by the names of `grammarlab.trees.parameters.COLUMNS`.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ _NUMBERS = {
     "tries": pa.int64(),
     "is_accepted": pa.bool_(),
     "detail": pa.int8(),
+    "heading": pa.float64(),
 }
 _POSITION = pa.list_(pa.float64(), 3)
 
@@ -55,6 +56,8 @@ class TreeTable:
     """[n] whether a candidate was accepted."""
     detail: tuple[str, ...]
     """[n] level of detail, one of `grammarlab.trees.scene.DETAILS`."""
+    heading: Floats
+    """[n] radians by which it is turned about the vertical."""
     position: Floats
     """[n, 3] where it stands, metres."""
     rows: Floats
@@ -130,6 +133,6 @@ class TreeTable:
             raise ValueError("an unknown level of detail")
         detail = tuple(DETAILS[number] for number in numbers)
         position = values.column("position").combine_chunks().flatten().to_numpy().reshape(-1, 3)
-        if len(position) != len(rows) or not np.isfinite(position).all():
-            raise ValueError("a position is not finite")
+        if len(position) != len(rows) or not np.isfinite(position).all() or not np.isfinite(columns["heading"]).all():
+            raise ValueError("a position or a heading is not finite")
         return cls(**columns, detail=detail, position=position, rows=rows)

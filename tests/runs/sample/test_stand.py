@@ -105,6 +105,7 @@ def test_a_tree_of_a_stand_is_the_tree_of_its_address(tmp_path):
     trees = accepted_rows(species, root_keys(3, stand_of(request).model))
     assert (table.rows == trees.rows).all()
     assert (table.key == trees.keys).all()
+    assert len(np.unique(table.heading)) == 4  # trunks curve about one axis: unturned, a forest would lean one way
 
 
 def test_a_run_is_repeated_from_its_manifest_and_resumed(tmp_path):
