@@ -121,10 +121,10 @@ def constrained(species: Species, values: Mapping[str, object]) -> Species:
             raise UsageError(f"{shown(name)} is not a parameter of trees; {hint}")
         column = COLUMN[name]
         least, most, is_count = float(LOW[column]), float(HIGH[column]), bool(IS_INTEGER[column])
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not is_number or not least <= value <= most or (is_count and float(value) % 1.0):
+        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else np.nan
+        if not least <= number <= most or (is_count and number % 1.0):
             kind = "a whole number" if is_count else "a number"
             raise UsageError(f"{name}: expected {kind} from {least:g} to {most:g}, found {shown(value)}.")
-        low[:, column] = high[:, column] = typical[column] = float(value)
+        low[:, column] = high[:, column] = typical[column] = number
     kinds = (replace(kind, low=low[index], high=high[index]) for index, kind in enumerate(species.kinds))
     return replace(species, kinds=tuple(kinds), typical=typical)

@@ -43,11 +43,11 @@ def _cases(preference: SimplifiedPreference, names: Sequence[str]) -> list[tuple
         ranges.append({**ranges[split.leaf], split.column: (max(low, split.bound), high)})
         ranges[split.leaf] = {**ranges[split.leaf], split.column: (low, min(high, split.bound))}
     order = np.argsort(-preference.scores, kind="stable").tolist()
-    return [
-        (" and ".join(_range(names[column], *ends) for column, ends in sorted(ranges[leaf].items())), score)
-        for leaf in order
-        if (score := float(preference.scores[leaf])) > 0.0
-    ]
+    return [(_all_of(ranges[leaf], names), score) for leaf in order if (score := float(preference.scores[leaf])) > 0.0]
+
+
+def _all_of(ranges: dict[int, tuple[float, float]], names: Sequence[str]) -> str:
+    return " and ".join(_range(names[column], *ranges[column]) for column in sorted(ranges))
 
 
 def _range(name: str, low: float, high: float) -> str:

@@ -159,8 +159,8 @@ def _drawn(places: _Places, gains: Singles, randomness: np.random.Generator) -> 
     balance = max(1.0, float(-gains[~is_liked].sum() / gains[is_liked].sum()))
     for step in range(_NUM_HEATED):
         heat = max(0.0, 1.0 - step / (_HEATED_SHARE * _NUM_HEATED))
-        weighted = np.where(is_liked, gains * np.float32(balance**heat), gains)
-        chain.step(weighted / np.float32(_TEMPERATURE**heat))
+        weighted = np.where(is_liked, gains * balance**heat, gains) / _TEMPERATURE**heat
+        chain.step(weighted.astype(np.float32))
     boxes = list[_Faces]()
     for _ in range(NUM_PER_CHAIN):
         for _ in range(_NUM_BETWEEN):

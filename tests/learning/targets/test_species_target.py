@@ -56,7 +56,9 @@ def species_of(density: LearnedDensity[TreeBatch]) -> Species:
 
 
 def slender_or_stout(columns: dict[str, Floats]) -> Floats:
-    return np.where(columns["ratio"] < 0.015, 100.0, np.where(columns["ratio"] > 0.03, 50.0, 0.0))
+    ratio = columns["ratio"]
+    liked = 100.0 * (ratio < 0.015).astype(np.float64)
+    return liked + 50.0 * (ratio > 0.03).astype(np.float64)
 
 
 def wide_and_upright(columns: dict[str, Floats]) -> Floats:
@@ -85,11 +87,13 @@ def test_what_depends_on_measures_becomes_a_rule():
     assert "$lean < 0.0" in space.species.acceptance
     (batch,) = space.sample(False, 60, 3)
     assert wide_and_upright(batch.columns()).mean() > 85.0
+    assert learned.accept_rate is not None
     assert 0.0 < learned.accept_rate <= 1.0
     assert any("acceptance rule" in finding for finding in learned.findings)
     assert density.measured.after.js < 0.05 < density.measured.before.js
     # The ranges in which such trees grow keep more of them than those of the original.
     only = learned_from(wide_and_upright, Making(method="acceptance")).learned
+    assert only.accept_rate is not None
     assert learned.accept_rate >= only.accept_rate
     assert only.rules_after == 1
 

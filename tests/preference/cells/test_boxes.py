@@ -90,7 +90,10 @@ def test_a_box_is_a_tree_with_its_bounds():
         if inside.any():
             assert np.array_equal(cells[number[inside][0]], np.flatnonzero(inside))
         bounds = {
-            Above(column, end[column]) for end in (box.low, box.high) for column in np.flatnonzero(np.isfinite(end))
+            Above(column, bound)
+            for end in (box.low, box.high)
+            for column, bound in enumerate(end.tolist())
+            if np.isfinite(bound)
         }
         assert tree.bounds() <= bounds
 
