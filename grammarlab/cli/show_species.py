@@ -75,7 +75,7 @@ def show_tree(
         if value != default
     )
     console.print(_table("Parameters", ("Parameter", "Value", "Unit"), rows))
-    measures = ((name, f"{values['measures'][name]:.4g}", m.unit, m.why) for name, m in MEASURES.items())
+    measures = ((name, _measured(values["measures"][name]), m.unit, m.why) for name, m in MEASURES.items())
     console.print(_table("Measures", ("Measure", "Value", "Unit", "Meaning"), measures))
 
 
@@ -89,6 +89,10 @@ def _cells(entry: dict[str, Any]) -> tuple[str, str, str]:
     spread = entry.get("spread", 0.0)
     spreads = _range(entry.get("spread_range", (0.0, 0.0)))
     return f"{entry['value']:.6g}", _range(entry["range"]), spreads or (f"{spread:.6g}" if spread else "")
+
+
+def _measured(value: float) -> str:
+    return f"{value:.4g}" if abs(value) < 10_000 else f"{value:,.0f}"
 
 
 def _range(ends: Sequence[float]) -> str:

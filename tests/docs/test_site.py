@@ -105,7 +105,7 @@ def test_links_to_files_outside_the_site_become_their_paths():
 
 
 @pytest.mark.parametrize(
-    "system", ["grammars", "scoring", "learning", "evaluation", "facades", "layers", "synthesis", "matching"]
+    "system", ["grammars", "trees", "scoring", "learning", "evaluation", "facades", "layers", "synthesis", "matching"]
 )
 def test_each_system_has_a_folder_that_says_what_how_and_how_far(system):
     """What it is, how to use it, its files, its limits; the first page leads to all others."""
