@@ -2,8 +2,9 @@
 
 The examples of a kind of the original are divided in two by a bound on one parameter, again and again, and each part
 has its own ranges: a density estimation tree (Ram and Gray, KDD 2011). An end of a range is moved, and a part is
-divided, only if the examples get likelier by more nats than it takes to describe: half a logarithm of their number,
-and the logarithm of the number of alternatives (Rissanen, Modeling by shortest data description, 1978).
+divided, only if the examples get likelier by more nats than chance would allow: n evenly drawn numbers leave a share s
+at an end of their range free with probability (1 - s)^n, so that the gain -n log(1 - s) exceeds log(m / p) at one of m
+ends with probability p at most.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from grammarlab.trees.species import Kind, Species
 
 MAX_EXAMPLES = 5_000
 """Largest number of examples that are looked at, evenly taken from all."""
+_CHANCE = 0.01
+"""Probability with which examples of the original, from which nothing is to be learned, move an end of a range."""
 _MAX_KINDS = 64
 """Largest number of kinds, a budget: more are not read by a person."""
 _MIN_SHARE = 1e-3
@@ -108,23 +111,23 @@ class _Shares:
 
         return cls(share(values), share(values + step), is_count)
 
-    def price(self, num: int) -> float:
-        """Nats that an end of a range costs."""
-        return 0.5 * math.log(num) + math.log(2.0 * max(len(self.is_count), 1))
+    @property
+    def price(self) -> float:
+        """Nats that an end of a range must gain."""
+        return math.log(2.0 * max(len(self.is_count), 1) / _CHANCE)
 
-    def ranges(self, num: Floats, low: Floats, high: Floats, price: float) -> tuple[Floats, Floats, Floats]:
+    def ranges(self, num: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
         """Ends of ranges of parts, and what they gain.
 
         Args:
             num: [G] examples in each part.
             low: [G, C] smallest share of each.
             high: [G, C] largest share of each.
-            price: what an end costs.
 
         Returns:
-            [G, C] starts, [G, C] ends, and [G] gains in nats.
+            [G, C] starts, [G, C] ends, and [G] gains in nats beyond the price.
         """
-        num = num[:, None]
+        num, price = num[:, None], self.price
         # The mean distance of an evenly drawn number from the end of its range, beyond the extreme examples.
         gap = np.where(self.is_count, 0.0, (high - low) / np.maximum(num - 1.0, 1e-9))
         gap = np.maximum(gap, 0.5 * np.maximum(_MIN_SHARE - (high - low), 0.0))
@@ -156,12 +159,11 @@ def _divided(shares: _Shares, part: Ints) -> list[Ints] | None:
     num = len(part)
     if num < 4 or not len(shares.is_count):
         return None
-    price = shares.price(num)
     low, high = shares.low[part], shares.high[part]
-    whole = shares.ranges(np.array([num]), low.min(axis=0)[None], high.max(axis=0)[None], price)[2][0]
+    whole = shares.ranges(np.array([num]), low.min(axis=0)[None], high.max(axis=0)[None])[2][0]
     sizes = np.arange(1, num, dtype=np.float64)
     weights = sizes * np.log(sizes / num) + (num - sizes) * np.log(1.0 - sizes / num)
-    best, halves = whole + 0.5 * math.log(num) + math.log(len(shares.is_count) * num), None
+    best, halves = whole + math.log(len(shares.is_count) * num / _CHANCE), None
     for column in range(len(shares.is_count)):
         order = np.argsort(low[:, column], kind="stable")
         ordered_low, ordered_high = low[order], high[order]
@@ -170,7 +172,7 @@ def _divided(shares: _Shares, part: Ints) -> list[Ints] | None:
             np.minimum.accumulate(ordered_low[::-1])[::-1][1:],
             np.maximum.accumulate(ordered_high[::-1])[::-1][1:],
         )
-        gains = weights + shares.ranges(sizes, *below, price)[2] + shares.ranges(num - sizes, *above, price)[2]
+        gains = weights + shares.ranges(sizes, *below)[2] + shares.ranges(num - sizes, *above)[2]
         gains[ordered_low[1:, column] == ordered_low[:-1, column]] = -np.inf
         index = int(np.argmax(gains))
         if gains[index] > best:
@@ -182,7 +184,7 @@ def _narrowed(kind: Kind, columns: Ints, shares: _Shares, part: Ints, rows: Floa
     """The kind of a part of the examples."""
     low, high = kind.low.copy(), kind.high.copy()
     num, smallest, largest = len(part), shares.low[part].min(axis=0), shares.high[part].max(axis=0)
-    start, end, _ = shares.ranges(np.array([num]), smallest[None], largest[None], shares.price(max(num, 1)))
+    start, end, _ = shares.ranges(np.array([num]), smallest[None], largest[None])
     for index, column in enumerate(columns.tolist()):
         values = rows[part, column]
         if start[0, index] > 0.0:
