@@ -11,7 +11,7 @@ from grammarlab.arrays import Flags, Floats
 from grammarlab.density.samples.tree_kinds import MAX_EXAMPLES, species_of_examples
 from grammarlab.errors import UsageError
 from grammarlab.randomness import root_keys
-from grammarlab.trees.accepted import log_density
+from grammarlab.trees.accepted_trees import log_density
 from grammarlab.trees.parameters import COLUMN
 from grammarlab.trees.species import Species, drawn
 from grammarlab.trees.species_file import parse, write
