@@ -17,7 +17,7 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
-from grammarlab.preference.cells.box_search import MIN_COLUMNS
+from grammarlab.preference.cells.box_search import are_many
 from grammarlab.preference.liked import (
     EXACT_NOISE,
     FEW_LIKED,
@@ -185,9 +185,10 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
 
 
 def _is_continuous(pool: Floats) -> bool:
-    """Whether many columns of a pool have different values for nearly all models."""
+    """Whether most columns of a pool have different values for nearly all models."""
     some = np.sort(pool[:_NUM_COMPARED], axis=0)
-    return int((np.count_nonzero(np.diff(some, axis=0) > 0.0, axis=0) > len(some) / 2).sum()) >= MIN_COLUMNS
+    is_continuous = np.count_nonzero(np.diff(some, axis=0) > 0.0, axis=0) > len(some) / 2
+    return are_many(int(np.count_nonzero(is_continuous)), pool.shape[1])
 
 
 def _disputed(preference: BlendedPreference, situation: Situation, num: int) -> Ints:

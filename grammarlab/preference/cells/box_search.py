@@ -82,12 +82,12 @@ def find_boxes(
     Args:
         rows: [n, F] rows of labels.
         scores: [n] 0-100.
-        continuous: [F] whether columns are continuous; only spaces with many of them are searched.
+        continuous: [F] whether columns are continuous, see `are_many`.
         randomness: draws boxes.
         intervals: [n] intervals of the labels, if they are not scores.
         num_chains: number of chains.
     """
-    if np.count_nonzero(continuous) < MIN_COLUMNS or len(np.unique(scores)) < 2:
+    if not are_many(int(np.count_nonzero(continuous)), len(continuous)) or len(np.unique(scores)) < 2:
         return []
     gains = _gains(scores, intervals)
     if not (gains > 0.0).any() or not (gains < 0.0).any():
@@ -104,6 +104,15 @@ def find_boxes(
                 (high if is_upper else low)[columns[column]] = bound
             boxes.append(Box(low, high))
     return boxes
+
+
+def are_many(num_continuous: int, num_columns: int) -> bool:
+    """Whether a space with so many continuous columns is searched for boxes: they are the rule, not the exception.
+
+    >>> are_many(90, 110), are_many(60, 250), are_many(3, 3)
+    (True, False, False)
+    """
+    return num_continuous >= MIN_COLUMNS and 2 * num_continuous > num_columns
 
 
 def _gains(scores: Floats, intervals: Intervals | None) -> Singles:
