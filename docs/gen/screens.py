@@ -68,6 +68,7 @@ def next_best(page: Page) -> None:
 
 SCREENS = {
     "scoring.jpg": Screen(("score", "building", "--session", "OUT", "--seed", "5"), new_models, (1360, 860)),
+    "scoring_trees.jpg": Screen(("score", "oak", "--session", "OUT", "--seed", "5"), new_models, (1360, 860)),
     "facade_page.jpg": Screen(("facade", "open", f"{FACADES}/arcade.json", "-o", "OUT"), one_column_more, (1360, 860)),
     "layers_page.png": Screen(("facade", "open", f"{FACADES}/apartment.toml", "-o", "OUT"), next_best),
 }
