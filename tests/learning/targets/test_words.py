@@ -34,7 +34,7 @@ def truth_of(name):
     source = load_source(SCENARIOS / f"{name}.toml")
     study = Study(source.space, Pool(0, 2000))
     made = study.tables().pool_designs
-    scores = np.concatenate([true_scores(source.scenario, forest) for forest in made.batches])
+    scores = np.concatenate([true_scores(source, forest) for forest in made.batches])
     return words_of(study.table(init(study)), 100.0 * np.prod(scores / 100.0, axis=1), made.weights)
 
 
