@@ -127,7 +127,6 @@ def learn(
         target = file or Path(f"{Path(grammar).stem}_{source.stem}{find_rules(grammar).suffix}")
         check_overwrites([target], filter(None, (Path(grammar), labels, scenario_file)))
         if labels is not None:
-            from grammarlab.learning.designs.pool import Pool
             from grammarlab.learning.targets.writers import Making
             from grammarlab.pages.record.label_exchange import read_labels_or_session
             from grammarlab.runs.learn.from_labels import learn_from_labels
@@ -137,7 +136,7 @@ def learn(
             for note in table.notes:
                 say(f"note: {labels}: {note}")
             options: dict[str, Any] = {"scenario": scenario_file, "respondent": respondent}
-            options["pool"] = pool if seed is None else Pool(seed)
+            options |= {"pool": pool if seed is None else None, "seed": seed or 0}
             with progress() as on_progress:
                 result = learn_from_labels(
                     grammar, table, target, making, labels_from=labels.name, on_progress=on_progress, **options

@@ -144,7 +144,7 @@ def learn(
     if sees not in ("", *views):
         raise UsageError(f"sees: expected one of {', '.join(views)}, found {sees!r}.")
     view = views[sees or next(iter(views))]
-    study = Study(space, pool or Pool(), settings)
+    study = Study(space, pool or Pool.usual(space), settings)
 
     def person(addresses: Sequence[Address], _before: int) -> Floats:
         return _checked(score(view(addresses)), len(addresses))[:, None]

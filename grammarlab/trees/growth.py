@@ -246,7 +246,7 @@ def grow_chunks(
     def chunk(start: int, end: int) -> Skeleton:
         return grow(rows[start:end], keys[start:end], None if heading is None else heading[start:end])
 
-    nodes = np.minimum(_expected_nodes(rows), max_nodes)
+    nodes = np.minimum(expected_nodes(rows), max_nodes)
     start, total = 0, 0.0
     for tree, num in enumerate(nodes):
         if tree > start and total + num > max_nodes:
@@ -257,7 +257,7 @@ def grow_chunks(
         yield chunk(start, len(rows))
 
 
-def _expected_nodes(rows: Floats) -> Floats:
+def expected_nodes(rows: Floats) -> Floats:
     """[n] nodes and, counted twice, leaves of trees whose stems bear as many as they can."""
     num = 1.0 + rows[:, COLUMN["base_splits"]]
     nodes = np.zeros(len(rows))

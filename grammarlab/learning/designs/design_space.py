@@ -15,7 +15,7 @@ from grammarlab.errors import UsageError
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.settings import FeatureOptions
+from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.scene.instances import Scene
 
 Designs = TypeVar("Designs")
@@ -94,6 +94,11 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
     @abstractmethod
     def longest_path(self) -> int:
         """Largest length of paths (`FeatureOptions.path_length`); 1 if features have no length."""
+
+    @property
+    def pool_size(self) -> int:
+        """Number of designs of a usual pool: fewer where making them takes long."""
+        return POOL_SIZE
 
     @abstractmethod
     def make(self, addresses: Sequence[Address]) -> Designs:

@@ -43,6 +43,11 @@ class Pool:
     wide: bool = False
     """Whether it is widened for rare designs; these come last, so that the order of the others does not change."""
 
+    @classmethod
+    def usual(cls, space: AbstractDesignSpace[Designs], seed: int = 0) -> Pool:
+        """The pool of a space, unless something else is asked for."""
+        return cls(seed, space.pool_size)
+
     @property
     def sizes(self) -> tuple[int, int]:
         """Number of samples of the space, and of the proposal."""

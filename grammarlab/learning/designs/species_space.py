@@ -20,19 +20,25 @@ from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realized
 from grammarlab.learning.designs.tree_columns import TreeBatch, TreeColumns, columns_of, relevant_names
-from grammarlab.learning.settings import FeatureOptions
+from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.randomness import Keys, root_keys
 from grammarlab.trees.accepted_trees import accepted_rows, log_density, measured
-from grammarlab.trees.growth import grow
+from grammarlab.trees.growth import expected_nodes, grow
 from grammarlab.trees.measures import MEASURES
 from grammarlab.trees.parameters import COLUMNS
 from grammarlab.trees.scene import realize_trees
-from grammarlab.trees.species import Species, constrained
+from grammarlab.trees.species import Species, constrained, drawn
 
 _DETAIL = "detail"
 """Attribute that changes the meshes of a tree only."""
 _BATCH_TREES = 500
 """Number of trees per batch."""
+_POOL_NODES = 5e8
+"""Expected number of nodes of all trees of a usual pool, a budget of about a minute."""
+_MIN_POOL = 1_000
+"""Smallest size of a usual pool."""
+_SIZE_TREES = 64
+"""Number of trees from which the size of a usual pool follows."""
 _CACHED_BATCHES = 64
 """Number of batches that are kept, at .5 MB each."""
 _RATE_TREES = 500
@@ -56,6 +62,11 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
     @property
     def longest_path(self) -> int:
         return 1
+
+    @property
+    def pool_size(self) -> int:
+        rows, _ = drawn(self.species, root_keys(0, np.arange(_SIZE_TREES)))
+        return int(np.clip(_POOL_NODES / expected_nodes(rows).mean(), _MIN_POOL, POOL_SIZE))
 
     @cached_property
     def proposal(self) -> Species:

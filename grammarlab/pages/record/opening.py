@@ -8,12 +8,10 @@ from pathlib import Path
 
 from grammarlab.errors import UsageError
 from grammarlab.extras import require
+from grammarlab.learning.settings import POOL_SIZE
 from grammarlab.pages.record.store import SUFFIX, About, Store
-from grammarlab.runs.sample.domains import domain_of
+from grammarlab.runs.sample.domains import domain_of, opened
 from grammarlab.runs.sample.shipped import find_rules
-
-NUM_MODELS = 5_000
-"""Default size of the pool of a new session."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +31,7 @@ def open_session(
     path: Path,
     *,
     seed: int = 0,
-    size: int = NUM_MODELS,
+    size: int | None = None,
     assets: Path | None = None,
     stored_grammar: bool = False,
 ) -> Opening:
@@ -43,7 +41,7 @@ def open_session(
         grammar: a rule file, a species of trees, or the name of a shipped one.
         path: the session file; created if missing.
         seed: seed of the models of a new session.
-        size: size of the pool of a new session.
+        size: size of the pool of a new session; by default the usual one of its designs.
         assets: folder of meshes and images, if it is not the one beside the file.
         stored_grammar: use the grammar stored in the session, even if the file has changed.
 
@@ -54,8 +52,12 @@ def open_session(
     """
     _check(path, seed, size)
     source = find_rules(grammar, assets)
+    text = source.text().removeprefix("\ufeff")
+    if size is None:
+        # A session that exists has its own.
+        size = POOL_SIZE if path.exists() else opened(source.suffix, text, source.name, source.assets).pool_size
     title = re.sub(r"[^\w ().-]", "_", source.name)[:200]
-    about = About(title, source.text().removeprefix("\ufeff"), seed, size, source.suffix)
+    about = About(title, text, seed, size, source.suffix)
     if not path.exists():
         if stored_grammar:
             raise UsageError(f"{path}: no such session, so it has no stored grammar; leave `stored_grammar=True` out.")
@@ -79,7 +81,7 @@ def open_session(
     return Opening(path, store.about, store, source.assets)
 
 
-def _check(path: Path, seed: int, size: int) -> None:
+def _check(path: Path, seed: int, size: int | None) -> None:
     require("jax")
     if path.suffix.lower() != SUFFIX:
         raise UsageError(f"{path}: expected the name of a session file that ends in {SUFFIX}.")
@@ -87,5 +89,5 @@ def _check(path: Path, seed: int, size: int) -> None:
         raise UsageError(f"{path}: there is no folder {str(path.parent)!r}; make it first.")
     if not 0 <= seed < 1 << 64:
         raise UsageError(f"seed is {seed}; expected 0 <= seed < 2**64.")
-    if not 1 <= size <= 100_000:
+    if size is not None and not 1 <= size <= 100_000:
         raise UsageError(f"size is {size}; expected 1 to 100,000 models.")

@@ -8,7 +8,7 @@ from typing import TypedDict
 
 from grammarlab.errors import GrammarlabError
 from grammarlab.pages.desktop import DeskHooks, Desktop
-from grammarlab.pages.record.opening import NUM_MODELS, Opening, open_session
+from grammarlab.pages.record.opening import Opening, open_session
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.commands import COMMANDS
 from grammarlab.pages.scoring.desk import SessionDesk
@@ -26,7 +26,7 @@ class SessionOptions(TypedDict, total=False):
     """Options of a session; see `Session`."""
 
     seed: int
-    size: int
+    size: int | None
     assets: Path | None
     stored_grammar: bool
     jobs: int | None
@@ -41,7 +41,7 @@ class Session(Desktop[SessionDesk]):
         path: Path | str,
         *,
         seed: int = 0,
-        size: int = NUM_MODELS,
+        size: int | None = None,
         assets: Path | None = None,
         stored_grammar: bool = False,
         jobs: int | None = None,
@@ -52,7 +52,7 @@ class Session(Desktop[SessionDesk]):
             grammar: a rule file, a species of trees, or the name of a shipped one.
             path: the session file.
             seed: seed of the models of a new session, 0 <= seed < 2**64.
-            size: size of the pool of a new session.
+            size: size of the pool of a new session; by default the usual one of its designs.
             assets: folder of meshes and images, if it is not the one beside the file.
             stored_grammar: use the grammar stored in the session, even if the file has changed.
             jobs: number of processes that draw; by default one per core, 0 for a session without pictures.

@@ -91,7 +91,7 @@ class GrammarExamples(AbstractExampleLearner[Forest]):
         return learned.ratio(designs)
 
     def pool(self, learned: Learned[Forest], seed: int) -> tuple[Floats, Floats]:
-        pool_designs = PoolDesigns.of(self.space, Pool(seed))
+        pool_designs = PoolDesigns.of(self.space, Pool.usual(self.space, seed))
         return np.concatenate([learned.ratio(forest) for forest in pool_designs.batches]), pool_designs.weights
 
 

@@ -85,6 +85,7 @@ def learn_from_labels(
     labels_from: str,
     settings: Settings | None = None,
     pool: Pool | None = None,
+    seed: int = 0,
     scenario: Path | None = None,
     respondent: Respondent = EXACT,
     on_progress: Progress = silent,
@@ -98,7 +99,8 @@ def learn_from_labels(
         making: options of making it.
         labels_from: name of the label file, for a comment in the new file.
         settings: settings of learning; by default as in a session.
-        pool: the pool of models; by default that of seed 0.
+        pool: the pool of models; by default the usual one of the seed.
+        seed: seed of the usual pool, 0 <= seed < 2**64.
         scenario: a scenario file to compare the result with; nothing is learned from it.
         respondent: respondent whose scale is used for this comparison; nothing is learned from it.
         on_progress: called with the progress of models to learn from, for methods that need them.
@@ -129,7 +131,7 @@ def learn_from_labels(
     writer.method(making.method)
     true_source = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
     answers = answers_of(renamed(labels, text), space.hashes)
-    study = Study(space, pool or Pool(), settings)
+    study = Study(space, pool or Pool.usual(space, seed), settings)
     lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels_from}: {len(labels)} scores"]
     with one_thread():
         state = step(study, init(study), answers)

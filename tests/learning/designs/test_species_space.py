@@ -11,8 +11,10 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool, PoolDesigns
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.designs.tree_columns import TreeBatch, relevant_names
-from grammarlab.learning.settings import FeatureOptions
+from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.randomness import root_keys
+from grammarlab.runs.sample.domains import opened
+from grammarlab.runs.sample.shipped import find_rules
 from grammarlab.trees.growth import grow
 from grammarlab.trees.measures import MEASURES, measure
 from grammarlab.trees.parameters import COLUMN
@@ -157,3 +159,12 @@ def test_a_batch_is_taken_apart_by_index():
 
 def test_designs_have_scenes():
     assert SPACE.realize([Address(False, 1, 0), Address(True, 1, 1)]).scene.num_models == 2
+
+
+def test_a_usual_pool_is_smaller_where_trees_are_larger():
+    palm, oak = (
+        opened(".toml", source.text(), source.name, source.assets) for source in map(find_rules, ("palm", "oak"))
+    )
+    assert palm.pool_size == POOL_SIZE
+    assert 1000 <= oak.pool_size < POOL_SIZE
+    assert len(Pool.usual(oak, 7)) == oak.pool_size
