@@ -28,6 +28,8 @@ _MODULES: dict[Method, str] = {
 
 _WITH_CONTINUOUS = ("blended", "partition", "grouped")
 """Methods that distinguish counts from continuous columns."""
+_WITH_PRIORS = ("blended", "partition")
+"""Methods to which some columns may be more likely to matter than others."""
 
 
 def fit(
@@ -36,6 +38,7 @@ def fit(
     *,
     groups: ArrayLike | None = None,
     continuous: ArrayLike | None = None,
+    priors: ArrayLike | None = None,
     method: Method = "blended",
     seed: int = 0,
     warm: AbstractPreference | None = None,
@@ -52,6 +55,8 @@ def fit(
         scores: [n] scores of the person, 0 (disliked) to 100.
         groups: [F] a number >= 0 for each column; columns of one group belong to one choice.
         continuous: [F] whether columns are continuous instead of counts; the baselines ignore it.
+        priors: [F] how likely columns are to matter, relative to each other; by default all are equally likely. Only
+            the methods ``blended`` and ``partition`` use it, for conditions on many continuous columns.
         method: ``blended`` (the next two, with weights from held-out scores), ``partition`` (cells that average their
             scores), ``grouped`` (a weight for each group, averaged by evidence), ``paper`` (a weight for each column,
             Equations 4.4-4.8), ``kde`` (score-weighted density, the paper's baseline), ``sklearn`` or ``lightgbm``
@@ -85,4 +90,5 @@ def fit(
     with named_extras():
         module = import_module(_MODULES[method])
     options = {"continuous": continuous} if method in _WITH_CONTINUOUS else {}
+    options |= {"priors": priors} if method in _WITH_PRIORS else {}
     return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **options)

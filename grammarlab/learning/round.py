@@ -276,6 +276,7 @@ def _fit(
         groups=table.groups,
         continuous=table.continuous,
         method=settings.fit,
+        priors=table.priors,
         seed=settings.seed,
         warm=warm,
         kinds=[kinds[index] for index in order.tolist()] if answers.kinds else (),

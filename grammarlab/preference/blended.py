@@ -29,6 +29,8 @@ PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
 _ODDS_OF_CELLS = 20.0
 """Prior odds of cells alone against any other share."""
+_ODDS_OF_BOXES = 1e4
+"""The same if boxes explain the scores: most questions were about what boxes dispute, where they know least."""
 _LIKELIHOOD_POWER = 0.25
 """Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
 their structure from all scores."""
@@ -187,6 +189,7 @@ def fit(
     *,
     groups: ArrayLike | None = None,
     continuous: ArrayLike | None = None,
+    priors: ArrayLike | None = None,
     seed: int = 0,
     warm: AbstractPreference | None = None,
 ) -> BlendedPreference:
@@ -197,6 +200,7 @@ def fit(
         scores: [n] 0-100.
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
+        priors: [F] how likely columns are to matter, relative to each other, to cells.
         seed: seed of random starts and draws, and of the held-out labels.
         warm: not used.
 
@@ -206,7 +210,7 @@ def fit(
     table, values = checked_labels(rows, scores)
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
-    cells = partition.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
+    cells = partition.fit(table, values, groups=numbers, continuous=drawn, priors=priors, seed=seed)
     starts = NUM_FEWER_STARTS if len(values) > MAX_HELD_OUT else None
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     if len(values) < MIN_LABELS:
@@ -247,19 +251,21 @@ def _share(
     predicted[1] = expected_score(predicted[1], cells.noise, blunders=0.0)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
     # Cells that like no scored design would only make the values of the process smaller.
-    share = _share_by(predicted, scores, row) if cells.predict(rows).mean.max() >= _MIN_LIKED else 1.0
+    odds = _ODDS_OF_BOXES if cells.boxes else _ODDS_OF_CELLS
+    share = _share_by(predicted, scores, row, odds) if cells.predict(rows).mean.max() >= _MIN_LIKED else 1.0
     errors = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(errors))) * _SD_PER_MEDIAN, sketches
 
 
-def _share_by(predicted: Floats, scores: Floats, row: Ints) -> float:
+def _share_by(predicted: Floats, scores: Floats, row: Ints, odds_of_cells: float) -> float:
     """The share of the process by held-out scores.
 
     Args:
         predicted: [2, n] predictions of the process and of the cells, 0-100.
         scores: [n] 0-100; each is random with a small probability.
         row: [n] design of each score, from 0; a design counts once, with the mean of its scores.
+        odds_of_cells: prior odds of cells alone.
     """
     shares = np.array(PROCESS_SHARES)[:, None]
     process, cells, mean_scores = (np.bincount(row, values) / np.bincount(row) for values in (*predicted, scores))
@@ -269,7 +275,7 @@ def _share_by(predicted: Floats, scores: Floats, row: Ints) -> float:
         densities = np.exp(-0.5 * (errors / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
         likelihood = np.log((1.0 - BLUNDERS[1]) * densities + BLUNDERS[1] / MAX_SCORE).sum(axis=1)
         likelihoods = np.logaddexp(likelihoods, likelihood)
-    return mean_share(likelihoods)
+    return mean_share(likelihoods, odds_of_cells)
 
 
 def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -> float:

@@ -29,6 +29,8 @@ class FeatureTable:
     """[F] a typical difference between models, > 0: 1 for counts, the range of the draws for draws."""
     logarithmic: Flags | None = None
     """[F] whether values are logarithms of the features; None if none is."""
+    priors: Floats | None = None
+    """[F] how likely columns are to matter to a person, relative to each other; None if all are equally likely."""
     units: tuple[str, ...] = ()
     """[F] units of the features, empty for none; () if none has one."""
 

@@ -56,6 +56,8 @@ class DesignTable:
     """[F] scale of each column, > 0."""
     logarithmic: Flags | None = None
     """[F] whether values are logarithms of the features; None if none is."""
+    priors: Floats | None = None
+    """[F] how likely columns are to matter to a person, relative to each other; None if all are equally likely."""
     units: tuple[str, ...] = ()
     """[F] units of the features, empty for none; () if none has one."""
 
@@ -148,6 +150,7 @@ class DesignTables(Generic[Designs]):
             group_names=(*base.group_names, *names),
             scales=np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
             logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, np.zeros(len(names), bool)),
+            priors=None if base.priors is None else np.append(base.priors, np.ones(len(names))),
             units=(*base.units, *("" for _ in names)) if base.units else (),
         )
 

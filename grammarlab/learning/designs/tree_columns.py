@@ -17,6 +17,8 @@ from grammarlab.trees.parameters import COLUMN, COLUMNS, IS_LOG, NUM_LEVELS, PAR
 from grammarlab.trees.species import Species
 from grammarlab.trees.tree_values import parameters
 
+_MEASURE_SHARE = 0.75
+"""Prior probability that a condition of a person is about a measure and not about a parameter."""
 _UNITS = {"deg": "°"}
 """Units whose text differs from their name."""
 
@@ -79,8 +81,17 @@ class TreeColumns:
             group_names=tuple(map(words_of_name, self.names)),
             scales=self.scales,
             logarithmic=~np.isnan(self.least),
+            priors=self.priors,
             units=tuple(map(unit_of, self.names)),
         )
+
+    @property
+    def priors(self) -> Floats:
+        """[F] how likely each column is to matter: a person sees measures, and parameters only by their effects."""
+        is_measure = np.array([name in MEASURES for name in self.names], dtype=bool)
+        shares = np.where(is_measure, _MEASURE_SHARE, 1.0 - _MEASURE_SHARE)
+        numbers = np.where(is_measure, is_measure.sum(), (~is_measure).sum())
+        return shares * len(self.names) / numbers
 
     def table(self, designs: Sequence[TreeBatch]) -> Floats:
         """[n, F] values, not scaled."""

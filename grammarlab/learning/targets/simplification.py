@@ -167,6 +167,20 @@ def smallest(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_l
     return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + _MAX_ROUNDING_JS))
 
 
+def simplified(rows: Floats, scores: Floats, weights: Floats, tree: Sequence[Split]) -> Simplified:
+    """The function with the splits of a given tree and the mean scores of its leaves, in round numbers.
+
+    Args:
+        rows: [n, F] rows of the designs of a pool; this and the others as in `simpler`.
+        scores: [n].
+        weights: [n].
+        tree: splits of the rows.
+    """
+    path = _Path(rows, scores, weights, tuple(tree), ())
+    exact = path.preference(len(tree) + 1)
+    return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + _MAX_ROUNDING_JS))
+
+
 def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -> list[Ints]:
     """Sets of columns for growing trees: the few that together distinguish levels of the scores, and all."""
     levels = drawn_to_levels(scores, weights, _NUM_LEVELS)

@@ -7,7 +7,7 @@ which anything is liked, so that many candidates are kept.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,14 +20,17 @@ from grammarlab.density.exact.splitting import Base
 from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Draw, Feature
+from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.designs.tree_columns import TreeBatch, columns_of, words_of_name
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
-from grammarlab.learning.targets.simplification import TOLERANCE, Predicted, predict, smallest
+from grammarlab.learning.targets.simplification import TOLERANCE, Predicted, Simplified, predict, simplified, smallest
 from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
-from grammarlab.preference.regression_tree import grow, leaves_of
+from grammarlab.preference.blended import BlendedPreference
+from grammarlab.preference.cells.splits import Above
+from grammarlab.preference.regression_tree import Split, grow, leaves_of
 from grammarlab.preference.simplified import SimplifiedPreference
 from grammarlab.scene.instances import Scene
 from grammarlab.trees.accepted_trees import log_density, rule_of
@@ -113,6 +116,8 @@ class _Pool(NamedTuple):
     """[m] >= 0, at least one above 0."""
     weights: Floats
     """[m] importance weights."""
+    cells: tuple[Split, ...]
+    """Splits of the most likely cells; () for preferences without cells, or with several factors."""
 
     @property
     def exact(self) -> Ints:
@@ -200,12 +205,47 @@ def _pool_of(space: SpeciesSpace, study: Study[TreeBatch], state: State, predict
     names = [name for name in space.names if np.ptp(columns[name]) > 0.0]
     names.sort(key=lambda name: (name not in COLUMN, -share_of.get(name, 0.0)))
     rows = np.column_stack([np.zeros((len(predicted.scores), 0)), *(columns[name] for name in names)])
-    return _Pool(space.species, tuple(names), rows, predicted.scores, pool_designs.weights)
+    cells = tuple(_splits_of_cells(table, state, names))
+    return _Pool(space.species, tuple(names), rows, predicted.scores, pool_designs.weights, cells)
+
+
+def _splits_of_cells(table: DesignTable, state: State, names: Sequence[str]) -> Iterator[Split]:
+    """The splits of the most likely tree of the only liked factor, in the units of its columns."""
+    preference = state.preferences[state.liked[0]] if len(state.liked) == 1 else None
+    if not isinstance(preference, BlendedPreference):
+        return
+    number = 0
+    waiting = [(preference.partition.trees[0], 0)]
+    while waiting:
+        node, leaf = waiting.pop()
+        # Other splits than bounds, and bounds on further columns, end the tree.
+        if not isinstance(node.split, Above) or node.split.column >= len(table.features):
+            continue
+        feature, bound = table.features[node.split.column], node.split.bound * float(table.scales[node.split.column])
+        if not isinstance(feature, Draw) or feature.site not in names:
+            continue
+        if table.logarithmic is not None and table.logarithmic[node.split.column]:
+            bound = float(np.exp(bound))
+        number += 1
+        yield Split(leaf, names.index(feature.site), bound)
+        waiting += [(branch, number if part else leaf) for part, branch in node.parts]
+
+
+def _simple(pool: _Pool, columns: Ints) -> Simplified:
+    """The smallest function of some columns that is near enough: a regression tree, or the cells if these are nearer.
+
+    The tree of a conjunction of many bounds follows few liked trees of a pool, and cells follow the scores.
+    """
+    tree = smallest(pool.rows, pool.scores, pool.weights, columns, _MAX_LEAVES)
+    if tree.js <= TOLERANCE or not pool.cells or not {split.column for split in pool.cells} <= set(columns.tolist()):
+        return tree
+    cells = simplified(pool.rows, pool.scores, pool.weights, pool.cells)
+    return cells if cells.js < tree.js else tree
 
 
 def _kinds_only(pool: _Pool, most: int) -> _Result | None:
     """The species that follows the predictions by kinds only; None if parameters do not explain them."""
-    simple = smallest(pool.rows, pool.scores, pool.weights, pool.exact, _MAX_LEAVES)
+    simple = _simple(pool, pool.exact)
     parts = pool.parts(simple.preference)
     if simple.js > _MAX_KINDS_JS or not 0 < len(parts) <= most:
         return None
@@ -214,7 +254,7 @@ def _kinds_only(pool: _Pool, most: int) -> _Result | None:
 
 def _with_rule(pool: _Pool, most: int) -> _Result:
     """The species of kinds in which anything is liked, with an acceptance rule for the rest."""
-    simple = smallest(pool.rows, pool.scores, pool.weights, np.arange(len(pool.names)), _MAX_LEAVES)
+    simple = _simple(pool, np.arange(len(pool.names)))
     values, highest = simple.preference(pool.rows), max(simple.preference.levels)
     region = _region(pool, values, most)
     parts = pool.parts(region)

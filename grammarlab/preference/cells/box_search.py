@@ -76,6 +76,7 @@ def find_boxes(
     randomness: np.random.Generator,
     intervals: Intervals | None = None,
     num_chains: int = NUM_CHAINS,
+    priors: Floats | None = None,
 ) -> list[Box]:
     """Boxes that explain scores; none for few continuous columns, or without scores of two kinds.
 
@@ -86,6 +87,8 @@ def find_boxes(
         randomness: draws boxes.
         intervals: [n] intervals of the labels, if they are not scores.
         num_chains: number of chains.
+        priors: [F] how likely faces of columns are, relative to each other; None if all are equally likely. Columns
+            beyond F count 1.
     """
     if not are_many(int(np.count_nonzero(continuous)), len(continuous)) or len(np.unique(scores)) < 2:
         return []
@@ -95,7 +98,9 @@ def find_boxes(
     columns = np.flatnonzero(np.ptp(rows, axis=0) > 0.0)
     if not len(columns):
         return []
-    places = _Places.of(rows[:, columns])
+    likely = np.ones(rows.shape[1])
+    likely[: len(continuous)] = 1.0 if priors is None else priors
+    places = _Places.of(rows[:, columns], likely[columns])
     boxes: list[Box] = []
     for _ in range(num_chains):
         for faces in _drawn(places, gains, randomness):
@@ -146,15 +151,15 @@ class _Places:
     """[C, n - 1] log-probability of a bound, equal parts of it by its range and by the number of labels."""
 
     @classmethod
-    def of(cls, columns: Floats) -> _Places:
-        """The places of labels [n, C]."""
+    def of(cls, columns: Floats, priors: Floats) -> _Places:
+        """The places of labels [n, C] in columns with priors [C]."""
         values = np.ascontiguousarray(columns.T)
         order = np.argsort(values, axis=1, kind="stable")
         ascending = np.take_along_axis(values, order, axis=1)
         gaps = np.diff(ascending, axis=1)
         shares = (gaps / np.ptp(values, axis=1, keepdims=True) + (gaps > 0.0) / gaps.shape[1]) / 2.0
         with np.errstate(divide="ignore"):
-            log_prior = np.log(shares) + np.log(_NUM_FACES / (2.0 * len(values) * _NUM_SLOTS))
+            log_prior = np.log(shares) + np.log(_NUM_FACES / (2.0 * _NUM_SLOTS) * priors / priors.sum())[:, None]
         return cls(values, order, ascending[:, :-1], ascending[:, 1:], log_prior.astype(np.float32))
 
 

@@ -104,6 +104,8 @@ class PartitionPreference(AbstractPreference):
     """Trees, most likely first."""
     doubtful: tuple[Tree, ...]
     """Alternative trees, used only to choose questions."""
+    priors: Floats | None = None
+    """[F] how likely columns are to matter, relative to each other; None if all are equally likely."""
     boxes: tuple[Tree, ...] = ()
     """Trees of boxes that explain the scores (`grammarlab.preference.cells.box_search`), with all their bounds, whether
     these are worth their price or not; used only to choose questions."""
@@ -214,7 +216,7 @@ class PartitionPreference(AbstractPreference):
             intervals=intervals,
         )
         guides, table = guides_of(cells), widened(rows, self.shares_of)
-        boxes = find_boxes(table, scores, continuous, randomness, intervals, _NUM_CHAINS_WITHOUT)
+        boxes = find_boxes(table, scores, continuous, randomness, intervals, _NUM_CHAINS_WITHOUT, self.priors)
         conjunctions = [box.tree(table) for box in boxes]
         faces = set[Above]().union(*(tree.bounds() for tree in conjunctions))
         if faces:
@@ -339,6 +341,7 @@ def fit(
     *,
     groups: ArrayLike | None = None,
     continuous: ArrayLike | None = None,
+    priors: ArrayLike | None = None,
     seed: int = 0,
     warm: AbstractPreference | None = None,
     intervals: Intervals | None = None,
@@ -350,6 +353,7 @@ def fit(
         scores: [n] 0-100; equal rows may have different ones.
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
+        priors: [F] how likely columns are to matter, relative to each other, in conjunctions of many of them.
         seed: seed of the draws of splits, and of the selection of labels if there are more than `_MAX_ROWS_TO_FIT`.
         warm: not used.
         intervals: [n] intervals of the labels, if they are not scores; the scores are then approximate values.
@@ -368,7 +372,9 @@ def fit(
         intervals = None if intervals is None else intervals.take(selected)
     sums = sums_of(table, numbers, drawn)
     wide, every = widened(table, sums), np.arange(len(values))
-    conjunctions = [box.tree(wide) for box in find_boxes(wide, values, drawn, randomness, intervals)]
+    likely = None if priors is None else np.asarray(priors, dtype=np.float64)
+    boxes = find_boxes(wide, values, drawn, randomness, intervals, priors=likely)
+    conjunctions = [box.tree(wide) for box in boxes]
     near = set[Above]().union(*(tree.bounds() for tree in conjunctions))
     divisor = _BOXES_PER_TREE if conjunctions else 1
     num_trees, num_around, num_doubtful = (
@@ -405,6 +411,7 @@ def fit(
         cells=cells,
         trees=tuple(trees),
         doubtful=tuple(doubtful),
+        priors=likely,
         boxes=tuple(conjunctions),
     )
 

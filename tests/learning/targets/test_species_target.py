@@ -13,8 +13,12 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.designs.tree_columns import TreeBatch
 from grammarlab.learning.round import State, Study, init, step
+from grammarlab.learning.targets import species_target
+from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.species_target import SpeciesWriter
 from grammarlab.learning.targets.writers import LearnedDensity, Making
+from grammarlab.preference.blended import BlendedPreference
+from grammarlab.preference.regression_tree import leaves_of
 from grammarlab.trees.species import Species
 from grammarlab.trees.species_file import parse
 
@@ -57,12 +61,11 @@ def species_of(density: LearnedDensity[TreeBatch]) -> Species:
 
 def slender_or_stout(columns: dict[str, Floats]) -> Floats:
     ratio = columns["ratio"]
-    liked = 100.0 * (ratio < 0.015).astype(np.float64)
-    return liked + 50.0 * (ratio > 0.03).astype(np.float64)
+    return np.array(100.0 * (ratio < 0.015) + 50.0 * (ratio > 0.03), dtype=np.float64)
 
 
 def wide_and_upright(columns: dict[str, Floats]) -> Floats:
-    return 100.0 * ((columns["crown_ratio"] > 0.7) & (columns["lean"] < 0.05))
+    return np.array(100.0 * ((columns["crown_ratio"] > 0.7) & (columns["lean"] < 0.05)), dtype=np.float64)
 
 
 def test_a_taste_in_parameters_becomes_kinds_with_words():
@@ -108,6 +111,17 @@ def test_learned_files_can_be_learned_from_again():
     assert wide_and_upright(columns).mean() > 80.0
     assert (slender_or_stout(columns) > 0.0).mean() > 0.9
     assert second.measured.after.js < 0.03
+
+
+def test_cells_divide_the_pool_in_the_units_of_its_columns_as_they_divide_rows():
+    study, state = studied(wide_and_upright, SPACE)
+    pool = species_target._pool_of(SPACE, study, state, predict(study, state))
+    preference = state.preferences["f"]
+    assert isinstance(preference, BlendedPreference)
+    number, cells = preference.partition.trees[0].cell_of(study.table(state).rows)
+    leaf = leaves_of(pool.cells, pool.rows)
+    assert len(pool.cells) >= 2
+    assert len(np.unique(number)) == len(cells) == len(np.unique(leaf)) == len(np.unique([number, leaf], axis=1).T)
 
 
 def test_samples_of_a_learned_file_have_scenes():

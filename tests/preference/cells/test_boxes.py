@@ -35,7 +35,7 @@ def test_chains_draw_boxes_in_proportion_to_their_posterior(monkeypatch: pytest.
     monkeypatch.setattr(box_search, "_NUM_SLOTS", 3)
     columns = np.array([[0.0, 5.0], [1.0, 1.0], [3.0, 4.0], [7.0, 0.0]])
     gains = np.array([1.5, -1.0, 0.7, -1.2], dtype=np.float32)
-    places = box_search._Places.of(columns)
+    places = box_search._Places.of(columns, np.array([1.0, 3.0]))
     chain, counts = box_search._Chain(places, np.random.default_rng(1)), Counter[frozenset]()
     num = 40_000
     for _ in range(num):
