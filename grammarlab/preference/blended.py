@@ -258,7 +258,7 @@ def _share(
     return share, float(np.median(np.abs(errors))) * _SD_PER_MEDIAN, sketches
 
 
-def _share_by(predicted: Floats, scores: Floats, row: Ints, odds_of_cells: float) -> float:
+def _share_by(predicted: Floats, scores: Floats, row: Ints, odds_of_cells: float = _ODDS_OF_CELLS) -> float:
     """The share of the process by held-out scores.
 
     Args:
