@@ -130,6 +130,12 @@ def test_columns_are_the_parameters_that_matter_and_the_measures_on_sensible_sca
     scale = table.names.index("scale")
     assert np.allclose(np.exp(values[:, scale]), batch.rows[:, COLUMN["scale"]])
     assert np.allclose(np.ptp(table.rows(), axis=0), 1.0)
+    # Three of four conditions of a person are expected to be about measures, and equally about each.
+    assert table.priors is not None
+    priors = table.priors / table.priors.sum()
+    is_measure = np.array([str(feature) in MEASURES for feature in table.features])
+    assert priors[is_measure].sum() == pytest.approx(0.75)
+    assert np.ptp(priors[is_measure]) == pytest.approx(0.0)
     assert SPACE.vocabulary([batch], FeatureOptions(1, ("paths",))).apply([batch]).rows().shape == (40, 0)
 
 
