@@ -20,7 +20,7 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.respondents import Respondent
 from grammarlab.evaluation.scenario import Scenario
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
+from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.interview import Person
@@ -180,7 +180,7 @@ def prepare(source: Source, settings: Settings) -> Material:
     return material
 
 
-def true_scores(source: Source, designs: Designs) -> Floats:
+def true_scores(source: Source, designs: Any) -> Floats:
     """[n, K] scores of a batch of designs by each factor of a scenario, 0 to 100."""
     scores = (factor.score for factor in source.scenario.factors)
     return np.column_stack([score.evaluate(source.space.values([designs], score.features)) for score in scores])
@@ -197,7 +197,7 @@ def _product(scores: Floats) -> Floats:
     return 100.0 * np.prod(scores / 100.0, axis=1, keepdims=True)
 
 
-def _log_weight(source: Source, designs: Designs) -> Floats:
+def _log_weight(source: Source, designs: Any) -> Floats:
     """[n] log of the base density divided by the density from which the designs are drawn."""
     if source.scenario.base == "uniform":
         return -source.space.log_density(designs)

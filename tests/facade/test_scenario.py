@@ -31,7 +31,7 @@ def truth(label: list[str], box: np.ndarray) -> float:
 
 def test_the_scenario_likes_what_its_title_says() -> None:
     source = load_source(SCENARIO)
-    forest = derive(source.grammar, 200, seed=5, assets=source.assets)
+    forest = derive(source.grammar_space.grammar, 200, seed=5, assets=source.grammar_space.assets)
     found = source.scenario.score.evaluate(count(forest, source.scenario.score.features))
     model = forest.nodes.model[forest.leaves.node]
     box = np.concatenate([forest.leaves.position[:, :2], forest.leaves.size[:, :2]], axis=1)
@@ -50,8 +50,10 @@ def test_a_learner_is_measured_on_it_like_on_any_other() -> None:
 
 def test_the_liked_facades_are_a_grammar_exactly() -> None:
     source = load_source(SCENARIO)
-    forest = derive(source.grammar, 60, seed=3, assets=source.assets)
-    learned = Target.of_score(source.grammar, source.scenario.score, assets=source.assets).compiled(forest)
+    forest = derive(source.grammar_space.grammar, 60, seed=3, assets=source.grammar_space.assets)
+    learned = Target.of_score(
+        source.grammar_space.grammar, source.scenario.score, assets=source.grammar_space.assets
+    ).compiled(forest)
     sampled = learned.sample(40, 1)
     assert (source.scenario.score.evaluate(count(sampled, source.scenario.score.features)) > 0.0).all()
 

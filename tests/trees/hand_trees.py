@@ -67,7 +67,7 @@ def _stems(stems: Sequence[Stem]) -> Stems:
         first=np.array([int(stem.source >= 0) for stem in stems], dtype=np.int64),
         key=root_keys(1, np.arange(len(stems))),
         offset=np.array([stem.offset for stem in stems]),
-        length=np.array([np.linalg.norm(np.subtract(stem.tip, stem.base)) for stem in stems]),
+        length=np.array([float(np.linalg.norm(np.subtract(stem.tip, stem.base))) for stem in stems]),
         radius=np.array([stem.radius for stem in stems]),
         node_offsets=offsets_from_counts(np.array(counts, dtype=np.int64)),
         points=np.array(points, dtype=np.float64).reshape(-1, 3),

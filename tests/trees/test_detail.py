@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -152,7 +152,7 @@ def test_cards_are_eight_triangles_in_the_box_of_the_tree_with_holes():
 def test_files_have_the_same_triangles(suffix: str, detail: str, tmp_path: Path):
     scene = cards() if detail == "cards" else detailed(blooming(), detail)
     path = save(scene, tmp_path / f"tree.{suffix}")
-    mesh = trimesh.load(path, force="mesh", process=False)
+    mesh: Any = trimesh.load(path, force="mesh", process=False)
     batch = triangles(scene)
     assert len(mesh.faces) == len(batch.triangles)
     corners = np.sort(batch.vertices[batch.triangles].reshape(-1, 9), axis=0)
@@ -175,7 +175,8 @@ def test_files_with_instances_have_the_same_surface_and_pictures(reuse: str, tmp
             < 0.7 * save(scene, tmp_path / "m.glb", options=SaveOptions(assets=assets)).stat().st_size
         )
         return
-    loaded = trimesh.load(path, force="scene", process=False).to_mesh()
+    file: Any = trimesh.load(path, force="scene", process=False)
+    loaded = file.to_mesh()
     batch = triangles(scene)
     assert len(loaded.faces) == len(batch.triangles)
     corners = [
@@ -200,7 +201,7 @@ def test_texture_coordinates_are_in_files(tmp_path: Path):
     scene = cards()
     batch = triangles(scene)
     for suffix in ("glb", "obj"):
-        mesh = trimesh.load(save(scene, tmp_path / f"card.{suffix}"), force="mesh", process=False)
+        mesh: Any = trimesh.load(save(scene, tmp_path / f"card.{suffix}"), force="mesh", process=False)
         used = mesh.visual.uv[mesh.faces]
         assert batch.coordinates is not None
         np.testing.assert_allclose(used, batch.coordinates[batch.triangles], atol=1e-6)

@@ -126,8 +126,9 @@ def test_a_batch_measures_like_its_trees_alone() -> None:
         return [trunk], stems, leaves
 
     parts = [tree(number, 4.0 + 3.3 * number) for number in range(3)]
-    trunks, branches, leaves = ([item for part in parts for item in part[kind]] for kind in range(3))
-    batch = measure(skeleton([trunks, branches], leaves))
+    trunks = [stem for part in parts for stem in part[0]]
+    branches = [stem for part in parts for stem in part[1]]
+    batch = measure(skeleton([trunks, branches], [leaf for part in parts for leaf in part[2]]))
     for number, size in enumerate((4.0, 7.3, 10.6)):
         trunks, stems, leaves = tree(0, size)
         leaves = [Leaf(leaf.position) for leaf in parts[number][2]]

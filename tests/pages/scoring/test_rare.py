@@ -57,7 +57,9 @@ def new_learner(seed: int = 0) -> Handler:
 def asked_by_protocol(seed: int) -> list[str]:
     """The models that a simulated person is asked about, round after round, in a pool of the same seed and size."""
     wanted = replace(scenario.parse(SCENARIO), num_models=SIZE, seed=seed)
-    material = prepare(Source(wanted, Grammar.parse(POSTS), Path()), METHODS["default"].settings(wanted.features))
+    material = prepare(
+        Source(wanted, GrammarSpace(Grammar.parse(POSTS), Path())), METHODS["default"].settings(wanted.features)
+    )
     state, _ = protocol.run(material, BATCH, seed, BATCH * ROUNDS)
     assert state.wide
     return [str(address) for answers in state.answers.values() for address in answers.designs]

@@ -120,7 +120,7 @@ def test_few_columns_or_equal_scores_have_no_boxes():
     rows, scores = labelled(4, 60)
     random = np.random.default_rng(0)
     assert find_boxes(rows, scores, np.arange(12) < 7, random) == []
-    wide = np.column_stack([rows, np.round(rows)])
+    wide = np.column_stack([rows, np.round(rows)]).astype(np.float64)
     assert find_boxes(wide, scores, np.arange(24) < 12, random) == []
     assert find_boxes(rows, np.full(60, 50.0), CONTINUOUS, random) == []
     assert find_boxes(rows[:0], scores[:0], CONTINUOUS, random) == []

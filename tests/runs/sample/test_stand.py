@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,8 +84,9 @@ def test_trees_stand_at_their_places_in_all_files(tmp_path, file_format, single_
     origin = np.array(place_of(request)["origin"])
     assert origin.tolist() == ([0, 0, 0] if on == "50x40" else [691000, 0, -5335000])
     for k, (record, position) in enumerate(zip(result.models, stand_of(request).position, strict=True)):
-        scene = trimesh.load(result.folder / record.file, process=False)
-        points = np.asarray(scene.to_geometry().vertices if isinstance(scene, trimesh.Scene) else scene.vertices)
+        scene: Any = trimesh.load(result.folder / record.file, process=False)
+        mesh: Any = scene.to_geometry() if isinstance(scene, trimesh.Scene) else scene
+        points = np.asarray(mesh.vertices)
         world = points if file_format == "glb" else points + origin
         distance = np.hypot(*(world - position)[:, [0, 2]].T)
         base = (world[:, 1] < 0.05) & (distance < 1.5)
