@@ -15,6 +15,7 @@ from grammarlab.evaluation import protocol, scenario
 from grammarlab.evaluation.methods import METHODS
 from grammarlab.evaluation.preparation import Source, prepare
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.knowledge import ModelPool
