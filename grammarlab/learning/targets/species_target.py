@@ -47,7 +47,7 @@ _MAX_KINDS = 16
 _MAX_KINDS_JS = 0.01
 """Largest divergence in nats from the predictions for kinds without a rule: they may use a measure where a parameter
 says nearly the same, and a file that rejects no tree is worth more than the difference."""
-_MAX_LOST = 0.01
+_MAX_LOST = 0.02
 """Largest share of the liked designs outside of the kinds, on designs that these were not chosen by."""
 _MIN_RATE_GAIN = 1.15
 """Smallest factor of the acceptance rate by which a further kind pays."""
@@ -55,6 +55,8 @@ _MIN_LEAF_TREES = 30
 """Smallest number of trees of the pool in a part without liked ones, to say that nothing there is liked."""
 _HELD_OUT_STRIDE = 3
 """One tree in 3 shows what kinds would lose."""
+_NUM_DIGITS = 4
+"""Number of digits of bounds of cells, which lie anywhere between two scored trees."""
 _MIN_RATE = 1e-3
 """Acceptance rate below which a rule is slow."""
 
@@ -227,7 +229,7 @@ def _splits_of_cells(table: DesignTable, state: State, names: Sequence[str]) -> 
         if table.logarithmic is not None and table.logarithmic[node.split.column]:
             bound = float(np.exp(bound))
         number += 1
-        yield Split(leaf, names.index(feature.site), bound)
+        yield Split(leaf, names.index(feature.site), float(f"{bound:.{_NUM_DIGITS}g}"))
         waiting += [(branch, number if part else leaf) for part, branch in node.parts]
 
 
