@@ -306,7 +306,7 @@ def _region(pool: _Pool, values: Floats, most: int) -> SimplifiedPreference:
         if lost > _MAX_LOST:
             continue
         num, covered = len(pool.parts(region)), float(pool.weights @ region(pool.rows) / pool.weights.sum())
-        gain = 1.0 / covered / _MIN_RATE_GAIN ** (num - len(pool.species.kinds))
-        if len(pool.species.kinds) <= num <= most and gain > worth:
+        gain = 1.0 / covered / _MIN_RATE_GAIN ** max(num - len(pool.species.kinds), 0)
+        if 0 < num <= most and gain > worth:
             best, worth = region, gain
     return best
