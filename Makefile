@@ -7,6 +7,7 @@
 # reference  the generated parts of the documentation, in docs/
 # bench  how fast it is, as ratios within one run
 # pictures  the pictures of the guide
+# plausible-trees   how many trees each clause of T1 removes
 # species-pictures  the pictures of bark and leaves of the shipped species
 # tree-parameters  the pictures of every parameter of trees, and of the species
 # screens   the pictures of the pages in a browser
@@ -24,7 +25,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters format clean chromium
+.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters plausible-trees format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -120,6 +121,9 @@ scan-pictures: $(VENV)/.dev
 
 species-pictures: $(VENV)/.dev
 	$(BIN)/python -m docs.gen.species_pictures grammars/species/assets
+
+plausible-trees: $(VENV)/.dev
+	$(BIN)/python -m docs.gen.tree_clauses docs/evaluation/plausible_trees.md
 
 tree-parameters: $(VENV)/.dev
 	$(BIN)/python -m docs.gen.species_sheet
