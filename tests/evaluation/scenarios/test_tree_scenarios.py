@@ -48,7 +48,8 @@ def test_a_few_trees_of_a_hundred_are_plausible() -> None:
     source = load_source(SCENARIOS / "T1.toml")
     (trees,) = source.space.sample(False, 300, 0)
     share = np.mean(true_scores(source, trees) == 100.0)
-    assert 0.002 <= share <= 0.05
+    # 4.6 % of 10,000 (docs/evaluation/plausible_trees.md); the standard deviation is here 1.2 %.
+    assert 0.002 <= share <= 0.05 + 2 * 0.012
 
 
 @pytest.fixture
