@@ -111,21 +111,22 @@ class UsageError(GrammarlabError):
     """Wrong options or arguments; the command line exits with 2."""
 
 
-def check_type(name: str, value: object, kind: type, example: str) -> None:
+def check_type(name: str, value: object, kinds: type | tuple[type, ...], example: str) -> None:
     """Refuse an argument of another type, in the caller's words.
 
     Args:
         name: name of the argument.
         value: value of the argument.
-        kind: the expected type.
-        example: expression of a value of that type.
+        kinds: the expected type, or several.
+        example: expression of a value of such a type.
 
     Raises:
         UsageError: If the value has another type.
     """
-    if not isinstance(value, kind):
+    if not isinstance(value, kinds):
+        expected = " or ".join(kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,)))
         actual = repr(value)[:60] if isinstance(value, str) else type(value).__name__
-        raise UsageError(f"{name}: expected {kind.__name__} such as {example}, found {actual}.")
+        raise UsageError(f"{name}: expected {expected} such as {example}, found {actual}.")
 
 
 def shown(value: object) -> str:

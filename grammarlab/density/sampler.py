@@ -97,9 +97,9 @@ def sample(
     >>> gl.realize_trees(trees, palm.look, "low", palm.assets).num_models
     2
     """
+    check_type("grammar", grammar, (Grammar, Species), EXAMPLE)
     if isinstance(grammar, Grammar):
         return GrammarSampler(grammar, assets).sample(num_models, seed)
-    check_type("grammar", grammar, Species, EXAMPLE)
     from grammarlab.trees.accepted_trees import accepted_rows  # noqa: PLC0415  # grammars do without trees
     from grammarlab.trees.growth import grow  # noqa: PLC0415
 

@@ -134,8 +134,7 @@ def learn(
     >>> found.learned.sample(50, seed=1).leaves.size[:, 1].min()
     np.float64(9.0)
     """
-    if not isinstance(grammar, Species):
-        check_type("grammar", grammar, Grammar, EXAMPLE)
+    check_type("grammar", grammar, (Grammar, Species), EXAMPLE)
     if not callable(score):
         raise UsageError(f"score: expected a function from models to scores, found {type(score).__name__}.")
     if budget < 1:
