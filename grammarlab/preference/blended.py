@@ -31,6 +31,9 @@ _ODDS_OF_CELLS = 20.0
 """Prior odds of cells alone against any other share."""
 _ODDS_OF_BOXES = 1e4
 """The same if boxes explain the scores: most questions were about what boxes dispute, where they know least."""
+_MISSED_BY_BOXES = 0.1
+"""Share of held-out scores that say nothing if boxes explain the scores: these are looked for again without them, and
+one bound more or less decides about many of the scores that boxes disputed."""
 _LIKELIHOOD_POWER = 0.25
 """Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
 their structure from all scores."""
@@ -251,14 +254,20 @@ def _share(
     predicted[1] = expected_score(predicted[1], cells.noise, blunders=0.0)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
     # Cells that like no scored design would only make the values of the process smaller.
-    odds = _ODDS_OF_BOXES if cells.boxes else _ODDS_OF_CELLS
-    share = _share_by(predicted, scores, row, odds) if cells.predict(rows).mean.max() >= _MIN_LIKED else 1.0
+    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, BLUNDERS[1])
+    share = _share_by(predicted, scores, row, *prior) if cells.predict(rows).mean.max() >= _MIN_LIKED else 1.0
     errors = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(errors))) * _SD_PER_MEDIAN, sketches
 
 
-def _share_by(predicted: Floats, scores: Floats, row: Ints, odds_of_cells: float = _ODDS_OF_CELLS) -> float:
+def _share_by(
+    predicted: Floats,
+    scores: Floats,
+    row: Ints,
+    odds_of_cells: float = _ODDS_OF_CELLS,
+    blunders: float = BLUNDERS[1],
+) -> float:
     """The share of the process by held-out scores.
 
     Args:
@@ -266,6 +275,7 @@ def _share_by(predicted: Floats, scores: Floats, row: Ints, odds_of_cells: float
         scores: [n] 0-100; each is random with a small probability.
         row: [n] design of each score, from 0; a design counts once, with the mean of its scores.
         odds_of_cells: prior odds of cells alone.
+        blunders: probability that a score says nothing.
     """
     shares = np.array(PROCESS_SHARES)[:, None]
     process, cells, mean_scores = (np.bincount(row, values) / np.bincount(row) for values in (*predicted, scores))
@@ -273,7 +283,7 @@ def _share_by(predicted: Floats, scores: Floats, row: Ints, odds_of_cells: float
     likelihoods = np.full(len(PROCESS_SHARES), -np.inf)
     for noise in _NOISES:
         densities = np.exp(-0.5 * (errors / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
-        likelihood = np.log((1.0 - BLUNDERS[1]) * densities + BLUNDERS[1] / MAX_SCORE).sum(axis=1)
+        likelihood = np.log((1.0 - blunders) * densities + blunders / MAX_SCORE).sum(axis=1)
         likelihoods = np.logaddexp(likelihoods, likelihood)
     return mean_share(likelihoods, odds_of_cells)
 

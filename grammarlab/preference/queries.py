@@ -172,14 +172,15 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
         return _grammar(situation, num, randomness)
     if not isinstance(preference, BlendedPreference):
         return _mixed(preference, situation, num, randomness)
-    if preference.partition.boxes:
+    sure = surely_liked(preference, situation.pool[situation.scored], situation.scores)
+    if preference.partition.boxes and sure.any():
         disputed = _disputed(preference, situation, num)
         scored = np.append(situation.scored, disputed)
         guesses = np.append(situation.scores, preference.predict(situation.pool[disputed]).mean)
         situation = replace(situation, scored=scored, scores=guesses)
         return np.append(disputed, _explaining(preference, situation, num - len(disputed), randomness))
-    if not situation.liked.any() and _is_continuous(situation.pool):
-        # Every design is unlike all others, and the most unlike ones are extreme.
+    if not sure.any() and _is_continuous(situation.pool):
+        # Noise has explanations as well. Every design is unlike all others, and the most unlike ones are extreme.
         return _drawn(_is_unscored(situation), np.ones(len(situation.pool)), num, randomness)
     return _explaining(preference, situation, num, randomness)
 
