@@ -230,8 +230,10 @@ class PartitionPreference(AbstractPreference):
         start = Start(
             replace(cells, levels=levels_of(cells, divisions)), tuple(guides), sketches[int(np.argmax(shares))]
         )
-        # Without errors, held-out scores have influenced the splits of all labels, which would be a leak.
-        near_trees = self.trees[:_NUM_REPLANTED] if self.noise > NOISES[0] or self.blunders > BLUNDERS[0] else ()
+        # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are so
+        # hard to find again with fewer chains that it would be worse to do without.
+        keeps_trees = self.noise > NOISES[0] or self.blunders > BLUNDERS[0] or len(self.boxes) > 0
+        near_trees = self.trees[:_NUM_REPLANTED] if keeps_trees else ()
         near = (start.tree.bounds() | faces).union(*(tree.bounds() for tree in near_trees))
         cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, scores, near), table)
         trees = [grow(cells, every, growth, randomness) for growth in growths]
