@@ -62,6 +62,27 @@ class UsableProperties:
     """Message for each property that its attribute cannot take."""
 
 
+def named_values(texts: Iterable[str], examples: str) -> dict[str, str]:
+    """Values, still as texts, by name from texts like ``height=12``.
+
+    Args:
+        texts: the texts.
+        examples: right ones, for messages.
+
+    Raises:
+        UsageError: If a text has no name or no ``=``, or a name occurs twice.
+    """
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not name:
+            raise UsageError(f"attribute {text!r}: expected name=value, as in {examples}.")
+        if name in values:
+            raise UsageError(f"attribute {name!r} is given twice.")
+        values[name] = value
+    return values
+
+
 def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, AttributeValue]:
     """Attribute values from texts like ``height=12``, ``shops=true``, ``style=old``.
 
@@ -81,12 +102,7 @@ def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, Attribu
     {'height': 12.5, 'shops': True, 'style': '1900'}
     """
     values: dict[str, AttributeValue] = {}
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not name:
-            raise UsageError(f"attribute {text!r}: expected name=value, as in height=12 or style=old.")
-        if name in values:
-            raise UsageError(f"attribute {name!r} is given twice.")
+    for name, value in named_values(texts, "height=12 or style=old").items():
         values[name] = _fitted(name, _unquoted(value), grammar)
         problem = objection(grammar.attributes[name], values[name]) if name in grammar.attributes else ""
         if problem:

@@ -18,7 +18,7 @@ from grammarlab.errors import Finding, LanguageError, Location, TomlError, Usage
 from grammarlab.export.gltf_materials import image_file
 from grammarlab.files import read_bounded
 from grammarlab.geometry.footprints.footprint import Footprint, Remark
-from grammarlab.language.attribute_values import AttributeValue, length
+from grammarlab.language.attribute_values import AttributeValue, length, named_values
 from grammarlab.language.grammar import read_text
 from grammarlab.randomness import Keys, root_keys, uniforms
 from grammarlab.runs.sample.domains import SPECIES, AbstractDomain, CheckedText
@@ -63,15 +63,8 @@ class SpeciesModels(AbstractModels):
     """Folder of the pictures of bark and leaves."""
 
     def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
-        values: dict[str, AttributeValue] = {}
-        for text in texts:
-            name, equals, value = (part.strip() for part in text.partition("="))
-            if not equals or not name:
-                raise UsageError(f"attribute {text!r}: expected name=value, as in scale=12 or {DETAIL}=low.")
-            if name in values:
-                raise UsageError(f"attribute {name!r} is given twice.")
-            values[name] = checked_value(name, value)
-        return values
+        values = named_values(texts, f"scale=12 or {DETAIL}=low")
+        return {name: checked_value(name, value) for name, value in values.items()}
 
     def left_out(self) -> tuple[Finding, ...]:
         return ()
