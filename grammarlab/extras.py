@@ -21,6 +21,9 @@ EXTRAS = {
     "optax": "scans",
     "tornado": "score",
     "tomlkit": "score",
+    "pyogrio": "city",
+    "pyproj": "city",
+    "rasterio": "city",
     "anywidget": "notebook",
     "traitlets": "notebook",
 }
