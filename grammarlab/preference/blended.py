@@ -255,7 +255,13 @@ def _share(
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
     # Cells that like no scored design would only make the values of the process smaller.
     prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, BLUNDERS[1])
-    share = _share_by(predicted, scores, row, *prior) if cells.predict(rows).mean.max() >= _MIN_LIKED else 1.0
+    if cells.predict(rows).mean.max() < _MIN_LIKED:
+        share = 1.0
+    elif cells.boxes and cells.noise <= NOISES[0] and cells.blunders <= BLUNDERS[0]:
+        # Boxes that contradict no score are no worse for missing some of them, held out near a bound.
+        share = 0.0
+    else:
+        share = _share_by(predicted, scores, row, *prior)
     errors = share * predicted[0] + (1.0 - share) * predicted[1] - scores
     sketches = tuple(BlendedPreference(*part, share) for part in parts)
     return share, float(np.median(np.abs(errors))) * _SD_PER_MEDIAN, sketches
