@@ -22,7 +22,7 @@ from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.functions.shape_attributes import STATE_DEFAULTS
-from grammarlab.derivation.lots import Footprint, Footprints, Lots, brought_near
+from grammarlab.derivation.lots import Footprint, Footprints, Lots, StreetWidths, brought_near
 from grammarlab.derivation.materials import MaterialTable
 from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized
@@ -55,6 +55,8 @@ class LotOptions(TypedDict, total=False):
     """Start symbol, instead of the one that the grammar marks."""
     footprint: Footprint
     """Width and depth of a rectangle, or the corners [n, 3] of a polygon."""
+    street_width: StreetWidths | None
+    """[n] width in metres of the street along each edge of the footprint, 0 without a street; None if unknown."""
 
 
 @overload
@@ -98,7 +100,8 @@ def derive(
         assets: folder of the meshes and images that the grammar uses, by default that of the grammar if it was loaded
             from a file; an `AssetFolder` caches its files.
         budget: bounds on the size of one model.
-        options: first_model, attributes, start_rule and footprint as for `Lots.of`, with a number of models.
+        options: with a number of models, first_model, attributes, start_rule, footprint and street_width as for
+            `Lots.of`.
 
     Raises:
         UsageError: If an attribute or start rule is unknown, there is no asset folder of that name, or `Lots.of`

@@ -27,6 +27,8 @@ Footprint: TypeAlias = "tuple[float, float] | Floats"
 """Width and depth in metres of a rectangle from the origin along +x and +z, or the corners [n, 3] of a simple polygon,
 counter-clockwise seen from above; holes are joined to it by doubled edges. The scope's x axis runs along the first
 edge, y up, z out over the first edge."""
+StreetWidths: TypeAlias = "Sequence[float] | Floats"
+"""Width in metres of the street along the edge that leaves each corner of a footprint; 0 for an edge without one."""
 Values: TypeAlias = "NDArray[np.float64 | np.bool_ | np.str_]"
 DEFAULT_FOOTPRINT = (20.0, 20.0)
 """Width (along x) and depth (along z) in metres of the default footprint."""
@@ -41,33 +43,59 @@ class Footprints:
     """[P, 3] corners in metres, those of the first polygon first."""
     offsets: NDArray[np.int64]
     """[F + 1] into `points`."""
+    street_width: Floats | None = None
+    """[P] width in metres of the street along the edge that leaves each corner, 0 for an edge without a street; NaN at
+    all corners of a footprint whose streets are unknown; None if they are unknown for all footprints."""
 
     def __post_init__(self) -> None:
         if len(self.offsets) and np.diff(self.offsets).min(initial=3) < 3:
             raise UsageError("footprints: expected at least three corners for each")
+        if self.street_width is not None:
+            _check_widths(self.street_width, self.offsets)
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
 
     @classmethod
-    def of(cls, footprints: Sequence[Footprint]) -> Self:
+    def of(cls, footprints: Sequence[Footprint], street_widths: Sequence[StreetWidths | None] | None = None) -> Self:
         """Footprints as a table, in the order given.
 
+        Args:
+            footprints: [F] the footprints.
+            street_widths: [F] widths of the streets along the edges of each, None where they are unknown.
+
         Raises:
-            UsageError: If one has fewer than three corners, a coordinate is not finite, or its first edge has length 0.
+            UsageError: If one has fewer than three corners, a coordinate is not finite, its first edge has length 0, or
+                it has not one width of at least 0 m for each edge.
+
+        >>> Footprints.of([(20, 12), (9, 9)], [[8, 0, 0, 6], None]).street_width.tolist()
+        [8.0, 0.0, 0.0, 6.0, nan, nan, nan, nan]
         """
         polygons = [_corners(footprint) for footprint in footprints]
         points = np.concatenate([np.zeros((0, 3)), *polygons])
-        return cls(points, offsets_from_counts(np.array([len(polygon) for polygon in polygons], dtype=np.int64)))
+        counts = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
+        widths = [None] * len(polygons) if street_widths is None else list(street_widths)
+        if len(widths) != len(polygons):
+            raise UsageError(f"street widths: expected those of {len(polygons)} footprints, found {len(widths)}")
+        columns = [_edge_widths(width, count) for width, count in zip(widths, counts.tolist(), strict=True)]
+        return cls(points, offsets_from_counts(counts), _joined_widths(columns, counts))
 
     def take(self, rows: NDArray[np.integer]) -> Footprints:
         """The footprints [K] with these indices."""
         where, offsets = take_rows(self.offsets, rows)
-        return Footprints(self.points[where], offsets)
+        widths = None if self.street_width is None else self.street_width[where]
+        return Footprints(self.points[where], offsets, None if widths is None or np.isnan(widths).all() else widths)
 
     def polygon(self, index: int) -> Floats:
         """The corners [n, 3] of one footprint."""
         return self.points[self.offsets[index] : self.offsets[index + 1]]
+
+    def widths(self, index: int) -> Floats | None:
+        """[n] widths in metres of the streets along the edges of one footprint; None if they are unknown."""
+        if self.street_width is None:
+            return None
+        widths = self.street_width[self.offsets[index] : self.offsets[index + 1]]
+        return None if np.isnan(widths[0]) else widths
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +170,7 @@ class Lots:
         footprint: Footprint = DEFAULT_FOOTPRINT,
         attributes: Mapping[str, float | bool | str] | None = None,
         start_rule: str | None = None,
+        street_width: StreetWidths | None = None,
     ) -> Self:
         """Consecutive models of one seed with equal footprints, attributes and start rules.
 
@@ -152,9 +181,10 @@ class Lots:
             footprint: the footprint of all models.
             attributes: values of attributes, instead of those of the grammar.
             start_rule: start symbol, instead of the one that the grammar marks.
+            street_width: width of the street along each edge of the footprint, None if nothing is known of streets.
 
         Raises:
-            UsageError: If a number is out of range, or the footprint is not a polygon.
+            UsageError: If a number is out of range, the footprint is not a polygon, or not each edge has a width.
         """
         if not isinstance(num_models, int | np.integer) or num_models < 0:
             raise UsageError(f"expected 0 models or more, found {num_models!r}")
@@ -162,7 +192,9 @@ class Lots:
         _check_word("index of the first model", first_model)
         _check_word("index of the last model", first_model + max(num_models, 1) - 1)
         models = np.arange(num_models, dtype=np.uint64) + np.uint64(first_model)
-        return cls.at(np.full(num_models, seed, dtype=np.uint64), models, footprint, attributes, start_rule)
+        return cls.at(
+            np.full(num_models, seed, dtype=np.uint64), models, footprint, attributes, start_rule, street_width
+        )
 
     @classmethod
     def at(
@@ -172,6 +204,7 @@ class Lots:
         footprint: Footprint = DEFAULT_FOOTPRINT,
         attributes: Mapping[str, float | bool | str] | None = None,
         start_rule: str | None = None,
+        street_width: StreetWidths | None = None,
     ) -> Self:
         """Models of any addresses with equal footprints, attributes and start rules.
 
@@ -181,9 +214,10 @@ class Lots:
             footprint: the footprint of all models.
             attributes: values of attributes, instead of those of the grammar.
             start_rule: start symbol, instead of the one that the grammar marks.
+            street_width: width of the street along each edge of the footprint, None if nothing is known of streets.
 
         Raises:
-            UsageError: If a number is out of range, or the footprint is not a polygon.
+            UsageError: If a number is out of range, the footprint is not a polygon, or not each edge has a width.
         """
         models = _words("index of a model", model)
         num = len(models)
@@ -192,7 +226,7 @@ class Lots:
         return cls(
             seed=np.broadcast_to(_words("seed", seed), num).copy(),
             model=models,
-            footprints=Footprints.of([footprint]),
+            footprints=Footprints.of([footprint], [street_width]),
             footprint=np.zeros(num, dtype=np.int32),
             attributes={
                 name: AttributeColumn(np.repeat(_plain(name, value), num), np.ones(num, dtype=bool))
@@ -238,27 +272,33 @@ class Lots:
         """
         if not parts:
             raise UsageError("expected at least one value of Lots to join")
-        polygons: dict[bytes, int] = {}
+        polygons: dict[tuple[bytes, bytes | None], int] = {}
         unique_polygons: list[Floats] = []
+        unique_widths: list[Floats | None] = []
         starts: dict[str, int] = {}
         footprint, start_rule = [], []
         for part in parts:
             indices = []
-            for polygon in map(part.footprints.polygon, range(len(part.footprints))):
-                index = polygons.setdefault(polygon.tobytes(), len(polygons))
+            for row in range(len(part.footprints)):
+                polygon, widths = part.footprints.polygon(row), part.footprints.widths(row)
+                content = polygon.tobytes(), None if widths is None else widths.tobytes()
+                index = polygons.setdefault(content, len(polygons))
                 if index == len(unique_polygons):
                     unique_polygons.append(polygon)
+                    unique_widths.append(widths)
                 indices.append(index)
             footprint.append(np.array(indices, dtype=np.int32)[part.footprint])
             numbers = [starts.setdefault(name, len(starts)) for name in part.start_rules]
             start_rule.append(np.array(numbers, dtype=np.int32)[part.start_rule])
         names = dict.fromkeys(name for part in parts for name in part.attributes)
+        counts = np.array([len(polygon) for polygon in unique_polygons], dtype=np.int64)
         return Lots(
             seed=np.concatenate([part.seed for part in parts]),
             model=np.concatenate([part.model for part in parts]),
             footprints=Footprints(
                 np.concatenate([np.zeros((0, 3)), *unique_polygons]),
-                offsets_from_counts(np.array([len(polygon) for polygon in unique_polygons], dtype=np.int64)),
+                offsets_from_counts(counts),
+                _joined_widths(unique_widths, counts),
             ),
             footprint=np.concatenate(footprint),
             attributes={name: _joined(name, parts) for name in names},
@@ -364,6 +404,47 @@ def _corners(footprint: Footprint) -> Floats:
             "direction, so leave one of them out"
         )
     return corners
+
+
+def _edge_widths(widths: StreetWidths | None, count: int) -> Floats | None:
+    """Checked widths [count] of the streets along the edges of a footprint."""
+    if widths is None:
+        return None
+    try:
+        column = np.asarray(widths, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise UsageError(f"street widths: expected metres for each edge, found {widths!r:.60}") from None
+    if column.shape != (count,):
+        raise UsageError(f"street widths: expected one for each of {count} edges, found shape {column.shape}")
+    if not (np.isfinite(column) & (column >= 0.0)).all():
+        raise UsageError("street widths: expected metres, 0 for no street, found a negative or no number")
+    return column + 0.0
+
+
+def _joined_widths(columns: Sequence[Floats | None], counts: NDArray[np.int64]) -> Floats | None:
+    """[P] street widths of all footprints with these numbers of edges; None if those of all are unknown."""
+    if all(column is None for column in columns):
+        return None
+    return np.concatenate(
+        [
+            np.full(count, np.nan) if column is None else column
+            for column, count in zip(columns, counts.tolist(), strict=True)
+        ]
+    )
+
+
+def _check_widths(widths: Floats, offsets: NDArray[np.int64]) -> None:
+    num_corners = int(offsets[-1]) if len(offsets) else 0
+    if widths.shape != (num_corners,) or widths.dtype != np.float64:
+        raise UsageError(
+            f"street widths: expected a column of float64 for {num_corners} corners, "
+            f"found {widths.dtype} of shape {widths.shape}"
+        )
+    unknown = np.isnan(widths)
+    if not ((np.isfinite(widths) & (widths >= 0.0)) | unknown).all():
+        raise UsageError("street widths: expected metres, 0 for no street, found a negative or infinite number")
+    if unknown.any() and (np.add.reduceat(unknown.astype(np.int64), offsets[:-1]) % np.diff(offsets)).any():
+        raise UsageError("street widths: expected those of all edges of a footprint or of none, found NaN at some")
 
 
 def _check_index(name: str, index: NDArray[np.int32], num_models: int, num: int) -> None:

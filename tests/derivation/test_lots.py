@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -39,11 +41,22 @@ Yard --> split(x) { ~height : Side }*
 """
 )
 PROGRAM = compile_grammar(GRAMMAR)
+
+
+def of_all_edges(options: dict) -> dict:
+    """The options with a street width for each edge of their footprint, the given ones repeated."""
+    if options.get("street_width") is None:
+        return options
+    count = len(Footprints.of([options.get("footprint", (1.0, 1.0))]).points)
+    return {**options, "street_width": np.resize(options["street_width"], count)}
+
+
 OPTIONS = st.fixed_dictionaries(
     {},
     optional={
         "footprint": st.sampled_from([*FOOTPRINTS, np.array([[5.0, 0, 5], [1, 0, 1], [5, 0, 1]])]),
         "start_rule": st.sampled_from(["Lot", "Mass", "Side", "Window", "Yard"]),
+        "street_width": st.sampled_from([None, None, (8.0, 0, 6.5), (0, 0, 0)]),
         "attributes": st.fixed_dictionaries(
             {},
             optional={
@@ -57,7 +70,10 @@ OPTIONS = st.fixed_dictionaries(
     },
 )
 WORDS = st.sampled_from([0, 1, 17, 2**63, 2**64 - 1])
-MIXTURES = st.lists(st.tuples(WORDS, WORDS, OPTIONS), min_size=1, max_size=4)
+MIXTURES = st.lists(st.tuples(WORDS, WORDS, OPTIONS.map(of_all_edges)), min_size=1, max_size=4)
+
+
+TWO = Footprints.of([(1.0, 1.0), (2.0, 2.0)]).points, Footprints.of([(1.0, 1.0), (2.0, 2.0)]).offsets
 
 
 def lot(seed: int, model: int, options: dict) -> Lots:
@@ -112,13 +128,21 @@ def test_mixtures_of_random_grammars_derive_as_the_oracle_says(text, data):
 def test_joining_and_taking_lots_undo_each_other(first, second, third):
     parts = [Lots.concatenate([lot(*row) for row in rows]) for rows in (first, second, third)]
     whole = Lots.concatenate(parts)
-    assert len({polygon.tobytes() for polygon in map(whole.footprints.polygon, range(len(whole.footprints)))}) == len(
-        whole.footprints
-    )
+    assert len(set(map(content_of(whole.footprints), range(len(whole.footprints))))) == len(whole.footprints)
     bounds = np.cumsum([0, *map(len, parts)])
     for part, low, high in zip(parts, bounds[:-1], bounds[1:], strict=True):
         assert rows_of(whole.take(np.arange(low, high))) == rows_of(part)
     assert rows_of(Lots.concatenate([Lots.concatenate(parts[:2]), parts[2]])) == rows_of(whole)
+
+
+def content_of(footprints: Footprints) -> Callable[[int], tuple]:
+    """Corners and street widths of a footprint of a table, by its index."""
+
+    def content(index: int) -> tuple:
+        widths = footprints.widths(index)
+        return footprints.polygon(index).tobytes(), None if widths is None else widths.tobytes()
+
+    return content
 
 
 def rows_of(lots: Lots) -> list[tuple]:
@@ -126,7 +150,7 @@ def rows_of(lots: Lots) -> list[tuple]:
     return [
         (
             lots.name(row),
-            lots.footprints.polygon(lots.footprint[row]).tobytes(),
+            content_of(lots.footprints)(lots.footprint[row]),
             lots.start_rules[lots.start_rule[row]],
             {name: repr(c.values[row].item()) for name, c in sorted(lots.attributes.items()) if c.is_given[row]},
         )
@@ -169,6 +193,15 @@ def test_the_rule_that_a_model_starts_with_is_its_own():
         (lambda: Lots.of(1, 1, footprint=np.zeros((2, 3))), r"expected corners \[n, 3\]"),
         (lambda: Lots.of(1, 1, footprint=np.full((3, 3), np.nan)), "expected finite coordinates"),
         (lambda: Lots.of(1, 1, footprint=np.zeros((3, 3))), "the first two corners are the same"),
+        (lambda: Lots.of(1, 1, street_width=[8.0, 0]), "street widths: expected one for each of 4 edges"),
+        (lambda: Lots.of(1, 1, street_width=[8.0, 0, 0, -1]), "found a negative or no number"),
+        (lambda: Lots.of(1, 1, street_width=[8.0, 0, 0, np.nan]), "found a negative or no number"),
+        (lambda: Lots.of(1, 1, street_width="wide"), "street widths: expected metres for each edge"),  # type: ignore[arg-type]  # a mistake on purpose
+        (lambda: Footprints.of([(1.0, 1.0)], []), "street widths: expected those of 1 footprints, found 0"),
+        (lambda: Footprints(*TWO, np.zeros(7)), "a column of float64 for 8 corners, found float64 of shape"),
+        (lambda: Footprints(*TWO, np.zeros(8, dtype=int)), "a column of float64"),
+        (lambda: Footprints(*TWO, np.full(8, -1.0)), "found a negative or infinite number"),
+        (lambda: Footprints(*TWO, np.array([np.nan] * 3 + [0.0] * 5)), "found NaN at some"),
         (lambda: Lots.of(1, 1, attributes={"height": None}), "attribute height: expected a number"),  # type: ignore[dict-item]  # a mistake on purpose
         (lambda: Lots.concatenate([]), "at least one"),
         (lambda: Lots.of(2, 1).on(Footprints.of([(1.0, 1.0)]), np.array([0, 1])), "found 0 to 1"),

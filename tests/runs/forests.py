@@ -63,7 +63,8 @@ def random_forest(rng: np.random.Generator, num_models: int, num_nodes: int, num
 
 def random_lots(rng: np.random.Generator, num_models: int) -> Lots:
     """Lots that differ in everything."""
-    footprints = Footprints.of([(8.0, 6.0), rng.standard_normal((5, 3)) + 3e6, (1.0, 2.0)])
+    widths = None if rng.random() < 0.5 else [[8.0, 0.0, 6.5, 0.0], None, rng.uniform(0.0, 20.0, 4)]
+    footprints = Footprints.of([(8.0, 6.0), rng.standard_normal((5, 3)) + 3e6, (1.0, 2.0)], widths)
     given = rng.random((3, num_models)) < 0.6
     values = (
         rng.standard_normal(num_models),

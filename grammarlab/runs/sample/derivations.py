@@ -9,7 +9,7 @@ maps.parquet       one row per map        coordinates (fixed list of 8, row by r
 meshes.parquet     one row per mesh       points, face_sizes, corners, tags (lists)
 materials.parquet  one row per material   color.r ... emissive.b, texture
 lots.parquet       one row per model      seed, model, footprint, start_rule, attribute.NAME (or null)
-footprints.parquet one row per footprint  points (list of fixed lists of 3)
+footprints.parquet one row per footprint  points (list of fixed lists of 3), street_width (list) if widths are known
 forest.json        num_models and the names for the integers
 
 Columns have the meaning, type and unit of the fields of the same name in `grammarlab.derivation.forest` and, for the
@@ -97,8 +97,7 @@ def save_forest(forest: Forest, folder: Path | str) -> None:
         _write_table(_meshes_to_arrow(forest.meshes), part / "meshes.parquet")
         _write_table(_materials_to_arrow(forest.materials), part / "materials.parquet")
         _write_table(_lots_to_arrow(forest.lots), part / "lots.parquet")
-        points = _ragged(forest.lots.footprints.points, forest.lots.footprints.offsets)
-        _write_table(pa.table({"points": points}), part / "footprints.parquet")
+        _write_table(_footprints_to_arrow(forest.lots.footprints), part / "footprints.parquet")
         (part / HEADER).write_text(json.dumps(header, indent=1), encoding="utf-8")
 
 
@@ -162,17 +161,29 @@ def _lots_to_arrow(lots: Lots) -> pa.Table:
     return pa.table(columns)
 
 
+def _footprints_to_arrow(footprints: Footprints) -> pa.Table:
+    columns = {"points": _ragged(footprints.points, footprints.offsets)}
+    if footprints.street_width is not None:
+        columns["street_width"] = _ragged(footprints.street_width, footprints.offsets)
+    return pa.table(columns)
+
+
+def _footprints(table: pa.Table) -> Footprints:
+    points, counts = _flat(table.column("points"))
+    widths = _flat(table.column("street_width"))[0] if "street_width" in table.column_names else None
+    return Footprints(points, offsets_from_counts(counts), widths)
+
+
 def _lots(folder: Path, header: Mapping[str, Any]) -> Lots:
     """The lots of a stored forest; for an earlier format the stored fields, on the default footprint."""
     if header["format"] < _SINCE["lots.parquet"]:
         return Lots.of(header["num_models"], header["seed"], first_model=header["first_model"])
     table = _read_table(folder / "lots.parquet")
-    points, counts = _flat(_read_table(folder / "footprints.parquet").column("points"))
     names = [name for name in table.column_names if name.startswith(_ATTRIBUTE)]
     return Lots(
         seed=_from_arrow(table.column("seed")),
         model=_from_arrow(table.column("model")),
-        footprints=Footprints(points, offsets_from_counts(counts)),
+        footprints=_footprints(_read_table(folder / "footprints.parquet")),
         footprint=_from_arrow(table.column("footprint")),
         attributes={name.removeprefix(_ATTRIBUTE): _attribute(table.column(name)) for name in names},
         start_rules=tuple(header["start_rules"]),
