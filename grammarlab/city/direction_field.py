@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 FieldKind: TypeAlias = Literal["grid", "radial", "mixed"]
-"""``grid``: the same directions everywhere; ``radial``: to and around a centre; ``mixed``: radial near the centre, along
-the outline near the outline, and a grid between them."""
+"""``grid``: the same directions everywhere; ``radial``: to and around a centre; ``mixed``: radial near the centre,
+along the outline near the outline, and a grid between them."""
 FIELD_KINDS: tuple[FieldKind, ...] = ("grid", "radial", "mixed")
 
 

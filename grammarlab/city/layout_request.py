@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import shapely
@@ -14,6 +15,10 @@ from grammarlab.geometry.footprints.frame import Frame
 BlockUse: TypeAlias = Literal["lots", "park", "open"]
 """What a block is divided into: parcels to build on, one parcel that is a park, or no parcels at all."""
 BLOCK_USES: tuple[BlockUse, ...] = ("lots", "park", "open")
+NO_PLACE = Frame("", (0.0, 0.0))
+"""The frame of metres at an unknown place."""
+GRID = DirectionField()
+"""A grid along the outline."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,12 +51,12 @@ class BlockEdit:
 class LayoutRequest:
     """An area to divide into blocks by streets, and blocks into parcels."""
 
-    frame: Frame = Frame("", (0.0, 0.0))
+    frame: Frame = NO_PLACE
     outline: shapely.Polygon | shapely.MultiPolygon
     """The area in metres of the frame; holes are water, railways and the like, with a street around them."""
     seed: int = 0
     """Seed of all splits, 0 <= seed < 2**64."""
-    field: DirectionField = DirectionField()
+    field: DirectionField = GRID
     widths: tuple[float, ...] = (24.0, 16.0, 10.0)
     """Widths of streets in metres, the main ones first."""
     edge_width: float | None = None
@@ -62,5 +67,5 @@ class LayoutRequest:
     sizes: ParcelSizes = ParcelSizes()
     park_share: float = 0.05
     """Share of the area of blocks that is parks, 0 to 1."""
-    edits: Mapping[str, BlockEdit] = field(default_factory=dict)
+    edits: Mapping[str, BlockEdit] = MappingProxyType({})
     """Changes by the id of the block, ``b2f``."""
