@@ -1,0 +1,135 @@
+"""Zone densities: the probability of each zone at each parcel, learned from answers, and zones drawn from it.
+
+P(k | x, u) = softmax_k(b_k · x + g_k(u)), where x are standardised fields of the parcel and u is its place. g_k is a
+sum of functions of the Matérn 3/2 kernel around inducing places (`grammarlab.city.zone_learning`).
+
+A zone is drawn as argmax_k(log P(k) + Gumbel noise of (seed, id, zone)), so that a parcel keeps its zone whatever
+the other parcels are, and a small change of P changes few zones (C. Maddison, D. Tarlow, T. Minka, "A* sampling", NIPS
+2014): at most a share 2 t / (1 + t) of the parcels, t being the total variation distance of old and new P.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
+from scipy.special import softmax
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.city.fields import METRES_PER_KM, ParcelFields
+from grammarlab.errors import UsageError
+from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.randomness import Keys, fold, root_keys, uniforms
+
+MAX_STANDARD = 4.0
+"""Largest standardised value: parcels beyond are treated alike, as answers about such parcels are rare."""
+_LANE = 3141592651
+"""Place below a seed for the draws of zones, apart from the models of buildings."""
+_SQRT_3 = np.sqrt(3.0)
+_BLOCK = 8192
+"""Parcels whose kernels are in memory at once: 17 MB for 256 places."""
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A field with the numbers that standardise it: (value - mean) / scale."""
+
+    name: str
+    unit: str
+    mean: float
+    scale: float
+    """> 0."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ZoneDensity:
+    """Probabilities of K zones at parcels."""
+
+    zones: tuple[str, ...]
+    """[K] different names."""
+    frame: Frame
+    """Frame of the inducing places."""
+    features: tuple[Feature, ...]
+    """[F] fields of the parcels that the probabilities depend on."""
+    intercept: Floats
+    """[K] log-odds of each zone in a typical parcel far from all inducing places."""
+    slope: Floats
+    """[F, K] change of the log-odds per standard deviation of a field: b."""
+    places: Floats
+    """[M, 2] inducing places in km from the frame's origin."""
+    weights: Floats
+    """[M, K] weights of the kernel around each place."""
+    length: float
+    """Length of the kernel in km, > 0."""
+    answers: str
+    """SHA-256 of the answers, 64 hexadecimal digits."""
+
+    def log_odds(self, fields: ParcelFields) -> Floats:
+        """[N, K] logarithms of the probabilities, but for a constant per parcel.
+
+        Raises:
+            UsageError: If a field is missing, or the parcels are in another coordinate system.
+        """
+        x = standardised(fields, self.features)
+        u = places_km(fields, self.frame)
+        odds = self.intercept + x @ self.slope
+        for start in range(0, len(u), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            odds[block] += matern(u[block], self.places, self.length) @ self.weights
+        return odds
+
+    def probabilities(self, fields: ParcelFields) -> Floats:
+        """[N, K] P(k | x) >= 0; each row has the sum 1. See `log_odds` for errors."""
+        return softmax(self.log_odds(fields), axis=1)
+
+    def drawn(self, fields: ParcelFields, seed: int) -> Ints:
+        """[N] number of the zone drawn for each parcel; a function of seed, id, names of zones, fields and place.
+
+        Args:
+            fields: fields of N parcels.
+            seed: 0 <= seed < 2**64.
+        """
+        return (self.log_odds(fields) + zone_noise(fields.id, self.zones, seed)).argmax(axis=1)
+
+
+def zone_noise(ids: NDArray[np.object_], zones: tuple[str, ...], seed: int) -> Floats:
+    """[N, K] independent draws of the standard Gumbel distribution, one per parcel and zone."""
+    keys = fold(root_keys(seed, np.array([_LANE], np.uint64)), text_words(ids))
+    draws = np.column_stack([uniforms(keys, word) for word in text_words(np.array(zones, object))[:, None]])
+    return -np.log(-np.log(np.maximum(draws, np.finfo(float).tiny)))
+
+
+def text_words(texts: NDArray[np.object_]) -> Keys:
+    """[n] 64-bit words of texts: the first 8 bytes of their SHA-256."""
+    digests = b"".join(sha256(text.encode("utf-8", "surrogatepass")).digest()[:8] for text in texts)
+    return np.frombuffer(digests, ">u8").astype(np.uint64)
+
+
+def standardised(fields: ParcelFields, features: tuple[Feature, ...]) -> Floats:
+    """[N, F] standardised fields between -`MAX_STANDARD` and `MAX_STANDARD`; unknown values are typical ones, 0."""
+    values = fields.columns([feature.name for feature in features])
+    mean, scale = (np.array([getattr(feature, part) for feature in features]) for part in ("mean", "scale"))
+    return np.nan_to_num(np.clip((values - mean) / scale, -MAX_STANDARD, MAX_STANDARD))
+
+
+def places_km(fields: ParcelFields, frame: Frame) -> Floats:
+    """[N, 2] places of parcels in km from the origin of a frame.
+
+    Raises:
+        UsageError: If the fields are in another coordinate system.
+    """
+    if fields.frame.crs != frame.crs:
+        raise UsageError(
+            f"the zones were learned in {frame.crs or 'local metres'}, and the parcels are in "
+            f"{fields.frame.crs or 'local metres'}: give the map the same `crs`, or learn the zones again."
+        )
+    return (fields.east_north + np.subtract(fields.frame.origin, frame.origin)) / METRES_PER_KM
+
+
+def matern(one: Floats, other: Floats, length: float) -> Floats:
+    """[n, m] Matérn 3/2 kernel of points [n, 2] and [m, 2]: (1 + r) exp(-r), r = sqrt(3) distance / length."""
+    r = _SQRT_3 / length * cdist(one, other)
+    return (1.0 + r) * np.exp(-r)
