@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grammarlab.export.tiles.placement import Placement
+from grammarlab.export.tiles.earth_placement import Placement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
 from grammarlab.export.tiles.tile_models import TileModels
 
