@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
+from dataclasses import field as dataclass_field
 from typing import Literal, TypeAlias
 
 import shapely
@@ -67,5 +67,5 @@ class LayoutRequest:
     sizes: ParcelSizes = ParcelSizes()
     park_share: float = 0.05
     """Share of the area of blocks that is parks, 0 to 1."""
-    edits: Mapping[str, BlockEdit] = MappingProxyType({})
+    edits: Mapping[str, BlockEdit] = dataclass_field(default_factory=dict)
     """Changes by the id of the block, ``b2f``."""
