@@ -1,0 +1,170 @@
+"""Faces of a scene as surfaces of CityJSON: level of detail 3."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Flags, Floats, Ints, row_of_value
+from grammarlab.export.city_surfaces import MILLIMETRES, CityGeometry, SurfaceKind, distinct_points, to_grid
+from grammarlab.export.surface_labels import GROUND, ROOF, UNLABELLED, WALL, WINDOW, SurfaceLabels
+from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
+from grammarlab.geometry.meshes.mesh import Meshes, Soup
+from grammarlab.geometry.meshes.ragged import distinct_keys, max_rows, sum_rows
+from grammarlab.geometry.meshes.triangulate import triangulate
+from grammarlab.geometry.meshes.vectors import apply, dot, norm
+from grammarlab.scene import Scene
+
+_FLAT = 0.005
+"""Largest distance in metres of corners from the plane of their face; validators allow 0.01."""
+_NARROW = 0.001
+"""Smallest width in metres of a face on a grid of millimetres."""
+_UP = math.cos(math.radians(75.0))
+"""Smallest upward part of the normal of a roof: a slope of 75 degrees, so that a mansard is one."""
+_BASE = 0.3
+"""Largest height in metres of a face of the ground above the bottom of the building."""
+_ROOF_HEIGHT = 2.0
+"""Smallest height in metres of a roof above the bottom of the building."""
+_SLANT = 0.2
+"""Smallest horizontal part of the normal of a face that has a direction on the map."""
+_NUM_STEPS = 24
+"""Number of directions of walls, counted from that of the largest one: faces of one direction are one wall."""
+_STEP = 2 * math.pi / _NUM_STEPS
+
+
+def faces_of(scene: Scene, labels: SurfaceLabels, corner: Floats, ground: float) -> CityGeometry | None:
+    """The faces of a scene of one model with their kinds.
+
+    Faces that are not planar, or have holes, are divided into triangles; those thinner than a millimetre are left out.
+
+    Args:
+        scene: I instances.
+        labels: kinds of the I instances.
+        corner: [3] origin of the scene's model: x, y and z from the frame's origin, in metres.
+        ground: height of the bottom in metres.
+
+    Returns:
+        The surfaces; None if there is no face.
+    """
+    points, faces = _faces_on_grid(scene, corner + scene.origins[0])
+    if len(faces) == 0:
+        return None
+    normal = _normals(points, faces)
+    kind = _kinds(points, faces, normal, labels, to_grid(np.array(ground)).item())
+    direction = _directions(scene, faces.mesh, normal)
+    kinds, number = _semantic_surfaces(faces.mesh, kind, labels, direction, face_areas(_as_mesh(points, faces)))
+    rows, ends = faces.rows.tolist(), faces.offsets.tolist()
+    return CityGeometry(
+        shape="MultiSurface",
+        points=points,
+        surfaces=[[rows[start:end]] for start, end in pairwise(ends)],
+        kinds=kinds,
+        kind=number.tolist(),
+    )
+
+
+def _faces_on_grid(scene: Scene, origin: Floats) -> tuple[Ints, Soup]:
+    """Points [V, 3] in millimetres to the east, to the north and up, and planar faces over them, by instance."""
+    meshes = scene.meshes.take(scene.mesh)
+    instance = meshes.mesh_of_point()
+    placed = apply(scene.frames[scene.frame[instance]], scene.size[instance] * meshes.points)
+    x, y, z = (placed + scene.position[instance] + origin).T
+    points, row = distinct_points(to_grid(np.column_stack([x, -z, y])))
+    every = np.arange(meshes.num_faces)
+    soup = replace(Soup.of_faces(meshes, every), rows=row[meshes.corner_points()]).without_repeats()
+    return points, _divided(points, soup)
+
+
+def _divided(points: Ints, faces: Soup) -> Soup:
+    """The faces; those that are not planar, or pass a point twice, as triangles; without the thin ones."""
+    irregular = _passes_twice(faces) | ~_is_planar(points, faces)
+    parts = faces.take(np.flatnonzero(irregular))
+    triangles, face = triangulate(_as_mesh(points, parts))
+    pieces = Soup(
+        triangles.ravel(), 3 * np.arange(len(face) + 1), parts.mesh[face], parts.rank[face], parts.tags[face]
+    ).without_repeats()
+    whole = Soup.concatenate([faces.take(np.flatnonzero(~irregular)), pieces])
+    ordered = whole.take(np.argsort(whole.rank, kind="stable"))
+    return ordered.where(~_is_thin(points, ordered))
+
+
+def _passes_twice(faces: Soup) -> Flags:
+    """[F] whether a face has a point twice, as at the doubled edge of a hole."""
+    face = row_of_value(np.diff(faces.offsets))
+    order = np.lexsort((faces.rows, face))
+    again = (np.diff(faces.rows[order]) == 0) & (np.diff(face[order]) == 0)
+    return np.bincount(face[order][1:][again], minlength=len(faces)) > 0
+
+
+def _is_planar(points: Ints, faces: Soup) -> Flags:
+    """[F] whether all corners are in one plane."""
+    face = row_of_value(np.diff(faces.offsets))
+    first = points[faces.rows[faces.offsets[:-1]]][face]
+    height = np.abs(dot((points[faces.rows] - first) / MILLIMETRES, _normals(points, faces)[face]))
+    return max_rows(height, faces.offsets, 0.0) <= _FLAT
+
+
+def _is_thin(points: Ints, faces: Soup) -> Flags:
+    """[F] whether faces are narrower than `_NARROW`."""
+    meshes = _as_mesh(points, faces)
+    longest = max_rows(norm(corner_edges(meshes)), faces.offsets, 0.0)
+    return face_areas(meshes) <= _NARROW * longest
+
+
+def _as_mesh(points: Ints, faces: Soup) -> Meshes:
+    """The faces as one mesh in metres, z up."""
+    return faces.as_one_mesh(points / MILLIMETRES)
+
+
+def _normals(points: Ints, faces: Soup) -> Floats:
+    """[F, 3] unit normals to the east, to the north and up."""
+    return face_normals(_as_mesh(points, faces))
+
+
+def _kinds(points: Ints, faces: Soup, normal: Floats, labels: SurfaceLabels, ground: int) -> NDArray[np.int8]:
+    """[F] kind of each face: that of its instance, else by direction and height."""
+    z = (points[faces.rows, 2] - ground) / MILLIMETRES
+    mean = sum_rows(z, faces.offsets) / np.diff(faces.offsets)
+    is_ground = (normal[:, 2] < -_UP) & (mean < _BASE)
+    is_roof = (normal[:, 2] > _UP) & (mean > _ROOF_HEIGHT)
+    by_direction = np.select([is_ground, is_roof], [GROUND, ROOF], WALL)
+    label = labels.kind[faces.mesh]
+    return np.where(label == UNLABELLED, by_direction, label).astype(np.int8)
+
+
+def _directions(scene: Scene, instance: Ints, normal: Floats) -> Floats:
+    """[F] direction of each face on the map in radians; of faces that lie flat, that of the front of their scope."""
+    front = scene.frames[scene.frame[instance], :, 2]
+    lies = np.hypot(normal[:, 0], normal[:, 1]) < _SLANT
+    return np.arctan2(np.where(lies, -front[:, 2], normal[:, 1]), np.where(lies, front[:, 0], normal[:, 0]))
+
+
+def _semantic_surfaces(
+    instance: Ints, kind: NDArray[np.int8], labels: SurfaceLabels, direction: Floats, area: Floats
+) -> tuple[list[SurfaceKind], Ints]:
+    """The different semantic surfaces: ground, roof, walls by direction, openings; and the number of each face [F]."""
+    walls = np.flatnonzero(kind == WALL)
+    main = direction[walls[np.argmax(area[walls])]] if len(walls) else 0.0
+    step = np.rint((direction - main) / _STEP).astype(np.int64) % _NUM_STEPS
+    _, opening = np.unique(labels.opening[instance], return_inverse=True)
+    part = np.select([kind == WALL, kind >= WINDOW], [step, opening], 0)
+    first, number = distinct_keys(kind * (part.max() + 1) + part)
+    largest = _largest(number, area)
+    wall_numbers = np.flatnonzero(kind[first] == WALL)
+    turn = np.cos(direction[largest][:, None] - direction[largest[wall_numbers]])
+    parents = wall_numbers[np.argmax(turn, axis=1)].tolist() if len(wall_numbers) else [None] * len(first)
+    kinds = [
+        SurfaceKind(kind, parent if kind >= WINDOW else None)
+        for kind, parent in zip(kind[first].tolist(), parents, strict=True)
+    ]
+    return kinds, number
+
+
+def _largest(group: Ints, area: Floats) -> Ints:
+    """[G] the row with the largest area of each group; of equal ones the first."""
+    order = np.lexsort((np.arange(len(area)), -area, group))
+    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]

@@ -1,0 +1,194 @@
+"""CityJSONSeq 2.0: a text of one line per building, at three levels of detail, with the kinds of its surfaces.
+
+Level 1 is the footprint as a block, level 2 walls and roof, level 3 the surfaces of the model (cityjson.org/specs).
+A line depends on its building and on the frame only, so lines may be made apart and joined in any order.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from types import TracebackType
+from typing import Literal, Self, TypeAlias, final, get_args
+
+import numpy as np
+import shapely
+
+from grammarlab.arrays import Floats, offsets_from_counts
+from grammarlab.errors import UsageError
+from grammarlab.export.city_faces import faces_of
+from grammarlab.export.city_surfaces import CityGeometry, block, distinct_points
+from grammarlab.export.model_files import whole_file
+from grammarlab.export.reference_system import reference_system_url
+from grammarlab.export.surface_labels import SurfaceLabels
+from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.scene import Scene
+
+Level: TypeAlias = Literal["1", "2", "3"]
+LEVELS: tuple[Level, ...] = get_args(Level)
+AttributeValue: TypeAlias = str | int | float | bool | None
+_SAFE_INTEGER = 2**53
+"""Integers from here on are written as texts, since many readers of JSON round them."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CityBuilding:
+    """One building in its place."""
+
+    id: str
+    """Name of the object in the file, unique: the id of its parcel."""
+    footprint: shapely.Polygon
+    """Outline with holes, x to the east and y to the north of the frame's origin, in metres."""
+    ground: float
+    """Height of the bottom of the building in metres."""
+    scene: Scene
+    """The building, one model."""
+    corner: Floats
+    """[3] origin of the scene's model: x, y and z from the frame's origin, in metres (`grammarlab.city.sites`)."""
+    labels: SurfaceLabels
+    """Kinds of the surfaces of the instances of the scene."""
+    attributes: Mapping[str, AttributeValue]
+    """Properties by name, as they will stand in the file; integers beyond 2**53 become texts."""
+
+
+@final
+class CityJsonWriter:
+    """A CityJSONSeq file in the making, which is under its name once it is complete, or not at all.
+
+    Use it in a ``with`` block or call `finish`; memory does not grow with the number of buildings.
+
+    Args:
+        path: the file; its folder is made.
+        frame: frame of the city.
+        levels: levels of detail that are written.
+
+    Raises:
+        UsageError: If the path cannot be written to.
+    """
+
+    def __init__(self, path: Path, frame: Frame, *, levels: Iterable[Level] = LEVELS) -> None:
+        self._levels = tuple(levels)
+        with ExitStack() as stack:
+            self._output = stack.enter_context(whole_file(path))
+            self._output.stream.write(head_line(frame))
+            self._stack = stack.pop_all()
+
+    def add(self, building: CityBuilding) -> Self:
+        """Add one building."""
+        return self.add_lines(building_line(building, self._levels))
+
+    def add_lines(self, lines: bytes) -> Self:
+        """Add lines of `building_line`, made elsewhere."""
+        self._output.stream.write(lines)
+        return self
+
+    def finish(self) -> None:
+        """Complete the file."""
+        self._stack.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._stack.__exit__(kind, error, traceback)
+
+
+def head_line(frame: Frame) -> bytes:
+    """First line of a file: coordinates are whole millimetres from the origin of the frame.
+
+    >>> head_line(Frame("", (0.0, 0.0)))[:32]
+    b'{"type":"CityJSON","version":"2.'
+    """
+    system = reference_system_url(frame)
+    head = {
+        "type": "CityJSON",
+        "version": "2.0",
+        "transform": {"scale": [0.001, 0.001, 0.001], "translate": [*frame.origin, 0.0]},
+        **({"metadata": {"referenceSystem": system}} if system else {}),
+        "CityObjects": {},
+        "vertices": [],
+    }
+    return _line(head)
+
+
+def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> bytes:
+    """Line of one building.
+
+    Raises:
+        UsageError: If the scene does not have one model, or its labels are not those of its instances.
+    """
+    if building.scene.num_models != 1 or len(building.labels) != len(building.scene):
+        raise UsageError(
+            f"building {building.id}: expected a scene of one model with a label for each of its {len(building.scene)} "
+            f"instances, found {building.scene.num_models} models and {len(building.labels)} labels"
+        )
+    geometries = {level: geometry for level in levels if (geometry := _geometry(building, level)) is not None}
+    points = np.concatenate([np.zeros((0, 3), np.int64), *(part.points for part in geometries.values())])
+    vertices, row = distinct_points(points)
+    starts = offsets_from_counts(np.array([len(part.points) for part in geometries.values()], dtype=np.int64))
+    rows = [row[start:end].tolist() for start, end in pairwise(starts.tolist())]
+    feature = {
+        "type": "CityJSONFeature",
+        "id": building.id,
+        "CityObjects": {
+            building.id: {
+                "type": "Building",
+                "attributes": {name: _plain(value) for name, value in building.attributes.items()},
+                "geometry": [
+                    _member(level, part, vertex) for (level, part), vertex in zip(geometries.items(), rows, strict=True)
+                ],
+            }
+        },
+        "vertices": vertices.tolist(),
+    }
+    return _line(feature)
+
+
+def _geometry(building: CityBuilding, level: Level) -> CityGeometry | None:
+    if level == "3":
+        return faces_of(building.scene, building.labels, building.corner, building.ground)
+    return block(building.footprint, building.ground, _top(building))
+
+
+def _top(building: CityBuilding) -> float:
+    """Height of the highest point in metres."""
+    scene = building.scene
+    low, high = scene.meshes.bounds()
+    ends = np.stack([low, high])[:, scene.mesh] * scene.size
+    up = scene.frames[scene.frame, 1]
+    reach = np.maximum(ends[0] * up, ends[1] * up).sum(axis=1)
+    return float(building.corner[1] + scene.origins[0, 1] + (scene.position[:, 1] + reach).max(initial=0.0))
+
+
+def _member(level: str, geometry: CityGeometry, vertex: list[int]) -> dict[str, object]:
+    """A geometry as the object of a file, with the vertices of its points."""
+    surfaces = [[[vertex[point] for point in ring] for ring in surface] for surface in geometry.surfaces]
+    is_solid = geometry.shape == "Solid"
+    return {
+        "type": geometry.shape,
+        "lod": level,
+        "boundaries": [surfaces] if is_solid else surfaces,
+        "semantics": {
+            "surfaces": [kind.as_dict() for kind in geometry.kinds],
+            "values": [list(geometry.kind)] if is_solid else list(geometry.kind),
+        },
+    }
+
+
+def _plain(value: AttributeValue) -> AttributeValue:
+    """A value that every reader of JSON sees unchanged."""
+    if isinstance(value, int) and abs(value) >= _SAFE_INTEGER:
+        return str(value)
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _line(value: Mapping[str, object]) -> bytes:
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return text.encode(errors="backslashreplace") + b"\n"
