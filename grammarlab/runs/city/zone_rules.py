@@ -1,0 +1,184 @@
+"""Rules of the zones of a city, and the buildings that they make on sites."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from grammarlab.arrays import Ints
+from grammarlab.city.plan import ZonePlan
+from grammarlab.city.sites import Sites
+from grammarlab.derivation.forest import Forest, MissingAsset
+from grammarlab.errors import DerivationError, UsageError
+from grammarlab.export.surface_labels import SurfaceLabels
+from grammarlab.features.accepted_grammar import AcceptedGrammar
+from grammarlab.runs.city.semantics import surface_labels
+from grammarlab.runs.sample.checks import grammar_to_run
+from grammarlab.runs.sample.domains import SPECIES
+from grammarlab.runs.sample.shipped import SUFFIX, find_rules
+from grammarlab.scene import Scene, realize
+from grammarlab.scene.instances import require_finite
+from grammarlab.scene.joined import joined
+
+
+@dataclass(frozen=True, slots=True)
+class ZoneRules:
+    """Rules of one zone: what a worker needs to make its buildings."""
+
+    zone: str
+    """Name of the zone."""
+    name: str
+    """Name of the rules, such as ``building``."""
+    text: str
+    """The whole text, without imports."""
+    assets: Path
+    suffix: str = SUFFIX
+    """Suffix of the kind of the text."""
+
+    @classmethod
+    def of(cls, zone: ZonePlan, folder: Path) -> ZoneRules:
+        """The rules of a zone, in a file beside the plan or shipped.
+
+        Args:
+            zone: the zone.
+            folder: folder of the plan.
+
+        Raises:
+            UsageError: If there are no such rules.
+            LanguageError: If they have mistakes.
+        """
+        beside = folder / zone.grammar
+        source = find_rules(str(beside) if beside.is_file() else zone.grammar)
+        return cls(zone.name, source.name, source.text(), source.assets, source.suffix)
+
+    @property
+    def is_species(self) -> bool:
+        """Whether the zone is a park: trees instead of buildings."""
+        return self.suffix == SPECIES
+
+    @property
+    def hash(self) -> str:
+        """SHA-256 of the text, 64 hexadecimal digits."""
+        return sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
+
+    @property
+    def source(self) -> AcceptedGrammar:
+        """The compiled rules, once per process.
+
+        Raises:
+            LanguageError: If they have mistakes.
+        """
+        return _compiled(self.text, self.name, self.assets)
+
+    def check(self, attributes: Sequence[str]) -> None:
+        """Check the rules, and that they have the attributes of the plan.
+
+        Raises:
+            GrammarlabError: If they do not.
+        """
+        if self.is_species:
+            return
+        known = self.source.grammar.attributes
+        for name in attributes:
+            if name not in known:
+                raise UsageError(
+                    f"zone {self.zone!r}: {self.name} has no attribute {name!r}; it has {', '.join(sorted(known)) or 'none'}."
+                )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MadeBuildings:
+    """B buildings of one zone."""
+
+    row: Ints
+    """[B] row of the site of each, ascending: the sites whose building could be derived."""
+    scene: Scene | None
+    """B models; None for no building."""
+    labels: SurfaceLabels
+    """Kinds of the surfaces of the instances of the scene."""
+    reports: Sequence[Mapping[str, float]]
+    """[B] sums of the values that the rules report, by key."""
+    failures: Mapping[int, str]
+    """Messages about the other sites, by row."""
+    missing_assets: frozenset[MissingAsset] = frozenset()
+
+
+def make_buildings(rules: ZoneRules, sites: Sites) -> MadeBuildings:
+    """The buildings of sites of one zone; one that cannot be derived does not stop the others.
+
+    Args:
+        rules: rules of the zone, not those of a park.
+        sites: the sites.
+    """
+    known = rules.source.grammar.attributes
+    fitting = replace(
+        sites,
+        attributes={
+            name: column
+            for name, column in sites.attributes.items()
+            if name in known and not known[name].constant
+        },
+    )
+    try:
+        return _made(rules, fitting, np.arange(len(sites)))
+    except DerivationError:
+        return _made_one_by_one(rules, fitting)
+
+
+def _made_one_by_one(rules: ZoneRules, sites: Sites) -> MadeBuildings:
+    parts, failures = list[MadeBuildings](), dict[int, str]()
+    for row in range(len(sites)):
+        try:
+            parts.append(_made(rules, sites.take(np.array([row])), np.array([row])))
+        except DerivationError as error:
+            failures[row] = str(error)
+    scenes = [part.scene for part in parts if part.scene is not None]
+    return MadeBuildings(
+        row=np.array([row for part in parts for row in part.row.tolist()], np.int64),
+        scene=joined(scenes) if scenes else None,
+        labels=SurfaceLabels.concatenate([part.labels for part in parts]),
+        reports=[report for part in parts for report in part.reports],
+        failures=failures,
+        missing_assets=frozenset().union(*(part.missing_assets for part in parts)),
+    )
+
+
+def _made(rules: ZoneRules, sites: Sites, rows: Ints) -> MadeBuildings:
+    forest = rules.source.derive(sites.lots()).forest
+    scene = realize(forest)
+    require_finite(scene)
+    return MadeBuildings(
+        row=rows,
+        scene=scene,
+        labels=surface_labels(forest),
+        reports=_sums(forest),
+        failures={},
+        missing_assets=frozenset(forest.missing_assets),
+    )
+
+
+def _sums(forest: Forest) -> list[dict[str, float]]:
+    """[num_models] finite sums of reported values by key."""
+    reports = forest.reports
+    sums = np.zeros((forest.num_models, len(reports.keys)))
+    has_key = np.zeros(sums.shape, np.bool_)
+    place = forest.nodes.model[reports.node], reports.key
+    np.add.at(sums, place, reports.value)
+    has_key[place] = True
+    has_key &= np.isfinite(sums)
+    return [
+        {key: value for key, value, has in zip(reports.keys, values, flags, strict=True) if has}
+        for values, flags in zip(sums.tolist(), has_key.tolist(), strict=True)
+    ]
+
+
+@lru_cache(maxsize=256)
+def _compiled(text: str, name: str, assets: Path) -> AcceptedGrammar:
+    source = AcceptedGrammar(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
+    _ = source.program
+    return source
