@@ -1,0 +1,303 @@
+"""Building a city: from a plan to tiles, a table of parcels, and buildings as CityJSON."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from grammarlab.about import __version__
+from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.city.plan import Plan, read_plan
+from grammarlab.errors import UsageError
+from grammarlab.export.cityjson import head_line
+from grammarlab.export.model_files import whole_file
+from grammarlab.export.tiles.earth_placement import Placement
+from grammarlab.export.tiles.shard import write_city
+from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
+from grammarlab.files import folder_below, write_text
+from grammarlab.geometry.footprints.footprint import Remark
+from grammarlab.runs.city.parcel_rows import ParcelRows
+from grammarlab.runs.city.parcel_table import ParcelTableWriter
+from grammarlab.runs.city.shard import (
+    CITYJSON,
+    FOLDER,
+    ShardRecord,
+    ShardTask,
+    build_shard,
+    read_record,
+    shard_folder,
+)
+from grammarlab.runs.city.survey import Survey, lot_outlines, surveyed
+from grammarlab.runs.city.zone_rules import ZoneRules
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.work.results import Progress
+from grammarlab.runs.work.run_folder import only_run_in
+
+TILESET = "tileset.json"
+PARCELS = "parcels.parquet"
+BUILDINGS = "city.city.jsonl"
+CITY = "city.json"
+"""What was built: version, plan, frame and zones."""
+FAILED = "failed"
+"""Reason of parcels whose building could not be derived."""
+TILES = "t"
+"""Folder of the tiles, by level and column."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CityResult:
+    """A built city."""
+
+    folder: Path
+    num_parcels: int
+    num_built: int
+    empty: Mapping[str, int]
+    """Numbers of empty parcels by reason, most first."""
+    num_tiles: int
+    num_reused: int
+    """Number of shards that were built before."""
+    most_draws: int
+    """Largest number of draws of a tile."""
+    seconds: float
+    failures: Mapping[str, str]
+    """Messages by ids of parcels whose buildings could not be derived."""
+    missing_assets: tuple[str, ...]
+    remarks: tuple[Remark, ...]
+
+    @property
+    def tileset(self) -> Path:
+        """The root of the tiles."""
+        return self.folder / TILESET
+
+
+def build_city(
+    plan: Path,
+    folder: Path,
+    *,
+    executor: AbstractExecutor = SERIAL,
+    cityjson: bool = False,
+    implicit: bool = False,
+    on_progress: Progress = lambda _what, _done, _total: None,
+) -> CityResult:
+    """Build the city of a plan.
+
+    A shard that was built before from the same sites and rules is kept, so a stopped run goes on, and a change costs
+    the shards that it concerns.
+
+    Args:
+        plan: file of the plan.
+        folder: made if missing; the files of an earlier city in it are replaced.
+        executor: builds the shards; the files do not depend on it.
+        cityjson: write `BUILDINGS` as well.
+        implicit: write an implicit tileset.
+        on_progress: called after every finished shard.
+
+    Raises:
+        GrammarlabError: If the plan, one of its files, or the folder cannot be used.
+    """
+    start = perf_counter()
+    read = read_plan(plan)
+    zones = tuple(ZoneRules.of(zone, read.folder) for zone in read.zones)
+    for zone, rules in zip(read.zones, zones, strict=True):
+        rules.check(sorted(zone.attributes))
+    survey = surveyed(read)
+    with only_run_in(folder):
+        tasks = shard_tasks(survey, zones, folder, cityjson=cityjson)
+        records, num_reused = _built(tasks, executor, on_progress)
+        _clear(folder, [task.cell for task in tasks])
+        grid, placement = _geography(survey)
+        num_tiles = write_city(folder, grid, placement, [task.cell for task in tasks], implicit=implicit)
+        failures = {name: message for record in records for name, message in record.failures.items()}
+        reason = _reasons(survey, failures)
+        _write_table(folder / PARCELS, survey, zones, tasks, records, reason)
+        if cityjson:
+            _write_buildings(folder / BUILDINGS, survey, tasks)
+        _write_city(folder / CITY, read, survey, zones)
+    empty = Counter(reason[reason != ""].tolist())
+    return CityResult(
+        folder=folder,
+        num_parcels=len(survey.parcels),
+        num_built=int((reason == "").sum()),
+        empty=dict(empty.most_common()),
+        num_tiles=num_tiles,
+        num_reused=num_reused,
+        most_draws=max((record.most_draws for record in records), default=0),
+        seconds=perf_counter() - start,
+        failures=failures,
+        missing_assets=tuple(sorted({path for record in records for path in record.missing_assets})),
+        remarks=survey.remarks,
+    )
+
+
+def shard_tasks(
+    survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, cityjson: bool
+) -> tuple[ShardTask, ...]:
+    """The shards of a city, in Morton order."""
+    is_park = np.array([rules.is_species for rules in zones], np.bool_)
+    sites = survey.sites.take(np.flatnonzero(~is_park[survey.sites.zone]))
+    grid, placement = _geography(survey)
+    leaves = grid.leaves(sites.corner)
+    # Rows are ordered by id, and stay so within a leaf; the code of a shard is a prefix of those of its leaves.
+    order = np.argsort(morton(leaves), kind="stable")
+    cells = grid.shards(leaves[order])
+    ends = _ends(cells)
+    tasks = []
+    for first, last in zip(ends[:-1], ends[1:], strict=True):
+        rows = order[first:last]
+        here = sites.take(rows)
+        tasks.append(
+            ShardTask(
+                folder=folder,
+                cell=TileCell(grid.shard_level, *cells[first].tolist()),
+                grid=grid,
+                placement=placement,
+                zones=zones,
+                sites=here,
+                ids=survey.parcels.id[here.parcel],
+                lots=lot_outlines(here),
+                cityjson=cityjson,
+            )
+        )
+    return tuple(tasks)
+
+
+def _ends(cells: Ints) -> list[int]:
+    """Starts of the runs of equal cells, and their number."""
+    changes = np.flatnonzero((np.diff(cells, axis=0, prepend=-1) != 0).any(axis=1))
+    return [*changes.tolist(), len(cells)]
+
+
+def _geography(survey: Survey) -> tuple[TileGrid, Placement]:
+    grid = TileGrid.around(survey.sites.corner)
+    return grid, Placement(survey.parcels.frame, survey.plan.geoid_height or 0.0)
+
+
+def _built(
+    tasks: Sequence[ShardTask], executor: AbstractExecutor, on_progress: Progress
+) -> tuple[list[ShardRecord], int]:
+    """The records of all shards, in order, and how many were built before."""
+    records = {number: record for number, task in enumerate(tasks) if (record := _earlier(task)) is not None}
+    num_reused = len(records)
+    missing = [number for number in range(len(tasks)) if number not in records]
+    on_progress("shards", num_reused, len(tasks))
+
+    def then(index: int, record: ShardRecord) -> None:
+        records[missing[index]] = record
+        on_progress("shards", len(records), len(tasks))
+
+    executor.run(build_shard, (tasks[number] for number in missing), then)
+    return [records[number] for number in range(len(tasks))], num_reused
+
+
+def _earlier(task: ShardTask) -> ShardRecord | None:
+    record = read_record(task.folder, task.cell)
+    return record if record is not None and record.key == task.key() else None
+
+
+def _clear(folder: Path, cells: Sequence[TileCell]) -> None:
+    """Remove the shards of an earlier city that this one does not have."""
+    home = folder_below(folder, FOLDER)
+    names = {f"{cell.x}_{cell.y}" for cell in cells}
+    for entry in sorted(home.iterdir()) if home else []:
+        if entry.name not in names and entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry)
+
+
+def _reasons(survey: Survey, failures: Mapping[str, str]) -> np.ndarray:
+    reason = survey.reason.copy()
+    reason[np.isin(survey.parcels.id, list(failures))] = FAILED
+    return reason
+
+
+def _write_table(
+    path: Path,
+    survey: Survey,
+    zones: Sequence[ZoneRules],
+    tasks: Sequence[ShardTask],
+    records: Sequence[ShardRecord],
+    reason: np.ndarray,
+) -> None:
+    parcels, sites, num = survey.parcels, survey.sites, len(survey.parcels)
+    columns = {name: np.full(num, "", object) for name in ("zone", "grammar", "tile")}
+    names = np.array([rules.zone for rules in zones], object)
+    hashes = np.array([rules.hash for rules in zones], object)
+    columns["zone"][sites.parcel] = names[sites.zone]
+    built = reason[sites.parcel] == ""
+    columns["grammar"][sites.parcel[built]] = hashes[sites.zone[built]]
+    for task in tasks:
+        leaves = task.grid.leaves(task.sites.corner)
+        columns["tile"][task.sites.parcel] = [
+            f"{TILES}/{task.grid.leaf_level}/{x}/{y}.glb" for x, y in leaves.tolist()
+        ]
+    columns["tile"][reason != ""] = ""
+    reports = {key: np.full(num, np.nan) for record in records for report in record.reports.values() for key in report}
+    row_of = {name: row for row, name in enumerate(parcels.id.tolist())} if reports else {}
+    for record in records:
+        for name, report in record.reports.items():
+            for key, value in report.items():
+                reports[key][row_of[name]] = value
+    lot = np.full(num, None, object)
+    lot[sites.parcel] = lot_outlines(sites)
+    seed, model, reroll = np.full(num, survey.plan.seed, np.uint64), np.zeros(num, np.uint64), np.zeros(num, np.int64)
+    seed[sites.parcel], model[sites.parcel], reroll[sites.parcel] = sites.seed, sites.model, sites.reroll
+    widths = sites.footprints.street_width
+    counts = np.zeros(num, np.int64)
+    if widths is not None:
+        counts[sites.parcel] = np.diff(sites.footprints.offsets)
+    with ParcelTableWriter(path, parcels.frame) as writer:
+        writer.add(
+            ParcelRows(
+                id=parcels.id,
+                outline=parcels.outline,
+                lot=lot,
+                reason=reason,
+                seed=seed,
+                model=model,
+                reroll=reroll,
+                area=parcels.area,
+                street_width=np.zeros(0) if widths is None else widths,
+                lot_edges=offsets_from_counts(counts),
+                reports=reports,
+                **columns,
+            )
+        )
+
+
+def _write_buildings(path: Path, survey: Survey, tasks: Sequence[ShardTask]) -> None:
+    """Join the lines of all shards."""
+    with whole_file(path) as output:
+        output.stream.write(head_line(survey.parcels.frame))
+        for task in tasks:
+            with (shard_folder(task.folder, task.cell) / CITYJSON).open("rb") as lines:
+                shutil.copyfileobj(lines, output.stream)
+
+
+def _write_city(path: Path, plan: Plan, survey: Survey, zones: Sequence[ZoneRules]) -> None:
+    frame = survey.parcels.frame
+    values = {
+        "grammarlab": __version__,
+        "plan": str(plan.path.resolve()),
+        "crs": frame.crs,
+        "origin": list(frame.origin),
+        "seed": str(plan.seed),
+        "zones": {rules.zone: {"grammar": rules.name, "hash": rules.hash} for rules in zones},
+        "remarks": [str(remark) for remark in survey.remarks],
+    }
+    write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+
+
+def require_city(folder: Path) -> None:
+    """Check that a folder has a city.
+
+    Raises:
+        UsageError: If it has none.
+    """
+    if not (folder / TILESET).is_file():
+        raise UsageError(f"{folder}: expected a city with {TILESET}, found none. Make one: grammarlab city build PLAN.toml -o DIR")
