@@ -11,7 +11,7 @@ import typer
 from grammarlab.about import __version__
 from grammarlab.cli.numbers import PlainNumbers
 
-_FACADE = "facade"
+_FACADE, _CITY = "facade", "city"
 _COMMANDS = {
     "sample": "sample:sample",
     "check": "rule_files:check",
@@ -37,6 +37,11 @@ _FACADE_COMMANDS = {
     "show": "facade_read:show",
     "synthesize": "facade_synthesize:synthesize",
 }
+_CITY_COMMANDS = {"build": "city:build"}
+_GROUPS = {
+    _FACADE: ("Read, edit and write facades.", _FACADE_COMMANDS),
+    _CITY: ("Build cities on maps, and learn their zones.", _CITY_COMMANDS),
+}
 
 
 def app_for(arguments: Sequence[str]) -> typer.Typer:
@@ -48,12 +53,14 @@ def app_for(arguments: Sequence[str]) -> typer.Typer:
     app = _group("grammarlab", "Sample real models from stochastic CGA shape grammars.", pretty_exceptions_enable=False)
     app.callback()(grammarlab)
     called = arguments[0] if arguments else ""
-    if called != _FACADE:
+    if called not in _GROUPS:
         _add(app, {called: _COMMANDS[called]} if called in _COMMANDS else _COMMANDS)
     if called not in _COMMANDS:
-        facade = _group(_FACADE, "Read, edit and write facades.")
-        _add(facade, _FACADE_COMMANDS)
-        app.add_typer(facade)
+        for name in (called,) if called in _GROUPS else _GROUPS:
+            text, commands = _GROUPS[name]
+            group = _group(name, text)
+            _add(group, commands)
+            app.add_typer(group)
     return app
 
 

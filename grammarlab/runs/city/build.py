@@ -136,9 +136,7 @@ def build_city(
     )
 
 
-def shard_tasks(
-    survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, cityjson: bool
-) -> tuple[ShardTask, ...]:
+def shard_tasks(survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, cityjson: bool) -> tuple[ShardTask, ...]:
     """The shards of a city, in Morton order."""
     is_park = np.array([rules.is_species for rules in zones], np.bool_)
     sites = survey.sites.take(np.flatnonzero(~is_park[survey.sites.zone]))
@@ -233,9 +231,7 @@ def _write_table(
     columns["grammar"][sites.parcel[built]] = hashes[sites.zone[built]]
     for task in tasks:
         leaves = task.grid.leaves(task.sites.corner)
-        columns["tile"][task.sites.parcel] = [
-            f"{TILES}/{task.grid.leaf_level}/{x}/{y}.glb" for x, y in leaves.tolist()
-        ]
+        columns["tile"][task.sites.parcel] = [f"{TILES}/{task.grid.leaf_level}/{x}/{y}.glb" for x, y in leaves.tolist()]
     columns["tile"][reason != ""] = ""
     reports = {key: np.full(num, np.nan) for record in records for report in record.reports.values() for key in report}
     row_of = {name: row for row, name in enumerate(parcels.id.tolist())} if reports else {}
@@ -300,4 +296,6 @@ def require_city(folder: Path) -> None:
         UsageError: If it has none.
     """
     if not (folder / TILESET).is_file():
-        raise UsageError(f"{folder}: expected a city with {TILESET}, found none. Make one: grammarlab city build PLAN.toml -o DIR")
+        raise UsageError(
+            f"{folder}: expected a city with {TILESET}, found none. Make one: grammarlab city build PLAN.toml -o DIR"
+        )

@@ -119,9 +119,7 @@ def make_buildings(rules: ZoneRules, sites: Sites) -> MadeBuildings:
     fitting = replace(
         sites,
         attributes={
-            name: column
-            for name, column in sites.attributes.items()
-            if name in known and not known[name].constant
+            name: column for name, column in sites.attributes.items() if name in known and not known[name].constant
         },
     )
     try:
