@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -34,3 +35,14 @@ class SurfaceLabels:
     def take(self, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) -> SurfaceLabels:
         """Labels of selected instances."""
         return SurfaceLabels(self.kind[rows], self.opening[rows])
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[SurfaceLabels]) -> Self:
+        """The labels of all parts, in order; numbers of openings of different parts are of different ones."""
+        ends = np.cumsum([0, *(int(part.opening.max(initial=-1)) + 1 for part in parts)])
+        return cls(
+            np.concatenate([np.zeros(0, np.int8), *(part.kind for part in parts)]),
+            np.concatenate(
+                [np.zeros(0, np.int32), *(part.opening + end for part, end in zip(parts, ends.tolist(), strict=False))]
+            ).astype(np.int32),
+        )

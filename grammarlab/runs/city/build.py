@@ -7,6 +7,7 @@ import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
 
@@ -15,7 +16,6 @@ import numpy as np
 from grammarlab.about import __version__
 from grammarlab.arrays import Ints, offsets_from_counts
 from grammarlab.city.plan import Plan, read_plan
-from grammarlab.errors import UsageError
 from grammarlab.export.cityjson import head_line
 from grammarlab.export.model_files import whole_file
 from grammarlab.export.tiles.earth_placement import Placement
@@ -147,7 +147,7 @@ def shard_tasks(survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, c
     cells = grid.shards(leaves[order])
     ends = _ends(cells)
     tasks = []
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in pairwise(ends):
         rows = order[first:last]
         here = sites.take(rows)
         tasks.append(
@@ -287,15 +287,3 @@ def _write_city(path: Path, plan: Plan, survey: Survey, zones: Sequence[ZoneRule
         "remarks": [str(remark) for remark in survey.remarks],
     }
     write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
-
-
-def require_city(folder: Path) -> None:
-    """Check that a folder has a city.
-
-    Raises:
-        UsageError: If it has none.
-    """
-    if not (folder / TILESET).is_file():
-        raise UsageError(
-            f"{folder}: expected a city with {TILESET}, found none. Make one: grammarlab city build PLAN.toml -o DIR"
-        )

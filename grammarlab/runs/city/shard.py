@@ -19,14 +19,13 @@ from grammarlab.city.parcels import Outlines
 from grammarlab.city.sites import Sites
 from grammarlab.errors import AssetError
 from grammarlab.export.cityjson import CityBuilding, building_line
-from grammarlab.export.surface_labels import SurfaceLabels
 from grammarlab.export.tiles.earth_placement import Placement
 from grammarlab.export.tiles.shard import write_shard
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.export.tiles.tile_models import TileModels
 from grammarlab.files import file_below, read_bounded, write_text
 from grammarlab.runs.city.zone_rules import MadeBuildings, ZoneRules, make_buildings
-from grammarlab.scene.instances import Scene, chosen
+from grammarlab.scene.instances import Scene
 from grammarlab.scene.joined import joined, of_models
 
 FOLDER = "shards"

@@ -86,9 +86,8 @@ class ZoneRules:
         known = self.source.grammar.attributes
         for name in attributes:
             if name not in known:
-                raise UsageError(
-                    f"zone {self.zone!r}: {self.name} has no attribute {name!r}; it has {', '.join(sorted(known)) or 'none'}."
-                )
+                names = ", ".join(sorted(known)) or "none"
+                raise UsageError(f"zone {self.zone!r}: {self.name} has no attribute {name!r}; it has {names}.")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
