@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 METRES_PER_KM = 1000.0
-_MIN_LENGTH = 0.01
-"""Metres added before a logarithm, so that a parcel without a frontage has a finite one."""
+_MIN_SIDE = 0.01
+"""Smallest side in metres of the box of an outline, for finite ratios."""
 _MAX_NAMED = 12
 """Most fields that a message lists."""
 
@@ -39,7 +39,7 @@ class ParcelFields:
     name: tuple[str, ...]
     """[F] different names."""
     unit: tuple[str, ...]
-    """[F] units: ``m``, ``ln m²``; empty for plain numbers."""
+    """[F] units: ``m``, ``m²``; empty for plain numbers."""
     values: Floats
     """[N, F] NaN where a value is unknown."""
 
@@ -90,17 +90,15 @@ def parcel_fields(
     rasters: Mapping[str, Floats] | None = None,
     attributes: Sequence[str] = (),
 ) -> ParcelFields:
-    """The fields of parcels: ``area``, ``aspect`` and others that are given.
-
-    Lengths, areas and ratios are logarithms, since their distributions have long tails.
+    """The fields of parcels: ``area`` in m², ``aspect`` (long by short side of the smallest box), and given ones.
 
     Args:
         parcels: N parcels.
-        frontage: [N] metres along streets, >= 0; makes ``frontage``.
-        street_width: [N] width of the widest street along a parcel, 0 without one; makes ``street_width``.
-        near: points, lines or areas by names, in metres from the frame's origin; ``centre`` makes the distance in km
-            ``distance_centre``, 0 inside an area.
-        rasters: [N] values of rasters at the parcels by names, such as ``elevation``.
+        frontage: [N] metres along streets; makes ``frontage``.
+        street_width: [N] width in metres of the widest street along a parcel, 0 without one; makes ``street_width``.
+        near: points, lines or areas by names of fields, in metres from the frame's origin: the distance in metres from
+            a point inside the parcel.
+        rasters: [N] values of rasters by names of fields.
         attributes: names of columns of numbers or flags of the map.
 
     Raises:
@@ -111,18 +109,19 @@ def parcel_fields(
         id=parcels.id,
         east_north=shapely.get_coordinates(shapely.point_on_surface(parcels.outline)).reshape(-1, 2),
         name=("area", "aspect"),
-        unit=("ln m²", "ln"),
-        values=np.column_stack([np.log(np.maximum(parcels.area, _MIN_LENGTH)), np.log(_aspect(parcels.outline))]),
+        unit=("m²", ""),
+        values=np.column_stack([parcels.area, _aspect(parcels.outline)]),
     )
     if frontage is not None:
-        fields = fields.with_field("frontage", "ln m", np.log(np.maximum(frontage, 0.0) + 1.0))
+        fields = fields.with_field("frontage", "m", frontage)
     if street_width is not None:
         fields = fields.with_field("street_width", "m", street_width)
+    points = shapely.points(fields.east_north)
     for name, geometry in (near or {}).items():
-        distance = np.asarray(shapely.distance(shapely.points(fields.east_north), geometry))
-        fields = fields.with_field(f"distance_{name}", "km", distance / METRES_PER_KM)
+        shapely.prepare(geometry)
+        fields = fields.with_field(name, "m", np.asarray(shapely.distance(geometry, points)))
     if np.isfinite(parcels.elevation).any():
-        fields = fields.with_field("parcel_elevation", "m", parcels.elevation)
+        fields = fields.with_field("elevation", "m", parcels.elevation)
     for name, values in (rasters or {}).items():
         fields = fields.with_field(name, "", values)
     for name in attributes:
@@ -155,4 +154,4 @@ def _aspect(outlines: NDArray[np.object_]) -> Floats:
     """[N] long by short side of the smallest box around each outline, >= 1."""
     corners = shapely.get_coordinates(shapely.get_exterior_ring(shapely.oriented_envelope(outlines))).reshape(-1, 5, 2)
     one, other = (np.hypot(*(corners[:, index + 1] - corners[:, index]).T) for index in (0, 1))
-    return np.maximum(one, other) / np.maximum(np.minimum(one, other), _MIN_LENGTH)
+    return np.maximum(one, other) / np.maximum(np.minimum(one, other), _MIN_SIDE)

@@ -35,13 +35,18 @@ _BLOCK = 8192
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """A field with the numbers that standardise it: (value - mean) / scale."""
+    """A field with the numbers that standardise it: (value - mean) / scale; for some, ln(1 + value) is the value."""
 
     name: str
     unit: str
     mean: float
     scale: float
     """> 0."""
+    is_log: bool = False
+    """Whether ln(1 + value) is standardised; values below 0 count as 0."""
+    centre: tuple[float, float] | None = None
+    """Point in km from the origin of the density's frame, if the field is the distance to it in km: a learned centre.
+    None for a field of `ParcelFields`."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,8 +78,8 @@ class ZoneDensity:
         Raises:
             UsageError: If a field is missing, or the parcels are in another coordinate system.
         """
-        x = standardised(fields, self.features)
         u = places_km(fields, self.frame)
+        x = standardised(fields, u, self.features)
         odds = self.intercept + x @ self.slope
         for start in range(0, len(u), _BLOCK):
             block = slice(start, start + _BLOCK)
@@ -108,11 +113,22 @@ def text_words(texts: NDArray[np.object_]) -> Keys:
     return np.frombuffer(digests, ">u8").astype(np.uint64)
 
 
-def standardised(fields: ParcelFields, features: tuple[Feature, ...]) -> Floats:
-    """[N, F] standardised fields between -`MAX_STANDARD` and `MAX_STANDARD`; unknown values are typical ones, 0."""
-    values = fields.columns([feature.name for feature in features])
-    mean, scale = (np.array([getattr(feature, part) for feature in features]) for part in ("mean", "scale"))
-    return np.nan_to_num(np.clip((values - mean) / scale, -MAX_STANDARD, MAX_STANDARD))
+def standardised(fields: ParcelFields, u: Floats, features: tuple[Feature, ...]) -> Floats:
+    """[N, F] standardised fields between -`MAX_STANDARD` and `MAX_STANDARD`; unknown values are typical ones, 0.
+
+    Args:
+        fields: fields of N parcels.
+        u: [N, 2] their places in km, as `places_km`.
+        features: F fields.
+    """
+    x = np.empty((len(fields), len(features)))
+    for column, feature in zip(x.T, features, strict=True):
+        centre = feature.centre
+        values = fields.columns([feature.name])[:, 0] if centre is None else np.hypot(*(u - centre).T)
+        if feature.is_log:
+            values = np.log1p(np.maximum(values, 0.0))
+        column[:] = (values - feature.mean) / feature.scale
+    return np.nan_to_num(np.clip(x, -MAX_STANDARD, MAX_STANDARD))
 
 
 def places_km(fields: ParcelFields, frame: Frame) -> Floats:

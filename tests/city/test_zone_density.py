@@ -23,7 +23,7 @@ def density(seed: int = 0, places: int = 20) -> ZoneDensity:
     return ZoneDensity(
         zones=ZONES,
         frame=FIELDS.frame,
-        features=(Feature("area", "ln m²", 6.2, 0.5), Feature("aspect", "ln", 0.6, 0.3)),
+        features=(Feature("area", "m²", 6.2, 0.5, is_log=True), Feature("aspect", "", 1.8, 0.6)),
         intercept=rng.normal(size=3),
         slope=rng.normal(size=(2, 3)),
         places=rng.uniform(0, 2, (places, 2)),
@@ -36,7 +36,7 @@ def density(seed: int = 0, places: int = 20) -> ZoneDensity:
 def test_probabilities_are_the_formula():
     model = density()
     row = 17
-    x = [(FIELDS.values[row, 0] - 6.2) / 0.5, (FIELDS.values[row, 1] - 0.6) / 0.3]
+    x = [(np.log(1 + FIELDS.values[row, 0]) - 6.2) / 0.5, (FIELDS.values[row, 1] - 1.8) / 0.6]
     r = np.sqrt(3) * np.hypot(*(model.places - FIELDS.east_north[row] / 1000).T) / 0.5
     odds = np.exp(model.intercept + x @ model.slope + ((1 + r) * np.exp(-r)) @ model.weights)
     np.testing.assert_allclose(model.probabilities(FIELDS)[row], odds / odds.sum(), rtol=1e-12)
@@ -110,4 +110,4 @@ def test_other_coordinates_and_missing_fields_are_refused():
     with pytest.raises(UsageError, match="learned in EPSG:32631, and the parcels are in EPSG:32632"):
         density().drawn(replace(FIELDS, frame=Frame("EPSG:32632", (0.0, 0.0))), 1)
     with pytest.raises(UsageError, match="unknown field 'frontage'; expected one of area, aspect"):
-        replace(density(), features=(Feature("frontage", "ln m", 1.0, 1.0),) * 2).drawn(FIELDS, 1)
+        replace(density(), features=(Feature("frontage", "m", 1.0, 1.0),) * 2).drawn(FIELDS, 1)
