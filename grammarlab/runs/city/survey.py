@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Floats
 from grammarlab.city.addresses import Pins, read_pins
 from grammarlab.city.layout import laid_out
 from grammarlab.city.parcel_map import read_parcels
@@ -31,8 +32,14 @@ class Survey:
     sites: Sites
     reason: NDArray[np.object_]
     """[N] why a parcel stays empty; empty for those with a site."""
+    terrain: Terrain | None
+    """None for flat ground."""
     remarks: tuple[Remark, ...]
     """What was repaired, left out or doubtful in the map."""
+
+    def heights(self, points: Floats) -> Floats:
+        """[n] height of the ground in metres at points [n, 2], east and north in metres; 0 outside the terrain."""
+        return np.zeros(len(points)) if self.terrain is None else np.nan_to_num(self.terrain.heights(points))
 
 
 def surveyed(plan: Plan) -> Survey:
@@ -52,7 +59,9 @@ def surveyed(plan: Plan) -> Survey:
     terrain = None if plan.terrain is None else Terrain.open(plan.terrain, parcels.frame)
     pins = read_pins(plan.pins) if plan.pins.is_file() else Pins()
     sites, reason = sites_of(plan, parcels, streets, terrain, pins)
-    return Survey(plan=plan, parcels=parcels, streets=streets, sites=sites, reason=reason, remarks=remarks)
+    return Survey(
+        plan=plan, parcels=parcels, streets=streets, sites=sites, reason=reason, terrain=terrain, remarks=remarks
+    )
 
 
 def lot_outlines(sites: Sites) -> Outlines:

@@ -1,0 +1,109 @@
+"""Where the trees of a city stand, and which of the grown trees of their species they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from hashlib import sha256
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.city.parcels import Outlines
+from grammarlab.city.street_trees import street_tree_places
+from grammarlab.geometry.footprints.area import Area
+from grammarlab.runs.city.survey import Survey
+from grammarlab.runs.city.zone_rules import ZoneRules
+from grammarlab.runs.sample.species_models import species_to_run
+from grammarlab.trees.crown_reach import CrownReach
+from grammarlab.trees.planting import HECTARE, Spacing, planted
+from grammarlab.trees.species import Species
+
+NUM_GROWN = 6
+"""Number of trees of a species that are grown for a city; all others are instances of these."""
+_CROWN_AREA = 1.5
+"""Square metres of a park per square metre of crown, where a plan names no density."""
+_DECIMALS = 2
+"""Decimals of metres of the places of trees."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TreePlaces:
+    """T trees of one species in one zone or along the streets."""
+
+    rules: ZoneRules
+    """The species."""
+    place: Floats
+    """[T, 3] bases of the trunks in metres of the frame: x east, y up, z south."""
+    grown: Ints
+    """[T] number of the grown tree, below `NUM_GROWN`."""
+
+    def __len__(self) -> int:
+        return len(self.place)
+
+
+def tree_places(survey: Survey, zones: tuple[ZoneRules, ...], along_streets: ZoneRules | None) -> list[TreePlaces]:
+    """All trees of a city.
+
+    Args:
+        survey: the survey.
+        zones: rules of the zones; those of species are parks.
+        along_streets: the species along the streets.
+
+    Raises:
+        UsageError: If a park has more trees than can be planted at once.
+    """
+    found = [_park(survey, number, rules) for number, rules in enumerate(zones) if rules.is_species]
+    trees = survey.plan.street_trees
+    if trees is not None and along_streets is not None and survey.streets is not None:
+        points = street_tree_places(
+            survey.streets,
+            survey.parcels.outline,
+            spacing=trees.spacing,
+            offset=trees.offset,
+            least_width=trees.least_width,
+        )
+        found.append(_places(survey, along_streets, points))
+    return [places for places in found if len(places)]
+
+
+def species_of(rules: ZoneRules) -> Species:
+    """The species of a zone.
+
+    Raises:
+        LanguageError: If its file has mistakes.
+    """
+    return species_to_run(rules.text, rules.name)
+
+
+def _park(survey: Survey, number: int, rules: ZoneRules) -> TreePlaces:
+    """Trees of all parks of a zone; a park keeps its trees whatever the others are."""
+    sites = survey.sites
+    outlines: Outlines = survey.parcels.outline[sites.parcel[sites.zone == number]]
+    if len(outlines) == 0:
+        return _places(survey, rules, np.zeros((0, 2)))
+    origin = np.array(survey.parcels.frame.origin)
+    area = Area(tuple(shapely.transform(outlines, lambda points: points + origin)))
+    crowns = CrownReach(species_of(rules), survey.plan.seed)
+    spacing = Spacing(crowns, survey.plan.seed)
+    density = survey.plan.zones[number].trees_per_hectare
+    if density is None:
+        density = HECTARE / (_CROWN_AREA * np.pi * float((spacing.references**2).mean()))
+    return _places(survey, rules, planted(area, spacing, density=density).coordinates - origin)
+
+
+def _places(survey: Survey, rules: ZoneRules, points: Floats) -> TreePlaces:
+    """Trees at points [n, 2] east and north, on the ground, ordered by place."""
+    points = np.round(points, _DECIMALS) + 0.0
+    points = points[np.lexsort(points.T)]
+    heights = survey.heights(points)
+    place = np.column_stack([points[:, 0], heights, -points[:, 1]])
+    return TreePlaces(rules=rules, place=place, grown=_grown(rules, points + survey.parcels.frame.origin))
+
+
+def _grown(rules: ZoneRules, points: Floats) -> NDArray[np.int64]:
+    """[n] numbers of grown trees, by places on the earth."""
+    texts = (f"{rules.name}\0{east:.2f}\0{north:.2f}" for east, north in points.tolist())
+    digests = b"".join(sha256(text.encode()).digest()[:8] for text in texts)
+    return (np.frombuffer(digests, ">u8") % NUM_GROWN).astype(np.int64)
