@@ -56,7 +56,7 @@ def joined(scenes: Sequence[Scene]) -> Scene:
     return Scene(
         num_models=int(model[-1]),
         meshes=Meshes.concatenate([scene.meshes for scene in scenes]),
-        materials=_materials([scene.materials for scene in scenes]),
+        materials=joined_materials([scene.materials for scene in scenes]),
         model=_shifted([scene.model for scene in scenes], model),
         mesh=_shifted([scene.mesh for scene in scenes], mesh),
         material=_shifted([scene.material for scene in scenes], material),
@@ -76,7 +76,8 @@ def _shifted(columns: Sequence[NDArray[np.int32]], starts: NDArray[np.int64]) ->
     return np.concatenate([column + start for column, start in zip(columns, starts[:-1], strict=True)]).astype(np.int32)
 
 
-def _materials(tables: Sequence[Materials]) -> Materials:
+def joined_materials(tables: Sequence[Materials]) -> Materials:
+    """The materials of all tables, in order."""
     starts = np.cumsum([0, *(len(table) for table in tables)]).tolist()
     return Materials(
         np.concatenate([table.channels for table in tables]),

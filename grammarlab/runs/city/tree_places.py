@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from hashlib import sha256
 
 import numpy as np
@@ -13,11 +14,16 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.city.parcels import Outlines
 from grammarlab.city.street_trees import street_tree_places
 from grammarlab.geometry.footprints.area import Area
+from grammarlab.randomness import root_keys
 from grammarlab.runs.city.survey import Survey
 from grammarlab.runs.city.zone_rules import ZoneRules
 from grammarlab.runs.sample.species_models import species_to_run
+from grammarlab.scene import Scene
+from grammarlab.trees.accepted_trees import accepted_rows
 from grammarlab.trees.crown_reach import CrownReach
+from grammarlab.trees.growth import grow
 from grammarlab.trees.planting import HECTARE, Spacing, planted
+from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.species import Species
 
 NUM_GROWN = 6
@@ -107,3 +113,16 @@ def _grown(rules: ZoneRules, points: Floats) -> NDArray[np.int64]:
     texts = (f"{rules.name}\0{east:.2f}\0{north:.2f}" for east, north in points.tolist())
     digests = b"".join(sha256(text.encode()).digest()[:8] for text in texts)
     return (np.frombuffer(digests, ">u8") % NUM_GROWN).astype(np.int64)
+
+
+@lru_cache(maxsize=16)
+def grown_cards(rules: ZoneRules, seed: int) -> Scene:
+    """The `NUM_GROWN` trees of a species as cards, one model each.
+
+    Args:
+        rules: the species.
+        seed: seed of the city.
+    """
+    species = species_of(rules)
+    trees = accepted_rows(species, root_keys(seed, np.arange(NUM_GROWN, dtype=np.uint64)))
+    return realize_trees(grow(trees.rows, trees.keys), species.look, "cards", rules.assets)

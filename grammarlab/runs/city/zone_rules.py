@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.arrays import Ints
-from grammarlab.city.plan import ZonePlan
+from grammarlab.city.plan import StreetTrees, ZonePlan
 from grammarlab.city.sites import Sites
 from grammarlab.derivation.forest import Forest, MissingAsset
 from grammarlab.errors import DerivationError, UsageError
@@ -52,9 +52,30 @@ class ZoneRules:
             UsageError: If there are no such rules.
             LanguageError: If they have mistakes.
         """
-        beside = folder / zone.grammar
-        source = find_rules(str(beside) if beside.is_file() else zone.grammar)
-        return cls(zone.name, source.name, source.text(), source.assets, source.suffix)
+        return cls._found(zone.name, zone.grammar, folder)
+
+    @classmethod
+    def along_streets(cls, trees: StreetTrees, folder: Path) -> ZoneRules:
+        """The species along streets.
+
+        Args:
+            trees: the trees.
+            folder: folder of the plan.
+
+        Raises:
+            UsageError: If there is no such species.
+            LanguageError: If its file has mistakes.
+        """
+        rules = cls._found("", trees.species, folder)
+        if not rules.is_species:
+            raise UsageError(f"street trees: expected a species, found the rules {trees.species!r}.")
+        return rules
+
+    @classmethod
+    def _found(cls, zone: str, grammar: str, folder: Path) -> ZoneRules:
+        beside = folder / grammar
+        source = find_rules(str(beside) if beside.is_file() else grammar)
+        return cls(zone, source.name, source.text(), source.assets, source.suffix)
 
     @property
     def is_species(self) -> bool:
