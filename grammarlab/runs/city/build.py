@@ -104,7 +104,7 @@ def build_city(
     """
     start = perf_counter()
     read = read_plan(plan)
-    zones = tuple(ZoneRules.of(zone, read.folder) for zone in read.zones)
+    zones = tuple(ZoneRules.of(zone) for zone in read.zones)
     for zone, rules in zip(read.zones, zones, strict=True):
         rules.check(sorted(zone.attributes))
     survey = surveyed(read)

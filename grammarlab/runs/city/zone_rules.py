@@ -41,40 +41,31 @@ class ZoneRules:
     """Suffix of the kind of the text."""
 
     @classmethod
-    def of(cls, zone: ZonePlan, folder: Path) -> ZoneRules:
-        """The rules of a zone, in a file beside the plan or shipped.
-
-        Args:
-            zone: the zone.
-            folder: folder of the plan.
+    def of(cls, zone: ZonePlan) -> ZoneRules:
+        """The rules of a zone: a file or a shipped example.
 
         Raises:
             UsageError: If there are no such rules.
             LanguageError: If they have mistakes.
         """
-        return cls._found(zone.name, zone.grammar, folder)
+        return cls._found(zone.name, zone.grammar)
 
     @classmethod
-    def along_streets(cls, trees: StreetTrees, folder: Path) -> ZoneRules:
+    def along_streets(cls, trees: StreetTrees) -> ZoneRules:
         """The species along streets.
-
-        Args:
-            trees: the trees.
-            folder: folder of the plan.
 
         Raises:
             UsageError: If there is no such species.
             LanguageError: If its file has mistakes.
         """
-        rules = cls._found("", trees.species, folder)
+        rules = cls._found("", trees.species)
         if not rules.is_species:
             raise UsageError(f"street trees: expected a species, found the rules {trees.species!r}.")
         return rules
 
     @classmethod
-    def _found(cls, zone: str, grammar: str, folder: Path) -> ZoneRules:
-        beside = folder / grammar
-        source = find_rules(str(beside) if beside.is_file() else grammar)
+    def _found(cls, zone: str, grammar: str) -> ZoneRules:
+        source = find_rules(grammar)
         return cls(zone, source.name, source.text(), source.assets, source.suffix)
 
     @property
