@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,11 +23,11 @@ _FLAT = 0.005
 """Largest distance in metres of corners from the plane of their face; validators allow 0.01."""
 _NARROW = 0.001
 """Smallest width in metres of a face on a grid of millimetres."""
-_UP = math.cos(math.radians(75.0))
+STEEP = math.cos(math.radians(75.0))
 """Smallest upward part of the normal of a roof: a slope of 75 degrees, so that a mansard is one."""
 _BASE = 0.3
 """Largest height in metres of a face of the ground above the bottom of the building."""
-_ROOF_HEIGHT = 2.0
+ROOF_HEIGHT = 2.0
 """Smallest height in metres of a roof above the bottom of the building."""
 _SLANT = 0.2
 """Smallest horizontal part of the normal of a face that has a direction on the map."""
@@ -36,47 +36,68 @@ _NUM_STEPS = 24
 _STEP = 2 * math.pi / _NUM_STEPS
 
 
-def faces_of(scene: Scene, labels: SurfaceLabels, corner: Floats, ground: float) -> CityGeometry | None:
-    """The faces of a scene of one model with their kinds.
+@dataclass(frozen=True, slots=True, eq=False)
+class CityFaces:
+    """Planar faces of a building on a grid of millimetres."""
+
+    points: Ints
+    """[V, 3] millimetres to the east, to the north and up from the origin of the frame."""
+    faces: Soup
+    """F faces over `points`; their meshes are the instances of the scene."""
+    normal: Floats
+    """[F, 3] unit normals to the east, to the north and up."""
+    area: Floats
+    """[F] square metres."""
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+
+def city_faces(scene: Scene, corner: Floats) -> CityFaces:
+    """The faces of a scene of one model.
 
     Faces that are not planar, or have holes, are divided into triangles; those thinner than a millimetre are left out.
 
     Args:
         scene: I instances.
-        labels: kinds of the I instances.
         corner: [3] origin of the scene's model: x, y and z from the frame's origin, in metres.
+    """
+    meshes = scene.meshes.take(scene.mesh)
+    instance = meshes.mesh_of_point()
+    placed = apply(scene.frames[scene.frame[instance]], scene.size[instance] * meshes.points)
+    x, y, z = (placed + scene.position[instance] + scene.origins[0] + corner).T
+    points, row = distinct_points(to_grid(np.column_stack([x, -z, y])))
+    soup = Soup.of_faces(meshes, np.arange(meshes.num_faces))
+    faces = _divided(points, replace(soup, rows=row[soup.rows]).without_repeats())
+    mesh = _as_mesh(points, faces)
+    return CityFaces(points, faces, face_normals(mesh), face_areas(mesh))
+
+
+def surfaces_of(faces: CityFaces, scene: Scene, labels: SurfaceLabels, ground: float) -> CityGeometry | None:
+    """The faces with their kinds.
+
+    Args:
+        faces: faces of the scene.
+        scene: I instances.
+        labels: kinds of the I instances.
         ground: height of the bottom in metres.
 
     Returns:
         The surfaces; None if there is no face.
     """
-    points, faces = _faces_on_grid(scene, corner + scene.origins[0])
     if len(faces) == 0:
         return None
-    normal = _normals(points, faces)
-    kind = _kinds(points, faces, normal, labels, to_grid(np.array(ground)).item())
-    direction = _directions(scene, faces.mesh, normal)
-    kinds, number = _semantic_surfaces(faces.mesh, kind, labels, direction, face_areas(_as_mesh(points, faces)))
-    rows, ends = faces.rows.tolist(), faces.offsets.tolist()
+    kinds, number = _semantic_surfaces(
+        faces, _kinds(faces, labels, ground), labels.opening[faces.faces.mesh], _directions(faces, scene)
+    )
+    rows, ends = faces.faces.rows.tolist(), faces.faces.offsets.tolist()
     return CityGeometry(
         shape="MultiSurface",
-        points=points,
+        points=faces.points,
         surfaces=[[rows[start:end]] for start, end in pairwise(ends)],
         kinds=kinds,
         kind=number.tolist(),
     )
-
-
-def _faces_on_grid(scene: Scene, origin: Floats) -> tuple[Ints, Soup]:
-    """Points [V, 3] in millimetres to the east, to the north and up, and planar faces over them, by instance."""
-    meshes = scene.meshes.take(scene.mesh)
-    instance = meshes.mesh_of_point()
-    placed = apply(scene.frames[scene.frame[instance]], scene.size[instance] * meshes.points)
-    x, y, z = (placed + scene.position[instance] + origin).T
-    points, row = distinct_points(to_grid(np.column_stack([x, -z, y])))
-    every = np.arange(meshes.num_faces)
-    soup = replace(Soup.of_faces(meshes, every), rows=row[meshes.corner_points()]).without_repeats()
-    return points, _divided(points, soup)
 
 
 def _divided(points: Ints, faces: Soup) -> Soup:
@@ -104,7 +125,7 @@ def _is_planar(points: Ints, faces: Soup) -> Flags:
     """[F] whether all corners are in one plane."""
     face = row_of_value(np.diff(faces.offsets))
     first = points[faces.rows[faces.offsets[:-1]]][face]
-    height = np.abs(dot((points[faces.rows] - first) / MILLIMETRES, _normals(points, faces)[face]))
+    height = np.abs(dot((points[faces.rows] - first) / MILLIMETRES, face_normals(_as_mesh(points, faces))[face]))
     return max_rows(height, faces.offsets, 0.0) <= _FLAT
 
 
@@ -120,40 +141,35 @@ def _as_mesh(points: Ints, faces: Soup) -> Meshes:
     return faces.as_one_mesh(points / MILLIMETRES)
 
 
-def _normals(points: Ints, faces: Soup) -> Floats:
-    """[F, 3] unit normals to the east, to the north and up."""
-    return face_normals(_as_mesh(points, faces))
-
-
-def _kinds(points: Ints, faces: Soup, normal: Floats, labels: SurfaceLabels, ground: int) -> NDArray[np.int8]:
+def _kinds(faces: CityFaces, labels: SurfaceLabels, ground: float) -> NDArray[np.int8]:
     """[F] kind of each face: that of its instance, else by direction and height."""
-    z = (points[faces.rows, 2] - ground) / MILLIMETRES
-    mean = sum_rows(z, faces.offsets) / np.diff(faces.offsets)
-    is_ground = (normal[:, 2] < -_UP) & (mean < _BASE)
-    is_roof = (normal[:, 2] > _UP) & (mean > _ROOF_HEIGHT)
-    by_direction = np.select([is_ground, is_roof], [GROUND, ROOF], WALL)
-    label = labels.kind[faces.mesh]
-    return np.where(label == UNLABELLED, by_direction, label).astype(np.int8)
+    height = faces.points[faces.faces.rows, 2] / MILLIMETRES - ground
+    mean = sum_rows(height, faces.faces.offsets) / np.diff(faces.faces.offsets)
+    up = faces.normal[:, 2]
+    is_ground, is_roof = (up < -STEEP) & (mean < _BASE), (up > STEEP) & (mean > ROOF_HEIGHT)
+    label = labels.kind[faces.faces.mesh]
+    return np.where(label == UNLABELLED, np.select([is_ground, is_roof], [GROUND, ROOF], WALL), label).astype(np.int8)
 
 
-def _directions(scene: Scene, instance: Ints, normal: Floats) -> Floats:
+def _directions(faces: CityFaces, scene: Scene) -> Floats:
     """[F] direction of each face on the map in radians; of faces that lie flat, that of the front of their scope."""
-    front = scene.frames[scene.frame[instance], :, 2]
-    lies = np.hypot(normal[:, 0], normal[:, 1]) < _SLANT
-    return np.arctan2(np.where(lies, -front[:, 2], normal[:, 1]), np.where(lies, front[:, 0], normal[:, 0]))
+    east, north, _ = faces.normal.T
+    front = scene.frames[scene.frame[faces.faces.mesh], :, 2]
+    lies = np.hypot(east, north) < _SLANT
+    return np.arctan2(np.where(lies, -front[:, 2], north), np.where(lies, front[:, 0], east))
 
 
 def _semantic_surfaces(
-    instance: Ints, kind: NDArray[np.int8], labels: SurfaceLabels, direction: Floats, area: Floats
+    faces: CityFaces, kind: NDArray[np.int8], opening: NDArray[np.int32], direction: Floats
 ) -> tuple[list[SurfaceKind], Ints]:
     """The different semantic surfaces: ground, roof, walls by direction, openings; and the number of each face [F]."""
     walls = np.flatnonzero(kind == WALL)
-    main = direction[walls[np.argmax(area[walls])]] if len(walls) else 0.0
+    main = direction[walls[np.argmax(faces.area[walls])]] if len(walls) else 0.0
     step = np.rint((direction - main) / _STEP).astype(np.int64) % _NUM_STEPS
-    _, opening = np.unique(labels.opening[instance], return_inverse=True)
-    part = np.select([kind == WALL, kind >= WINDOW], [step, opening], 0)
+    _, which = np.unique(opening, return_inverse=True)
+    part = np.select([kind == WALL, kind >= WINDOW], [step, which], 0)
     first, number = distinct_keys(kind * (part.max() + 1) + part)
-    largest = _largest(number, area)
+    largest = _largest(number, faces.area)
     wall_numbers = np.flatnonzero(kind[first] == WALL)
     turn = np.cos(direction[largest][:, None] - direction[largest[wall_numbers]])
     parents = wall_numbers[np.argmax(turn, axis=1)].tolist() if len(wall_numbers) else [None] * len(first)

@@ -1,6 +1,7 @@
 """CityJSONSeq 2.0: a text of one line per building, at three levels of detail, with the kinds of its surfaces.
 
-Level 1 is the footprint as a block, level 2 walls and roof, level 3 the surfaces of the model (cityjson.org/specs).
+Level 1 is the outline as a block, level 2 walls and roof, both closed solids; level 3 has the surfaces of the model
+(cityjson.org/specs). Where walls and roof would not be closed, level 2 is the block.
 A line depends on its building and on the frame only, so lines may be made apart and joined in any order.
 """
 
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import pairwise
@@ -21,8 +22,11 @@ import shapely
 
 from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.errors import UsageError
-from grammarlab.export.city_faces import faces_of
-from grammarlab.export.city_surfaces import CityGeometry, block, distinct_points
+from grammarlab.export.city_faces import city_faces, surfaces_of
+from grammarlab.export.city_outline import ground_outline
+from grammarlab.export.city_roofs import roof_map
+from grammarlab.export.city_shell import shell
+from grammarlab.export.city_surfaces import MILLIMETRES, CityGeometry, block, distinct_points
 from grammarlab.export.model_files import whole_file
 from grammarlab.export.reference_system import reference_system_url
 from grammarlab.export.surface_labels import SurfaceLabels
@@ -43,7 +47,8 @@ class CityBuilding:
     id: str
     """Name of the object in the file, unique: the id of its parcel."""
     footprint: shapely.Polygon
-    """Outline with holes, x to the east and y to the north of the frame's origin, in metres."""
+    """Outline of the lot with holes, x to the east and y to the north of the frame's origin, in metres; the outline of
+    the building if its walls fill it."""
     ground: float
     """Height of the bottom of the building in metres."""
     scene: Scene
@@ -129,7 +134,7 @@ def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> b
             f"building {building.id}: expected a scene of one model with a label for each of its {len(building.scene)} "
             f"instances, found {building.scene.num_models} models and {len(building.labels)} labels"
         )
-    geometries = {level: geometry for level in levels if (geometry := _geometry(building, level)) is not None}
+    geometries = {level: geometry for level, geometry in _geometries(building, set(levels)).items() if geometry}
     points = np.concatenate([np.zeros((0, 3), np.int64), *(part.points for part in geometries.values())])
     vertices, row = distinct_points(points)
     starts = offsets_from_counts(np.array([len(part.points) for part in geometries.values()], dtype=np.int64))
@@ -151,20 +156,20 @@ def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> b
     return _line(feature)
 
 
-def _geometry(building: CityBuilding, level: Level) -> CityGeometry | None:
-    if level == "3":
-        return faces_of(building.scene, building.labels, building.corner, building.ground)
-    return block(building.footprint, building.ground, _top(building))
-
-
-def _top(building: CityBuilding) -> float:
-    """Height of the highest point in metres."""
-    scene = building.scene
-    low, high = scene.meshes.bounds()
-    ends = np.stack([low, high])[:, scene.mesh] * scene.size
-    up = scene.frames[scene.frame, 1]
-    reach = np.maximum(ends[0] * up, ends[1] * up).sum(axis=1)
-    return float(building.corner[1] + scene.origins[0, 1] + (scene.position[:, 1] + reach).max(initial=0.0))
+def _geometries(building: CityBuilding, levels: Set[Level]) -> dict[Level, CityGeometry | None]:
+    """The geometries of a building; the block is as high as its walls and roof."""
+    faces = city_faces(building.scene, building.corner)
+    geometries: dict[Level, CityGeometry | None] = {}
+    if levels & {"1", "2"}:
+        outline = ground_outline(faces, building.footprint, building.ground)
+        roofs = roof_map(faces, outline, building.ground)
+        walls_and_roof = None if roofs is None else shell(roofs, building.ground)
+        highest = (faces if walls_and_roof is None else walls_and_roof).points[:, 2].max(initial=0) / MILLIMETRES
+        geometries["1"] = block(outline, building.ground, highest)
+        geometries["2"] = walls_and_roof or geometries["1"]
+    if "3" in levels:
+        geometries["3"] = surfaces_of(faces, building.scene, building.labels, building.ground)
+    return {level: geometries[level] for level in LEVELS if level in levels}
 
 
 def _member(level: str, geometry: CityGeometry, vertex: list[int]) -> dict[str, object]:

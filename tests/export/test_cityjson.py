@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from shapely.geometry.polygon import orient
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import derive
 from grammarlab.errors import UsageError
-from grammarlab.export.cityjson import CityBuilding, CityJsonWriter, building_line, head_line
+from grammarlab.export.cityjson import CityBuilding, CityJsonWriter, Level, building_line, head_line
 from grammarlab.export.surface_labels import SurfaceLabels
 from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.geometry.meshes.triangulate import keyhole
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.scene import realize
@@ -31,16 +33,29 @@ from tests.export.cityjson_checks import (
 GRAMMARS = Path(__file__).parents[2] / "grammars"
 FRAME = Frame("EPSG:32631", (448000.0, 5412000.0))
 TOWER = "Lot --> extrude(6) comp(f) { bottom : Floor | top : Top | side : Side }"
-COURT = shapely.Polygon(shapely.box(0, 0, 20, 20).exterior, [shapely.box(5, 5, 15, 15).exterior])
+SQUARE = shapely.box(0, -20, 20, 0)
+COURT = shapely.Polygon(SQUARE.exterior, [shapely.box(5, -15, 15, -5).exterior])
+ELL = shapely.Polygon([(0, -20), (20, -20), (20, -12), (9, -12), (9, 0), (0, 0)])
+
+
+def corners_of(polygon: shapely.Polygon, east: float) -> np.ndarray:
+    """[n, 3] corners of a footprint counted from its corner, holes joined by doubled edges."""
+    plan = orient(shapely.transform(polygon, lambda points: points - np.array([east, 0])))
+    rings = [shapely.get_coordinates(ring)[:-1] for ring in (plan.exterior, *plan.interiors)]
+    east_north = np.concatenate(rings)[keyhole(rings)]
+    return np.column_stack([east_north[:, 0], np.zeros(len(east_north)), -east_north[:, 1]])
 
 
 @cache
-def building(text: str = TOWER, name: str = "a", east: float = 0.0, footprint: shapely.Polygon | None = None):
+def building(text: str = TOWER, name: str = "a", east: float = 0.0, footprint: shapely.Polygon = SQUARE):
+    """A building of a shipped grammar or of a text."""
     grammar = load(GRAMMARS / f"{text}.cga") if text.isidentifier() else Grammar.parse(text)
-    scene = realize(derive(grammar, 1, 5, assets=AssetFolder(GRAMMARS / "assets")))
+    lot = shapely.transform(footprint, lambda points: points + np.array([east, 0]))
+    forest = derive(grammar, 1, 5, assets=AssetFolder(GRAMMARS / "assets"), footprint=corners_of(lot, east))
+    scene = realize(forest)
     return CityBuilding(
         id=name,
-        footprint=footprint or shapely.box(east, -20, east + 20, 0),
+        footprint=lot,
         ground=2.0,
         scene=scene,
         corner=np.array([east, 2.0, 0.0]),
@@ -49,17 +64,66 @@ def building(text: str = TOWER, name: str = "a", east: float = 0.0, footprint: s
     )
 
 
-def test_a_block_is_a_closed_solid_with_its_courtyard():
-    feature = json.loads(building_line(building(footprint=COURT), ["1"]))
-    geometry = geometry_of(feature, "1")
+def level_of(building: CityBuilding, level: Level):
+    feature = json.loads(building_line(building, [level]))
+    return feature, geometry_of(feature, level)
+
+
+@pytest.mark.parametrize("level", ["1", "2"])
+@pytest.mark.parametrize("footprint", [SQUARE, COURT, ELL], ids=["square", "courtyard", "ell"])
+def test_a_prism_is_a_closed_solid_with_its_courtyard(footprint, level):
+    feature, geometry = level_of(building(footprint=footprint), level)
     assert_closed_manifold(geometry)
-    assert volume(geometry, feature) == pytest.approx(300 * 6)
-    assert types_of(geometry) == ["GroundSurface", *["WallSurface"] * 8, "RoofSurface"]
+    assert volume(geometry, feature) == pytest.approx(footprint.area * 6)
+    num_edges = len(shapely.get_coordinates(footprint)) - len(footprint.interiors) - 1
+    assert types_of(geometry) == ["GroundSurface", *["WallSurface"] * num_edges, "RoofSurface"]
+
+
+ROOFS = {
+    "gable": ("extrude(6) comp(f) { side : W. | top : roofGable(45) comp(f) { side : W. | top : R. } }", 10 * 200),
+    "hip": ("extrude(6) comp(f) { side : W. | top : roofHip(45) R. }", 10 * 400 / 3),
+    "shed": ("extrude(6) comp(f) { side : W. | top : roofShed(45) R. }", 10 * 400),
+    "terrace": ("split(x) { 5 : extrude(9) W. | ~1 : extrude(6) W. }", 3 * 100),
+    "plant room": ("extrude(6) comp(f) { side : W. | top : [ R. ] offset(-5, inside) extrude(3) W. }", 3 * 100),
+    "parapet": (
+        "extrude(6) comp(f) { side : [ W. ] s('1, '1 + 1, 0.3) t(0, 0, -0.3) primitiveCube() W. | top : R. }",
+        0,
+    ),
+    "eaves": ("extrude(6) comp(f) { side : W. | top : roofHip(45, 0.8) R. }", 10 * 400 / 3),
+    "crossing sheds": ("[ s('1, '1, '1) extrude(1) roofShed(45) W. ] extrude(6) comp(f) { all : W. }", None),
+}
+
+
+@pytest.mark.parametrize("name", ROOFS)
+def test_walls_and_roofs_enclose_the_volume_of_the_model(name):
+    rules, above = ROOFS[name]
+    feature, geometry = level_of(building(f"Lot --> {rules}"), "2")
+    assert_closed_manifold(geometry)
+    assert_well_formed(feature)
+    if above is not None:
+        assert volume(geometry, feature) == pytest.approx(400 * 6 + above, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["building", "skyscraper"])
+def test_solids_of_shipped_grammars_are_closed(name):
+    block, walls_and_roof = (level_of(building(name), level) for level in ("1", "2"))
+    assert_closed_manifold(block[1])
+    assert_closed_manifold(walls_and_roof[1])
+    assert volume(*block[::-1]) >= volume(*walls_and_roof[::-1]) > 0
+    assert len(walls_and_roof[1]["boundaries"][0]) > len(block[1]["boundaries"][0])
 
 
 @pytest.mark.parametrize("name", ["building", "skyscraper"])
 def test_features_of_shipped_grammars_are_well_formed(name):
     assert_well_formed(json.loads(building_line(building(name))))
+
+
+@pytest.mark.parametrize(
+    ("rules", "levels"), [("NIL", []), ("W.", ["3"]), ("extrude(6) comp(f) { side : W. }", ["1", "2", "3"])]
+)
+def test_models_without_walls_or_roofs_have_the_levels_that_they_can_have(rules, levels):
+    feature = json.loads(building_line(building(f"Lot --> {rules}")))
+    assert [part["lod"] for part in feature["CityObjects"]["a"]["geometry"]] == levels
 
 
 def test_the_surfaces_of_a_model_are_those_of_the_scene_in_place():

@@ -1,0 +1,94 @@
+"""Outline of a building on the map: what its walls enclose, by horizontal sections."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Flags, Floats, row_of_value
+from grammarlab.export.city_faces import ROOF_HEIGHT, STEEP, CityFaces
+from grammarlab.export.city_surfaces import MILLIMETRES
+from grammarlab.geometry.meshes.ragged import max_rows, next_in_row
+
+_ABOVE_PLINTH = 1.3
+"""Height in metres of the lowest section above the bottom of the building."""
+_SHARES = (1 / 3, 0.6)
+"""Heights of the other sections as shares of the height of the building: floors may stand out."""
+_DETAIL = 1.0
+"""Half of the largest width in metres of gaps that are closed and of parts that are removed: windows, bays, piers."""
+_SNAP = 0.005
+"""Grid in metres on which ends of walls meet."""
+_SMOOTH = 0.05
+"""Largest deviation in metres of the simplified outline."""
+_SMALLEST = 4.0
+"""Smallest area in square metres of a part, or of a court."""
+_SAME = 0.03
+"""Largest difference of an outline from its footprint, as a share of its area, that counts as none."""
+
+
+def ground_outline(faces: CityFaces, footprint: shapely.Polygon, ground: float) -> shapely.Polygon:
+    """What the walls of a building enclose; the footprint if they fill it, or enclose nothing.
+
+    Args:
+        faces: faces of the building.
+        footprint: outline of the lot, in metres from the frame's origin.
+        ground: height of the bottom in metres.
+    """
+    height = faces.points[:, 2].max(initial=0) / MILLIMETRES - ground
+    levels = [_ABOVE_PLINTH, *(share * height for share in _SHARES if share * height > _ABOVE_PLINTH)]
+    walls = [_section(faces, ground + level) for level in levels]
+    lines = shapely.union_all(shapely.linestrings(np.concatenate(walls)), grid_size=_SNAP)
+    cells = shapely.get_parts(shapely.polygonize([lines]))
+    largest = _largest_part(_plain(shapely.union_all(cells[~_is_open(cells, faces, ground)])))
+    if largest is None or shapely.symmetric_difference(largest, footprint).area <= _SAME * footprint.area:
+        return footprint
+    return largest
+
+
+def _section(faces: CityFaces, height: float) -> Floats:
+    """[S, 2, 2] segments in metres in which faces cross a height in metres."""
+    level = height * MILLIMETRES + 0.5  # never at a point
+    rows = faces.faces.rows
+    start, end = faces.points[rows], faces.points[rows[next_in_row(faces.faces.offsets)]]
+    crosses = np.flatnonzero((start[:, 2] < level) != (end[:, 2] < level))
+    start, end = start[crosses], end[crosses]
+    share = (level - start[:, 2]) / (end[:, 2] - start[:, 2])
+    places = (start[:, :2] + share[:, None] * (end - start)[:, :2]) / MILLIMETRES
+    # A convex face crosses a height twice; a concave one more often, along one line.
+    face = row_of_value(np.diff(faces.faces.offsets))[crosses]
+    along = np.column_stack([-faces.normal[face, 1], faces.normal[face, 0]])
+    order = np.lexsort((np.einsum("ij,ij->i", places, along), face))
+    return places[order].reshape(-1, 2, 2)
+
+
+def _is_open(cells: NDArray[np.object_], faces: CityFaces, ground: float) -> Flags:
+    """[n] whether cells [n] are courts or gardens: large, and not below a roof."""
+    is_open = shapely.area(cells) > _SMALLEST
+    corners = faces.points[faces.faces.rows] / MILLIMETRES
+    face = row_of_value(np.diff(faces.faces.offsets))
+    is_roof = (faces.normal[:, 2] > STEEP) & (max_rows(corners[:, 2], faces.faces.offsets, 0.0) > ground + ROOF_HEIGHT)
+    chosen = is_roof[face]
+    _, ring = np.unique(face[chosen], return_inverse=True)
+    rings = shapely.linearrings(corners[chosen, :2], indices=ring)
+    roofs = np.asarray(shapely.polygons(np.asarray(rings, dtype=object)), dtype=object)
+    large = np.flatnonzero(is_open)
+    below, _ = shapely.STRtree(roofs).query(shapely.point_on_surface(cells[large]), predicate="intersects")
+    is_open[large[below]] = False
+    return is_open
+
+
+def _plain(area: shapely.Geometry) -> shapely.Geometry:
+    """An area without details: gaps closed, then thin parts removed, then straightened."""
+    closed = shapely.buffer(area, _DETAIL, join_style="mitre")
+    opened = shapely.buffer(shapely.buffer(closed, -2 * _DETAIL, join_style="mitre"), _DETAIL, join_style="mitre")
+    return shapely.simplify(opened, _SMOOTH)
+
+
+def _largest_part(area: shapely.Geometry) -> shapely.Polygon | None:
+    parts = [part for part in shapely.get_parts(area) if isinstance(part, shapely.Polygon) and part.area > _SMALLEST]
+    if not parts:
+        return None
+    largest = max(parts, key=lambda part: part.area)
+    courts = [ring for ring in largest.interiors if shapely.Polygon(ring).area > _SMALLEST]
+    return shapely.Polygon(largest.exterior, courts)
