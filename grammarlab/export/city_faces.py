@@ -29,6 +29,10 @@ _BASE = 0.3
 """Largest height in metres of a face of the ground above the bottom of the building."""
 ROOF_HEIGHT = 2.0
 """Smallest height in metres of a roof above the bottom of the building."""
+_FLAT_LYING = 0.95
+"""Smallest vertical part of the normal of a face that lies flat."""
+_LARGEST_SILL = 4.0
+"""Largest area in square metres of a face of a window or door that lies flat; larger ones are floors and roofs."""
 _SLANT = 0.2
 """Smallest horizontal part of the normal of a face that has a direction on the map."""
 _NUM_STEPS = 24
@@ -60,12 +64,12 @@ def city_faces(scene: Scene, corner: Floats) -> CityFaces:
 
     Args:
         scene: I instances.
-        corner: [3] origin of the scene's model: x, y and z from the frame's origin, in metres.
+        corner: [3] where the positions of the scene count from: x, y and z from the frame's origin, in metres.
     """
     meshes = scene.meshes.take(scene.mesh)
     instance = meshes.mesh_of_point()
     placed = apply(scene.frames[scene.frame[instance]], scene.size[instance] * meshes.points)
-    x, y, z = (placed + scene.position[instance] + scene.origins[0] + corner).T
+    x, y, z = (placed + scene.position[instance] + corner).T
     points, row = distinct_points(to_grid(np.column_stack([x, -z, y])))
     soup = Soup.of_faces(meshes, np.arange(meshes.num_faces))
     faces = _divided(points, replace(soup, rows=row[soup.rows]).without_repeats())
@@ -148,7 +152,10 @@ def _kinds(faces: CityFaces, labels: SurfaceLabels, ground: float) -> NDArray[np
     up = faces.normal[:, 2]
     is_ground, is_roof = (up < -STEEP) & (mean < _BASE), (up > STEEP) & (mean > ROOF_HEIGHT)
     label = labels.kind[faces.faces.mesh]
-    return np.where(label == UNLABELLED, np.select([is_ground, is_roof], [GROUND, ROOF], WALL), label).astype(np.int8)
+    is_slab = (label >= WINDOW) & (np.abs(up) > _FLAT_LYING) & (faces.area > _LARGEST_SILL)
+    return np.where(
+        (label == UNLABELLED) | is_slab, np.select([is_ground, is_roof], [GROUND, ROOF], WALL), label
+    ).astype(np.int8)
 
 
 def _directions(faces: CityFaces, scene: Scene) -> Floats:
@@ -169,15 +176,17 @@ def _semantic_surfaces(
     _, which = np.unique(opening, return_inverse=True)
     part = np.select([kind == WALL, kind >= WINDOW], [step, which], 0)
     first, number = distinct_keys(kind * (part.max() + 1) + part)
-    largest = _largest(number, faces.area)
-    wall_numbers = np.flatnonzero(kind[first] == WALL)
-    turn = np.cos(direction[largest][:, None] - direction[largest[wall_numbers]])
-    parents = wall_numbers[np.argmax(turn, axis=1)].tolist() if len(wall_numbers) else [None] * len(first)
-    kinds = [
-        SurfaceKind(kind, parent if kind >= WINDOW else None)
-        for kind, parent in zip(kind[first].tolist(), parents, strict=True)
-    ]
-    return kinds, number
+    parents = _parents(kind[first], faces.normal[_largest(number, faces.area)])
+    return [SurfaceKind(*pair) for pair in zip(kind[first].tolist(), parents, strict=True)], number
+
+
+def _parents(kind: NDArray[np.int8], normal: Floats) -> list[int | None]:
+    """[K] the wall or roof of each opening: the one whose normal [K, 3] is nearest; None for all others."""
+    carriers = np.flatnonzero((kind == WALL) | (kind == ROOF))
+    if len(carriers) == 0:
+        return [None] * len(kind)
+    nearest = carriers[np.argmax(normal @ normal[carriers].T, axis=1)].tolist()
+    return [parent if opens else None for parent, opens in zip(nearest, (kind >= WINDOW).tolist(), strict=True)]
 
 
 def _largest(group: Ints, area: Floats) -> Ints:

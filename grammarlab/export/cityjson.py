@@ -54,7 +54,8 @@ class CityBuilding:
     scene: Scene
     """The building, one model."""
     corner: Floats
-    """[3] origin of the scene's model: x, y and z from the frame's origin, in metres (`grammarlab.city.sites`)."""
+    """[3] where the positions of the scene count from: x, y and z from the frame's origin, in metres; the corner of the
+    site and the origin of the model (`Scene.origins`) together."""
     labels: SurfaceLabels
     """Kinds of the surfaces of the instances of the scene."""
     attributes: Mapping[str, AttributeValue]
