@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from grammarlab.city.layout_plan import LayoutPlan, layout_plan
+from grammarlab.city.plan_fields import check_condition
 from grammarlab.city.plan_tables import Keys, PlanTables
 from grammarlab.errors import AssetError, Finding, LanguageError, Location, TomlError, UsageError, shown
 from grammarlab.files import read_bounded
@@ -86,7 +87,8 @@ class ZonePlan:
     match: Mapping[str, tuple[PlanValue, ...]] = field(default_factory=dict)
     """Allowed values of fields; each of these fields must have one of its values."""
     polygon: str = ""
-    """WKT in metres of the frame, or the path of a file: a point inside the parcel must be in it; empty for none."""
+    """WKT, or the path of a file: a point inside the parcel must be in it; empty for none. WKT is in the coordinate
+    system of the frame unless it begins with ``SRID=…;``."""
     density: Path | None = None
     """File of learned zones (NAME.zones.json): the parcel must draw the name of this zone."""
     attributes: Mapping[str, PlanValue | FieldFormula] = field(default_factory=dict)
@@ -144,7 +146,9 @@ class Plan:
     streets: Path | None = None
     """File with centre lines of streets."""
     street_width: str | None = None
-    """Field of the parcels with the widths of their streets in metres: a number, or one per edge."""
+    """Field of the parcels with the width in metres of the street along each, instead of other widths."""
+    street_plots: str = ""
+    """Condition over fields of the map for parcels that are streets; empty for long, thin ones."""
     terrain: Path | None = None
     """Raster file of heights in metres."""
     geoid_height: float | None = None
@@ -202,7 +206,19 @@ def parse_plan(text: str, path: Path) -> Plan:
 
 
 _KEYS = (
-    *("parcels", "layout", "crs", "id", "seed", "streets", "street_width", "terrain", "geoid_height", "pins"),
+    *(
+        "parcels",
+        "layout",
+        "crs",
+        "id",
+        "seed",
+        "streets",
+        "street_width",
+        "street_plots",
+        "terrain",
+        "geoid_height",
+        "pins",
+    ),
     *("setbacks", "minimum", "maximum", "ring", "fields", "zones", "street_trees"),
 )
 _ZONE_KEYS = (
@@ -217,7 +233,7 @@ _LARGEST = 1e8
 """Largest area in square metres."""
 _ZONE_NAME = re.compile(r"[^\W_][\w .+-]{0,63}")
 _FIELD_NAME = re.compile(r"[^\W\d]\w{0,63}")
-_WKT = re.compile(r"\s*(MULTI)?POLYGON\s*(Z\s*)?\(", re.IGNORECASE)
+_WKT = re.compile(r"\s*(SRID\s*=\s*\d+\s*;\s*)?(MULTI)?POLYGON\s*(Z\s*)?\(", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,6 +257,7 @@ class _PlanReader:
             seed=seed,
             streets=self._file(("streets",)),
             street_width=tables.text(("street_width",)) or None,
+            street_plots=self._condition(("street_plots",)),
             terrain=self._file(("terrain",)),
             geoid_height=tables.optional_number(("geoid_height",), -200.0, 200.0),
             pins=self._file(("pins",)) or self.path.parent / PINS,
@@ -319,7 +336,7 @@ class _PlanReader:
         return ZonePlan(
             name=name,
             grammar=self._grammar((*keys, "grammar")),
-            where=tables.text((*keys, "where")),
+            where=self._condition((*keys, "where")),
             match=self._match((*keys, "match")),
             polygon=self._polygon((*keys, "polygon")),
             density=self._file((*keys, "density")),
@@ -339,6 +356,18 @@ class _PlanReader:
         text = self.tables.text(keys)
         return text if not text or _WKT.match(text) else str(self.path.parent / text)
 
+    def _condition(self, keys: Keys) -> str:
+        text = self.tables.text(keys)
+        if text:
+            self._check(text, keys)
+        return text
+
+    def _check(self, text: str, keys: Keys) -> None:
+        try:
+            check_condition(text)
+        except UsageError as error:
+            self.tables.report("expression", str(error), keys)
+
     def _match(self, keys: Keys) -> Mapping[str, tuple[PlanValue, ...]]:
         allowed: dict[str, tuple[PlanValue, ...]] = {}
         for name, value in self.tables.table(keys, None).items():
@@ -354,7 +383,9 @@ class _PlanReader:
         attributes: dict[str, PlanValue | FieldFormula] = {}
         for name, value in self.tables.table(keys, None).items():
             if isinstance(value, str) and value.lstrip().startswith("="):
-                attributes[name] = FieldFormula(value.lstrip()[1:].strip())
+                formula = value.lstrip()[1:].strip()
+                self._check(formula, (*keys, name))
+                attributes[name] = FieldFormula(formula)
             elif isinstance(value, int | float | str):
                 attributes[name] = float(value) if isinstance(value, int) and not isinstance(value, bool) else value
             else:

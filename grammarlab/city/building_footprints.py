@@ -1,0 +1,216 @@
+"""Footprints of buildings on lots: setbacks by kind of edge, perimeter rings, courtyards, smallest sizes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Flags, Floats, Ints, index_in_row, offsets_from_counts, row_of_value
+from grammarlab.city.lot_edges import LotEdges
+from grammarlab.city.lot_fronts import edge_setbacks, first_edges, sides_of_edges
+from grammarlab.city.moved_edges import moved_inwards
+from grammarlab.city.parcels import Outlines
+from grammarlab.city.plan import LotRules
+from grammarlab.geometry.meshes.triangulate import keyhole
+
+SMALL, NARROW, LARGE = "small", "narrow", "large"
+"""Reasons of lots without a footprint: too little area; no place for a circle of the smallest side; too much area."""
+_LEAST_HOLE = 1.0
+"""Square metres; smaller holes are filled, as no building has such a court."""
+_CLEANED = 0.02
+"""Metres; corners that change a cut lot by less are slivers of cutting."""
+_ALIKE = 0.15
+"""Metres between an edge of a footprint and the moved edge of the lot that it is a part of."""
+_MITRE_LIMIT = 3.0
+"""Largest length of a mitre of a court, as a multiple of the depth of the ring."""
+_COSINE_ALIKE = np.cos(np.radians(10.0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FootprintRequest:
+    """What is built on S lots."""
+
+    setbacks: Floats
+    """[S, 3] metres at the front, the sides and the back."""
+    is_ring: Flags
+    """[S] whether there is a court in the middle, if there is room."""
+    is_park: Flags
+    """[S] whether any area is good, as for trees."""
+    rules: LotRules
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BuildingFootprints:
+    """Footprints on S lots, or why there are none."""
+
+    reason: NDArray[np.object_]
+    """[S] empty for lots with a footprint."""
+    lot: Ints
+    """[K] lots with a footprint, ascending."""
+    edges: LotEdges
+    """Edges of K polygons with holes, in metres of the frame, each beginning with the first edge of the footprint."""
+    street_width: Floats
+    """[P] width of the street along each edge in metres, 0 for none."""
+
+
+def building_footprints(edges: LotEdges, widths: Floats, request: FootprintRequest) -> BuildingFootprints:
+    """Footprints of the buildings on lots.
+
+    Args:
+        edges: edges of S lots, which are valid polygons.
+        widths: widths of the streets along them in metres, 0 for none.
+        request: what is built on the lots.
+    """
+    order = edges.starting_at(first_edges(edges, widths))
+    edges, widths = edges.reordered(order), widths[order]
+    distances = edge_setbacks(edges, sides_of_edges(edges, widths), request.setbacks)
+    moved = moved_inwards(edges, distances)
+    outline = moved.outline.copy()
+    cut = np.flatnonzero(~moved.is_whole)
+    outline[cut] = _largest_piece(shapely.simplify(outline[cut], _CLEANED, preserve_topology=True))
+    changed = np.concatenate([cut, _add_courts(outline, request), _fill_small_holes(outline)])
+    reason = _reasons(outline, request)
+    lot = np.flatnonzero(reason == "")
+    footprints = LotEdges.of(outline[lot])
+    footprint_widths = _widths_of_parts(footprints, edges, distances, widths, lot, np.isin(lot, changed))
+    order = footprints.starting_at(first_edges(footprints, footprint_widths))
+    return BuildingFootprints(
+        reason=reason, lot=lot, edges=footprints.reordered(order), street_width=footprint_widths[order]
+    )
+
+
+def _largest_piece(outlines: Outlines) -> Outlines:
+    """[S] the largest polygon of each; of equal ones the westernmost; an empty polygon where there is none."""
+    parts, row = shapely.get_parts(outlines, return_index=True)
+    is_polygon = shapely.get_type_id(parts) == shapely.GeometryType.POLYGON
+    parts, row = parts[is_polygon], row[is_polygon]
+    west = shapely.bounds(parts).reshape(-1, 4)
+    order = np.lexsort((west[:, 1], west[:, 0], -shapely.area(parts), row))
+    first = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
+    result = np.full(len(outlines), shapely.Polygon(), object)
+    result[row[first]] = parts[first]
+    return result
+
+
+def _add_courts(outline: Outlines, request: FootprintRequest) -> Ints:
+    """Put courts into the rings among outlines, and return the rows of those that have one."""
+    rules = request.rules
+    rows = np.flatnonzero(request.is_ring & (shapely.get_num_interior_rings(outline) == 0))
+    inner = shapely.buffer(outline[rows], -rules.ring_depth, join_style="mitre", mitre_limit=_MITRE_LIMIT)
+    parts, part_row = shapely.get_parts(shapely.simplify(inner, _CLEANED), return_index=True)
+    is_court = (shapely.area(parts) >= max(rules.least_court, _LEAST_HOLE)) & (
+        shapely.get_num_interior_rings(parts) == 0
+    )
+    parts, part_row = parts[is_court], part_row[is_court]
+    with_court = np.unique(part_row)
+    # The court is open ground inside, so its ring is a hole as it is.
+    shells = shapely.get_exterior_ring(outline[rows[with_court]])
+    holes = shapely.get_exterior_ring(parts)
+    owner = np.searchsorted(with_court, part_row)
+    index = np.concatenate([np.arange(len(shells)), owner])
+    order = np.argsort(index, kind="stable")
+    outline[rows[with_court]] = shapely.polygons(np.concatenate([shells, holes])[order], indices=index[order])
+    return rows[with_court]
+
+
+def _fill_small_holes(outline: Outlines) -> Ints:
+    """Fill holes below `_LEAST_HOLE` of outlines, and return the rows of those that had one."""
+    rows = np.flatnonzero(shapely.get_num_interior_rings(outline) > 0)
+    rings, ring_row = shapely.get_rings(outline[rows], return_index=True)
+    is_outer = np.diff(ring_row, prepend=-1) > 0
+    is_filled = ~is_outer & (shapely.area(shapely.polygons(rings)) < _LEAST_HOLE)
+    changed = np.unique(ring_row[is_filled])
+    if len(rows):
+        outline[rows] = shapely.polygons(rings[~is_filled], indices=ring_row[~is_filled])
+    return rows[changed]
+
+
+def _reasons(outline: Outlines, request: FootprintRequest) -> NDArray[np.object_]:
+    """[S] why an outline is no footprint; empty for footprints."""
+    rules = request.rules
+    area = shapely.area(outline)
+    is_narrow = shapely.is_empty(shapely.buffer(outline, -rules.least_side / 2.0, quad_segs=1))
+    conditions = [area <= 0.0, request.is_park, area < rules.least_area, area > rules.most_area, is_narrow]
+    return np.select(conditions, [SMALL, "", SMALL, LARGE, NARROW], "").astype(object)
+
+
+def _widths_of_parts(
+    footprints: LotEdges, edges: LotEdges, distances: Floats, widths: Floats, lot: Ints, is_changed: Flags
+) -> Floats:
+    """[Q] width of the street along each edge of footprints: that of the edge of the lot that was moved there.
+
+    Args:
+        footprints: edges of K footprints, Q in all.
+        edges: edges of S lots, P in all.
+        distances: [P] distance that each was moved.
+        widths: [P] widths of streets along them.
+        lot: [K] lot of each footprint.
+        is_changed: [K] whether a footprint has other edges than its lot.
+    """
+    result = np.zeros(len(footprints.points))
+    _, same = edges.take(lot[~is_changed])
+    result[~is_changed[footprints.outline]] = widths[same]
+    part = np.flatnonzero(is_changed[footprints.outline] & ~footprints.is_hole)
+    _, corners = edges.take(lot[footprints.outline[part]])
+    counts = np.diff(edges.ring_offsets[edges.outline_offsets])[lot[footprints.outline[part]]]
+    row = row_of_value(counts)
+    middle = (footprints.points[part] + 0.5 * footprints.along[part])[row] - edges.points[corners]
+    away = np.abs((middle * edges.normal[corners]).sum(axis=1) + distances[corners])
+    along = (middle * edges.direction[corners]).sum(axis=1)
+    beyond = np.maximum(np.maximum(-along, along - edges.length[corners]), 0.0)
+    cosine = (footprints.normal[part][row] * edges.normal[corners]).sum(axis=1)
+    is_alike = (away < _ALIKE) & (cosine > _COSINE_ALIKE)
+    row, corners, beyond, away = row[is_alike], corners[is_alike], beyond[is_alike], away[is_alike]
+    order = np.lexsort((away, beyond, row))
+    best = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
+    result[part[row[best]]] = widths[corners[best]]
+    return result
+
+
+# As footprints of models ---------------------------------------------------------------------------------------------
+
+
+def joined_rings(edges: LotEdges, widths: Floats) -> tuple[Ints, Floats, Ints]:
+    """Cycles around polygons in which holes are joined to the outer ring by doubled edges.
+
+    Args:
+        edges: edges of K polygons, P in all.
+        widths: [P] widths of the streets along them.
+
+    Returns:
+        [Q] corners; [Q] width of the street along the edge that leaves each, 0 for doubled edges; [K + 1] offsets of
+        the cycles, each of which begins with the first edge of its polygon.
+    """
+    num_holes = np.diff(edges.outline_offsets) - 1
+    starts = edges.ring_offsets[edges.outline_offsets]
+    offsets = offsets_from_counts(np.diff(starts) + 2 * num_holes)
+    corners = np.zeros(offsets[-1], np.int64)
+    simple = np.flatnonzero(num_holes == 0)
+    counts = np.diff(starts)[simple]
+    place = np.repeat(offsets[simple], counts) + index_in_row(counts)
+    corners[place] = np.repeat(starts[simple], counts) + index_in_row(counts)
+    for row in np.flatnonzero(num_holes > 0).tolist():
+        corners[offsets[row] : offsets[row + 1]] = _cycle(edges, row)
+    following = _following(corners, offsets)
+    is_edge = edges.next_corner[corners] == corners[following]
+    return corners, np.where(is_edge, widths[corners], 0.0), offsets
+
+
+def _cycle(edges: LotEdges, row: int) -> Ints:
+    """Corners around one polygon with holes."""
+    rings = range(edges.outline_offsets[row], edges.outline_offsets[row + 1])
+    bounds = [(edges.ring_offsets[ring], edges.ring_offsets[ring + 1]) for ring in rings]
+    walk = bounds[0][0] + keyhole([edges.points[start:end] for start, end in bounds])
+    first = bounds[0][0]
+    begin = np.flatnonzero((walk == first) & (np.roll(walk, -1) == edges.next_corner[first]))[0]
+    return np.roll(walk, -begin)
+
+
+def _following(corners: Ints, offsets: Ints) -> Ints:
+    """[Q] index of the next corner of each cycle."""
+    following = np.arange(1, len(corners) + 1)
+    following[offsets[1:] - 1] = offsets[:-1]
+    return following
