@@ -17,10 +17,11 @@ from typing import Any, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, row_of_value
+from grammarlab.arrays import offsets_from_counts
 from grammarlab.derivation.materials import Materials
-from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument
+from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument, index_type
 from grammarlab.export.gltf_materials import GltfMaterials
+from grammarlab.export.instance_placements import Placements, placements_of
 from grammarlab.export.model_files import GENERATOR, AbstractWriter, Output
 from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.instances import chosen
@@ -30,8 +31,6 @@ from grammarlab.scene.triangles import CREASE_ANGLE, downwards, texture_coordina
 Content: TypeAlias = Callable[[Scene, TriangleBatch, str], dict[str, Any]]
 """Function that adds a named model to a document and returns the properties of its node."""
 _INSTANCING = "EXT_mesh_gpu_instancing"
-_THINNEST = 1e-6
-"""Smallest scale of a node in metres, since readers cannot compute normals at zero."""
 
 
 @final
@@ -119,7 +118,7 @@ class ReusedContent:
 
         used, mesh = np.unique(scene.mesh, return_inverse=True)
         shaded = shaded_meshes(scene, used, CREASE_ANGLE)
-        placements = _placements(scene, shaded, mesh)
+        placements = placements_of(scene, shaded, mesh)
         rows = np.flatnonzero(np.diff(shaded.mesh_triangles)[mesh] > 0)
         for pair, instance_rows in _by_pair(mesh, scene.material, rows):
             index = self._meshes.index(shaded, pair[0], scene.materials, pair[1])
@@ -130,7 +129,7 @@ class ReusedContent:
             )
         return {"children": children} if children else {}
 
-    def _nodes(self, mesh: int, placements: _Placements, instance_rows: NDArray[np.int64]) -> list[int]:
+    def _nodes(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         columns = (placements.translation, placements.rotation, placements.scale)
         rows = zip(*(column[instance_rows].tolist() for column in columns), strict=True)
         return [
@@ -140,7 +139,7 @@ class ReusedContent:
             for translation, rotation, scale in rows
         ]
 
-    def _instanced(self, mesh: int, placements: _Placements, instance_rows: NDArray[np.int64]) -> list[int]:
+    def _instanced(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         document = self._document
         document.require(_INSTANCING)
         attributes = {}
@@ -227,12 +226,7 @@ def _group_indices(batch: TriangleBatch) -> NDArray[np.unsignedinteger]:
     """[3 T] vertices counted from the first of their own group, in the narrowest type that holds them."""
     starts = np.repeat(batch.group_vertices[:-1], np.diff(batch.group_triangles)).astype(np.uint32)
     largest = int(np.diff(batch.group_vertices).max())
-    return (batch.triangles - starts[:, None]).astype(_index_type(largest)).ravel()
-
-
-def _index_type(num_vertices: int) -> type[np.unsignedinteger]:
-    """The narrowest type of indices of vertices; glTF reserves the largest number of a type."""
-    return np.uint16 if num_vertices < 2**16 - 1 else np.uint32
+    return (batch.triangles - starts[:, None]).astype(index_type(largest)).ravel()
 
 
 def _add_array(
@@ -296,36 +290,10 @@ class _ReusedMeshes:
             }
             if coordinates is not None:
                 attributes["TEXCOORD_0"] = _add_array(self._document, coordinates, ARRAY_BUFFER)
-            indices = corners.astype(_index_type(len(points))).ravel()
+            indices = corners.astype(index_type(len(points))).ravel()
             accessor = _add_array(self._document, indices, ELEMENT_ARRAY_BUFFER)
             self._geometry[key] = len(self._geometry), {"attributes": attributes, "indices": accessor}
         return self._geometry[key]
-
-
-@dataclass(frozen=True, slots=True)
-class _Placements:
-    """Translation, rotation and scale of I instances, as in glTF nodes."""
-
-    translation: NDArray[np.float32]
-    """[I, 3] metres."""
-    rotation: NDArray[np.float32]
-    """[I, 4] unit quaternions x, y, z, w."""
-    scale: NDArray[np.float32]
-    """[I, 3] > 0."""
-
-
-def _placements(scene: Scene, shaded: ShadedMeshes, mesh: NDArray[np.integer]) -> _Placements:
-    # Imported here, since most files do not need it.
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415
-
-    extends = np.zeros((len(shaded.mesh_triangles) - 1, 3), dtype=bool)
-    np.logical_or.at(extends, row_of_value(np.diff(shaded.mesh_vertices)), shaded.points != 0)
-    # A mesh in the plane 0 of an axis is the same at any size along it.
-    scale = np.where(~extends[mesh] & (scene.size < _THINNEST), 1.0, np.maximum(scene.size, _THINNEST))
-    used, frame = np.unique(scene.frame, return_inverse=True)
-    quaternion = Rotation.from_matrix(scene.frames[used]).as_quat() if len(used) else np.zeros((0, 4))
-    turned = quaternion.astype(np.float32)[frame]
-    return _Placements(scene.position.astype(np.float32), turned, scale.astype(np.float32))
 
 
 def _by_pair(

@@ -36,7 +36,10 @@ class GltfDocument:
         self._output = output
         self._lists: dict[str, _Entries] = {}
         self._buffer = output.part()
-        self._extensions: set[str] = set()
+        self._used: set[str] = set()
+        self._required: set[str] = set()
+        self._root: dict[str, dict[str, Any]] = {}
+        self._alignment = 4
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         """Append to the list `kind` (``nodes``, ``materials``, …) and return the index of the entry."""
@@ -46,14 +49,28 @@ class GltfDocument:
 
     def require(self, extension: str) -> None:
         """Declare an extension that readers must support."""
-        self._extensions.add(extension)
+        self._used.add(extension)
+        self._required.add(extension)
 
-    def add_bytes(self, content: bytes, **properties: int) -> int:
-        """Append to the buffer, aligned to 4 bytes; returns the index of the buffer view with further properties.
+    def use(self, extension: str, root: dict[str, Any] | None = None) -> None:
+        """Declare an extension that readers may ignore, with its object at the root of the document."""
+        self._used.add(extension)
+        if root is not None:
+            self._root[extension] = root
+
+    def add_bytes(self, content: bytes, alignment: int = 4, **properties: int) -> int:
+        """Append to the buffer; returns the index of the buffer view with further properties.
+
+        Args:
+            content: the bytes.
+            alignment: 4 or 8; the view starts at a multiple of it in the file.
+            properties: further properties of the view.
 
         Raises:
             UsageError: If the file would have more than `MOST_BYTES`.
         """
+        self._alignment = max(self._alignment, alignment)
+        self._buffer.write(b"\0" * (-self._buffer.tell() % alignment))
         view = {"buffer": 0, "byteOffset": self._buffer.tell(), "byteLength": len(content), **properties}
         self._buffer.write(content)
         self._buffer.write(b"\0" * (-len(content) % 4))
@@ -68,7 +85,13 @@ class GltfDocument:
         return self.add_bytes(np.ascontiguousarray(values).tobytes(), **properties)
 
     def add_accessor(
-        self, view: int, values: np.ndarray, first: int, bounds: tuple[np.ndarray, np.ndarray] | None = None
+        self,
+        view: int,
+        values: np.ndarray,
+        first: int,
+        bounds: tuple[np.ndarray, np.ndarray] | None = None,
+        *,
+        normalized: bool = False,
     ) -> int:
         """Describe rows of an array that lies in a buffer view; the index of the accessor.
 
@@ -77,6 +100,7 @@ class GltfDocument:
             values: the rows, [N] or [N, 2..4].
             first: index of the first row in the view.
             bounds: smallest and largest value of each column, if glTF requires them.
+            normalized: whether integers stand for shares of their largest one.
         """
         width = 1 if values.ndim == 1 else values.shape[1]
         accessor: dict[str, Any] = {
@@ -86,6 +110,8 @@ class GltfDocument:
             "count": len(values),
             "type": "SCALAR" if width == 1 else f"VEC{width}",
         }
+        if normalized:
+            accessor["normalized"] = True
         if bounds is not None:
             accessor["min"], accessor["max"] = bounds[0].tolist(), bounds[1].tolist()
         return self.add("accessors", accessor)
@@ -98,15 +124,20 @@ class GltfDocument:
         """
         head: dict[str, Any] = {"asset": {"version": "2.0", "generator": generator}, "scene": 0}
         head["scenes"] = [{"nodes": root_nodes} if root_nodes else {}]
-        if self._extensions:
-            head["extensionsUsed"] = head["extensionsRequired"] = sorted(self._extensions)
+        if self._used:
+            head["extensionsUsed"] = sorted(self._used)
+        if self._required:
+            head["extensionsRequired"] = sorted(self._required)
+        if self._root:
+            head["extensions"] = dict(sorted(self._root.items()))
         num_bytes = self._buffer.tell()
         ends = [f',"buffers":{_encode([{"byteLength": num_bytes}])}' if num_bytes else "", "}"]
         names = [f',"{kind}":[' for kind in self._lists]
         text_length = len(_encode(head)) - 1 + sum(map(len, names + ends))
         lists = [entries.finished() for entries in self._lists.values()]
         text_length += sum(entries.tell() + 1 for entries in lists)
-        padding = -text_length % 4
+        # The buffer starts after a head of 20 bytes, the text, and a head of 8 bytes.
+        padding = (-text_length - 28) % self._alignment
         length = 12 + 8 + text_length + padding + (8 + num_bytes if num_bytes else 0)
         _require_size(length)
 
@@ -121,6 +152,11 @@ class GltfDocument:
         if num_bytes:
             stream.write(struct.pack("<II", num_bytes, BINARY_CHUNK))
             _append(self._buffer, stream)
+
+
+def index_type(num_vertices: int) -> type[np.unsignedinteger]:
+    """The narrowest type of indices of vertices; glTF reserves the largest number of a type."""
+    return np.uint16 if num_vertices < 2**16 - 1 else np.uint32
 
 
 class _Entries:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grammarlab.export.tiles.earth_placement import Placement
+from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
 from grammarlab.export.tiles.tile_models import TileModels
 
@@ -27,7 +27,7 @@ class ShardSummary:
 def write_shard(
     folder: Path,
     grid: TileGrid,
-    placement: Placement,
+    placement: EarthPlacement,
     shard: TileCell,
     leaves: Iterable[tuple[TileCell, TileModels]],
     assets: Path | None = None,
@@ -49,7 +49,7 @@ def write_shard(
 
 
 def write_city(
-    folder: Path, grid: TileGrid, placement: Placement, shards: Sequence[TileCell], *, implicit: bool = False
+    folder: Path, grid: TileGrid, placement: EarthPlacement, shards: Sequence[TileCell], *, implicit: bool = False
 ) -> int:
     """Write ``tileset.json`` of a city from its written shards, and the tiles above them.
 

@@ -2,15 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.errors import UsageError
+from grammarlab.export.gltf_document import GltfDocument
+from grammarlab.export.gltf_materials import GltfMaterials
+from grammarlab.export.model_files import GENERATOR, whole_file
+from grammarlab.export.tiles.tile_instances import add_instances
+from grammarlab.export.tiles.tile_mesh import add_mesh
+from grammarlab.export.tiles.tile_metadata import add_properties
 from grammarlab.export.tiles.tile_models import TileModels
+from grammarlab.export.tiles.tile_part import TilePart
+from grammarlab.scene.instance_bounds import scene_bounds
+from grammarlab.scene.instances import chosen, require_finite, require_proper
+from grammarlab.scene.triangles import triangles
 
 Level = Literal["full", "plain", "block"]
 """Levels of detail: whole models; walls and roofs of at most 300 triangles; at most 30 triangles."""
+_ORTHOGONAL = 1e-5
+"""Largest cosine between the axes of a tile that counts as a right angle: .6 mm in a tile of 128 m."""
+_ROUNDING = 1e-3
+"""Metres around a box for the rounding of 32-bit coordinates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +53,7 @@ def write_tile(
 
     Args:
         path: the file.
-        tile: the models, at the level of detail (`grammarlab.export.tiles.simplified`).
+        tile: the models at the level of detail, at least one (`grammarlab.export.tiles.simplified`).
         level: ``full`` shares meshes between all models by instancing; the others are one mesh with colours.
         root_matrix: [4, 4] from the tile's axes (x east, y up, z south) to those of the tileset, also y up.
         assets: folder of the textures; None leaves them out.
@@ -43,6 +61,54 @@ def write_tile(
     Raises:
         AssetError: If a texture is unusable.
         DerivationError: If a coordinate is not finite.
-        UsageError: If the path cannot be written to.
+        UsageError: If the path cannot be written to, or there are no models.
     """
-    raise NotImplementedError
+    if not len(tile):
+        raise UsageError("a tile: expected at least one model, found none")
+    require_finite(tile.scene)
+    require_proper(tile.scene)
+    with whole_file(path) as output:
+        document = GltfDocument(output)
+        add_properties(document, tile.properties)
+        materials = GltfMaterials(document, assets)
+        parts, rest = [], tile.scene
+        if level == "full":
+            part, is_left = add_instances(document, materials, tile)
+            parts, rest = [part], chosen(tile.scene, is_left)
+        parts.append(add_mesh(document, materials, triangles(rest), tile.offset))
+        total = TilePart.total(parts)
+        document.pack(_placed(document, total.nodes, root_matrix), GENERATOR)
+        num_bytes = output.stream.tell()
+    low, high = tile_bounds(tile)
+    return TileSummary(num_bytes, total.triangles, total.draws, low, high)
+
+
+def tile_bounds(tile: TileModels) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates [3] of a tile from its origin, in metres."""
+    low, high = scene_bounds(tile.scene)
+    return (low + tile.offset).min(axis=0) - _ROUNDING, (high + tile.offset).max(axis=0) + _ROUNDING
+
+
+def _placed(document: GltfDocument, nodes: Sequence[int], matrix: Floats) -> list[int]:
+    """Root nodes of these nodes under a matrix: one; or two where a projection does not keep right angles."""
+    # Imported here, since it takes long.
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415
+
+    if not nodes:
+        return []
+    axes = matrix[:3, :3]
+    scale = np.linalg.norm(axes, axis=0)
+    turned = axes / scale
+    if np.abs(turned.T @ turned - np.eye(3)).max() > _ORTHOGONAL:
+        # Any matrix is a rotation, a scale along the axes, and another rotation.
+        outer, scale, inner = np.linalg.svd(axes)
+        sign = np.sign(np.linalg.det(outer))
+        nodes = [_add_turned(document, nodes, Rotation.from_matrix(inner * sign))]
+        turned = outer * sign
+    properties = {"translation": matrix[:3, 3].tolist(), "scale": scale.tolist()}
+    return [_add_turned(document, nodes, Rotation.from_matrix(turned), **properties)]
+
+
+def _add_turned(document: GltfDocument, children: Sequence[int], rotation: Any, **properties: list[float]) -> int:
+    quaternion = (rotation.as_quat(canonical=True) + 0.0).tolist()
+    return document.add("nodes", {**properties, "rotation": quaternion, "children": list(children)})
