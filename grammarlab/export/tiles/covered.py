@@ -11,8 +11,10 @@ _FLAT, _STEEP = 0.95, 0.3
 """Upward parts of normals: at least that of a floor, and at most that of a wall."""
 _ABOVE = 0.3
 """Metres from a floor up to a roof that hides it."""
-_SHARE = 0.9
-"""Share of a floor that is covered if nobody sees it."""
+_SHARE = 0.85
+"""Smallest share of its box that a roof fills if it hides what is below."""
+_SAMPLES = np.stack(np.meshgrid((0.1, 0.5, 0.9), (0.1, 0.5, 0.9)), axis=-1).reshape(-1, 2)
+"""[9, 2] places of a floor, as shares of its sides, that are covered if nobody sees it."""
 _MOST = 40
 """Most floors and roofs of a model that are compared: the largest."""
 
@@ -34,12 +36,14 @@ def is_covered(planes: Planes, num_models: int) -> Flags:
     pairs = counts[model]
     below = np.repeat(np.arange(len(roofs)), pairs)
     above = np.repeat(starts[model], pairs) + index_in_row(pairs)
-    higher = (up[below] > _FLAT) & (high[above, 1] > high[below, 1] + _ABOVE)
-    below, above = below[higher], above[higher]
-    sides = np.minimum(high[below], high[above]) - np.maximum(low[below], low[above])
-    overlap = np.prod(np.maximum(sides[:, [0, 2]], 0.0), axis=1) * filled[above]
-    covered[roofs] = np.bincount(below, overlap, len(roofs)) > _SHARE * area
-    covered[roofs[up <= _FLAT]] = False
+    hides = (up[below] > _FLAT) & (high[above, 1] > high[below, 1] + _ABOVE) & (filled[above] > _SHARE)
+    below, above = below[hides], above[hides]
+    hidden = np.ones(len(roofs), dtype=bool)
+    for shares in _SAMPLES:
+        place = low[below][:, [0, 2]] + shares * (high - low)[below][:, [0, 2]]
+        inside = (place >= low[above][:, [0, 2]]) & (place <= high[above][:, [0, 2]])
+        hidden &= np.bincount(below, inside.all(axis=1), len(roofs)) > 0.0
+    covered[roofs] = hidden
     return covered
 
 

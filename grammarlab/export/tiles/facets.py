@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints, offsets_from_counts, take_rows
+from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts, take_rows
 from grammarlab.geometry.meshes.measure import area_vectors
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene.instances import Scene
@@ -42,7 +43,8 @@ class Facets:
     material: Ints
     """[F] index into the materials of the scene."""
     vector: Floats
-    """[F, 3] area vectors: normals times square metres, longer than `TINY`."""
+    """[F, 3] area vectors: normals times square metres, longer than `TINY`. Those of small shapes have the area of
+    their faces: a railing covers less than its rectangle."""
 
     def __len__(self) -> int:
         return len(self.model)
@@ -53,69 +55,108 @@ class Facets:
         return Facets(self.points[points], offsets, self.model[rows], self.material[rows], self.vector[rows])
 
 
+class _Polygons(NamedTuple):
+    """F polygons of shapes."""
+
+    instance: Ints
+    """[F]."""
+    points: Floats
+    """[P, 3] corners in the mesh."""
+    counts: Ints
+    """[F] number of the corners of each."""
+    vector: Floats
+    """[F, 3] area vectors in the mesh."""
+
+
 def facets(scene: Scene) -> Facets:
     """The faces of a scene that count from afar."""
     used, mesh = np.unique(scene.mesh, return_inverse=True)
-    meshes = _few_faces(scene.meshes.take(used))
+    meshes = scene.meshes.take(used)
     low, high = meshes.bounds()
     sides = (high - low)[mesh] * scene.size
     flat = np.argmin(sides, axis=1)
-    across = (flat[:, None] + (1, 2)) % 3
-    area = np.prod(np.take_along_axis(sides, across, axis=1), axis=1)
-    small, large = np.flatnonzero((area > TINY) & (area <= SMALL)), np.flatnonzero(area > SMALL)
-    instance, points, counts = (
-        np.concatenate(columns)
-        for columns in zip(
-            _rectangles(low, high, mesh[small], flat[small], across[small], small),
-            _faces(meshes, mesh[large], large),
-            strict=True,
-        )
+    area = np.prod(np.take_along_axis(sides, (flat[:, None] + (1, 2)) % 3, axis=1), axis=1)
+    filled = _filled(meshes, high - low)[mesh, flat]
+    small = np.flatnonzero((area * filled > TINY) & (area <= SMALL))
+    large = np.flatnonzero(area > SMALL)
+    is_large = np.bincount(mesh[large], minlength=len(meshes)) > 0
+    parts = (
+        _rectangles(low, high, mesh, flat, small),
+        _faces(_few_faces(meshes, is_large), mesh, scene.size, large),
     )
-    row = instance.repeat(counts)
-    world = scene.position[row]
-    columns = np.ascontiguousarray(scene.frames.T)
-    for axis in range(3):
-        world += columns[axis].T[scene.frame[row]] * (points[:, axis] * scene.size[row, axis])[:, None]
-    vector = area_vectors(Meshes.from_polygons(world, counts))
-    result = Facets(
-        world,
-        offsets_from_counts(counts),
-        scene.model[instance].astype(np.int64),
-        scene.material[instance].astype(np.int64),
-        vector,
-    )
-    rows = np.flatnonzero(np.einsum("ij,ij->i", vector, vector) > TINY * TINY)
+    instance, counts = (np.concatenate([getattr(part, name) for part in parts]) for name in ("instance", "counts"))
+    points, vector = (np.concatenate([getattr(part, name) for part in parts]) for name in ("points", "vector"))
     # By the order of shapes, which does not depend on the other models.
-    return result.take(rows[np.argsort(instance[rows], kind="stable")])
+    order = np.argsort(instance, kind="stable")
+    corners, offsets = take_rows(offsets_from_counts(counts), order)
+    instance = instance[order]
+    axes = np.ascontiguousarray(scene.frames.transpose(2, 1, 0))
+    vector = _turned(axes, scene.frame[instance], _area_vectors(vector[order], scene.size[instance]))
+    vector *= np.where(area <= SMALL, filled, 1.0)[instance, None]
+    row = instance.repeat(np.diff(offsets))
+    world = _turned(axes, scene.frame[row], points[corners] * scene.size[row])
+    world += scene.position[row]
+    model, material = (column[instance].astype(np.int64) for column in (scene.model, scene.material))
+    return Facets(world, offsets, model, material, vector)
 
 
-def _faces(meshes: Meshes, mesh: Ints, instance: Ints) -> tuple[Ints, Floats, Ints]:
-    """Instances [F] of all faces of meshes [n], their corners [P, 3] in the mesh, and the number [F] of these."""
-    face, ends = take_rows(meshes.mesh_faces, mesh)
-    corner, face_ends = take_rows(meshes.face_offsets, face)
-    return instance.repeat(np.diff(ends)), meshes.points[meshes.corner_points()[corner]], np.diff(face_ends)
+def _turned(axes: Floats, frame: NDArray[np.integer], vectors: Floats) -> Floats:
+    """Vectors [n, 3] under the rotations [n] of a table [3, 3, K], by axis, then by coordinate."""
+    result = np.empty_like(vectors)
+    x, y, z = vectors.T
+    for coordinate in range(3):
+        by_axis = axes[:, coordinate]
+        result[:, coordinate] = by_axis[0].take(frame) * x + by_axis[1].take(frame) * y + by_axis[2].take(frame) * z
+    return result
 
 
-def _rectangles(
-    low: Floats, high: Floats, mesh: Ints, flat: Ints, across: Ints, instance: Ints
-) -> tuple[Ints, Floats, Ints]:
-    """Rectangles through the middle of the boxes of meshes [n], across their thinnest sides; as `_faces`."""
-    middle, half = (high + low)[mesh] / 2.0, (high - low)[mesh] / 2.0
+def _area_vectors(vectors: Floats, size: Floats) -> Floats:
+    """[n, 3] area vectors of faces that are stretched by sizes [n, 3]."""
+    return vectors * np.column_stack((size[:, 1] * size[:, 2], size[:, 2] * size[:, 0], size[:, 0] * size[:, 1]))
+
+
+def _faces(meshes: Meshes, mesh: Ints, size: Floats, rows: Ints) -> _Polygons:
+    """The faces of instances at some rows that are larger than `TINY`."""
+    face, ends = take_rows(meshes.mesh_faces, mesh[rows])
+    instance, vector = rows.repeat(np.diff(ends)), area_vectors(meshes)[face]
+    stretched = _area_vectors(vector, size[instance])
+    chosen = np.flatnonzero(np.einsum("ij,ij->i", stretched, stretched) > TINY * TINY)
+    corner, face_ends = take_rows(meshes.face_offsets, face[chosen])
+    points = meshes.points[meshes.corner_points()[corner]]
+    return _Polygons(instance[chosen], points, np.diff(face_ends), vector[chosen])
+
+
+def _rectangles(low: Floats, high: Floats, mesh: Ints, flat: Ints, rows: Ints) -> _Polygons:
+    """Rectangles in the middle of the boxes of instances at some rows, across their thinnest sides."""
+    thin, box_low, box_high = flat[rows], low[mesh[rows]], high[mesh[rows]]
+    middle, half = (box_high + box_low) / 2.0, (box_high - box_low) / 2.0
+    number = np.arange(len(rows))
     points = np.repeat(middle[:, None], 4, axis=1)
-    for axis in range(2):
-        chosen = across[:, axis]
-        rows = np.arange(len(mesh))
-        points[rows, :, chosen] += _RECTANGLE[:, axis] * half[rows, chosen][:, None]
-    return instance, points.reshape(-1, 3), np.full(len(flat), 4, dtype=np.int64)
+    for index in range(2):
+        axis = (thin + 1 + index) % 3
+        points[number, :, axis] += _RECTANGLE[:, index] * half[number, axis][:, None]
+    vector = np.zeros((len(rows), 3))
+    vector[number, thin] = 4.0 * half[number, (thin + 1) % 3] * half[number, (thin + 2) % 3]
+    return _Polygons(rows, points.reshape(-1, 3), np.full(len(rows), 4, dtype=np.int64), vector)
 
 
-def _few_faces(meshes: Meshes) -> Meshes:
-    """The meshes, those of more than `MAX_FACES` faces as convex hulls of their farthest points."""
-    num_faces = np.diff(meshes.mesh_faces)
-    many = np.flatnonzero(num_faces > MAX_FACES)
+def _filled(meshes: Meshes, extent: Floats) -> Floats:
+    """[M, 3] share of a side of the box of a mesh that is covered by faces towards it, seen along each axis."""
+    vector, mesh = area_vectors(meshes), meshes.mesh_of_face()
+    fronts = []
+    for axis in range(3):
+        sides = [np.bincount(mesh, np.maximum(sign * vector[:, axis], 0.0), len(meshes)) for sign in (1.0, -1.0)]
+        fronts.append(np.maximum(*sides))
+    box = np.prod(extent[:, ((1, 2), (2, 0), (0, 1))], axis=2)
+    return np.minimum(1.0, np.stack(fronts, axis=1) / np.where(box > 0.0, box, 1.0))
+
+
+def _few_faces(meshes: Meshes, is_used: Flags) -> Meshes:
+    """The meshes, used ones of more than `MAX_FACES` faces as convex hulls of their farthest points."""
+    is_hull = is_used & (np.diff(meshes.mesh_faces) > MAX_FACES)
+    many, few = np.flatnonzero(is_hull), np.flatnonzero(~is_hull)
     if not len(many):
         return meshes
-    few = np.flatnonzero(num_faces <= MAX_FACES)
     hulls = [_hull(meshes.points[slice(*meshes.mesh_points[mesh : mesh + 2])]) for mesh in many.tolist()]
     joined = Meshes.concatenate([meshes.take(few), *hulls])
     return joined.take(np.argsort(np.concatenate((few, many)), kind="stable"))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, Ints, offsets_from_counts, take_rows
 from grammarlab.export.tiles.facets import Facets
 from grammarlab.geometry.meshes.ragged import next_in_row
+from grammarlab.geometry.meshes.vectors import cross
 
 _STEPS_OF_NORMAL = 40.0
 """Steps of each coordinate of a normal: facets that turn by less than about 1.5 degrees are parallel."""
@@ -48,7 +49,7 @@ class Planes:
 
     def of_facets(self, values: Floats) -> Floats:
         """[W] sums of numbers of the facets [F]."""
-        return np.bincount(self.wall_of_facet(), values, len(self))
+        return np.bincount(self.wall_of_facet(), values, len(self)).astype(np.float64)
 
     def wall_of_facet(self) -> Ints:
         """[F] wall of each facet."""
@@ -157,7 +158,7 @@ def _axes(facets: Facets, rows: Ints, normals: Floats) -> Floats:
     edges = corners[next_in_row(offsets)] - corners
     length = np.einsum("ij,ij->i", edges, edges)
     facet = np.repeat(np.arange(len(rows)), np.diff(offsets))
-    along = edges[_largest(facet, length)]
+    along: Floats = edges[_largest(facet, length)]
     along -= np.einsum("ij,ij->i", along, normals)[:, None] * normals
     along /= np.sqrt(np.einsum("ij,ij->i", along, along))[:, None]
-    return np.stack((along, np.cross(normals, along), normals), axis=1)
+    return np.stack((along, cross(normals, along), normals), axis=1)

@@ -6,12 +6,13 @@ the largest ones are kept. Where they do not reach the bounding box of the model
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.derivation.materials import CHANNELS, Materials
+from grammarlab.export.tiles.block_file import polygon_scene
 from grammarlab.export.tiles.covered import is_covered
 from grammarlab.export.tiles.facets import facets
 from grammarlab.export.tiles.outlines import Outlines, outlines, within_budget
@@ -32,63 +33,64 @@ _COLOR_STEPS = 63.0
 """Steps of sRGB, so that models share materials."""
 
 
-def simplified(scene: Scene, most_triangles: int) -> Scene:
+def simplified(scene: Scene, budgets: Sequence[int] = (PLAIN_TRIANGLES, BLOCK_TRIANGLES)) -> tuple[Scene, ...]:
     """Each model of a scene as its largest walls and roofs, within its bounding box.
 
     Args:
         scene: B models.
-        most_triangles: largest number of triangles of a model, at least 24.
+        budgets: for each result, the largest number of triangles of a model, at least 24.
 
     Returns:
-        B models in one instance per wall or roof, each of the mean colour of what it replaces. The same for a model
-        alone and in a batch.
+        Scenes of B models in one instance per wall or roof, each of the mean colour of what it replaces. The same for
+        a model alone and in a batch.
     """
-    light = linear_from_srgb(scene.materials.color)
+    light = linear_from_srgb(scene.materials.color).astype(np.float64)
     walls = planes(facets(scene))
     walls = walls.take(np.flatnonzero(~is_covered(walls, scene.num_models)))
     polygons = outlines(walls, light)
-    reserved = _SIDE_TRIANGLES * 6
-    budget = np.full(scene.num_models, most_triangles - reserved)
-    polygons = within_budget(polygons, budget, scene.num_models)
-    sides = _missing_sides(scene, polygons, light)
-    return _scene_of(polygons.joined(sides), scene)
+    bounds = instance_bounds(scene)
+    scenes = []
+    for budget in budgets:
+        most = np.full(scene.num_models, budget - 6 * _SIDE_TRIANGLES)
+        largest = within_budget(polygons, most, scene.num_models)
+        scenes.append(_scene_of(largest.joined(_missing_sides(scene, bounds, largest, light)), scene))
+    return tuple(scenes)
 
 
-def _missing_sides(scene: Scene, polygons: Outlines, light: Floats) -> Outlines:
-    """Rectangles of shapes that reach sides of the bounding boxes of models, where the polygons do not."""
-    low, high = instance_bounds(scene)
-    num_models = scene.num_models
+def _missing_sides(scene: Scene, bounds: tuple[Floats, Floats], polygons: Outlines, light: Floats) -> Outlines:
+    """Rectangles of shapes that reach sides of the bounding boxes of models, where the polygons do not.
+
+    Args:
+        scene: I shapes.
+        bounds: corners [I, 3] of their boxes.
+        polygons: what is drawn otherwise.
+        light: [K, 3] linear colours of the materials.
+    """
+    low, high = bounds
     starts = np.flatnonzero(np.diff(scene.model, prepend=-1))
-    filled = scene.model[starts]
     rectangles, rows = [np.zeros((0, 4, 3))], [np.zeros(0, dtype=np.int64)]
-    for axis in range(3):
-        extent = np.zeros(num_models)
-        if len(starts):
-            extent[filled] = np.maximum.reduceat(high[:, axis], starts) - np.minimum.reduceat(low[:, axis], starts)
-        for sign, reach in ((-1.0, -low[:, axis]), (1.0, high[:, axis])):
-            model, row = _farthest(scene.model.astype(np.int64), reach)
-            shown = np.full(num_models, -np.inf)
-            corner_model = np.repeat(polygons.model, np.diff(polygons.offsets))
-            np.maximum.at(shown, corner_model, sign * polygons.points[:, axis])
-            missing = reach[row] - shown[model] > _TOLERANCE * extent[model]
-            rows.append(row[missing])
-            rectangles.append(_sides(scene, row[missing], axis, sign))
+    if len(starts):
+        corner_model = np.repeat(polygons.model, np.diff(polygons.offsets))
+        extent = np.maximum.reduceat(high, starts) - np.minimum.reduceat(low, starts)
+        for axis in range(3):
+            for sign, reach in ((-1.0, -low[:, axis]), (1.0, high[:, axis])):
+                farthest = np.maximum.reduceat(reach, starts)
+                shown = np.full(scene.num_models, -np.inf)
+                np.maximum.at(shown, corner_model, sign * polygons.points[:, axis])
+                missing = farthest - shown[scene.model[starts]] > _TOLERANCE * extent[:, axis]
+                spans = np.diff(np.append(starts, len(scene)))
+                candidates = np.flatnonzero((reach == farthest.repeat(spans)) & missing.repeat(spans))
+                row = candidates[np.flatnonzero(np.diff(scene.model[candidates], prepend=-1))]
+                rows.append(row)
+                rectangles.append(_sides(scene, row, axis, sign))
     row = np.concatenate(rows)
-    points = np.concatenate(rectangles)
     return Outlines(
-        points.reshape(-1, 3),
+        np.concatenate(rectangles).reshape(-1, 3),
         4 * np.arange(len(row) + 1),
         scene.model[row].astype(np.int64),
         light[scene.material[row]],
         np.zeros(len(row)),
     )
-
-
-def _farthest(group: Ints, reach: Floats) -> tuple[Ints, Ints]:
-    """The groups, and the first row of the largest number of each."""
-    order = np.lexsort((-reach, group))
-    first = order[np.flatnonzero(np.diff(group[order], prepend=-1))]
-    return group[first], first
 
 
 def _sides(scene: Scene, rows: Ints, axis: int, sign: float) -> Floats:
@@ -109,25 +111,7 @@ def _sides(scene: Scene, rows: Ints, axis: int, sign: float) -> Floats:
 
 def _scene_of(polygons: Outlines, scene: Scene) -> Scene:
     """A scene of polygons, in place of the instances of a scene."""
-    order = np.argsort(polygons.model, kind="stable")
-    polygons = polygons.take(order)
+    polygons = polygons.take(np.argsort(polygons.model, kind="stable"))
     color = np.rint(srgb_from_linear(polygons.color) * _COLOR_STEPS) / _COLOR_STEPS
-    different, material = np.unique(color, axis=0, return_inverse=True)
-    channels = np.tile(list(CHANNELS.values()), (len(different), 1))
-    channels[:, :3] = different
-    num = len(polygons)
-    return replace(
-        scene,
-        meshes=Meshes.from_polygons(polygons.points, np.diff(polygons.offsets)),
-        materials=Materials(channels, ("",) * len(different)),
-        model=polygons.model.astype(np.int32),
-        mesh=np.arange(num, dtype=np.int32),
-        material=material.ravel().astype(np.int32),
-        position=np.zeros((num, 3)),
-        size=np.ones((num, 3)),
-        frame=np.zeros(num, dtype=np.int32),
-        frames=np.eye(3)[None],
-        texture_map=np.full(num, -1, dtype=np.int32),
-        texture_maps=np.zeros((0, 2, 4)),
-        surface=None,
-    )
+    meshes = Meshes.from_polygons(polygons.points, np.diff(polygons.offsets))
+    return replace(polygon_scene(meshes, polygons.model, color, scene.num_models), origins=scene.origins)

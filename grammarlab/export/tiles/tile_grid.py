@@ -15,7 +15,7 @@ LEAF_SIZE = 128
 SUBTREE_LEVELS = 5
 """Levels of a shard, and of a subtree of implicit tilesets."""
 _MOST_SUBTREES = 3
-"""Largest number of subtrees above each other: 4,194 km."""
+"""Largest number of subtrees above each other: 2,097 km."""
 
 
 class TileCell(NamedTuple):
@@ -46,7 +46,7 @@ class TileGrid:
     """
 
     num_levels: int
-    """10 (65 km), or 15 or 20 for frames with models farther away: a multiple of `SUBTREE_LEVELS`."""
+    """10 (65 km), or 15 if models are farther away: a multiple of `SUBTREE_LEVELS`."""
 
     @classmethod
     def around(cls, places: Floats) -> TileGrid:
@@ -56,11 +56,11 @@ class TileGrid:
             UsageError: If a place is beyond the largest grid.
         """
         farthest = float(np.abs(places[:, [0, 2]]).max(initial=0.0))
-        for subtrees in range(2, 2 + _MOST_SUBTREES):
-            grid = cls(subtrees * SUBTREE_LEVELS)
-            if farthest < grid.size(0) / 2:
-                return grid
-        raise UsageError(f"tiles: expected places within {grid.size(0) / 2:g} m of the origin, found {farthest:g} m")
+        grids = [cls(subtrees * SUBTREE_LEVELS) for subtrees in range(2, _MOST_SUBTREES + 1)]
+        reach = grids[-1].size(0) / 2
+        if not farthest < reach:
+            raise UsageError(f"tiles: expected places within {reach:g} m of the origin, found {farthest:g} m")
+        return next(grid for grid in grids if farthest < grid.size(0) / 2)
 
     @property
     def leaf_level(self) -> int:

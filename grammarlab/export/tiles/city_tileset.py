@@ -1,0 +1,66 @@
+"""Tileset of a city, from its written shards."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from grammarlab.errors import UsageError
+from grammarlab.export.tiles.block_file import read_blocks
+from grammarlab.export.tiles.earth_placement import EarthPlacement
+from grammarlab.export.tiles.explicit_tileset import shard_folder, write_explicit
+from grammarlab.export.tiles.implicit_tileset import write_implicit
+from grammarlab.export.tiles.shard import Branch, ShardSummary, TileWriter, read_shard, write_above
+from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
+
+
+def write_city(
+    folder: Path,
+    grid: TileGrid,
+    placement: EarthPlacement,
+    shards: Sequence[TileCell],
+    *,
+    implicit: bool = False,
+) -> ShardSummary:
+    """Write ``tileset.json`` of a city from its written shards, and the tiles above them.
+
+    Args:
+        folder: the folder of the city.
+        grid: the quadtree.
+        placement: the place of the city.
+        shards: cells of the shards that have tiles, in any order, at least one.
+        implicit: write an implicit tileset with subtrees, instead of tilesets that refer to those of the shards.
+
+    Returns:
+        Sums of all tiles, for the root cell.
+
+    Raises:
+        UsageError: If there are no shards.
+        FileNotFoundError: If a shard is not complete.
+    """
+    if not shards:
+        raise UsageError("tiles: expected at least one shard, found none")
+    writer = TileWriter(folder, grid, placement, TileCell(0, 0, 0))
+    branches: dict[TileCell, Branch] = {}
+    summaries = []
+    for shard in shards:
+        node, summary = read_shard(folder, shard)
+        blocks = read_blocks(folder / shard_folder(shard) / "blocks.npz")
+        branches[shard] = Branch(node, blocks, None, summary.num_models)
+        summaries.append(summary)
+    for _ in range(grid.shard_level):
+        above: dict[TileCell, list[Branch]] = {}
+        for cell in sorted(branches, key=lambda cell: (cell.y, cell.x)):
+            above.setdefault(cell.parent, []).append(branches[cell])
+        branches = {cell: write_above(writer, grid, cell, parts) for cell, parts in above.items()}
+    (root,) = branches.values()
+    write = write_implicit if implicit else write_explicit
+    write(folder, grid, root.node, placement.root_transform())
+    summaries.append(writer.summary(root.num_models))
+    return ShardSummary(
+        root.node.cell,
+        root.num_models,
+        sum(summary.num_tiles for summary in summaries),
+        sum(summary.num_bytes for summary in summaries),
+        max(summary.most_draws for summary in summaries),
+    )
