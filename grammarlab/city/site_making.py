@@ -11,13 +11,13 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.city.addresses import Pins, addresses
 from grammarlab.city.building_footprints import FootprintRequest, building_footprints, joined_rings
 from grammarlab.city.fields import parcel_fields
 from grammarlab.city.ground_heights import HeightField, ground_heights
 from grammarlab.city.lot_edges import LotEdges
 from grammarlab.city.lot_fronts import LOT, lot_kinds
 from grammarlab.city.lot_survey import LotSurvey, surveyed_lots
+from grammarlab.city.parcel_addresses import Pins, addresses
 from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan import Plan
 from grammarlab.city.plan_fields import PlanFields

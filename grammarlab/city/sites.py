@@ -23,7 +23,7 @@ class Sites:
     seed: NDArray[np.uint64]
     """[S] seed: the city's, or that of a pin."""
     model: NDArray[np.uint64]
-    """[S] index of the model under the seed (`grammarlab.city.addresses`)."""
+    """[S] index of the model under the seed (`grammarlab.city.parcel_addresses`)."""
     reroll: Ints
     """[S] how often the parcel was rerolled, >= 0."""
     corner: Floats

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from grammarlab.city.parcels import Outlines, Parcels
 from grammarlab.city.street_lines import StreetLines
@@ -64,7 +65,7 @@ def lot_map(seed: int, num_blocks: int = 6, side: float = 220.0) -> LotMap:
     )
 
 
-def _cut(block: shapely.Geometry, rng: np.random.Generator, depth: int) -> Outlines:
+def _cut(block: BaseGeometry, rng: np.random.Generator, depth: int) -> Outlines:
     """Parts of a block by random lines across its longer side."""
     if depth == 0 or block.area < 200.0:
         return shapely.get_parts(block)

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pytest
 import shapely
 
-from grammarlab.city.addresses import Pin, Pins, excluded, pinned, rerolled
+from grammarlab.city.parcel_addresses import Pin, Pins, excluded, pinned, rerolled
 from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan import Plan, parse_plan
 from grammarlab.city.site_making import SiteSources, sites_of
@@ -68,7 +68,7 @@ def records(sites: Sites, parcels: Parcels) -> dict[str, tuple[object, ...]]:
         strict=True,
     )
     return {
-        parcels.id[sites.parcel[row]]: (
+        str(parcels.id[sites.parcel[row]]): (
             *values,
             sites.corner[row].tobytes(),
             sites.footprints.polygon(row).tobytes(),
@@ -120,6 +120,7 @@ def test_a_new_street_width_in_the_file_replaces_neighbours():
     )
     text = PLAN.replace("seed = 3", 'seed = 3\nstreet_width = "w"')
     sites, _ = sites_of(plan_of(text), parcels, quarter.streets)
+    assert sites.footprints.street_width is not None
     assert set(np.unique(sites.footprints.street_width)) == {0.0, 15.0}
 
 
@@ -166,7 +167,7 @@ def test_origins_are_whole_metres_and_footprints_lie_on_their_parcels():
         x, y, z = (polygon + sites.corner[row]).T
         outline = shapely.Polygon(np.column_stack([x, -z])).buffer(0)
         parcel = quarter.parcels.outline[sites.parcel[row]]
-        assert shapely.difference(outline, parcel.buffer(0.1)).area < 1e-6
+        assert shapely.difference(outline, shapely.buffer(parcel, 0.1)).area < 1e-6
         assert (y == 0.0).all()
         assert shapely.is_ccw(shapely.LinearRing(np.column_stack([x, -z])))
         assert np.abs(polygon).max() < 150.0

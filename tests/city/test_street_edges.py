@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import shapely
@@ -23,7 +25,7 @@ def widths_of(outlines: Outlines, streets: StreetLines | None = None, plots: tup
     return [widths[edges.outline == row].tolist() for row in range(len(outlines))]
 
 
-def oracle(others: shapely.Geometry, own: shapely.Geometry, edge: np.ndarray, streets: StreetLines | None):
+def oracle(others: shapely.Geometry, own: Any, edge: np.ndarray, streets: StreetLines | None):
     """Width of the street along an edge [2, 2] by the rules, or None where rounding decides."""
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
     points = edge[0] + share[:, None] * (edge[1] - edge[0])
@@ -79,8 +81,7 @@ def test_streets_are_those_of_a_slow_oracle(seed: int, has_lines: bool):
 
 def row_of_lots(num: int, gap: float = 0.0) -> Outlines:
     """Lots 10 m wide and 20 m deep from west to east."""
-    west = np.arange(num) * (10.0 + gap)
-    return shapely.box(west, 0.0, west + 10.0, 20.0, ccw=True)
+    return np.array([shapely.box(west, 0.0, west + 10.0, 20.0) for west in np.arange(num) * (10.0 + gap)], dtype=object)
 
 
 def test_parcels_with_a_small_gap_have_no_street_between():

@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.city.addresses import Pins, read_pins
+from grammarlab.city.parcel_addresses import Pins, read_pins
 from grammarlab.city.layout import laid_out
 from grammarlab.city.parcel_map import read_parcels
 from grammarlab.city.parcels import Outlines, Parcels

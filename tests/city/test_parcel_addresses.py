@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammarlab.city.addresses import (
+from grammarlab.city.parcel_addresses import (
     EXCLUDED,
     Pin,
     Pins,
