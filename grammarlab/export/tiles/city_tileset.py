@@ -10,8 +10,8 @@ from grammarlab.export.tiles.block_file import read_blocks
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.explicit_tileset import shard_folder, write_explicit
 from grammarlab.export.tiles.implicit_tileset import write_implicit
-from grammarlab.export.tiles.shard import Branch, ShardSummary, TileWriter, read_shard, write_above
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
+from grammarlab.export.tiles.tile_shard import Branch, TileWriter, read_shard, write_above
 
 
 def write_city(
@@ -21,7 +21,7 @@ def write_city(
     shards: Sequence[TileCell],
     *,
     implicit: bool = False,
-) -> ShardSummary:
+) -> int:
     """Write ``tileset.json`` of a city from its written shards, and the tiles above them.
 
     Args:
@@ -32,7 +32,7 @@ def write_city(
         implicit: write an implicit tileset with subtrees, instead of tilesets that refer to those of the shards.
 
     Returns:
-        Sums of all tiles, for the root cell.
+        Number of all tiles with content.
 
     Raises:
         UsageError: If there are no shards.
@@ -42,12 +42,12 @@ def write_city(
         raise UsageError("tiles: expected at least one shard, found none")
     writer = TileWriter(folder, grid, placement, TileCell(0, 0, 0))
     branches: dict[TileCell, Branch] = {}
-    summaries = []
+    num_tiles = 0
     for shard in shards:
         node, summary = read_shard(folder, shard)
         blocks = read_blocks(folder / shard_folder(shard) / "blocks.npz")
         branches[shard] = Branch(node, blocks, None, summary.num_models)
-        summaries.append(summary)
+        num_tiles += summary.num_tiles
     for _ in range(grid.shard_level):
         above: dict[TileCell, list[Branch]] = {}
         for cell in sorted(branches, key=lambda cell: (cell.y, cell.x)):
@@ -56,11 +56,4 @@ def write_city(
     (root,) = branches.values()
     write = write_implicit if implicit else write_explicit
     write(folder, grid, root.node, placement.root_transform())
-    summaries.append(writer.summary(root.num_models))
-    return ShardSummary(
-        root.node.cell,
-        root.num_models,
-        sum(summary.num_tiles for summary in summaries),
-        sum(summary.num_bytes for summary in summaries),
-        max(summary.most_draws for summary in summaries),
-    )
+    return num_tiles + writer.summary(root.num_models).num_tiles

@@ -53,7 +53,7 @@ def write_tile(
 
     Args:
         path: the file.
-        tile: the models at the level of detail, at least one (`grammarlab.export.tiles.simplified`).
+        tile: the models at the level of detail, at least one (`grammarlab.export.tiles.simplified_models`).
         level: ``full`` shares meshes between all models by instancing; the others are one mesh with colours.
         root_matrix: [4, 4] from the tile's axes (x east, y up, z south) to those of the tileset, also y up.
         assets: folder of the textures; None leaves them out.

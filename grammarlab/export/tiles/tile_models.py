@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
-from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.scene.instances import PointSurface, Scene, chosen
+from grammarlab.scene.instances import Scene
+from grammarlab.scene.joined import joined, of_models
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -42,24 +40,20 @@ class TileModels:
 
     def take(self, models: Ints) -> TileModels:
         """These models [K], ascending."""
-        number = np.full(len(self), -1, dtype=np.int32)
-        number[models] = np.arange(len(models), dtype=np.int32)
-        scene = chosen(self.scene, number[self.scene.model] >= 0)
-        scene = replace(scene, num_models=len(models), model=number[scene.model], origins=scene.origins[models])
-        return TileModels(scene, self.offset[models], self.properties.take(models))
+        return TileModels(of_models(self.scene, models), self.offset[models], self.properties.take(models))
 
     def moved(self, offset: Floats) -> TileModels:
         """The same models, [3] metres farther from the origin of the tile."""
         return replace(self, offset=self.offset + offset)
 
 
-def joined(parts: Sequence[TileModels]) -> TileModels:
+def joined_tiles(parts: Sequence[TileModels]) -> TileModels:
     """The models of several tiles with one origin, in order; at least one part.
 
     Columns of properties that a part lacks are null there.
 
     Raises:
-        UsageError: If a column of properties has different types, or only some parts have a surface.
+        UsageError: If a column of properties has different types, or a part has normals of its own.
     """
     import pyarrow as pa  # noqa: PLC0415  # takes long to import
 
@@ -69,55 +63,5 @@ def joined(parts: Sequence[TileModels]) -> TileModels:
         properties = pa.concat_tables([part.properties for part in parts], promote_options="default")
     except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
         raise UsageError(f"a tile: expected properties of equal types, found {error}") from error
-    scene = joined_scenes([part.scene for part in parts])
+    scene = joined([part.scene for part in parts])
     return TileModels(scene, np.concatenate([part.offset for part in parts]), properties)
-
-
-def joined_scenes(scenes: Sequence[Scene]) -> Scene:
-    """All models of several scenes, in order; at least one scene.
-
-    Raises:
-        UsageError: If only some scenes have a surface.
-    """
-    if len({scene.surface is None for scene in scenes}) > 1:
-        raise UsageError("scenes: expected a surface for all of them or for none")
-    surfaces = [scene.surface for scene in scenes if scene.surface is not None]
-    return Scene(
-        num_models=sum(scene.num_models for scene in scenes),
-        meshes=Meshes.concatenate([scene.meshes for scene in scenes]),
-        materials=_joined_materials([scene.materials for scene in scenes]),
-        model=_shifted([scene.model for scene in scenes], [scene.num_models for scene in scenes]),
-        mesh=_shifted([scene.mesh for scene in scenes], [len(scene.meshes) for scene in scenes]),
-        material=_shifted([scene.material for scene in scenes], [len(scene.materials) for scene in scenes]),
-        position=np.concatenate([scene.position for scene in scenes]),
-        size=np.concatenate([scene.size for scene in scenes]),
-        frame=_shifted([scene.frame for scene in scenes], [len(scene.frames) for scene in scenes]),
-        frames=np.concatenate([scene.frames for scene in scenes]),
-        texture_map=_shifted([scene.texture_map for scene in scenes], [len(scene.texture_maps) for scene in scenes]),
-        texture_maps=np.concatenate([scene.texture_maps.reshape(-1, 2, 4) for scene in scenes]),
-        origins=np.concatenate([scene.origins for scene in scenes]),
-        surface=PointSurface(
-            np.concatenate([surface.normals for surface in surfaces]),
-            np.concatenate([surface.coordinates for surface in surfaces]),
-        )
-        if surfaces
-        else None,
-    )
-
-
-def _joined_materials(tables: Sequence[Materials]) -> Materials:
-    starts = np.cumsum([0, *map(len, tables)]).tolist()
-    return Materials(
-        np.concatenate([table.channels for table in tables]),
-        tuple(texture for table in tables for texture in table.textures),
-        {name: content for table in tables for name, content in table.pictures.items()},
-        frozenset().union(*(table.cut_out for table in tables)),
-        frozenset(start + row for start, table in zip(starts, tables, strict=False) for row in table.thin),
-    )
-
-
-def _shifted(columns: Sequence[NDArray[np.int32]], counts: Sequence[int]) -> NDArray[np.int32]:
-    """Indices into several tables of these lengths as indices into the joined table; -1 stays."""
-    starts = np.cumsum([0, *counts]).tolist()
-    parts = [np.where(column < 0, -1, column + start) for column, start in zip(columns, starts, strict=False)]
-    return np.concatenate(parts).astype(np.int32)

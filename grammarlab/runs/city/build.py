@@ -18,8 +18,8 @@ from grammarlab.arrays import Ints, offsets_from_counts
 from grammarlab.city.plan import Plan, read_plan
 from grammarlab.export.cityjson import head_line
 from grammarlab.export.model_files import whole_file
-from grammarlab.export.tiles.earth_placement import Placement
-from grammarlab.export.tiles.shard import write_city
+from grammarlab.export.tiles.city_tileset import write_city
+from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.files import folder_below, write_text
 from grammarlab.geometry.footprints.footprint import Remark
@@ -172,9 +172,9 @@ def _ends(cells: Ints) -> list[int]:
     return [*changes.tolist(), len(cells)]
 
 
-def _geography(survey: Survey) -> tuple[TileGrid, Placement]:
+def _geography(survey: Survey) -> tuple[TileGrid, EarthPlacement]:
     grid = TileGrid.around(survey.sites.corner)
-    return grid, Placement(survey.parcels.frame, survey.plan.geoid_height or 0.0)
+    return grid, EarthPlacement(survey.parcels.frame, survey.plan.geoid_height or 0.0)
 
 
 def _built(

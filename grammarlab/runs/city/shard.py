@@ -19,10 +19,10 @@ from grammarlab.city.parcels import Outlines
 from grammarlab.city.sites import Sites
 from grammarlab.errors import AssetError
 from grammarlab.export.cityjson import CityBuilding, building_line
-from grammarlab.export.tiles.earth_placement import Placement
-from grammarlab.export.tiles.shard import write_shard
+from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.export.tiles.tile_models import TileModels
+from grammarlab.export.tiles.tile_shard import write_shard
 from grammarlab.files import file_below, read_bounded, write_text
 from grammarlab.runs.city.zone_rules import MadeBuildings, ZoneRules, make_buildings
 from grammarlab.scene.instances import Scene
@@ -47,7 +47,7 @@ class ShardTask:
     """Folder of the city."""
     cell: TileCell
     grid: TileGrid
-    placement: Placement
+    placement: EarthPlacement
     zones: tuple[ZoneRules, ...]
     """Rules of the zones of the plan, by number."""
     sites: Sites

@@ -14,9 +14,9 @@ import numpy as np
 import pyarrow as pa
 
 from grammarlab.export.tiles.earth_placement import UPWARDS, EarthPlacement
-from grammarlab.export.tiles.shard import ShardSummary, write_shard
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.export.tiles.tile_models import TileModels
+from grammarlab.export.tiles.tile_shard import ShardSummary, write_shard
 from grammarlab.scene.instances import Scene
 from tests.export.gltf import Glb, node_matrices
 from tests.scene.buildings import house, scene_of

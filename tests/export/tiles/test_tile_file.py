@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from grammarlab.errors import UsageError
 from grammarlab.export.tiles import tile_instances
 from grammarlab.export.tiles.tile_file import write_tile
-from grammarlab.export.tiles.tile_models import TileModels, joined
+from grammarlab.export.tiles.tile_models import TileModels, joined_tiles
 from grammarlab.scene import triangles
 from grammarlab.scene.shading import linear_from_srgb
 from tests.export.gltf import read_glb
@@ -87,7 +87,7 @@ def test_draws_are_limited(tmp_path, monkeypatch):
 def test_tables_of_the_scene_do_not_matter(tmp_path):
     """The same models from several scenes, whose meshes and materials are numbered differently."""
     write_tile(tmp_path / "one.glb", tile_of(NUMBERS), "full", np.eye(4))
-    parts = joined([tile_of(NUMBERS[:5]), tile_of(NUMBERS[5:])])
+    parts = joined_tiles([tile_of(NUMBERS[:5]), tile_of(NUMBERS[5:])])
     write_tile(tmp_path / "two.glb", parts, "full", np.eye(4))
     assert (tmp_path / "one.glb").read_bytes() == (tmp_path / "two.glb").read_bytes()
 

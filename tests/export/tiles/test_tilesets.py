@@ -11,8 +11,8 @@ import pytest
 from grammarlab.errors import UsageError
 from grammarlab.export.tiles.city_tileset import write_city
 from grammarlab.export.tiles.earth_placement import EarthPlacement
-from grammarlab.export.tiles.shard import write_shard
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
+from grammarlab.export.tiles.tile_shard import write_shard
 from grammarlab.geometry.footprints.frame import Frame
 from tests.export.gltf import read_glb
 from tests.export.tiles.quarter import drawn, explicit_tiles, quarter, read_subtree, texts, upwards
@@ -143,13 +143,16 @@ def test_files_depend_on_nothing_but_the_buildings(city, tmp_path):
 def test_a_place_without_coordinates_has_no_transform(tmp_path, city):
     local = EarthPlacement(Frame("", (0.0, 0.0)))
     few = quarter(5, 100.0)
-    few.write(tmp_path, local)
-    summary = write_city(tmp_path, few.grid, local, few.shards)
-    assert summary.num_models == 5
-    assert summary.num_bytes == sum(path.stat().st_size for path in tmp_path.glob("t/**/*.glb"))
+    summaries = few.write(tmp_path, local)
+    num_bytes = sum(path.stat().st_size for path in tmp_path.glob("t/**/*.glb"))
+    assert sum(summary.num_bytes for summary in summaries) == num_bytes
+    assert sum(summary.num_models for summary in summaries) == 5
+    assert write_city(tmp_path, few.grid, local, few.shards) == len(list(tmp_path.glob("t/**/*.glb")))
     assert "transform" not in json.loads((tmp_path / "tileset.json").read_bytes())["root"]
     transform = json.loads((city / "tileset.json").read_bytes())["root"]["transform"]
-    np.testing.assert_allclose(np.array(transform).reshape(4, 4).T, PLACEMENT.root_transform())
+    root = PLACEMENT.root_transform()
+    assert root is not None
+    np.testing.assert_allclose(np.array(transform).reshape(4, 4).T, root)
 
 
 def test_leaves_out_of_order_are_refused(tmp_path):

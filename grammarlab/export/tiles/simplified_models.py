@@ -15,7 +15,7 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.export.tiles.block_file import polygon_scene
 from grammarlab.export.tiles.covered import is_covered
 from grammarlab.export.tiles.facets import facets
-from grammarlab.export.tiles.outlines import Outlines, outlines, within_budget
+from grammarlab.export.tiles.plane_outlines import Outlines, outlines, within_budget
 from grammarlab.export.tiles.planes import planes
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene.instance_bounds import instance_bounds

@@ -15,10 +15,10 @@ from grammarlab.export.model_files import write_whole
 from grammarlab.export.tiles.block_file import write_blocks
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.explicit_tileset import json_bytes, shard_folder, write_shard_tileset
-from grammarlab.export.tiles.simplified import simplified
+from grammarlab.export.tiles.simplified_models import simplified
 from grammarlab.export.tiles.tile_file import Level, TileSummary, write_tile
 from grammarlab.export.tiles.tile_grid import SUBTREE_LEVELS, TileCell, TileGrid
-from grammarlab.export.tiles.tile_models import TileModels, joined
+from grammarlab.export.tiles.tile_models import TileModels, joined_tiles
 from grammarlab.export.tiles.tile_tree import TileNode, box_in_root, content_path
 from grammarlab.scene.instance_bounds import scene_bounds
 from grammarlab.scene.triangles import count_triangles
@@ -218,7 +218,7 @@ def summary_numbers(summary: ShardSummary) -> tuple[int, int, int]:
 def _together(grid: TileGrid, cell: TileCell, branches: list[Branch], models: list[TileModels]) -> TileModels:
     """Models of branches, from the origin of the cell."""
     moves = [grid.origin(branch.node.cell) - grid.origin(cell) for branch in branches]
-    return joined([tile.moved(move) for tile, move in zip(models, moves, strict=True)])
+    return joined_tiles([tile.moved(move) for tile, move in zip(models, moves, strict=True)])
 
 
 def _is_below(cell: TileCell, above: TileCell) -> bool:
