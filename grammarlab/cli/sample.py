@@ -30,6 +30,7 @@ _REMARKS = {
         "property is not used, and that of the file is used instead",
         "properties are not used, and those of the file are used instead",
     ),
+    "coordinates": ("remark about the coordinates", "remarks about the coordinates"),
 }
 """Message about one remark, and about several, by kind of remark."""
 
@@ -87,11 +88,16 @@ def sample(
     ] = None,
     start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
     footprint: Annotated[
-        str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file whose properties set attributes.")
+        str,
+        typer.Option(
+            "--footprint", help="20x12 (metres), WKT, or a map (GeoJSON and others) whose properties set attributes."
+        ),
     ] = "",
     area: Annotated[
         str,
-        typer.Option("--on", help="Area to plant with n trees in all: a GeoJSON file, WKT or 200x100 (metres)."),
+        typer.Option(
+            "--on", help="Area to plant with n trees in all: a map (GeoJSON and others), WKT or 200x100 (metres)."
+        ),
     ] = "",
     density: Annotated[
         float | None,

@@ -50,7 +50,9 @@ def show(
         list[str] | None, typer.Option("--attr", help="Value of an attribute, name=value; may be repeated.")
     ] = None,
     start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
-    footprint: Annotated[str, typer.Option("--footprint", help="20x12 (metres), WKT, or a GeoJSON file.")] = "",
+    footprint: Annotated[
+        str, typer.Option("--footprint", help="20x12 (metres), WKT, or a map (GeoJSON and others).")
+    ] = "",
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,

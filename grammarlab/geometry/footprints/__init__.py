@@ -1,1 +1,1 @@
-"""Footprints: ground polygons of models, from a size, from WKT or from a GeoJSON file."""
+"""Footprints: ground polygons of models, from a size, from WKT or from a map in any coordinate system."""

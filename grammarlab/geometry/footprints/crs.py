@@ -1,17 +1,18 @@
-"""Coordinate reference systems (CRS) by their many names; only those in true metres or degrees are accepted.
+"""Coordinate reference systems (CRS) by their many names, and which of them are in true metres or in degrees.
 
 EPSG codes are compiled from version 13.101 of the EPSG Geodetic Parameter Dataset (epsg.org), as published with PROJ
 (MIT licence), by two rules. *Metres*: projected systems with axes to the east and north in metres, whose areas are
 right to 1.5 % and whose lengths to 4 % all over their area of use; so neither Mercator, nor feet, nor maps of
 continents, except the equal-area map of Europe (3035). *Degrees*: geographic systems in decimal degrees. Compound
-systems count as their horizontal part.
+systems count as their horizontal part. All others are *other*: `grammarlab.geometry.footprints.coordinates` turns them
+into metres by PROJ, if that is installed.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Literal
 
@@ -123,10 +124,11 @@ _DEGREE_RANGES = (
     "12215-12216 12229-12230 12245 12248 20001 20033 20037-20038 20040-20041 20043 20045-20046 "
 )
 """Ranges of codes, both ends included."""
-Unit = Literal["degrees", "metres"]
+Unit = Literal["degrees", "metres", "other"]
+"""``other``: not known to be degrees or true metres."""
 _MAX_SHOWN_CHARACTERS = 80
 """Characters of a name that a message shows."""
-_MAX_NAME_CHARACTERS = 20_000
+MAX_NAME_CHARACTERS = 20_000
 """Characters of the longest name, which may be a definition in WKT."""
 _AUTHORITY = re.compile(r"\b(?:EPSG|ESRI|IAU|IGNF|SR-ORG)\b", re.IGNORECASE)
 _EPSG = re.compile(
@@ -136,6 +138,7 @@ _EPSG = re.compile(
     re.IGNORECASE | re.VERBOSE,
 )
 _LONGITUDE_LATITUDE = re.compile(r"(?:\bCRS:?|\bOGC:2:)(84h?|83|27)$", re.IGNORECASE)
+_WKT_NAME = re.compile(r'\s*[A-Z]+\["([^"]{1,200})"', re.IGNORECASE)
 _DEGREES = re.compile(
     r"(GCS_)?(WGS[ _]?(19)?84|ETRS[ _]?(19)?89|ETRF[ _]?\d+|NAD[ _]?(19)?83(\(\w+\))?|North_American_1983)",
     re.IGNORECASE,
@@ -151,6 +154,8 @@ class Crs:
     name: str
     """``EPSG:25832``; empty for metres at an unknown place."""
     unit: Unit
+    fault: str = field(default="", repr=False)
+    """Why it is neither in degrees nor in true metres."""
 
 
 LOCAL = Crs("", "metres")
@@ -163,7 +168,7 @@ def crs_of_member(member: Any) -> Crs:
     """The CRS of a member ``crs`` of GeoJSON.
 
     Raises:
-        AssetError: If it is not known to be in true metres or degrees; it names the CRS but not the file.
+        AssetError: If it has no name; it does not name the file.
 
     >>> crs_of_member({"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::25832"}})
     Crs(name='EPSG:25832', unit='metres')
@@ -181,20 +186,16 @@ def crs_of_member(member: Any) -> Crs:
         value = str(value)
     if not isinstance(value, str) or not value.strip():
         raise AssetError(
-            f"expected the name of a CRS in its member 'crs', found {_excerpt(json.dumps(member))}. Leave it out if "
+            f"expected the name of a CRS in its member 'crs', found {excerpt(json.dumps(member))}. Leave it out if "
             "the coordinates are degrees; otherwise find out their CRS, and add -s_srs EPSG:CODE below"
         )
     return crs_of_name(value.strip())
 
 
 def crs_of_name(name: str) -> Crs:
-    """The CRS of a name, a URN, a URL or an EPSG code.
-
-    Raises:
-        AssetError: If it is not known to be in true metres or degrees.
-    """
-    if len(name) > _MAX_NAME_CHARACTERS:
-        raise _unknown(name)
+    """The CRS of a name, a URN, a URL, an EPSG code or WKT."""
+    if len(name) > MAX_NAME_CHARACTERS:
+        return _other(name[: MAX_NAME_CHARACTERS + 1])
     if match := _LONGITUDE_LATITUDE.search(name):
         return Crs(f"OGC:CRS{match[1].lower()}", "degrees")
     if match := _EPSG.search(name):
@@ -204,21 +205,17 @@ def crs_of_name(name: str) -> Crs:
             return Crs(name, "degrees")
         if _UTM.fullmatch(name):
             return Crs(name, "metres")
-    raise _unknown(name)
+    return _other(name)
 
 
 def crs_of_code(code: int) -> Crs:
-    """The CRS of an EPSG code.
-
-    Raises:
-        AssetError: If it is not known to be in true metres or degrees.
-    """
+    """The CRS of an EPSG code."""
     name = f"EPSG:{code}"
     if code in metre_codes():
         return Crs(name, "metres")
     if code in degree_codes():
         return Crs(name, "degrees")
-    raise _unknown(name)
+    return _other(name)
 
 
 @cache
@@ -241,15 +238,42 @@ def degree_codes() -> frozenset[int]:
     return _codes(_DEGREE_RANGES)
 
 
-def _excerpt(text: str) -> str:
+def plain_name(definition: str) -> str:
+    """A spelling of a system that PROJ has: ``EPSG:25832`` for a URL or a bare number.
+
+    >>> plain_name("http://www.opengis.net/gml/srs/epsg.xml#25832"), plain_name("3857"), plain_name("ETRS89")
+    ('EPSG:25832', 'EPSG:3857', 'ETRS89')
+    """
+    name = definition.strip()
+    if any(letter in name for letter in "[{+,"):
+        return name
+    if _WEB_MERCATOR.search(name):
+        return "EPSG:3857"
+    match = _EPSG.search(name)
+    return f"EPSG:{match[1] or match[2] or match[3]}" if match else name
+
+
+def label(definition: str) -> str:
+    """A system for a message: the name in its WKT, or an excerpt.
+
+    >>> label('PROJCRS["ETRS89 / UTM zone 32N", BASEGEOGCRS["ETRS89"]]'), label("EPSG:25832")
+    ('ETRS89 / UTM zone 32N', 'EPSG:25832')
+    """
+    match = _WKT_NAME.match(definition)
+    return excerpt(match[1] if match else definition)
+
+
+def excerpt(text: str) -> str:
+    """A foreign text for a message: printable and abbreviated."""
     text = "".join(c if c.isprintable() else " " for c in text)
     return text if len(text) <= _MAX_SHOWN_CHARACTERS else f"{text[:_MAX_SHOWN_CHARACTERS]}…"
 
 
-def _unknown(name: str) -> AssetError:
+def _other(name: str) -> Crs:
+    fault = "is not known to count in true metres or in degrees"
     if _WEB_MERCATOR.search(name):
-        return AssetError(f"its CRS, {_excerpt(name)}, is Web Mercator, whose metres are not those on the ground")
-    return AssetError(f"its CRS, {_excerpt(name)}, is not known to count in true metres or in degrees")
+        fault = "is Web Mercator, whose metres are not those on the ground"
+    return Crs(name, "other", f"its CRS, {excerpt(name)}, {fault}")
 
 
 def _codes(ranges: str) -> frozenset[int]:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from grammarlab.geometry.footprints.crs import Crs
 
-RemarkKind = Literal["outline", "geometry", "record", "property", "repair"]
+RemarkKind = Literal["outline", "geometry", "record", "property", "repair", "coordinates", "identity"]
 """``outline``: a polygon that is left out; ``geometry``: lines, points and empty geometries, which are left out;
 ``record``: text that is not GeoJSON and is left out; ``property``: a value that is not used; ``repair``: a polygon that
-is used after a repair."""
+is used after a repair; ``coordinates``: what became of the coordinates; ``identity``: parcels whose ids are not those
+of the map."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class Georeference:
     """Place on the earth of coordinates in metres, x to the east and -z to the north."""
 
     crs: str
-    """Name of the coordinate reference system of the source: ``EPSG:25832``."""
+    """Name of the coordinate reference system of the coordinates, ``EPSG:25832``, or its WKT."""
     longitude: float | None = None
     """Longitude of x = 0, z = 0, for sources in degrees. Otherwise None: x is the easting, -z the northing."""
     latitude: float | None = None
@@ -93,3 +94,5 @@ class Source:
     crs: Crs
     strict: bool = False
     """Whether a bad outline is an error, as for one written by hand, instead of a remark."""
+    conversion: str = ""
+    """How another program converts it to degrees, for messages: ``Convert it: ogr2ogr …``."""

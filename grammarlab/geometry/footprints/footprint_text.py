@@ -1,4 +1,4 @@
-"""Footprints from the text of an option: a size, well-known text (WKT), or the name of a GeoJSON file.
+"""Footprints from the text of an option: a size, well-known text (WKT), or the name of a map.
 
 WKT may begin with an SRID, as PostGIS writes it: ``SRID=25832;POLYGON ((…))``.
 """
@@ -13,10 +13,12 @@ import numpy as np
 import shapely
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.extras import require
 from grammarlab.files import existing
 from grammarlab.geometry.footprints.crs import LOCAL, Crs, crs_of_code
 from grammarlab.geometry.footprints.footprint import Footprint, FootprintMap, Outline, Remark, Source
 from grammarlab.geometry.footprints.geojson import read_geojson
+from grammarlab.geometry.footprints.map_file import VECTOR_SUFFIXES, is_cityjson, split_layer
 from grammarlab.geometry.footprints.placing import placed, remark_lines
 
 _NAME = "footprint"
@@ -45,7 +47,8 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
 
     Args:
         text: ``20x12``; WKT in metres, or with ``SRID=…;`` before it; or the path of a file of GeoJSON, of GeoJSON
-            lines or of a GeoJSON text sequence (RFC 8142).
+            lines or of a GeoJSON text sequence (RFC 8142); with the extra ``city``, of a GeoPackage, Shapefile,
+            FlatGeobuf or CityJSON file, with ``:LAYER`` behind it if it has several layers.
 
     Raises:
         UsageError: If the text is none of these.
@@ -80,20 +83,54 @@ def read_source(text: str) -> Source:
 
     Raises:
         UsageError: If the text is none of those of `read_footprints`.
-        AssetError: If a file is broken, or its coordinates are neither true metres nor degrees.
+        AssetError: If a file is broken, or its coordinates are neither true metres nor degrees and the extra ``city``
+            is missing.
     """
+    source = _read(text)
+    if source.crs.unit != "other":
+        return source
+    from grammarlab.geometry.footprints.map_source import in_metres  # noqa: PLC0415  # rare
+
+    return in_metres(source)
+
+
+def _read(text: str) -> Source:
+    """Outlines from the text of an option, in any coordinate system."""
     if size := _SIZE.fullmatch(text):
         width, depth = float(size[1]), float(size[2])
         plan = shapely.Polygon([(0, -depth), (width, -depth), (width, 0), (0, 0)])  # along +x and +z, as in `derive`
         return Source(text, (Outline(plan, text),), (), LOCAL, strict=True)
-    file = existing(text)
-    if file is None and _is_wkt(text):
+    if existing(text) is None and _is_wkt(text):
         return _read_wkt(text, _EXPECTED)
-    if file is not None and not file.is_dir():
-        return read_geojson(file)
+    match split_layer(text):
+        case Path() as file, layer if not file.is_dir():
+            return _read_file(file, layer)
     if text.lower().endswith(_SUFFIXES):
         raise AssetError(f"{Path(text)}: no such footprint file; {_EXPECTED}.")
     raise UsageError(f"footprint {text!r}: {_EXPECTED}.")
+
+
+def _read_file(path: Path, layer: str | None) -> Source:
+    """Outlines of a map.
+
+    Raises:
+        AssetError: If it cannot be used, or needs the extra ``city`` and this is missing.
+    """
+    if path.suffix.lower() not in VECTOR_SUFFIXES and not is_cityjson(path):
+        if layer is not None:
+            raise UsageError(f"{path}: GeoJSON has no layers; leave out ':{layer[:80]}'.")
+        return read_geojson(path)
+    if path.suffix.lower() in VECTOR_SUFFIXES:
+        try:
+            require("pyogrio")
+        except UsageError as extra:
+            try:
+                return read_geojson(path)  # a wrong suffix is no reason to refuse it
+            except AssetError as error:
+                raise AssetError(f"{error} Or install what reads it: {extra}") from error
+    from grammarlab.geometry.footprints.map_source import read_map  # noqa: PLC0415  # rare
+
+    return read_map(path, layer)
 
 
 def _is_wkt(text: str) -> bool:
@@ -113,7 +150,7 @@ def _read_wkt(text: str, expected: str) -> Source:
         expected: expected forms, for the message.
 
     Raises:
-        AssetError: If it is not WKT, has curves, or its CRS is not known to be in true metres or degrees.
+        AssetError: If it is not WKT, or has curves.
     """
     crs, body = LOCAL, text
     if match := _SRID.fullmatch(text):
@@ -127,16 +164,13 @@ def _read_wkt(text: str, expected: str) -> Source:
             kind = type(part).__name__
             empty = "an empty " if shapely.is_empty(part) else "a "
             remarks.append(Remark(_NAME, "geometry", f"expected a polygon, found {empty}{kind}"))
-    return Source(_NAME, tuple(outlines), tuple(remarks), crs, strict=True)
+    conversion = "Convert it: ST_Transform(geom, 4326) in PostGIS."
+    return Source(_NAME, tuple(outlines), tuple(remarks), crs, strict=True, conversion=conversion)
 
 
 def _crs(code: int) -> Crs:
-    if code <= 0:  # PostGIS writes 0, and earlier -1, for an unknown place
-        return LOCAL
-    try:
-        return crs_of_code(code)
-    except AssetError as error:
-        raise AssetError(f"{_NAME}: {error}. Convert it: ST_Transform(geom, 4326) in PostGIS.") from error
+    # PostGIS writes 0, and earlier -1, for an unknown place.
+    return LOCAL if code <= 0 else crs_of_code(code)
 
 
 def _shapes(text: str, expected: str) -> list[shapely.Geometry]:

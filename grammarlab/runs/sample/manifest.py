@@ -16,6 +16,7 @@ from grammarlab.about import __version__
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import read_bounded, write_text
+from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.footprint import Georeference, Remark, RemarkKind
 from grammarlab.rendering.choice import RendererChoice
 from grammarlab.runs.sample.records import ModelRecord
@@ -59,7 +60,7 @@ def place_in_words(request: SampleRequest) -> str:
     if request.georeference is None and request.origin is None:
         return ""
     values = place_of(request)
-    system = values["crs"] or "unknown CRS"
+    system = label(values["crs"] or "unknown CRS")
     if "longitude" in values:
         where = f"longitude {values['longitude']:.7f}, latitude {values['latitude']:.7f}"
         return f"origin: {where} ({system}); x is east of it and z south, in metres"

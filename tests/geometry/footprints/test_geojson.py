@@ -132,8 +132,6 @@ def test_other_formats_of_json_are_named(tmp_path):
             {"type": "Topology"},
             "TopoJSON.*ogr2ogr -f GeoJSON -t_srs [^ ]* 'my lots-degrees.geojson' 'my lots.json'",
         ),
-        ({"type": "CityJSON"}, "CityJSON.*QGIS"),
-        ({"type": "CityJSONFeature"}, "CityJSON.*QGIS"),
         (esri, "Esri JSON.*ogr2ogr"),
         (overpass, "JSON of Overpass.*osmtogeojson 'my lots.json' > 'my lots-degrees.geojson'"),
     ]

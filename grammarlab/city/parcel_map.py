@@ -1,0 +1,205 @@
+"""Parcels of a map: every feature once, by its id, as usable or with the reason why not.
+
+A bad outline never stops a file. Neither the order of the rows nor the format of the map matter.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import shapely
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.city import parcel_reasons
+from grammarlab.city.parcel_ids import identities, part_ids
+from grammarlab.city.parcel_outlines import Pieces, canonical_outlines, pieces_of, polygons_of, unbuildable
+from grammarlab.city.parcel_overlaps import disjoint
+from grammarlab.city.parcels import Outlines, Parcels
+from grammarlab.errors import AssetError
+from grammarlab.geometry.footprints.coordinates import UNPLACED, MetricSystem, check_sizes, metric_system, transformed
+from grammarlab.geometry.footprints.crs import label
+from grammarlab.geometry.footprints.footprint import Remark
+from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.geometry.footprints.map_file import read_layer, split_layer
+from grammarlab.geometry.footprints.map_layer import MapLayer
+
+ID = "id"
+"""Name of the attribute of maps that have no attributes."""
+
+
+@dataclass(frozen=True, eq=False)
+class ParcelMap:
+    """What a map of parcels says."""
+
+    parcels: Parcels
+    """All features, each at least once: the parts of a feature are parcels of their own."""
+    remarks: tuple[Remark, ...] = ()
+    """About the map as a whole: its coordinates, ids and repairs. What is wrong with one parcel is its reason."""
+
+    @property
+    def num_reasons(self) -> Counter[str]:
+        """Number of parcels with each reason."""
+        return Counter(reason for reason in self.parcels.reason if reason)
+
+
+def read_parcels(
+    path: str | Path,
+    *,
+    crs: str | None = None,
+    id_field: str | None = None,
+    layer: str | None = None,
+    frame: Frame | None = None,
+) -> ParcelMap:
+    """The parcels of a map, in the order of their ids.
+
+    Args:
+        path: file of GeoJSON, GeoPackage, Shapefile (also zipped), FlatGeobuf or CityJSON; ``:LAYER`` may follow.
+        crs: coordinate reference system of the coordinates, instead of the file's; ``local`` for metres at an unknown
+            place.
+        id_field: attribute with the ids; None for a usual one (`grammarlab.city.parcel_ids.USUAL_FIELDS`).
+        layer: layer of the file, if it has several.
+        frame: frame of an earlier reading, so that the same parcels have the same coordinates; None for a new one
+            around their middle.
+
+    Raises:
+        AssetError: If the file is missing, broken or too large, if its coordinates cannot be those of parcels, or none
+            of its features is an outline.
+        UsageError: If the layer or the attribute is unknown, or the extra ``city`` is missing.
+    """
+    file, suffix = split_layer(str(path)) or (Path(path), None)
+    read = read_layer(file, layer or suffix)
+    try:
+        return _parcels(read, crs, id_field, frame)
+    except AssetError as error:
+        raise AssetError(f"{read.name}: {str(error).removeprefix(f'{read.name}: ').rstrip('.')}.") from error
+
+
+def _parcels(layer: MapLayer, crs: str | None, id_field: str | None, frame: Frame | None) -> ParcelMap:
+    centres = _centres(layer)
+    system = metric_system(_definition(layer, crs, centres), centres)
+    pieces = pieces_of(layer.geometry, _projection(system, frame), system.height_unit)
+    if not pieces.usable.any():
+        counts = Counter(pieces.reason)
+        raise AssetError(f"no outline can be used: {', '.join(f'{n:,} {reason}' for reason, n in counts.items())}")
+    areas = shapely.area(pieces.outline[pieces.usable])
+    check_sizes(areas, system.source)
+    keys = canonical_outlines(pieces, len(layer))
+    ids = identities(layer.attributes, keys, id_field, layer.name)
+    order, names = _order(pieces, ids.id)
+    reason, outline = _reasons(pieces, ids.id, keys, order)
+    if frame is None:
+        middles = shapely.get_coordinates(shapely.centroid(pieces.outline[pieces.usable]))
+        frame = Frame.around(system.target, middles)
+    origin = np.array(frame.origin)
+    feature = pieces.feature[order]
+    attributes = layer.attributes if layer.attributes.num_columns else pa.table({ID: ids.id.tolist()})
+    parcels = Parcels(
+        frame=frame,
+        id=names,
+        # Last, and exact: all that was computed before does not depend on the origin.
+        outline=shapely.transform(outline, lambda points: points - origin),
+        elevation=pieces.elevation[order],
+        attributes=attributes.take(feature).combine_chunks(),
+        reason=reason,
+    )
+    return ParcelMap(parcels, (*layer.remarks, *_remarks(layer, crs, system, pieces), *ids.remarks))
+
+
+def _centres(layer: MapLayer) -> Floats:
+    """[n, 2] centres of the boxes of all polygons, in the coordinates of the file.
+
+    Raises:
+        AssetError: If there is none.
+    """
+    polygons, _ = polygons_of(layer.geometry)
+    bounds = shapely.bounds(polygons)
+    centres = (bounds[:, :2] + bounds[:, 2:]) / 2
+    centres = centres[np.isfinite(centres).all(axis=1)]
+    if len(centres) == 0:
+        raise AssetError(f"expected polygons, found none in {len(layer):,} features")
+    return centres
+
+
+def _definition(layer: MapLayer, crs: str | None, centres: Floats) -> str:
+    """The coordinate reference system of a layer.
+
+    Raises:
+        AssetError: If neither the file nor the caller says.
+    """
+    if crs is not None:
+        return crs
+    if layer.crs is not None:
+        return layer.crs
+    x, y = np.abs(centres).max(axis=0).tolist()
+    if layer.default_crs and x <= 180.0 and y <= 90.0:
+        return layer.default_crs
+    x, y = np.median(centres, axis=0).tolist()
+    raise AssetError(
+        f"it does not name its coordinate reference system, and its middle is x = {x:.10g}, y = {y:.10g}. Name it: "
+        f'crs = "EPSG:…", or "{UNPLACED}" for metres at an unknown place'
+    )
+
+
+def _projection(system: MetricSystem, frame: Frame | None) -> Callable[[Floats], Floats]:
+    """The way to the metres of a system, or to those of a given frame.
+
+    Raises:
+        AssetError: If the place of only one of them is known.
+    """
+    if frame is None or frame.crs == system.target:
+        return system.metres
+    if not frame.crs or not system.target:
+        raise AssetError("its place on the earth is known and that of its frame is not, or the other way round")
+    target = frame.crs
+    return lambda points: transformed(points, system.source, target)
+
+
+def _order(pieces: Pieces, ids: NDArray[np.object_]) -> tuple[Ints, NDArray[np.object_]]:
+    """Rows of pieces in the order of their ids, and these ids."""
+    names = part_ids(ids, np.bincount(pieces.feature, minlength=len(ids)))
+    order = np.argsort(names, kind="stable")
+    return order, names[order]
+
+
+def _reasons(
+    pieces: Pieces, ids: NDArray[np.object_], keys: list[bytes], order: Ints
+) -> tuple[NDArray[np.object_], Outlines]:
+    """Reasons and outlines of pieces in the order of their ids."""
+    reason, outline = pieces.reason[order], pieces.outline[order]
+    is_copy = _is_copy(ids, keys)[pieces.feature[order]]
+    reason[is_copy & (reason == "")] = parcel_reasons.DUPLICATE
+    rows = np.flatnonzero(reason == "")
+    separate = disjoint(outline[rows])
+    outline[rows] = separate.outline
+    reason[rows] = np.where(separate.is_covered, parcel_reasons.OVERLAP, unbuildable(separate.outline))
+    # Shapefiles turn rings around. Counter-clockwise from the lowest of the leftmost corners, an outline is the same
+    # however it was drawn.
+    return reason, shapely.reverse(shapely.normalize(outline))
+
+
+def _is_copy(ids: NDArray[np.object_], keys: list[bytes]) -> NDArray[np.bool_]:
+    """[N] whether a feature with a smaller id has the same outlines."""
+    is_copy = np.zeros(len(ids), dtype=np.bool_)
+    seen: set[bytes] = set()
+    for row in np.argsort(ids, kind="stable"):
+        is_copy[row] = keys[row] in seen
+        seen.add(keys[row])
+    return is_copy
+
+
+def _remarks(layer: MapLayer, crs: str | None, system: MetricSystem, pieces: Pieces) -> list[Remark]:
+    remarks = []
+    if crs is not None and layer.crs is not None and crs != layer.crs:
+        remarks.append(f"crs = {crs} is used instead of {label(layer.crs)}, which the file names")
+    if system.note:
+        remarks.append(system.note)
+    remarks = [Remark(layer.name, "coordinates", reason) for reason in remarks]
+    if pieces.num_repaired:
+        remarks.append(Remark(layer.name, "repair", f"{pieces.num_repaired:,} outlines cross themselves: repaired"))
+    return remarks
