@@ -132,7 +132,7 @@ def _reasons(outline: Outlines, request: FootprintRequest) -> NDArray[np.object_
     """[S] why an outline is no footprint; empty for footprints."""
     rules = request.rules
     area = shapely.area(outline)
-    is_narrow = shapely.is_empty(shapely.buffer(outline, -rules.least_side / 2.0, quad_segs=1))
+    is_narrow = shapely.is_empty(shapely.buffer(outline, -0.5 * rules.least_side + _CLEANED, quad_segs=1))
     conditions = [area <= 0.0, request.is_park, area < rules.least_area, area > rules.most_area, is_narrow]
     return np.select(conditions, [SMALL, "", SMALL, LARGE, NARROW], "").astype(object)
 

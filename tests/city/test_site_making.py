@@ -167,7 +167,7 @@ def test_origins_are_whole_metres_and_footprints_lie_on_their_parcels():
         x, y, z = (polygon + sites.corner[row]).T
         outline = shapely.Polygon(np.column_stack([x, -z])).buffer(0)
         parcel = quarter.parcels.outline[sites.parcel[row]]
-        assert shapely.difference(outline, shapely.buffer(parcel, 0.1)).area < 1e-6
+        assert shapely.area(shapely.difference(outline, shapely.buffer(parcel, 0.1))) < 1e-6
         assert (y == 0.0).all()
         assert shapely.is_ccw(shapely.LinearRing(np.column_stack([x, -z])))
         assert np.abs(polygon).max() < 150.0
