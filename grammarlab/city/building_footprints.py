@@ -12,12 +12,13 @@ from grammarlab.arrays import Flags, Floats, Ints, index_in_row, offsets_from_co
 from grammarlab.city.lot_edges import LotEdges
 from grammarlab.city.lot_fronts import edge_setbacks, first_edges, sides_of_edges
 from grammarlab.city.moved_edges import moved_inwards
+from grammarlab.city.parcel_reasons import NARROW, SMALL
 from grammarlab.city.parcels import Outlines
 from grammarlab.city.plan import LotRules
 from grammarlab.geometry.meshes.triangulate import keyhole
 
-SMALL, NARROW, LARGE = "small", "narrow", "large"
-"""Reasons of lots without a footprint: too little area; no place for a circle of the smallest side; too much area."""
+LARGE = "large"
+"""Reason of lots whose footprint has too much area."""
 _LEAST_HOLE = 1.0
 """Square metres; smaller holes are filled, as no building has such a court."""
 _CLEANED = 0.02

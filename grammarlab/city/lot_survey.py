@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.city.lot_edges import LotEdges, simplified
+from grammarlab.city.parcel_reasons import NARROW, SMALL, STREET
 from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan import Plan
 from grammarlab.city.plan_fields import PlanFields
@@ -18,14 +18,8 @@ from grammarlab.city.street_edges import street_widths
 from grammarlab.city.street_lines import StreetLines
 from grammarlab.errors import UsageError
 
-STREET = "street"
-"""Reason of parcels that are streets."""
-OVERLAP = "overlap"
-"""Reason of parcels that lie on another one: they do not cut that one off from its street."""
-_STREET_ROUNDNESS = 0.1
-"""Largest 4 pi A / P² of a street; a square has .79, a lot 100 m deep and 5 m wide .14."""
-_STREET_AREA = 500.0
-"""Smallest area of a street in square metres."""
+_SOLID = ("", SMALL, NARROW)
+"""Reasons of parcels that are ground of their own: others behind them are cut off from the street."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,27 +64,23 @@ def surveyed_lots(plan: Plan, parcels: Parcels, streets: StreetLines | None) -> 
         UsageError: If a field of the plan is unknown or has other values.
     """
     fields = PlanFields(parcels.attributes, {"area": parcels.area})
-    is_street = _is_street(plan, parcels, fields)
-    reason = np.where(parcels.usable & is_street, STREET, parcels.reason).astype(object)
+    reason = parcels.reason if not plan.street_plots else _with_streets(plan, parcels, fields)
     parcel = np.flatnonzero(reason == "")
     edges = LotEdges.of(simplified(parcels.outline[parcel]))
-    has_no_say = is_street | (parcels.reason == OVERLAP)
-    widths = street_widths(edges, parcels.outline, parcel, streets, has_no_say)
+    widths = street_widths(edges, parcels.outline, parcel, streets, ~np.isin(reason, _SOLID))
     if plan.street_width is not None:
         widths = _replaced(plan, fields, parcel[edges.outline], widths)
     return LotSurvey(reason=reason, parcel=parcel, edges=edges, street_width=widths)
 
 
-def _is_street(plan: Plan, parcels: Parcels, fields: PlanFields) -> Flags:
-    """[N] whether a parcel is a street: by the condition of the plan, or as it is long and thin."""
-    if plan.street_plots:
-        try:
-            return fields.holds(plan.street_plots)
-        except UsageError as error:
-            raise UsageError(f"{plan.path}: street_plots: {error}") from error
-    area, perimeter = parcels.area, shapely.length(parcels.outline)
-    roundness = 4.0 * np.pi * area / np.maximum(perimeter, np.finfo(float).tiny) ** 2
-    return (roundness < _STREET_ROUNDNESS) & (area > _STREET_AREA)
+def _with_streets(plan: Plan, parcels: Parcels, fields: PlanFields) -> NDArray[np.object_]:
+    """[N] reasons with streets by the condition of the plan, instead of by their shape."""
+    try:
+        is_street = fields.holds(plan.street_plots)
+    except UsageError as error:
+        raise UsageError(f"{plan.path}: street_plots: {error}") from error
+    reason = np.where(parcels.reason == STREET, "", parcels.reason)
+    return np.where((reason == "") & is_street, STREET, reason).astype(object)
 
 
 def _replaced(plan: Plan, fields: PlanFields, parcel: Ints, widths: Floats) -> Floats:

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Ints
+from grammarlab.city.parcel_ids import canonical_id
 from grammarlab.errors import AssetError, TableError, UsageError, shown
 from grammarlab.files import read_bounded, write_bytes
 from grammarlab.preference.label_files import integer
@@ -226,10 +227,11 @@ def _pins(table: Table) -> Pins:
 
 def _pin(header: Sequence[str], row: TableRow) -> Pin:
     cells = dict(zip(header, row.cells, strict=False))
-    if not cells.get("id"):
+    parcel = canonical_id(cells.get("id"))
+    if not parcel:
         raise TableError(f"line {row.line}: expected the id of a parcel, found an empty cell.")
     return Pin(
-        id=cells["id"],
+        id=parcel,
         seed=_number(row, cells, "seed", _LAST_WORD),
         model=_number(row, cells, "model", _LAST_WORD),
         reroll=_number(row, cells, "reroll", _LAST_REROLL) or 0,

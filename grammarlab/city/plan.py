@@ -148,7 +148,7 @@ class Plan:
     street_width: str | None = None
     """Field of the parcels with the width in metres of the street along each, instead of other widths."""
     street_plots: str = ""
-    """Condition over fields of the map for parcels that are streets; empty for long, thin ones."""
+    """Condition over fields of the map for parcels that are streets; empty to know them by their shape."""
     terrain: Path | None = None
     """Raster file of heights in metres."""
     geoid_height: float | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 EXCLUDED, ZONELESS = "excluded", "zone"
 """Reasons: the parcel is excluded by a pin; no zone of the plan has it."""
 NO_PINS = Pins()
+_OWN_FIELDS = ("area", "aspect", "frontage", "street_width", "elevation")
+"""Fields that win over columns of the map."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -125,29 +127,21 @@ def lot_fields(
     if missing:
         raise UsageError(f"{plan.path}: expected the file of the field {missing[0]}, found none")
     inside = shapely.get_coordinates(shapely.point_on_surface(chosen.outline)).reshape(-1, 2)
-    values = {name: np.asarray(raster.heights(inside), np.float64) for name, raster in rasters.items() if raster}
+    if terrain is not None:
+        chosen = replace(chosen, elevation=np.asarray(terrain.heights(inside), np.float64))
     needed = {feature.name for density in sources.zones.densities.values() for feature in density.features}
     learned = parcel_fields(
         chosen,
         frontage=lots.frontage,
         street_width=lots.widest_street,
         near={name: shape for name, shape in near.items() if shape is not None},
-        rasters=values,
-        attributes=[name for name in chosen.attributes.column_names if name in needed and name not in values],
+        rasters={name: np.asarray(raster.heights(inside), np.float64) for name, raster in rasters.items() if raster},
+        attributes=[
+            name for name in chosen.attributes.column_names if name in needed - {*_OWN_FIELDS, *near, *rasters}
+        ],
     )
-    distances = {
-        name: np.asarray(shapely.distance(shapely.points(inside), shape), np.float64) for name, shape in near.items()
-    }
-    aspect = np.exp(learned.columns(["aspect"])[:, 0])
-    elevation = chosen.elevation if terrain is None else np.asarray(terrain.heights(inside), np.float64)
-    numbers = {
-        "area": chosen.area,
-        "aspect": aspect,
-        "frontage": lots.frontage,
-        "street_width": lots.widest_street,
-        "elevation": elevation,
-    }
-    return ZoneFields(plan=PlanFields(chosen.attributes, numbers | distances | values), learned=learned)
+    numbers = {"elevation": chosen.elevation} | dict(zip(learned.name, learned.values.T, strict=True))
+    return ZoneFields(plan=PlanFields(chosen.attributes, numbers), learned=learned)
 
 
 def _request(plan: Plan, zone: Ints, parks: Collection[str]) -> FootprintRequest:

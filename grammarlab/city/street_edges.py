@@ -51,7 +51,7 @@ def street_widths(
         parcels: [N] outlines of all parcels, those of the lots included.
         rows: [S] the parcel of each lot.
         streets: lines of streets; None if they are unknown.
-        is_street_plot: [N] whether a parcel is a street itself, or covers another one: it has no say.
+        is_street_plot: [N] whether a parcel is a street itself, or covers another one: it cuts no other one off.
     """
     parts = open_parts(edges, parcels, rows, is_street_plot)
     is_open = (parts.share >= _LEAST_OPEN) & ~edges.is_hole

@@ -123,9 +123,14 @@ def _area(zone: ZonePlan, frame: Frame, sources: ZoneSources) -> BaseGeometry:
     """The polygon of a zone in metres of the frame."""
     if zone.name in sources.areas:
         return sources.areas[zone.name]
-    if not _WKT.match(zone.polygon):
+    if not is_polygon_text(zone.polygon):
         raise UsageError(f"expected the polygon of {zone.polygon}, found none")
     return polygon_of_text(zone.polygon, frame)
+
+
+def is_polygon_text(text: str) -> bool:
+    """Whether a polygon is given by WKT, and not by the path of a file."""
+    return _WKT.match(text) is not None
 
 
 def polygon_of_text(text: str, frame: Frame) -> BaseGeometry:

@@ -10,8 +10,6 @@ import shapely
 
 from grammarlab.city.building_footprints import (
     LARGE,
-    NARROW,
-    SMALL,
     BuildingFootprints,
     FootprintRequest,
     building_footprints,
@@ -19,6 +17,7 @@ from grammarlab.city.building_footprints import (
 )
 from grammarlab.city.lot_edges import LotEdges, simplified
 from grammarlab.city.lot_fronts import CORNER_LOT, INNER_LOT, LOT, first_edges, lot_kinds
+from grammarlab.city.parcel_reasons import NARROW, SMALL
 from grammarlab.city.parcels import Outlines
 from grammarlab.city.plan import LotRules
 from grammarlab.city.street_edges import street_widths
@@ -97,7 +96,7 @@ def test_footprints_of_a_map_are_valid_and_inside_their_setbacks(seed: int):
     assert (shapely.area(shapely.difference(shapes, shapely.buffer(lots, -1.97, join_style="mitre"))) < 0.01).all()
     has_front, group = np.unique(edges.outline[widths > 0], return_inverse=True)
     ends = np.stack([edges.points, edges.points[edges.next_corner]], axis=1)[widths > 0]
-    front = shapely.multilinestrings(shapely.linestrings(ends), indices=group)
+    front = shapely.multilinestrings(np.asarray(shapely.linestrings(ends), dtype=object), indices=group)
     both = np.intersect1d(has_front, result.lot)
     distance = shapely.distance(shapes[np.searchsorted(result.lot, both)], front[np.searchsorted(has_front, both)])
     assert (distance > 2.97).all()

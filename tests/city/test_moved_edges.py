@@ -55,7 +55,8 @@ def test_what_remains_is_inside_and_as_far_from_each_edge_as_it_moves(seed: int)
     inwards = -edges.normal * (distances - 0.001)[:, None]
     end = edges.points[edges.next_corner]
     swept = shapely.polygons(np.stack([edges.points, end, end + inwards, edges.points + inwards], axis=1))
-    swept = np.where(distances > 0.001, swept, shapely.Polygon())
+    swept = np.asarray(swept, dtype=object)
+    swept[distances <= 0.001] = shapely.Polygon()
     whole = moved.is_whole[edges.outline]
     overlap = shapely.area(shapely.intersection(moved.outline[edges.outline], swept))
     assert (overlap[~whole] < 1e-3 * np.maximum(edges.length[~whole], 1.0)).all()

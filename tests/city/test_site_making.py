@@ -79,6 +79,12 @@ def records(sites: Sites, parcels: Parcels) -> dict[str, tuple[object, ...]]:
     }
 
 
+def widths_of(sites: Sites) -> np.ndarray:
+    """Widths of streets along all edges."""
+    assert sites.footprints.street_width is not None
+    return sites.footprints.street_width
+
+
 def made(parcels: Parcels, streets: StreetLines | None, pins: Pins | None = None) -> dict[str, tuple[object, ...]]:
     sites, reason = sites_of(plan_of(), parcels, streets, Slope(), pins or Pins())
     assert ((reason == "") == np.isin(np.arange(len(parcels)), sites.parcel)).all()
@@ -120,8 +126,7 @@ def test_a_new_street_width_in_the_file_replaces_neighbours():
     )
     text = PLAN.replace("seed = 3", 'seed = 3\nstreet_width = "w"')
     sites, _ = sites_of(plan_of(text), parcels, quarter.streets)
-    assert sites.footprints.street_width is not None
-    assert set(np.unique(sites.footprints.street_width)) == {0.0, 15.0}
+    assert set(np.unique(widths_of(sites))) == {0.0, 15.0}
 
 
 def test_pins_change_one_site():
@@ -151,11 +156,23 @@ def test_every_parcel_has_a_site_or_a_reason():
     ]
     parcels = parcels_of(lots, use=["home"] * 7 + ["shop"])
     reasons = parcels.reason.copy()
-    reasons[0] = "overlap"
+    reasons[0], reasons[4] = "overlap", "street"
     pins = excluded(Pins(), parcels.id[5])
     sites, reason = sites_of(plan_of(HOMES), replace(parcels, reason=reasons), pins=pins)
     assert reason.tolist() == ["overlap", "small", "large", "small", "street", "excluded", "", "zone"]
     assert sites.parcel.tolist() == [6]
+
+
+def test_streets_by_a_condition_are_not_those_by_their_shape():
+    lots = [shapely.box(0, 0, 20, 30), shapely.box(0, -2, 20, 0), shapely.box(0, -20, 20, -2)]
+    parcels = replace(parcels_of(lots, use=["home", "road", "home"]), reason=np.array(["", "", "street"], dtype=object))
+    text = HOMES.replace("[[zones]]", "street_plots = \"use == 'road'\"\n[[zones]]")
+    sites, reason = sites_of(plan_of(text), parcels)
+    assert reason.tolist() == ["", "street", ""]
+    assert (widths_of(sites) > 0).all()
+    sites, reason = sites_of(plan_of(HOMES), parcels)
+    assert reason.tolist() == ["", "zone", "street"]
+    assert np.count_nonzero(widths_of(sites)) == 3
 
 
 def test_origins_are_whole_metres_and_footprints_lie_on_their_parcels():
