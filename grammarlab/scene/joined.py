@@ -20,7 +20,7 @@ def of_models(scene: Scene, models: NDArray[np.integer]) -> Scene:
 
     Args:
         scene: the scene.
-        models: [k] numbers of models, different.
+        models: [k] numbers of models; repeats are allowed.
     """
     ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
     rows, offsets = take_rows(ends, models)
