@@ -107,7 +107,7 @@ def build_city(
     zones = tuple(ZoneRules.of(zone) for zone in read.zones)
     for zone, rules in zip(read.zones, zones, strict=True):
         rules.check(sorted(zone.attributes))
-    survey = surveyed(read)
+    survey = surveyed(read, zones)
     with only_run_in(folder):
         tasks = shard_tasks(survey, zones, folder, cityjson=cityjson)
         records, num_reused = _built(tasks, executor, on_progress)
@@ -132,7 +132,7 @@ def build_city(
         seconds=perf_counter() - start,
         failures=failures,
         missing_assets=tuple(sorted({path for record in records for path in record.missing_assets})),
-        remarks=survey.remarks,
+        remarks=survey.ground.remarks,
     )
 
 
@@ -284,6 +284,6 @@ def _write_city(path: Path, plan: Plan, survey: Survey, zones: Sequence[ZoneRule
         "origin": list(frame.origin),
         "seed": str(plan.seed),
         "zones": {rules.zone: {"grammar": rules.name, "hash": rules.hash} for rules in zones},
-        "remarks": [str(remark) for remark in survey.remarks],
+        "remarks": [str(remark) for remark in survey.ground.remarks],
     }
     write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")

@@ -63,7 +63,7 @@ def draw_city(plan: Path, file: Path, *, view: View | StreetView = ABOVE, size: 
     read = read_plan(plan)
     zones = tuple(ZoneRules.of(zone) for zone in read.zones)
     street_trees = None if read.street_trees is None else ZoneRules.along_streets(read.street_trees)
-    batch = _batch(surveyed(read), zones, street_trees)
+    batch = _batch(surveyed(read, zones), zones, street_trees)
     options = RenderOptions(width=size[0], height=size[1], ground=False)
     aspect = size[0] / size[1]
     camera = frame(batch.vertices, aspect, view) if isinstance(view, View) else _camera(view)

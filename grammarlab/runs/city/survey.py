@@ -2,65 +2,171 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
+from grammarlab.city.layout import Layout, laid_out
+from grammarlab.city.layout_plan import LayoutPlan
+from grammarlab.city.map_shapes import read_shapes, read_streets
 from grammarlab.city.parcel_addresses import Pins, read_pins
-from grammarlab.city.layout import laid_out
 from grammarlab.city.parcel_map import read_parcels
 from grammarlab.city.parcels import Outlines, Parcels
 from grammarlab.city.plan import Plan
-from grammarlab.city.site_making import sites_of
+from grammarlab.city.site_making import SiteSources, sites_of
 from grammarlab.city.sites import Sites
-from grammarlab.city.street_lines import StreetLines, read_streets
-from grammarlab.city.terrain import Terrain
+from grammarlab.city.street_lines import StreetLines
+from grammarlab.city.terrain import Terrain, read_terrain
+from grammarlab.city.zone_file import read_zones
+from grammarlab.city.zones import ZoneSources, is_polygon_text
+from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.footprint import Remark
+from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.runs.city.zone_rules import ZoneRules
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedTerrain:
+    """A terrain under the metres of a frame."""
+
+    terrain: Terrain
+    frame: Frame
+
+    def heights(self, east_north: Floats, /) -> Floats:
+        """[n] height in metres at points [n, 2] in metres from the frame's origin; NaN outside."""
+        return self.terrain.heights(self.frame, east_north)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Survey:
-    """All parcels of a plan."""
+class Ground:
+    """What a plan is about: its parcels, streets and terrain."""
 
-    plan: Plan
     parcels: Parcels
     streets: StreetLines | None
     """None if nothing is known of streets."""
-    sites: Sites
-    reason: NDArray[np.object_]
-    """[N] why a parcel stays empty; empty for those with a site."""
-    terrain: Terrain | None
+    terrain: PlacedTerrain | None
     """None for flat ground."""
     remarks: tuple[Remark, ...]
     """What was repaired, left out or doubtful in the map."""
 
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Survey:
+    """All parcels of a plan with what is built on them."""
+
+    plan: Plan
+    ground: Ground
+    sites: Sites
+    reason: NDArray[np.object_]
+    """[N] why a parcel stays empty; empty for those with a site."""
+
+    @property
+    def parcels(self) -> Parcels:
+        """[N] parcels, ordered by id."""
+        return self.ground.parcels
+
     def heights(self, points: Floats) -> Floats:
         """[n] height of the ground in metres at points [n, 2], east and north in metres; 0 outside the terrain."""
-        return np.zeros(len(points)) if self.terrain is None else np.nan_to_num(self.terrain.heights(points))
+        terrain = self.ground.terrain
+        return np.zeros(len(points)) if terrain is None else np.nan_to_num(terrain.heights(points))
 
 
-def surveyed(plan: Plan) -> Survey:
-    """The survey of a plan: its map is read or made, and every parcel has a site or a reason.
+def ground_of(plan: Plan) -> Ground:
+    """The ground of a plan: its map is read, or made.
 
     Raises:
         GrammarlabError: If a file of the plan cannot be used.
     """
-    remarks: tuple[Remark, ...] = ()
     if plan.layout is not None:
-        layout = laid_out(plan.layout.request())
-        parcels, streets = layout.parcels, layout.streets
-    else:
-        parcel_map = read_parcels(plan.parcels, crs=plan.crs, id_field=plan.id_field)
-        parcels, remarks = parcel_map.parcels, parcel_map.remarks
-        streets = None if plan.streets is None else read_streets(plan.streets, parcels.frame)
-    terrain = None if plan.terrain is None else Terrain.open(plan.terrain, parcels.frame)
+        layout = layout_of(plan.layout, plan.crs)
+        return Ground(
+            parcels=layout.parcels, streets=layout.streets, terrain=_terrain(plan, layout.parcels), remarks=()
+        )
+    if plan.parcels is None:
+        raise UsageError(f"{plan.path}: expected parcels or [layout]")
+    read = read_parcels(plan.parcels, crs=plan.crs, id_field=plan.id_field)
+    frame = read.parcels.frame
+    return Ground(
+        parcels=read.parcels,
+        streets=None if plan.streets is None else read_streets(plan.streets, frame),
+        terrain=_terrain(plan, read.parcels),
+        remarks=read.remarks,
+    )
+
+
+def layout_of(plan: LayoutPlan, crs: str | None) -> Layout:
+    """Streets, blocks and parcels of a layout.
+
+    Args:
+        plan: the layout of a plan.
+        crs: coordinate system of the file of its outline, instead of the file's.
+
+    Raises:
+        GrammarlabError: If the outline cannot be used.
+    """
+    if plan.outline is None:
+        return laid_out(plan.request())
+    area = read_parcels(plan.outline, crs=crs).parcels
+    return laid_out(plan.request(shapely.union_all(area.outline[area.usable]), area.frame))
+
+
+def _terrain(plan: Plan, parcels: Parcels) -> PlacedTerrain | None:
+    return None if plan.terrain is None else PlacedTerrain(read_terrain(plan.terrain), parcels.frame)
+
+
+def surveyed(plan: Plan, zones: Sequence[ZoneRules]) -> Survey:
+    """The survey of a plan: every parcel has a site or a reason.
+
+    Args:
+        plan: the plan.
+        zones: rules of its zones.
+
+    Raises:
+        GrammarlabError: If a file of the plan cannot be used.
+    """
+    ground = ground_of(plan)
     pins = read_pins(plan.pins) if plan.pins.is_file() else Pins()
-    sites, reason = sites_of(plan, parcels, streets, terrain, pins)
-    return Survey(
-        plan=plan, parcels=parcels, streets=streets, sites=sites, reason=reason, terrain=terrain, remarks=remarks
+    sources = site_sources(plan, zones, ground.parcels.frame)
+    sites, reason = sites_of(plan, ground.parcels, ground.streets, ground.terrain, pins, sources)
+    return Survey(plan=plan, ground=ground, sites=sites, reason=reason)
+
+
+def site_sources(plan: Plan, zones: Sequence[ZoneRules], frame: Frame) -> SiteSources:
+    """The files that conditions and fields of a plan read.
+
+    Args:
+        plan: the plan.
+        zones: rules of its zones; none where they are not known yet, as for the answers to learn from.
+        frame: frame of the parcels.
+
+    Raises:
+        GrammarlabError: If one cannot be used.
+    """
+    areas = {
+        zone.name: shapely.union_all(read_shapes(Path(zone.polygon), frame).geometry)
+        for zone in plan.zones
+        if zone.polygon and not is_polygon_text(zone.polygon)
+    }
+    densities = {zone.density: read_zones(zone.density) for zone in plan.zones if zone.density is not None}
+    return SiteSources(
+        zones=ZoneSources(areas=areas, densities=densities),
+        near={
+            source.name: shapely.union_all(read_shapes(source.distance, frame).geometry)
+            for source in plan.fields
+            if source.distance is not None
+        },
+        rasters={
+            source.name: PlacedTerrain(read_terrain(source.raster), frame)
+            for source in plan.fields
+            if source.raster is not None
+        },
+        parks=[rules.zone for rules in zones if rules.is_species],
+        start_rules={rules.zone: rules.rule_names() for rules in zones},
     )
 
 

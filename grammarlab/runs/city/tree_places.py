@@ -62,9 +62,9 @@ def tree_places(survey: Survey, zones: tuple[ZoneRules, ...], along_streets: Zon
     """
     found = [_park(survey, number, rules) for number, rules in enumerate(zones) if rules.is_species]
     trees = survey.plan.street_trees
-    if trees is not None and along_streets is not None and survey.streets is not None:
+    if trees is not None and along_streets is not None and survey.ground.streets is not None:
         points = street_tree_places(
-            survey.streets,
+            survey.ground.streets,
             survey.parcels.outline,
             spacing=trees.spacing,
             offset=trees.offset,

@@ -87,6 +87,10 @@ class ZoneRules:
         """
         return _compiled(self.text, self.name, self.assets)
 
+    def rule_names(self) -> frozenset[str]:
+        """Names of all rules; none for a species."""
+        return frozenset() if self.is_species else frozenset(name for name, _ in self.source.grammar.rules)
+
     def check(self, attributes: Sequence[str]) -> None:
         """Check the rules, and that they have the attributes of the plan.
 
