@@ -1,0 +1,229 @@
+"""Parcels of blocks: recursive cuts along oriented boxes with forced street access (C. Vanegas et al., "Procedural
+generation of parcels in urban modeling", Eurographics 2012, section 5).
+
+A plot is cut across or along its smallest box; cuts that would leave a part without a street are not made. Whether a
+plot is cut at all is drawn so that the areas of parcels have a given log-normal distribution: in a halving tree, the
+share of the *ground* that belongs to parcels of an area decides, and for a log-normal distribution of parcels with the
+median m and the spread s that share is log-normal with the median m exp(s^2) and the same spread.
+
+The address of a parcel is its path in the block: 1 for the block, 2p and 2p + 1 for the parts of plot p. All plots of
+all blocks are cut together, level by level, but each by its own address only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.city.plot_cuts import Boxes, Plots, cut_plots, smallest_boxes
+from grammarlab.randomness import Keys, fold, uniforms
+
+_MAX_LEVELS = 30
+"""Budget: cuts that follow each other; each takes at least a fifth away."""
+_BLOCK_SHARE = 0.35
+"""Prior: share of the variance of log areas that is between blocks."""
+_FRACTIONS = (0.5, 0.36, 0.64)
+"""Places of cuts along a box, as shares of its side."""
+_JITTER = 0.06
+"""Prior: largest random distance of a cut from its place, as a share of the side."""
+_MIN_FILL = 0.55
+"""Tolerance: least area of a part by that of its box; a triangle has 0.5."""
+_KEPT_FILL = 0.9
+"""Tolerance: parts of a bent plot, with a lower fill, may lose a tenth of it."""
+_LEAST_AREA = 2.3
+"""Tolerance: standard deviations of log area below the median at which parcels end: one in a hundred is smaller."""
+CAPF=2.0
+_STOP, _PLACE, _ASPECT, _BLOCK = 0, 1, 2, 3
+"""Sites of draws below the key of a plot."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SizeColumns:
+    """Sizes of the parcels of N plots; the fields of `grammarlab.city.layout_request.ParcelSizes`, [N] each."""
+
+    area: Floats
+    spread: Floats
+    frontage: Floats
+    aspect: Floats
+    aspect_spread: Floats
+
+    def take(self, rows: NDArray[np.integer]) -> SizeColumns:
+        """The sizes of the plots at these indices."""
+        return SizeColumns(
+            self.area[rows], self.spread[rows], self.frontage[rows], self.aspect[rows], self.aspect_spread[rows]
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlotTree:
+    """N parcels, ordered by block and path."""
+
+    plots: Plots
+    block: Ints
+    """[N] row of the block."""
+    path: Ints
+    """[N] address in the block."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Nodes:
+    """Plots that may be cut, with what decides about them."""
+
+    plots: Plots
+    block: Ints
+    path: Ints
+    key: Keys
+    median: Floats
+    """[N] median area by block, in terms of parcels of the block."""
+    sizes: SizeColumns
+
+    def take(self, rows: NDArray[np.integer]) -> _Nodes:
+        return _Nodes(
+            self.plots.take(rows),
+            self.block[rows],
+            self.path[rows],
+            self.key[rows],
+            self.median[rows],
+            self.sizes.take(rows),
+        )
+
+
+def subdivided(blocks: Plots, keys: Keys, sizes: SizeColumns) -> PlotTree:
+    """Cut blocks into parcels.
+
+    Args:
+        blocks: B blocks, each with a street.
+        keys: [B] keys of their draws.
+        sizes: sizes of parcels by block.
+    """
+    between = sizes.spread * _BLOCK_SHARE**0.5
+    # Blocks of small parcels have more of them: by ground, the mean of the log median is higher by the variance.
+    median = sizes.area * np.exp(between * _normal(keys, _BLOCK) + between**2)
+    nodes = _Nodes(blocks, np.arange(len(blocks)), np.ones(len(blocks), dtype=np.int64), keys, median, sizes)
+    leaves: list[_Nodes] = []
+    for _ in range(_MAX_LEVELS):
+        if not len(nodes.plots):
+            break
+        is_cut, parts = _cut(nodes)
+        leaves.append(nodes.take(np.flatnonzero(~is_cut)))
+        nodes = parts
+    leaves.append(nodes)
+    block = np.concatenate([leaf.block for leaf in leaves])
+    path = np.concatenate([leaf.path for leaf in leaves])
+    order = np.lexsort((path, block))
+    plots = Plots.concatenate([leaf.plots for leaf in leaves]).take(order)
+    return PlotTree(plots, block[order], path[order])
+
+
+def _normal(keys: Keys, site: int) -> Floats:
+    """Standard normal draws by Box and Muller."""
+    first, second = uniforms(keys, site), uniforms(keys, site + 64)
+    return np.sqrt(-2.0 * np.log1p(-first)) * np.cos(2 * np.pi * second)
+
+
+def _is_final(nodes: _Nodes) -> Flags:
+    """Whether plots are parcels, by draws."""
+    within = nodes.sizes.spread * (1.0 - _BLOCK_SHARE) ** 0.5
+    scale = np.maximum(within, 1e-3)
+    centre = np.log(nodes.median) + within**2
+    deviation = np.log(nodes.plots.area) - centre
+    above = ndtr((deviation + np.log(2.0) / 2) / scale)
+    below = ndtr((deviation - np.log(2.0) / 2) / scale)
+    return uniforms(nodes.key, _STOP) * above < above - below
+
+
+def _cut(nodes: _Nodes) -> tuple[Flags, _Nodes]:
+    """Which plots are cut, and their parts."""
+    is_cut = np.zeros(len(nodes.plots), dtype=np.bool_)
+    open_rows = np.flatnonzero(~_is_final(nodes))
+    pending = nodes.take(open_rows)
+    boxes = smallest_boxes(pending.plots.outline) if len(open_rows) else None
+    if boxes is None:
+        return is_cut, nodes.take(open_rows)
+    num = len(open_rows)
+    score = np.full(num, np.inf)
+    choice = np.full(num, -1)
+    candidates = [_candidate(pending, boxes, number) for number in range(2 * len(_FRACTIONS))]
+    for number, (rows, _, badness) in enumerate(candidates):
+        is_better = badness < score[rows]
+        score[rows[is_better]] = badness[is_better]
+        choice[rows[is_better]] = number
+    parts: list[_Nodes] = []
+    for number, (rows, pair, _) in enumerate(candidates):
+        chosen = np.flatnonzero(choice[rows] == number)
+        parent = pending.take(rows[chosen])
+        for side, part in enumerate(pair):
+            parts.append(
+                _Nodes(
+                    part.take(chosen),
+                    parent.block,
+                    2 * parent.path + side,
+                    fold(parent.key, side),
+                    parent.median,
+                    parent.sizes,
+                )
+            )
+    is_cut[open_rows[choice >= 0]] = True
+    return is_cut, _joined(parts)
+
+
+def _joined(parts: list[_Nodes]) -> _Nodes:
+    return _Nodes(
+        Plots.concatenate([part.plots for part in parts]),
+        np.concatenate([part.block for part in parts]),
+        np.concatenate([part.path for part in parts]),
+        np.concatenate([part.key for part in parts]),
+        np.concatenate([part.median for part in parts]),
+        SizeColumns(
+            *(
+                np.concatenate([getattr(part.sizes, name) for part in parts])
+                for name in ("area", "spread", "frontage", "aspect", "aspect_spread")
+            )
+        ),
+    )
+
+
+def _candidate(nodes: _Nodes, boxes: Boxes, number: int) -> tuple[Ints, tuple[Plots, Plots], Floats]:
+    """One cut of each plot: the plots that it meets, their parts, and how bad these are; infinite if not allowed."""
+    is_across = number < len(_FRACTIONS)
+    place = _FRACTIONS[number % len(_FRACTIONS)] + _JITTER * (2.0 * uniforms(nodes.key, _PLACE) - 1.0)
+    normal = np.stack([-boxes.axis[:, 1], boxes.axis[:, 0]], axis=1)
+    axis, direction = (boxes.axis, normal) if is_across else (normal, boxes.axis)
+    low, high = nodes.plots.extent(axis)
+    position = low + place * (high - low)
+    pair = cut_plots(nodes.plots, position[:, None] * axis, direction)
+    rows = pair.row
+    target = np.maximum(nodes.sizes.aspect * np.exp(nodes.sizes.aspect_spread * _normal(nodes.key, _ASPECT)), 1.0)
+    badness = np.zeros(len(rows))
+    fill = np.minimum(_MIN_FILL, _KEPT_FILL * nodes.plots.area / (boxes.length * boxes.breadth))
+    for part in (pair.right, pair.left):
+        badness += _badness(part, fill[rows], nodes.sizes.take(rows), target[rows])
+    return rows, (pair.right, pair.left), badness + abs(_FRACTIONS[number % len(_FRACTIONS)] - 0.5)
+
+
+def _badness(part: Plots, fill: Floats, sizes: SizeColumns, target: Floats) -> Floats:
+    """[K] distance of the shape of parts from their target, infinite for parts that may not be.
+
+    Args:
+        part: K parts.
+        fill: [K] least area of a part by that of its box.
+        sizes: [K] sizes of parcels.
+        target: [K] target of the aspect.
+    """
+    area = part.area
+    is_allowed = (area >= sizes.area * np.exp(-_LEAST_AREA * sizes.spread)) & (part.frontage >= sizes.frontage)
+    badness = np.full(len(area), np.inf)
+    rows = np.flatnonzero(is_allowed)
+    part, sizes = part.take(rows), sizes.take(rows)
+    boxes = smallest_boxes(part.outline)
+    is_shaped = (
+        (boxes.breadth >= 0.8 * sizes.frontage)
+        & (area[rows] >= fill[rows] * boxes.length * boxes.breadth)
+        & (boxes.aspect <= np.maximum(target[rows] * np.exp(CAPF*sizes.aspect_spread), 1.6))
+    )
+    badness[rows] = np.where(is_shaped, np.abs(np.log(boxes.aspect / target[rows])), np.inf)
+    return badness
