@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from grammarlab.arrays import Floats, Ints, offsets_from_counts, row_of_value
 from grammarlab.city.street_chords import DECIMALS, Ring
@@ -40,14 +41,14 @@ class BlockOutlines:
         return len(self.polygon)
 
 
-def block_outlines(regions: Sequence[Region], obstacles: shapely.Geometry) -> BlockOutlines:
+def block_outlines(regions: Sequence[Region], obstacles: BaseGeometry) -> BlockOutlines:
     """The blocks of regions.
 
     Args:
         regions: regions with the widths of the streets on their edges.
         obstacles: what else is no block: holes of the area with their streets, and places.
     """
-    outline = shapely.polygons([shapely.linearrings(region.ring.corners) for region in regions])
+    outline = np.array([shapely.Polygon(region.ring.corners) for region in regions], dtype=object)
     outline = shapely.difference(outline, _street_areas([region.ring for region in regions]))
     if not obstacles.is_empty:
         shapely.prepare(obstacles)
@@ -67,7 +68,7 @@ def block_outlines(regions: Sequence[Region], obstacles: shapely.Geometry) -> Bl
     return BlockOutlines(parts, path[row], np.arange(len(row)) - first)
 
 
-def street_edges(blocks: BlockOutlines, outline: shapely.Geometry | None) -> NDArray[np.bool_]:
+def street_edges(blocks: BlockOutlines, outline: BaseGeometry | None) -> NDArray[np.bool_]:
     """Flags of all edges of all blocks, in order: whether they are on a street.
 
     Args:
@@ -106,7 +107,7 @@ def _street_areas(rings: Sequence[Ring]) -> NDArray[np.object_]:
     points[position] = start
     last = offsets[1:] - 1
     points[last + np.arange(len(lengths)) + 1] = end[last]
-    lines = shapely.linestrings(points, indices=np.repeat(np.arange(len(lengths)), lengths + 1))
+    lines = np.asarray(shapely.linestrings(points, indices=np.repeat(np.arange(len(lengths)), lengths + 1)))
     half = width[offsets[:-1]] / 2
     has_street = half > 0
     areas = shapely.buffer(lines[has_street], half[has_street], join_style="mitre", cap_style="square", mitre_limit=3.0)

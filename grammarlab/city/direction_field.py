@@ -101,7 +101,8 @@ def directions_on(field: DirectionField, outline: shapely.Polygon) -> Directions
     else:
         angle = float(np.radians(field.angle))
     middle = outline.centroid if outline.contains(outline.centroid) else outline.representative_point()
-    centre = np.round(np.array(field.centre if field.centre is not None else (middle.x, middle.y)), 3)
+    place = field.centre if field.centre is not None else (middle.x, middle.y)
+    centre = np.round(np.array(place, dtype=np.float64), 3)
     return Directions(field.kind, angle, centre, _CENTRE_SHARE * outline.area**0.5, _edges(outline))
 
 

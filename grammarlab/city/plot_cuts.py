@@ -65,7 +65,7 @@ class Plots:
         points[position] = self.corners
         points[offsets[1:] + np.arange(len(self))] = self.corners[self.offsets[:-1]]
         rings = shapely.linearrings(points, indices=np.repeat(np.arange(len(self)), counts + 1))
-        return shapely.polygons(rings)
+        return np.asarray(shapely.polygons(rings))
 
     def sums(self, values: Floats) -> Floats:
         """[N] sums of values [P] at the corners of each plot."""
@@ -126,19 +126,23 @@ def smallest_boxes(polygons: NDArray[np.object_]) -> Boxes:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PlotPairs:
-    """Both parts of cut plots."""
+class Cuts:
+    """K straight cuts through different plots."""
 
     row: Ints
-    """[K] plots that the lines cut."""
-    right: Plots
-    """[K] parts to the right of the direction of the cut."""
-    left: Plots
-    """[K] parts to the left."""
+    """[K] plots that are cut."""
+    edge: Ints
+    """[K, 2] corners that the edges at both ends leave."""
+    end: Floats
+    """[K, 2, 2] ends, on these edges, in metres, rounded."""
+
+    def take(self, rows: NDArray[np.integer]) -> Cuts:
+        """The cuts at these indices."""
+        return Cuts(self.row[rows], self.edge[rows], self.end[rows])
 
 
-def cut_plots(plots: Plots, origin: Floats, direction: Floats) -> PlotPairs:
-    """Cut plots along lines: each along the longest part of its line inside.
+def cuts_along(plots: Plots, origin: Floats, direction: Floats) -> Cuts:
+    """Cuts of plots along lines: each along the longest part of its line inside.
 
     Args:
         plots: N plots.
@@ -155,18 +159,19 @@ def cut_plots(plots: Plots, origin: Floats, direction: Floats) -> PlotPairs:
     hit = plots.corners[edge] + share[:, None] * (plots.corners[following[edge]] - plots.corners[edge])
     along = ((hit - origin[row[edge]]) * step[edge]).sum(axis=1)
     order = np.lexsort((along, row[edge]))
-    edge, hit, along = edge[order], hit[order], along[order]
-    first, last = edge[::2], edge[1::2]
-    length = along[1::2] - along[::2]
-    order = np.lexsort((-length, row[first]))
-    cut, position = np.unique(row[first][order], return_index=True)
-    chosen = order[position]
-    start, end = np.round(hit[::2][chosen], DECIMALS), np.round(hit[1::2][chosen], DECIMALS)
-    return PlotPairs(
-        cut,
-        _part(plots, cut, first[chosen], last[chosen], start, end),
-        _part(plots, cut, last[chosen], first[chosen], end, start),
-    )
+    pairs = edge[order].reshape(-1, 2)  # a line enters and leaves a ring in turn
+    length = np.diff(along[order].reshape(-1, 2), axis=1)[:, 0]
+    longest_first = np.lexsort((-length, row[pairs[:, 0]]))
+    cut, position = np.unique(row[pairs[:, 0]][longest_first], return_index=True)
+    chosen = longest_first[position]
+    ends = np.round(hit[order].reshape(-1, 2, 2)[chosen], DECIMALS)
+    return Cuts(cut, pairs[chosen], ends)
+
+
+def parts_of(plots: Plots, cuts: Cuts) -> tuple[Plots, Plots]:
+    """[K] the parts of cut plots on the right and on the left of the way from the first end to the second."""
+    (first, last), (start, end) = cuts.edge.T, cuts.end.transpose(1, 0, 2)
+    return _part(plots, cuts.row, first, last, start, end), _part(plots, cuts.row, last, first, end, start)
 
 
 def _part(plots: Plots, cut: Ints, first: Ints, last: Ints, start: Floats, end: Floats) -> Plots:

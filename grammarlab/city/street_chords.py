@@ -72,10 +72,11 @@ def traced_both_ways(ring: Floats, directions: Directions, start: Floats, headin
 
     None if the line does not leave the ring.
     """
-    ends = [_traced(ring, directions, start, heading + turn, 0.0) for turn in (np.pi, 0.0)]
-    if ends[0] is None or ends[1] is None:
+    behind = _traced(ring, directions, start, heading + np.pi, 0.0)
+    before = _traced(ring, directions, start, heading, 0.0)
+    if behind is None or before is None:
         return None
-    (back, first), (ahead, last) = ends
+    (back, first), (ahead, last) = behind, before
     if directions.is_straight:
         return Chord(np.stack([back[-1], ahead[-1]]), (first, last))
     return Chord(np.concatenate([_flattened(back)[::-1], _flattened(ahead)[1:]]), (first, last))

@@ -1,5 +1,7 @@
-"""Streets by hierarchical splitting (Y.-L. Yang et al., "Urban pattern: layout design by hierarchical domain
-splitting", SIGGRAPH Asia 2013, section 4).
+"""Streets by hierarchical splitting.
+
+The method is that of Y.-L. Yang et al., "Urban pattern: layout design by hierarchical domain splitting", SIGGRAPH Asia
+2013, section 4.
 
 A region is divided by a street along the direction field, across its longer extent and near its middle, until it is as
 small as a block. The address of a region is its path: 1 for the whole, 2p and 2p + 1 for the parts of region p. A
@@ -14,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Flags, Floats
 from grammarlab.city.direction_field import Directions
 from grammarlab.city.street_chords import (
     Chord,
@@ -27,7 +29,7 @@ from grammarlab.city.street_chords import (
     traced_both_ways,
     traced_inwards,
 )
-from grammarlab.randomness import fold, root_keys, uniforms
+from grammarlab.randomness import root_keys, uniforms
 
 _MAX_LEVELS = 40
 """Budget: splits that follow each other."""
@@ -82,11 +84,6 @@ class Region:
     path: int
     """Address: 1 for the whole, 2p and 2p + 1 for the parts of region p."""
 
-    @property
-    def level(self) -> int:
-        """Number of splits that lead to the region."""
-        return self.path.bit_length() - 1
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SplitRules:
@@ -101,6 +98,8 @@ class SplitRules:
     variation: float
     """Largest distance of a split from the middle, as a share of the area, 0 to 0.2."""
     seed: int
+    root: int = 1
+    """Address of the whole."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +116,7 @@ def street_network(ring: Ring, directions: Directions, rules: SplitRules) -> Str
     streets: list[Street] = []
     leaves: list[Region] = []
     crossings = _Crossings()
-    level = [Region(ring, 1)]
+    level = [Region(ring, rules.root)]
     for _ in range(_MAX_LEVELS):
         parts: list[Region] = []
         for region in level:
@@ -164,7 +163,7 @@ def _split(
     region: Region, directions: Directions, rules: SplitRules, crossings: _Crossings
 ) -> tuple[Street, list[Region]] | None:
     """The street that divides a region and both parts, or None for a block."""
-    key = fold(root_keys(rules.seed, np.array([region.path >> 32])), region.path & 0xFFFFFFFF)
+    key = root_keys(rules.seed, np.array([region.path]))
     if _is_block(region, directions, rules, float(uniforms(key, _STOP_LANE)[0])):
         return None
     place = 0.5 + rules.variation * (2.0 * float(uniforms(key, _PLACE_LANE)[0]) - 1.0)
@@ -196,7 +195,11 @@ def _is_block(region: Region, directions: Directions, rules: SplitRules, draw: f
     if net < divisible:
         return net <= most * 2.0**0.5 or net < 2.0 * least
     depth = min(_extents(region.ring.corners, directions)) - rules.widths[-1]
-    return net <= most and depth <= _MOST_DEEP * rules.block_depth and draw > np.log(net / divisible) / np.log(most / divisible)
+    return (
+        net <= most
+        and depth <= _MOST_DEEP * rules.block_depth
+        and draw > np.log(net / divisible) / np.log(most / divisible)
+    )
 
 
 def _extents(corners: Floats, directions: Directions) -> tuple[float, float]:
@@ -218,7 +221,7 @@ def _width(region: Region, rules: SplitRules) -> float:
     block = (rules.block_area[0] * rules.block_area[1]) ** 0.5
     halvings = np.log2(max(region.ring.area / block, 1.0))
     by_area = 0 if halvings >= _LARGE_HALVINGS else 1 if halvings >= _MIDDLE_HALVINGS else 2
-    return rules.widths[min(by_area, region.level, len(rules.widths) - 1)]
+    return rules.widths[min(by_area, region.path.bit_length() - rules.root.bit_length(), len(rules.widths) - 1)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -240,7 +243,7 @@ def _cuts(
     inside = _inner_point(corners)
     angle = float(directions.at(inside[None])[0])
     axes = [np.array([np.cos(turned), np.sin(turned)]) for turned in (angle, angle + np.pi / 2)]
-    if not _splits_first(ring, *(float(np.ptp(corners @ axis)) for axis in axes), rules):
+    if not _splits_first(ring, float(np.ptp(corners @ axes[0])), float(np.ptp(corners @ axes[1])), rules):
         axes.reverse()
     targets = np.concatenate([joints, corners[_is_corner(corners)]])
     for axis in axes:
@@ -363,7 +366,7 @@ def _inner_point(corners: Floats) -> Floats:
     return corners.mean(axis=0) if point is None else point
 
 
-def _is_corner(corners: Floats) -> Floats:
+def _is_corner(corners: Floats) -> Flags:
     """[n] flags of corners at which a ring turns."""
     along = np.roll(corners, -1, axis=0) - corners
     before = np.roll(along, 1, axis=0)
@@ -417,7 +420,9 @@ def _crossing_sine(corners: Floats, chord: Chord, end: int) -> float:
         if index != edge and min(float(np.hypot(*(corner - point))) for corner in ends) > _ON_RING:
             continue
         along = ends[1] - ends[0]
-        sines.append(abs(float(inner[0] * along[1] - inner[1] * along[0])) / (float(np.hypot(*inner) * np.hypot(*along)) + 1e-12))
+        sines.append(
+            abs(float(inner[0] * along[1] - inner[1] * along[0])) / (float(np.hypot(*inner) * np.hypot(*along)) + 1e-12)
+        )
     return min(sines)
 
 
@@ -435,7 +440,7 @@ def _is_simple(cut: _Cut) -> bool:
     return not crossing.any()
 
 
-def _crosses(start: Floats, end: Floats, first: Floats, last: Floats) -> Floats:
+def _crosses(start: Floats, end: Floats, first: Floats, last: Floats) -> Flags:
     """[k, n] flags of segments [k, 2] that cross segments [n, 2]."""
 
     def side(origin: Floats, target: Floats, points: Floats) -> Floats:

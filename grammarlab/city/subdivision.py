@@ -1,5 +1,7 @@
-"""Parcels of blocks: recursive cuts along oriented boxes with forced street access (C. Vanegas et al., "Procedural
-generation of parcels in urban modeling", Eurographics 2012, section 5).
+"""Parcels of blocks: recursive cuts along oriented boxes with forced street access.
+
+The method is that of C. Vanegas et al., "Procedural generation of parcels in urban modeling", Eurographics 2012,
+section 5.
 
 A plot is cut across or along its smallest box; cuts that would leave a part without a street are not made. Whether a
 plot is cut at all is drawn so that the areas of parcels have a given log-normal distribution: in a halving tree, the
@@ -19,7 +21,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.city.plot_cuts import Boxes, Plots, cut_plots, smallest_boxes
+from grammarlab.city.plot_cuts import Boxes, Cuts, Plots, cuts_along, parts_of, smallest_boxes
+from grammarlab.city.shared_corners import SNAP, snapped
 from grammarlab.randomness import Keys, fold, uniforms
 
 _MAX_LEVELS = 30
@@ -36,7 +39,13 @@ _KEPT_FILL = 0.9
 """Tolerance: parts of a bent plot, with a lower fill, may lose a tenth of it."""
 _LEAST_AREA = 2.3
 """Tolerance: standard deviations of log area below the median at which parcels end: one in a hundred is smaller."""
-CAPF=2.0
+_ASPECT_EXCESS = 2.0
+"""Tolerance: a part may be this much longer than its target, in standard deviations of log aspects."""
+_SQUARE = 1.6
+"""Tolerance: parts with a lower aspect are always allowed; both halves of a
+plot of 1 to 1.25 have 1.6."""
+_PART_LANE = 16
+"""First of both words that lead from the key of a plot to those of its parts."""
 _STOP, _PLACE, _ASPECT, _BLOCK = 0, 1, 2, 3
 """Sites of draws below the key of a plot."""
 
@@ -105,12 +114,12 @@ def subdivided(blocks: Plots, keys: Keys, sizes: SizeColumns) -> PlotTree:
     median = sizes.area * np.exp(between * _normal(keys, _BLOCK) + between**2)
     nodes = _Nodes(blocks, np.arange(len(blocks)), np.ones(len(blocks), dtype=np.int64), keys, median, sizes)
     leaves: list[_Nodes] = []
+    corners = blocks.corners
     for _ in range(_MAX_LEVELS):
         if not len(nodes.plots):
             break
-        is_cut, parts = _cut(nodes)
-        leaves.append(nodes.take(np.flatnonzero(~is_cut)))
-        nodes = parts
+        parcels, nodes, corners = _cut(nodes, corners)
+        leaves.append(parcels)
     leaves.append(nodes)
     block = np.concatenate([leaf.block for leaf in leaves])
     path = np.concatenate([leaf.path for leaf in leaves])
@@ -136,39 +145,30 @@ def _is_final(nodes: _Nodes) -> Flags:
     return uniforms(nodes.key, _STOP) * above < above - below
 
 
-def _cut(nodes: _Nodes) -> tuple[Flags, _Nodes]:
-    """Which plots are cut, and their parts."""
-    is_cut = np.zeros(len(nodes.plots), dtype=np.bool_)
-    open_rows = np.flatnonzero(~_is_final(nodes))
-    pending = nodes.take(open_rows)
-    boxes = smallest_boxes(pending.plots.outline) if len(open_rows) else None
-    if boxes is None:
-        return is_cut, nodes.take(open_rows)
-    num = len(open_rows)
-    score = np.full(num, np.inf)
-    choice = np.full(num, -1)
-    candidates = [_candidate(pending, boxes, number) for number in range(2 * len(_FRACTIONS))]
-    for number, (rows, _, badness) in enumerate(candidates):
-        is_better = badness < score[rows]
-        score[rows[is_better]] = badness[is_better]
-        choice[rows[is_better]] = number
-    parts: list[_Nodes] = []
-    for number, (rows, pair, _) in enumerate(candidates):
-        chosen = np.flatnonzero(choice[rows] == number)
-        parent = pending.take(rows[chosen])
-        for side, part in enumerate(pair):
-            parts.append(
-                _Nodes(
-                    part.take(chosen),
-                    parent.block,
-                    2 * parent.path + side,
-                    fold(parent.key, side),
-                    parent.median,
-                    parent.sizes,
-                )
-            )
-    is_cut[open_rows[choice >= 0]] = True
-    return is_cut, _joined(parts)
+def _cut(nodes: _Nodes, corners: Floats) -> tuple[_Nodes, _Nodes, Floats]:
+    """The plots that are parcels, the parts of all others, and the corners so far with those of the cuts."""
+    is_open = ~_is_final(nodes)
+    pending, final = nodes.take(np.flatnonzero(is_open)), nodes.take(np.flatnonzero(~is_open))
+    if not len(pending.plots):
+        return final, pending, corners
+    cuts = _best_cuts(pending)
+    is_cut = np.zeros(len(pending.plots), dtype=np.bool_)
+    is_cut[cuts.row] = True
+    cuts = snapped(pending.plots, cuts, corners)
+    parents = pending.take(cuts.row)
+    parts = [
+        _Nodes(
+            plots,
+            parents.block,
+            2 * parents.path + side,
+            fold(parents.key, _PART_LANE + side),
+            parents.median,
+            parents.sizes,
+        )
+        for side, plots in enumerate(parts_of(pending.plots, cuts))
+    ]
+    final = _joined([final, pending.take(np.flatnonzero(~is_cut))])
+    return final, _joined(parts), np.concatenate([corners, cuts.end.reshape(-1, 2)])
 
 
 def _joined(parts: list[_Nodes]) -> _Nodes:
@@ -178,31 +178,39 @@ def _joined(parts: list[_Nodes]) -> _Nodes:
         np.concatenate([part.path for part in parts]),
         np.concatenate([part.key for part in parts]),
         np.concatenate([part.median for part in parts]),
-        SizeColumns(
-            *(
-                np.concatenate([getattr(part.sizes, name) for part in parts])
-                for name in ("area", "spread", "frontage", "aspect", "aspect_spread")
-            )
-        ),
+        SizeColumns(*(np.concatenate([getattr(part.sizes, name) for part in parts]) for name in SizeColumns.__slots__)),
     )
 
 
-def _candidate(nodes: _Nodes, boxes: Boxes, number: int) -> tuple[Ints, tuple[Plots, Plots], Floats]:
-    """One cut of each plot: the plots that it meets, their parts, and how bad these are; infinite if not allowed."""
-    is_across = number < len(_FRACTIONS)
-    place = _FRACTIONS[number % len(_FRACTIONS)] + _JITTER * (2.0 * uniforms(nodes.key, _PLACE) - 1.0)
+def _best_cuts(nodes: _Nodes) -> Cuts:
+    """The best cut of each plot that may be cut."""
+    boxes = smallest_boxes(nodes.plots.outline)
+    candidates = [
+        _candidates(nodes, boxes, fraction, is_across) for is_across in (True, False) for fraction in _FRACTIONS
+    ]
+    cuts = Cuts(*(np.concatenate([getattr(cut, name) for cut, _ in candidates]) for name in Cuts.__slots__))
+    badness = np.concatenate([badness for _, badness in candidates])
+    order = np.lexsort((np.arange(len(badness)), badness, cuts.row))
+    order = order[np.isfinite(badness[order])]
+    _, position = np.unique(cuts.row[order], return_index=True)
+    return cuts.take(order[position])
+
+
+def _candidates(nodes: _Nodes, boxes: Boxes, fraction: float, is_across: bool) -> tuple[Cuts, Floats]:
+    """A cut of each plot across or along its box, and how bad the parts are; infinite if they are not allowed."""
+    place = fraction + _JITTER * (2.0 * uniforms(nodes.key, _PLACE) - 1.0)
     normal = np.stack([-boxes.axis[:, 1], boxes.axis[:, 0]], axis=1)
     axis, direction = (boxes.axis, normal) if is_across else (normal, boxes.axis)
     low, high = nodes.plots.extent(axis)
     position = low + place * (high - low)
-    pair = cut_plots(nodes.plots, position[:, None] * axis, direction)
-    rows = pair.row
+    cuts = cuts_along(nodes.plots, position[:, None] * axis, direction)
     target = np.maximum(nodes.sizes.aspect * np.exp(nodes.sizes.aspect_spread * _normal(nodes.key, _ASPECT)), 1.0)
-    badness = np.zeros(len(rows))
     fill = np.minimum(_MIN_FILL, _KEPT_FILL * nodes.plots.area / (boxes.length * boxes.breadth))
-    for part in (pair.right, pair.left):
-        badness += _badness(part, fill[rows], nodes.sizes.take(rows), target[rows])
-    return rows, (pair.right, pair.left), badness + abs(_FRACTIONS[number % len(_FRACTIONS)] - 0.5)
+    sizes = nodes.sizes.take(cuts.row)
+    badness = np.full(len(cuts.row), abs(fraction - 0.5))
+    for part in parts_of(nodes.plots, cuts):
+        badness += _badness(part, fill[cuts.row], sizes, target[cuts.row])
+    return cuts, badness
 
 
 def _badness(part: Plots, fill: Floats, sizes: SizeColumns, target: Floats) -> Floats:
@@ -215,7 +223,9 @@ def _badness(part: Plots, fill: Floats, sizes: SizeColumns, target: Floats) -> F
         target: [K] target of the aspect.
     """
     area = part.area
-    is_allowed = (area >= sizes.area * np.exp(-_LEAST_AREA * sizes.spread)) & (part.frontage >= sizes.frontage)
+    is_allowed = (area >= sizes.area * np.exp(-_LEAST_AREA * sizes.spread)) & (
+        part.frontage >= sizes.frontage + 2 * SNAP
+    )
     badness = np.full(len(area), np.inf)
     rows = np.flatnonzero(is_allowed)
     part, sizes = part.take(rows), sizes.take(rows)
@@ -223,7 +233,7 @@ def _badness(part: Plots, fill: Floats, sizes: SizeColumns, target: Floats) -> F
     is_shaped = (
         (boxes.breadth >= 0.8 * sizes.frontage)
         & (area[rows] >= fill[rows] * boxes.length * boxes.breadth)
-        & (boxes.aspect <= np.maximum(target[rows] * np.exp(CAPF*sizes.aspect_spread), 1.6))
+        & (boxes.aspect <= np.maximum(target[rows] * np.exp(_ASPECT_EXCESS * sizes.aspect_spread), _SQUARE))
     )
     badness[rows] = np.where(is_shaped, np.abs(np.log(boxes.aspect / target[rows])), np.inf)
     return badness
