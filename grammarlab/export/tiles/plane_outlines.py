@@ -91,14 +91,14 @@ def outlines(planes: Planes, light: Floats) -> Outlines:
     return hulls.take(np.flatnonzero(~separate & (np.diff(offsets) > 2))).joined(alone)
 
 
-def within_budget(polygons: Outlines, most_triangles: Ints, num_models: int) -> Outlines:
-    """The largest polygons of each model that have at most so many triangles [num_models] in all."""
+def within_budget(polygons: Outlines, most_triangles: int, num_models: int) -> Outlines:
+    """The largest polygons of each model that have at most so many triangles in all."""
     order = np.lexsort((-polygons.area, polygons.model))
     counts, model = polygons.num_triangles[order], polygons.model[order]
     total = np.cumsum(counts)
     starts = np.searchsorted(model, np.arange(num_models))
     before = np.concatenate(([0], total))[starts]
-    return polygons.take(order[total - before[model] <= most_triangles[model]])
+    return polygons.take(order[total - before[model] <= most_triangles])
 
 
 def _hulls(planes: Planes) -> tuple[Floats, Ints]:
