@@ -39,17 +39,20 @@ async function bundle(entry, outfile, folders, options) {
     if (![...folders, "node_modules"].includes(input.split("/")[0])) throw new Error(`${entry} may not read ${input}`);
 }
 
-/** @param {string} name @param {string[]} shared */
-async function page(name, ...shared) {
+/** @param {string} name @param {string[]} shared @param {import("esbuild").BuildOptions} [options] of its script */
+async function page(name, shared, options) {
   const folders = [...shared, name];
-  await bundle(`${name}/main.js`, `${STATIC}/${name}/page.js`, folders);
+  await bundle(`${name}/main.js`, `${STATIC}/${name}/page.js`, folders, options);
   await bundle(`${name}/page.css`, `${STATIC}/${name}/page.css`, folders, { minify: true, target: "esnext" });
 }
 
-await page("scoring", "shared");
-await page("editor", "shared", "stage");
-await page("layers", "shared", "stage");
-await page("example", "shared");
-await page("scan", "shared");
-const viewer = { minify: true, legalComments: /** @type {const} */ ("inline") };
-await bundle("viewer/viewer.js", `${STATIC}/scoring/viewer.js`, ["viewer"], viewer);
+// Scripts with three.js are large.
+const minified = { minify: true, legalComments: /** @type {const} */ ("inline") };
+
+await page("scoring", ["shared"]);
+await page("editor", ["shared", "stage"]);
+await page("layers", ["shared", "stage"]);
+await page("example", ["shared"]);
+await page("scan", ["shared"]);
+await page("city", ["shared"], minified);
+await bundle("viewer/viewer.js", `${STATIC}/scoring/viewer.js`, ["viewer"], minified);

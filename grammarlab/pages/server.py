@@ -29,7 +29,8 @@ from tornado.iostream import IOStream
 from tornado.web import Application, HTTPError, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import AssetError, UsageError
+from grammarlab.files import file_below, read_bounded
 from grammarlab.pages import STATIC
 from grammarlab.pages.windows import Message, Send
 
@@ -46,6 +47,19 @@ _ENVIRONMENT_VARIABLE = "GRAMMARLAB_TOKEN"
 _MAX_BUFFERS = 4
 """Largest number of buffers of one request."""
 _TYPES = {".js": "text/javascript", ".css": "text/css"}
+_FOLDER_TYPES = {
+    ".json": "application/json",
+    ".glb": "model/gltf-binary",
+    ".subtree": "application/octet-stream",
+    ".bin": "application/octet-stream",
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
+}
+"""Kinds of files of a served folder; others are not served."""
+MAX_FOLDER_FILE = 64 << 20
+"""Largest size of a file of a served folder in bytes."""
+_GZIP = b"\x1f\x8b"
 _HOSTS = {ADDRESS, "localhost"}
 _POLICY = (
     "default-src 'none'; script-src 'self' blob:; style-src 'self'; "
@@ -111,6 +125,8 @@ class Page:
     """Largest size of one message in bytes."""
     patience: float = 30.0
     """Seconds until a request has to be there in full, and within which a window has to answer a ping."""
+    folder: Path | None = None
+    """Folder whose files of the kinds `_FOLDER_TYPES` are served below ``/folder/``; None for none."""
 
 
 class Served(Protocol):
@@ -185,6 +201,7 @@ async def serving(session: Served, page: Page, port: int, on_ready: Callable[[st
             (r"/", _IndexHandler, shared),
             (r"/socket", _SocketHandler, shared),
             (rf"/({'|'.join(map(_escaped, page.files))})", _FileHandler, shared),
+            (r"/folder/(.+)", _FolderHandler, shared),
         ],
         default_handler_class=_NothingHandler,
         default_handler_args=shared,
@@ -352,6 +369,24 @@ class _FileHandler(_GuardedHandler):
     def get(self, name: str) -> None:
         self.set_header("Content-Type", f"{_TYPES[self.page.files[name].suffix]}; charset=utf-8")
         self.finish(self.page.files[name].read_bytes())
+
+
+class _FolderHandler(_GuardedHandler):
+    """Files below the folder of the page, never through a link. A browser asks each time whether one has changed."""
+
+    def get(self, name: str) -> None:
+        file = None if self.page.folder is None else file_below(self.page.folder, name)
+        if file is None or file.suffix not in _FOLDER_TYPES:
+            raise HTTPError(404)
+        try:
+            content = read_bounded(file, MAX_FOLDER_FILE)
+        except (AssetError, OSError) as error:
+            raise HTTPError(404) from error
+        self.set_header("Content-Type", _FOLDER_TYPES[file.suffix])
+        self.set_header("Cache-Control", "no-cache")
+        if content.startswith(_GZIP):  # stored compressed under its plain name, as web servers serve it
+            self.set_header("Content-Encoding", "gzip")
+        self.finish(content)
 
 
 class _NothingHandler(_GuardedHandler):

@@ -1,7 +1,7 @@
 import { element } from "../shared/element.js";
 import { inWords } from "./known.js";
 import { drawPicture } from "./pictures.js";
-import { shortly } from "./scale.js";
+import { shortly } from "../shared/scale.js";
 
 /** @typedef {import("./pictures.js").Picture} Picture */
 /** @typedef {import("./known.js").Known} Known */

@@ -1,4 +1,4 @@
-import { scaleOf, scoreOfKey } from "./scale.js";
+import { scaleOf, scoreOfKey } from "../shared/scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */

@@ -1,4 +1,4 @@
-import { inWords as saidInWords } from "./scale.js";
+import { inWords as saidInWords } from "../shared/scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /**

@@ -1,7 +1,7 @@
 import { element, iconButton } from "../shared/element.js";
 import { inWords, knownOf } from "./known.js";
 import { makeRule } from "./rule.js";
-import { makeSteps, scaleOf, scoreOfKey } from "./scale.js";
+import { makeSteps, scaleOf, scoreOfKey } from "../shared/scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */

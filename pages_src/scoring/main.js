@@ -13,7 +13,7 @@ import { Pictures } from "./pictures.js";
 import { listenToPointer } from "./pointer.js";
 import { loadPreferences } from "./preferences.js";
 import { makeResults } from "./results.js";
-import { scaleOf } from "./scale.js";
+import { scaleOf } from "../shared/scale.js";
 import { makeScoring } from "./scoring.js";
 import { Selection } from "./selection.js";
 import { makeStatus } from "./status.js";

@@ -1,7 +1,7 @@
 import { element, icon } from "../shared/element.js";
 import { knownOf } from "./known.js";
 import { textButton } from "../shared/menu.js";
-import { makeSteps, nextScale, SCALES, scaleOf, shortly } from "./scale.js";
+import { makeSteps, nextScale, SCALES, scaleOf, shortly } from "../shared/scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").Scale} Scale */

@@ -9,8 +9,8 @@
  * @property {number | null} [product] predicted over all factors, 0 to 100
  * @property {string} label in words
  *
- * @typedef {"score" | "stars" | "thumb"} Scale of 0 to 100; five stars; up and down
- * @typedef {{ score: number | null, kind: Scale | null }} Said of one model
+ * @typedef {import("../shared/types.js").Scale} Scale
+ * @typedef {import("../shared/types.js").Said} Said
  * @typedef {"first" | "second" | "alike"} Verdict which of two models is preferred
  * @typedef {{ models: string[], said: Verdict | null }} Pair two models to compare, and what was said for the active factor
  *

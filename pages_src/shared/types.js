@@ -7,5 +7,8 @@
  * @property {(heard: (message: any, buffers: ArrayBuffer[]) => void) => void} listen
  * @property {(changed: (connected: boolean) => void) => void} watch is told when the connection comes or goes
  * @property {() => void} close
+ *
+ * @typedef {"score" | "stars" | "thumb"} Scale of 0 to 100; five stars; up and down
+ * @typedef {{ score: number | null, kind: Scale | null }} Said of one model
  */
 export {};

@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source b967154bb930732d */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source 877d529f91868d50 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

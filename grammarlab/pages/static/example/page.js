@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source def7a9135a7fc6d0 */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source a3a843127e2b949b */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

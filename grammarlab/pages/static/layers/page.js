@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 5f466e0ef207c028 */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 00adae3f7a857f55 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 052ff76ca8974b7f */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source fe073d4280ab417a */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

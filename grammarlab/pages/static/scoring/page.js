@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source e834ddeba7b382ac */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 799d987df89a97fb */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -400,7 +400,7 @@ function mark(button, on, saved) {
   button.classList.toggle("gl-unsaved", on && !saved);
 }
 
-// scoring/scale.js
+// shared/scale.js
 var SCALES = {
   score: {
     name: "0–100",

@@ -1,4 +1,4 @@
-/* Built from viewer by pages_src/bundle.js; do not edit. Source 2123879d1e0619ff */
+/* Built from viewer by pages_src/bundle.js; do not edit. Source 2fefa3d994214ef0 */
 /**
  * @license
  * Copyright 2010-2026 Three.js Authors

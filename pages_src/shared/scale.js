@@ -1,6 +1,6 @@
-import { element, icon } from "../shared/element.js";
+import { element, icon } from "./element.js";
 
-/** @typedef {import("./types.js").Page} Page */
+/** @typedef {{ preferences: { scale?: any } }} Page */
 /** @typedef {import("./types.js").Said} Said */
 /** @typedef {import("./types.js").Scale} Scale */
 /** @typedef {{ score: number, key: string, text: string, label?: string, picture?: "up" | "down" }} Step */

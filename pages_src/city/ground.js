@@ -1,0 +1,173 @@
+import {
+  BufferGeometry,
+  Color,
+  Float32BufferAttribute,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshLambertMaterial,
+  ShapeUtils,
+  Vector2,
+} from "three";
+
+/** @typedef {import("./types.js").Ground} Ground */
+/** @typedef {import("./types.js").Place} Place */
+
+/** Metres of a parcel's surface above the ground, and of its outline above its surface. */
+const LIFT = 0.03;
+/** Colours of zones, distinguishable for everyone. */
+export const ZONE_COLOURS = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7", "#d55e00", "#0072b2", "#999999"];
+
+/** @param {number} zone */
+export const zoneColour = (zone) => ZONE_COLOURS[zone % ZONE_COLOURS.length];
+
+/**
+ * Parcels on the ground, coloured by zone, and where they are.
+ * @param {ReturnType<typeof import("./scene.js").makeScene>} stage
+ * @param {Ground} ground
+ */
+export function makeGround(stage, ground) {
+  const { ids, offsets, points, heights, zones } = ground;
+  /** @type {Map<string, number>} */
+  const rows = new Map(ids.map((id, row) => [id, row]));
+  const places = ids.map((_, row) => placeOf(ground, row));
+  const lots = new Mesh(
+    new BufferGeometry(),
+    new MeshLambertMaterial({ vertexColors: true, polygonOffset: true, polygonOffsetFactor: -1 }),
+  );
+  const lines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.35 }));
+  lots.receiveShadow = true;
+  lots.frustumCulled = lines.frustumCulled = false;
+  lots.raycast = lines.raycast = () => {};
+  const { corners, owners, edges } = surfaces(ground);
+  lots.geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
+  lots.geometry.setAttribute(
+    "normal",
+    new Float32BufferAttribute(
+      corners.map((_, axis) => Number(axis % 3 === 1)),
+      3,
+    ),
+  );
+  lines.geometry.setAttribute("position", new Float32BufferAttribute(edges, 3));
+  stage.scene.add(lots, lines);
+  stage.sink((heights.length ? heights.reduce((least, each) => Math.min(least, each)) : 0) - 0.1);
+  stage.colours(({ lot, tint, ground: earth }) => {
+    const colours = zones.reduce((all, zone) => all.set(zone, tinted(lot, zone, tint)), new Map());
+    const values = owners.flatMap((row) => colours.get(zones[row]).toArray());
+    lots.geometry.setAttribute("color", new Float32BufferAttribute(values, 3));
+    lines.material.color.set(earth).multiplyScalar(0.5);
+  });
+
+  /** The parcel at a point; undefined for streets. @param {number} x @param {number} z @returns {number | undefined} */
+  function rowAt(x, z) {
+    for (let row = 0; row < places.length; row++) {
+      const place = places[row];
+      if (
+        Math.hypot(place.x - x, place.z - z) <= place.radius &&
+        contains(points, offsets[row], offsets[row + 1], x, z)
+      )
+        return row;
+    }
+    return undefined;
+  }
+
+  return {
+    ids,
+    /** @param {string} id */
+    has: (id) => rows.has(id),
+    /** @param {string} id @returns {Place | undefined} */
+    placeOf: (id) => places[rows.get(id) ?? -1],
+    /** @param {number} x @param {number} z */
+    idAt: (x, z) => ids[rowAt(x, z) ?? -1],
+    /** Height of the ground near a point. @param {number} x @param {number} z */
+    heightAt(x, z) {
+      let [nearest, height] = [Infinity, 0];
+      places.forEach((place) => {
+        const distance = Math.hypot(place.x - x, place.z - z) - place.radius;
+        if (distance < nearest) [nearest, height] = [distance, place.ground];
+      });
+      return height;
+    },
+    /**
+     * The point nearest to another one on no parcel: on a street.
+     * @param {number} x
+     * @param {number} z
+     */
+    streetNear(x, z) {
+      for (let radius = 0; radius < 120; radius += 2)
+        for (let turn = 0; turn < 16; turn++) {
+          const angle = ((turn + 4) * Math.PI) / 8;
+          const [east, south] = [x + radius * Math.cos(angle), z + radius * Math.sin(angle)];
+          if (rowAt(east, south) === undefined) return { x: east, z: south };
+        }
+      return { x, z };
+    },
+    /** The id that many built parcels further in the order of the table, which follows places. @param {string} id @param {number} step */
+    neighbour(id, step) {
+      const count = ids.length;
+      let row = rows.get(id) ?? (step > 0 ? -1 : 0);
+      for (let tries = 0; tries < count; tries++) {
+        row = (row + step + count) % count;
+        if (ground.built[row]) return ids[row];
+      }
+      return undefined;
+    },
+  };
+}
+
+/** Triangles and outlines of all parcels. @param {Ground} ground */
+function surfaces({ offsets, points, heights }) {
+  /** @type {number[]} */
+  const corners = [];
+  /** @type {number[]} the parcel of each corner */
+  const owners = [];
+  /** @type {number[]} */
+  const edges = [];
+  for (let row = 0; row + 1 < offsets.length; row++) {
+    /** @type {Vector2[]} */
+    const outline = [];
+    for (let corner = offsets[row]; corner < offsets[row + 1]; corner++)
+      outline.push(new Vector2(points[2 * corner], points[2 * corner + 1]));
+    const height = heights[row] + LIFT;
+    for (const triangle of ShapeUtils.triangulateShape(outline, []))
+      for (const corner of [...triangle].reverse()) {
+        corners.push(outline[corner].x, height, outline[corner].y);
+        owners.push(row);
+      }
+    outline.forEach((from, corner) => {
+      const to = outline[(corner + 1) % outline.length];
+      edges.push(from.x, height + LIFT, from.y, to.x, height + LIFT, to.y);
+    });
+  }
+  return { corners, owners, edges };
+}
+
+/** @param {number} lot @param {number} zone @param {number} tint */
+function tinted(lot, zone, tint) {
+  const colour = new Color(lot);
+  return zone === 255 ? colour : colour.lerp(new Color(zoneColour(zone)), tint);
+}
+
+/** @param {Ground} ground @param {number} row @returns {Place} */
+function placeOf({ offsets, points, heights }, row) {
+  const [low, high] = [
+    [Infinity, Infinity],
+    [-Infinity, -Infinity],
+  ];
+  for (let value = 2 * offsets[row]; value < 2 * offsets[row + 1]; value++) {
+    low[value % 2] = Math.min(low[value % 2], points[value]);
+    high[value % 2] = Math.max(high[value % 2], points[value]);
+  }
+  const radius = Math.hypot(high[0] - low[0], high[1] - low[1]) / 2;
+  return { x: (low[0] + high[0]) / 2, z: (low[1] + high[1]) / 2, ground: heights[row], radius };
+}
+
+/** Whether an outline has a point inside. @param {Float32Array} points @param {number} first @param {number} last @param {number} x @param {number} z */
+function contains(points, first, last, x, z) {
+  let inside = false;
+  for (let here = first, before = last - 1; here < last; before = here++) {
+    const [x0, z0, x1, z1] = [points[2 * here], points[2 * here + 1], points[2 * before], points[2 * before + 1]];
+    if (z0 > z !== z1 > z && x < ((x1 - x0) * (z - z0)) / (z1 - z0) + x0) inside = !inside;
+  }
+  return inside;
+}

@@ -1,0 +1,205 @@
+import { element, iconButton } from "../shared/element.js";
+import { makeHelp } from "../shared/help.js";
+import { textButton } from "../shared/menu.js";
+import { LOST, makeAsk, makeNotes } from "../shared/notes.js";
+import { openPage } from "../shared/open.js";
+import { KEYS, listenToKeys, POINTING } from "./keyboard.js";
+import { makePanel } from "./panel.js";
+import { makeView } from "./view.js";
+
+/** @typedef {import("./types.js").Parcel} Parcel */
+/** @typedef {import("./types.js").State} State */
+
+/**
+ * A city: its tiles, the selected parcel, and what is changed.
+ * @param {HTMLElement} root
+ * @param {import("../shared/channel.js").Channel} channel
+ * @param {State} first
+ */
+function build(root, channel, first) {
+  let state = first;
+  /** @type {Parcel | null} */
+  let parcel = null;
+  let selected = "";
+  let turn = 0;
+  const notes = makeNotes();
+  const ask = makeAsk(channel, notes, async () => {});
+  const help = makeHelp(KEYS, POINTING);
+  const canvas = element("canvas", {
+    class: "ct-canvas",
+    tabIndex: 0,
+    role: "application",
+    "aria-label":
+      "City in 3D: arrows move, Q and E turn, + and − zoom, N and B go from building to building, ? shows all keys",
+  });
+  const progress = element("span", { class: "ct-progress", role: "status" });
+  const view = makeView(canvas, {
+    select: (id) => void select(id),
+    progress: (text) => void (progress.textContent = text),
+    failed: notes.complain,
+  });
+  const panel = makePanel({ ask, score, change, find, visit: () => view.visit(selected), go });
+
+  const title = element("h1", { class: "gl-name" });
+  const status = element("span", { class: "gl-saved", role: "status" });
+  const undo = iconButton("undo", "Undo", () => void ask("undo"), "Ctrl Z");
+  const redo = iconButton("redo", "Redo", () => void ask("redo"), "Ctrl Y");
+  const mode = textButton("Walk", toggleWalk, { title: "Walk in the streets, or see the city from above (V)" });
+  const pad = walkPad(view.walk);
+  root.replaceChildren(
+    element(
+      "header",
+      { class: "gl-header" },
+      title,
+      element("span", { class: "gl-space" }),
+      status,
+      undo,
+      redo,
+      mode,
+      iconButton("fit", "Whole city", showAll, "Home"),
+      help.button,
+    ),
+    notes.banner,
+    element(
+      "div",
+      { class: "gl-main" },
+      element("div", { class: "gl-left ct-stage" }, canvas, progress, pad),
+      panel.element,
+    ),
+    notes.element,
+    help.element,
+  );
+  listenToKeys(root, canvas, {
+    orbit: view.orbit,
+    walk: view.walk,
+    actions: {
+      v: toggleWalk,
+      f: () => view.visit(selected),
+      Home: showAll,
+      n: () => go(1),
+      b: () => go(-1),
+      Enter: () => void select(view.middle()),
+      r: () => change("reroll"),
+      p: () => change("pin"),
+      x: () => change("exclude"),
+      Escape: () => void select(""),
+      "?": help.open,
+    },
+    score: (value) => score(value, "stars"),
+    undo: () => void ask("undo"),
+    redo: () => void ask("redo"),
+  });
+  void loadGround();
+  Object.assign(window, { view });
+
+  async function loadGround() {
+    const { result, buffers } = await channel.request("ground");
+    view.layOut(result.ids ?? [], buffers);
+  }
+
+  /** @param {string | undefined} id */
+  async function select(id = "") {
+    selected = id;
+    view.mark(id);
+    await refresh();
+  }
+
+  /** What is known of the selected parcel now. */
+  async function refresh() {
+    const mine = (turn += 1);
+    const found = selected ? await ask("parcel", { parcel: selected }) : null;
+    if (mine !== turn) return;
+    parcel = found ?? null;
+    panel.show(parcel);
+    panel.update(state, parcel);
+  }
+
+  /** @param {string} id */
+  function find(id) {
+    if (!view.has(id)) return false;
+    void select(id);
+    view.visit(id);
+    return true;
+  }
+
+  /** @param {number} step */
+  function go(step) {
+    const id = view.neighbour(selected, step);
+    if (id) find(id);
+  }
+
+  /** @param {number | null} value @param {string} kind */
+  async function score(value, kind) {
+    if (!parcel || parcel.status !== "built") return;
+    await ask("score", { parcel: parcel.id, score: value, kind });
+    await refresh();
+  }
+
+  /** @param {"reroll" | "pin" | "exclude"} action */
+  function change(action) {
+    if (!parcel || !state.editable || (parcel.status !== "built" && parcel.pin !== "excluded")) return;
+    void ask(action, { parcel: parcel.id });
+  }
+
+  function toggleWalk() {
+    view.toggleWalk(selected);
+    const { active } = view.walk;
+    mode.textContent = active ? "From above" : "Walk";
+    pad.hidden = !active;
+    canvas.focus();
+  }
+
+  function showAll() {
+    if (view.walk.active) toggleWalk();
+    view.showAll();
+  }
+
+  return {
+    /** @param {State} now */
+    update(now) {
+      const before = state;
+      state = now;
+      title.textContent = document.title = state.title;
+      title.title = state.file;
+      status.textContent = state.busy || (state.num_pins ? "saved" : "");
+      status.dataset.state = state.busy ? "saving" : "saved";
+      undo.disabled = !state.undo;
+      undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
+      redo.disabled = !state.redo;
+      redo.title = state.redo ? `Redo: ${state.redo} (Ctrl Y)` : "Nothing to redo";
+      if (state.failed && state.failed !== before.failed) notes.complain(state.failed);
+      if (state.tiles !== before.tiles) view.reload();
+      panel.update(state, parcel);
+      void refresh();
+    },
+    /** @param {boolean} connected */
+    connection(connected) {
+      notes.announce(connected ? "" : LOST);
+    },
+  };
+}
+
+/** Buttons to walk by touch. @param {import("./view.js").View["walk"]} walk */
+function walkPad(walk) {
+  const ways = /** @type {const} */ ([
+    ["turnLeft", "↶", "Turn left"],
+    ["ahead", "↑", "Walk ahead"],
+    ["turnRight", "↷", "Turn right"],
+    ["left", "←", "Step to the left"],
+    ["back", "↓", "Walk back"],
+    ["right", "→", "Step to the right"],
+  ]);
+  const buttons = ways.map(([way, text, label]) => {
+    const button = textButton(text, () => {}, { "aria-label": label, class: "gl-button ct-way" });
+    button.addEventListener("pointerdown", (event) => {
+      button.setPointerCapture(event.pointerId);
+      walk.hold(way, true);
+    });
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"])
+      button.addEventListener(end, () => walk.hold(way, false));
+    return button;
+  });
+  return element("div", { class: "ct-pad", role: "group", "aria-label": "Walk", hidden: true }, ...buttons);
+}
+
+openPage("ct-page", "Opening the city…", build);

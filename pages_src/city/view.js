@@ -1,0 +1,162 @@
+import { Raycaster, Vector2, Vector3 } from "three";
+import { buildingOf } from "./features.js";
+import { makeGround } from "./ground.js";
+import { makeMarks } from "./marks.js";
+import { makeOrbit } from "./orbit.js";
+import { makeScene } from "./scene.js";
+import { makeTiles } from "./tiles.js";
+import { makeWalk } from "./walk.js";
+
+/** @typedef {ReturnType<typeof makeView>} View */
+
+/** Largest movement of a click, in pixels. */
+const STEADY = 6;
+
+/**
+ * The city in 3D: from above or from the street, with one parcel marked.
+ * @param {HTMLCanvasElement} canvas
+ * @param {object} tell
+ * @param {(id: string | undefined) => void} tell.select called for a click on a parcel, or on nothing
+ * @param {(text: string) => void} tell.progress
+ * @param {(text: string) => void} tell.failed
+ */
+export function makeView(canvas, tell) {
+  const stage = makeScene(canvas, { before });
+  const { camera, scene } = stage;
+  const orbit = makeOrbit(stage, canvas);
+  const tiles = makeTiles(stage, { loaded, ready, failed: tell.failed });
+  const marks = makeMarks(stage, tiles);
+  const walk = makeWalk(stage, canvas, (x, z) => ground?.heightAt(x, z) ?? 0);
+  /** @type {ReturnType<typeof makeGround> | null} */
+  let ground = null;
+  /** @type {(id: string) => number[]} */
+  let outlineOf = () => [];
+  let marked = "";
+  let isFramed = false;
+  /** @type {Vector2 | null} where a click may have begun */
+  let pressed = null;
+  tiles.open();
+
+  function before() {
+    if (walk.active) walk.update();
+    else orbit.update();
+    tiles.update();
+    tell.progress(tiles.isLoading ? "loading buildings…" : "");
+  }
+
+  function ready() {
+    const box = tiles.bounds();
+    if (isFramed || !box) return;
+    isFramed = true;
+    orbit.frame(box, true);
+  }
+
+  function loaded() {
+    marks.refresh();
+  }
+
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.focus({ preventScroll: true });
+    pressed = event.isPrimary && event.button === 0 ? new Vector2(event.clientX, event.clientY) : null;
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    const isClick = pressed && pressed.distanceTo(new Vector2(event.clientX, event.clientY)) < STEADY;
+    pressed = null;
+    if (isClick) tell.select(parcelAt(event.offsetX, event.offsetY));
+  });
+
+  /** The parcel that is seen at a pixel. @param {number} x @param {number} y */
+  function parcelAt(x, y) {
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2((2 * x) / canvas.clientWidth - 1, 1 - (2 * y) / canvas.clientHeight), camera);
+    const hit = tiles.group ? ray.intersectObject(tiles.group, true)[0] : undefined;
+    const found = hit && buildingOf(hit);
+    if (found && (!ground || ground.has(found))) return found;
+    const point = hit?.point ?? onGround(ray);
+    return point && ground?.idAt(point.x, point.z);
+  }
+
+  /** @param {Raycaster} ray */
+  function onGround({ ray: { origin, direction } }) {
+    const height = ground?.heightAt(orbit.target.x, orbit.target.z) ?? 0;
+    const distance = (height - origin.y) / direction.y;
+    return distance > 0 ? direction.clone().multiplyScalar(distance).add(origin) : undefined;
+  }
+
+  /** @param {string} id */
+  function mark(id) {
+    marked = id;
+    marks.mark(id, outlineOf(id));
+  }
+
+  return {
+    orbit,
+    walk,
+    stage,
+    mark,
+    /** The tiles have changed. */
+    reload: tiles.open,
+    /** @param {string[]} ids @param {ArrayBuffer[]} buffers of `Ground` */
+    layOut(ids, [offsets, points, heights, zones, built]) {
+      const values = {
+        ids,
+        offsets: new Uint32Array(offsets),
+        points: new Float32Array(points),
+        heights: new Float32Array(heights),
+        zones: new Uint8Array(zones),
+        built: new Uint8Array(built),
+      };
+      const rows = new Map(ids.map((id, row) => [id, row]));
+      outlineOf = (id) => {
+        const row = rows.get(id);
+        if (row === undefined) return [];
+        const [first, last] = [values.offsets[row], values.offsets[row + 1]];
+        const corners = Array.from({ length: last - first }, (_, corner) => first + corner);
+        return [...corners, first].flatMap((corner) => [
+          values.points[2 * corner],
+          values.heights[row] + 0.15,
+          values.points[2 * corner + 1],
+        ]);
+      };
+      ground = makeGround(stage, values);
+      if (marked) mark(marked);
+      stage.draw();
+    },
+    /** @param {string} id */
+    has: (id) => ground?.has(id) ?? false,
+    /** The parcel in the middle of the picture. */
+    middle: () => parcelAt(canvas.clientWidth / 2, canvas.clientHeight / 2),
+    /** @param {string} id @param {number} step */
+    neighbour: (id, step) => ground?.neighbour(id, step),
+    /** @param {string} id */
+    visit(id) {
+      const place = ground?.placeOf(id);
+      if (!place || !ground) return;
+      if (walk.active) {
+        const at = new Vector3(place.x, place.ground + 5, place.z);
+        walk.begin(ground.streetNear(place.x, place.z), at);
+      } else orbit.visit(place);
+    },
+    showAll() {
+      const box = tiles.bounds();
+      if (box) orbit.frame(box);
+    },
+    /** Between the view from above and the street, in front of the selected building if there is one. @param {string} id */
+    toggleWalk(id) {
+      if (walk.active) {
+        const point = walk.ahead();
+        walk.end();
+        orbit.enable(true);
+        orbit.riseFrom(point);
+        return;
+      }
+      const place = ground?.placeOf(id);
+      const at = place ? new Vector3(place.x, place.ground + 5, place.z) : orbit.target.clone();
+      const from = ground?.streetNear(at.x, at.z) ?? at;
+      // Without a building one looks along the street in the direction of the view from above.
+      const far = camera.getWorldDirection(new Vector3()).setY(0).normalize().multiplyScalar(100);
+      orbit.enable(false);
+      walk.begin(from, place ? at : far.add(at));
+    },
+  };
+}

@@ -1,0 +1,206 @@
+"""A small city on disk: boxes on a grid of parcels as 3D Tiles of two levels, and the table of its parcels."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import shapely
+from numpy.typing import NDArray
+from pyproj import CRS, Transformer
+
+CRS_NAME = "EPSG:32631"
+ORIGIN = (452_000.0, 5_412_000.0)
+SIZE = 20.0
+"""Metres between parcels, which are 16 m wide."""
+ZONES = ("offices", "homes")
+_FACES = ((1, 3, 7, 5), (0, 4, 6, 2), (2, 6, 7, 3), (0, 1, 5, 4), (4, 5, 7, 6))
+"""Corners of the sides east, west, north, south and top of a box; bits of a corner are east, north and up."""
+
+
+def write_city(folder: Path, columns: int = 6, rows: int = 4) -> list[str]:
+    """Write the city; returns the ids of its parcels. The last parcel is empty."""
+    index = np.arange(columns * rows)
+    corner = SIZE * np.stack([index % columns - columns / 2, index // columns - rows / 2], 1)
+    ids = [f"P-{number:03}" for number in index]
+    outline = shapely.box(*(corner.T + np.array(ORIGIN)[:, None]), *((corner + 16).T + np.array(ORIGIN)[:, None]))
+    built = index < len(index) - 1
+    table = {
+        "id": ids,
+        "zone": [ZONES[int(number % columns < columns // 2)] for number in index],
+        "status": np.where(built, "built", "empty"),
+        "reason": np.where(built, "", "small"),
+        "seed": np.full(len(ids), 7, np.uint64),
+        "model": index.astype(np.uint64) + 2**62,
+        "reroll": np.zeros(len(ids), np.int64),
+        "area": np.full(len(ids), 256.0),
+        "tile": ["tiles/full.glb"] * len(ids),
+        "report.floors": index % 5 + 1.0,
+        "geometry": shapely.to_wkb(outline),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    write_parcels(folder / "parcels.parquet", table)
+    (folder / "tiles").mkdir(exist_ok=True)
+    heights = np.where(built, 6.0 + 5.0 * (index * 7 % 6), 0.0)
+    write_tiles(folder, [each for each, is_built in zip(ids, built, strict=True) if is_built], corner, heights)
+    return ids
+
+
+def write_parcels(path: Path, columns: dict[str, Any]) -> None:
+    """GeoParquet as `grammarlab city build` writes it."""
+    geometry = {
+        "encoding": "WKB",
+        "geometry_types": ["Polygon"],
+        "crs": json.loads(CRS.from_user_input(CRS_NAME).to_json()),
+    }
+    geo = {"version": "1.1.0", "primary_column": "geometry", "columns": {"geometry": geometry}}
+    table = pa.table({name: pa.array(values) for name, values in columns.items()})
+    pq.write_table(table.replace_schema_metadata({"geo": json.dumps(geo)}), path)
+
+
+def write_tiles(folder: Path, ids: list[str], corner: NDArray[np.float64], heights: NDArray[np.float64]) -> None:
+    """A coarse and a full tile of boxes 12 m wide in the middle of parcels, and their tileset."""
+    low = np.column_stack([corner[: len(ids)] + 2, np.zeros(len(ids))])
+    high = low + np.column_stack([np.full((len(ids), 2), 12.0), heights[: len(ids)]])
+    for name, shrink in (("coarse", 0.0), ("full", 0.3)):
+        (folder / "tiles" / f"{name}.glb").write_bytes(glb(ids, low + [shrink, shrink, 0], high - [shrink, shrink, 0]))
+    middle, half = (low.min(0) + high.max(0)) / 2, (high.max(0) - low.min(0)) / 2
+    box = [*middle, half[0], 0, 0, 0, half[1], 0, 0, 0, half[2]]
+    child = {"boundingVolume": {"box": box}, "geometricError": 0, "content": {"uri": "tiles/full.glb"}}
+    root = {
+        "transform": east_north_up(*ORIGIN).T.ravel().tolist(),
+        "boundingVolume": {"box": box},
+        "geometricError": 4,
+        "refine": "REPLACE",
+        "content": {"uri": "tiles/coarse.glb"},
+        "children": [child],
+    }
+    tileset = {"asset": {"version": "1.1"}, "geometricError": 16, "root": root}
+    (folder / "tileset.json").write_text(json.dumps(tileset))
+
+
+def east_north_up(easting: float, northing: float) -> NDArray[np.float64]:
+    """[4, 4] matrix from metres east, north and up of a point to earth-centred coordinates."""
+    longitude, latitude = Transformer.from_crs(CRS_NAME, "OGC:CRS84", always_xy=True).transform(easting, northing)
+    place = Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True).transform(longitude, latitude, 0.0)
+    east, north = math.radians(longitude), math.radians(latitude)
+    matrix = np.eye(4)
+    matrix[:3, 0] = -math.sin(east), math.cos(east), 0
+    matrix[:3, 1] = -math.sin(north) * math.cos(east), -math.sin(north) * math.sin(east), math.cos(north)
+    matrix[:3, 2] = math.cos(north) * math.cos(east), math.cos(north) * math.sin(east), math.sin(north)
+    matrix[:3, 3] = place
+    return matrix
+
+
+def glb(ids: list[str], low: NDArray[np.float64], high: NDArray[np.float64]) -> bytes:
+    """Boxes as one mesh with feature ids, a chimney on each as instances, and the ids of buildings as metadata."""
+    bits = np.array([[corner & 1, corner >> 1 & 1, corner >> 2] for corner in range(8)])
+    corners = np.where(bits[None] == 1, high[:, None], low[:, None])  # [B, 8, 3] east, north, up
+    points = corners[:, np.array(_FACES).ravel()][..., [0, 2, 1]] * [1, 1, -1]  # y up
+    normals = np.repeat([[1, 0, 0], [-1, 0, 0], [0, 0, -1], [0, 0, 1], [0, 1, 0]], 4, axis=0)
+    quads = np.arange(20 * len(ids)).reshape(-1, 4)
+    chimney = np.where(bits == 1, 0.5, -0.5)[np.array(_FACES).ravel()][:, [0, 2, 1]] * [1, 1, -1]
+    top = np.column_stack([(low + high)[:, :2] / 2, high[:, 2] + 0.5])[:, [0, 2, 1]] * [1, 1, -1]
+    texts = [text.encode() for text in ids]
+    triangles = quads[:, [0, 1, 2, 0, 2, 3]]
+    writer = _Binary()
+    mesh = {
+        "attributes": {
+            "POSITION": writer.accessor(points.reshape(-1, 3), "VEC3", bounds=True),
+            "NORMAL": writer.accessor(np.tile(normals, (len(ids), 1)), "VEC3"),
+            "_FEATURE_ID_0": writer.accessor(np.repeat(np.arange(len(ids)), 20), "SCALAR"),
+        },
+        "indices": writer.accessor(triangles, "SCALAR", np.uint32),
+        "material": 0,
+        "extensions": {
+            "EXT_mesh_features": {"featureIds": [{"featureCount": len(ids), "attribute": 0, "propertyTable": 0}]}
+        },
+    }
+    box = {
+        "attributes": {
+            "POSITION": writer.accessor(chimney, "VEC3", bounds=True),
+            "NORMAL": writer.accessor(normals, "VEC3"),
+        },
+        "indices": writer.accessor(triangles[:5], "SCALAR", np.uint32),
+        "material": 1,
+    }
+    instances = {
+        "attributes": {
+            "TRANSLATION": writer.accessor(top, "VEC3"),
+            "_FEATURE_ID_0": writer.accessor(np.arange(len(ids)), "SCALAR"),
+        }
+    }
+    features = {"featureIds": [{"featureCount": len(ids), "attribute": 0, "propertyTable": 0}]}
+    properties = {
+        "values": writer.view(b"".join(texts)),
+        "stringOffsets": writer.view(np.cumsum([0, *map(len, texts)]).astype("<u4").tobytes()),
+    }
+    document = {
+        "asset": {"version": "2.0"},
+        "extensionsUsed": [
+            "EXT_mesh_features",
+            "EXT_mesh_gpu_instancing",
+            "EXT_instance_features",
+            "EXT_structural_metadata",
+        ],
+        "scene": 0,
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [
+            {"mesh": 0},
+            {"mesh": 1, "extensions": {"EXT_mesh_gpu_instancing": instances, "EXT_instance_features": features}},
+        ],
+        "meshes": [{"primitives": [mesh]}, {"primitives": [box]}],
+        "materials": [
+            {"pbrMetallicRoughness": {"baseColorFactor": [*color, 1], "metallicFactor": 0}, "doubleSided": True}
+            for color in ((0.75, 0.68, 0.55), (0.45, 0.2, 0.15))
+        ],
+        "extensions": {
+            "EXT_structural_metadata": {
+                "schema": {"id": "city", "classes": {"building": {"properties": {"id": {"type": "STRING"}}}}},
+                "propertyTables": [{"class": "building", "count": len(ids), "properties": {"id": properties}}],
+            }
+        },
+    }
+    return writer.glb(document)
+
+
+class _Binary:
+    """The binary part of a GLB file."""
+
+    def __init__(self) -> None:
+        self.data, self.views, self.accessors = bytearray(), [], []
+
+    def view(self, content: bytes) -> int:
+        self.data += b"\0" * (-len(self.data) % 8)
+        self.views.append({"buffer": 0, "byteOffset": len(self.data), "byteLength": len(content)})
+        self.data += content
+        return len(self.views) - 1
+
+    def accessor(self, values: NDArray[Any], kind: str, dtype: type = np.float32, *, bounds: bool = False) -> int:
+        component = {np.float32: 5126, np.uint32: 5125}[dtype]
+        rows = values.reshape(-1, 3) if kind == "VEC3" else values.ravel()
+        accessor = {"bufferView": self.view(np.ascontiguousarray(rows, dtype).tobytes()), "componentType": component}
+        accessor |= {"count": len(rows), "type": kind}
+        if bounds:
+            accessor |= {"min": rows.min(0).tolist(), "max": rows.max(0).tolist()}
+        self.accessors.append(accessor)
+        return len(self.accessors) - 1
+
+    def glb(self, document: dict[str, Any]) -> bytes:
+        self.data += b"\0" * (-len(self.data) % 8)
+        document |= {
+            "buffers": [{"byteLength": len(self.data)}],
+            "bufferViews": self.views,
+            "accessors": self.accessors,
+        }
+        text = json.dumps(document).encode()
+        text += b" " * (-len(text) % 8)
+        length = 12 + 8 + len(text) + 8 + len(self.data)
+        chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(self.data), 0x004E4942)
+        return struct.pack("<III", 0x46546C67, 2, length) + chunks + bytes(self.data)
