@@ -58,7 +58,7 @@ _ADVICE = (
 _COLUMNS = tuple(field.name for field in fields(Label))
 _REQUIRED = tuple(field.name for field in fields(Label) if field.default is MISSING)
 _OPTIONAL = frozenset(_COLUMNS) - frozenset(_REQUIRED)
-_KINDS: dict[str, Any] = {"seed": pa.uint64(), "model": pa.int64(), "score": pa.float64()}
+_KINDS: dict[str, Any] = {"seed": pa.uint64(), "model": pa.uint64(), "score": pa.float64()}
 """Parquet types of the columns that are not text."""
 
 

@@ -65,7 +65,7 @@ class Label:
     seed: int
     """Seed of the model, 0 <= seed < 2**64."""
     model: int
-    """Index of the model under the seed, 0 <= model < 2**63."""
+    """Index of the model under the seed, 0 <= model < 2**64."""
     factor: str
     """Factor of the score; `OVERALL` without factors."""
     score: float
@@ -86,8 +86,8 @@ class Label:
     differ from this one's; empty for other kinds."""
 
     def __post_init__(self) -> None:
-        _check_integer("seed", self.seed, 64)
-        _check_integer("model", self.model, 63)
+        _check_integer("seed", self.seed)
+        _check_integer("model", self.model)
         for name in ("factor", "grammar", "start_rule", "attributes", "footprint", "kind", "other"):
             _check_text(name, getattr(self, name))
         if not self.factor:
@@ -181,7 +181,7 @@ def _check_other(label: Label) -> None:
         )
     for name, value in address.items():
         if name in ("seed", "model"):
-            _check_integer(f"other: {name}", value, 64 if name == "seed" else 63)
+            _check_integer(f"other: {name}", value)
         else:
             _check_text(f"other: {name}", value)
     if "grammar" in address:
@@ -197,9 +197,9 @@ def _check_hash(name: str, value: str) -> None:
         raise UsageError(f"{name}: expected a SHA-256 of 64 hexadecimal digits, found {shown(value)}.")
 
 
-def _check_integer(name: str, value: object, bits: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 1 << bits:
-        raise UsageError(f"{name}: expected an integer 0 <= {name} < 2**{bits}, found {shown(value)}.")
+def _check_integer(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 1 << 64:
+        raise UsageError(f"{name}: expected an integer 0 <= {name} < 2**64, found {shown(value)}.")
 
 
 def _check_text(name: str, value: object) -> None:

@@ -18,6 +18,9 @@ const LIFT = 0.03;
 /** Colours of zones, distinguishable for everyone. */
 export const ZONE_COLOURS = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7", "#d55e00", "#0072b2", "#999999"];
 
+/** Metres between a parcel and a person who looks at its building, best first. */
+const DISTANCES = [14, 11, 17, 8, 20, 26, 6, 34, 4, 45];
+
 /** @param {number} zone */
 export const zoneColour = (zone) => ZONE_COLOURS[zone % ZONE_COLOURS.length];
 
@@ -87,6 +90,26 @@ export function makeGround(stage, ground) {
         if (distance < nearest) [nearest, height] = [distance, place.ground];
       });
       return height;
+    },
+    /**
+     * Where a person in the street sees a place: the point with a free view whose distance is best.
+     * @param {Place} place
+     */
+    streetBefore({ x, z, radius }) {
+      const here = rowAt(x, z);
+      for (const distance of DISTANCES)
+        for (let turn = 0; turn < 24; turn++) {
+          const angle = ((turn + 6) * Math.PI) / 12;
+          const [east, south] = [Math.cos(angle), Math.sin(angle)];
+          const reach = radius + distance;
+          const rows = [0, 0.15, 0.3, 0.45, 0.6, 0.75].map((share) => {
+            const away = reach * (1 - share);
+            return rowAt(x + away * east, z + away * south);
+          });
+          if (rows[0] === undefined && rows.every((row) => row === undefined || row === here))
+            return { x: x + reach * east, z: z + reach * south };
+        }
+      return this.streetNear(x, z);
     },
     /**
      * The point nearest to another one on no parcel: on a street.

@@ -90,7 +90,6 @@ function build(root, channel, first) {
     redo: () => void ask("redo"),
   });
   void loadGround();
-  Object.assign(window, { view });
 
   async function loadGround() {
     const { result, buffers } = await channel.request("ground");

@@ -92,7 +92,6 @@ export function makeView(canvas, tell) {
   return {
     orbit,
     walk,
-    stage,
     mark,
     /** The tiles have changed. */
     reload: tiles.open,
@@ -134,7 +133,7 @@ export function makeView(canvas, tell) {
       if (!place || !ground) return;
       if (walk.active) {
         const at = new Vector3(place.x, place.ground + 5, place.z);
-        walk.begin(ground.streetNear(place.x, place.z), at);
+        walk.begin(ground.streetBefore(place), at);
       } else orbit.visit(place);
     },
     showAll() {
@@ -152,7 +151,7 @@ export function makeView(canvas, tell) {
       }
       const place = ground?.placeOf(id);
       const at = place ? new Vector3(place.x, place.ground + 5, place.z) : orbit.target.clone();
-      const from = ground?.streetNear(at.x, at.z) ?? at;
+      const from = (place ? ground?.streetBefore(place) : ground?.streetNear(at.x, at.z)) ?? at;
       // Without a building one looks along the street in the direction of the view from above.
       const far = camera.getWorldDirection(new Vector3()).setY(0).normalize().multiplyScalar(100);
       orbit.enable(false);

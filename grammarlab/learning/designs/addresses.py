@@ -13,7 +13,7 @@ from grammarlab.errors import UsageError, shown
 from grammarlab.language.grammar import hash_of, normal
 from grammarlab.preference.labels import Label, Labels, Place
 
-_TEXT = re.compile(r"([gf])(0|[1-9][0-9]{0,19})-(0|[1-9][0-9]{0,18})")
+_TEXT = re.compile(r"([gf])(0|[1-9][0-9]{0,19})-(0|[1-9][0-9]{0,19})")
 
 
 class Address(NamedTuple):
@@ -25,7 +25,7 @@ class Address(NamedTuple):
     seed: int
     """0 <= seed < 2**64."""
     model: int
-    """Index under the seed, 0 <= model < 2**63."""
+    """Index under the seed, 0 <= model < 2**64."""
     start_rule: str = ""
     """Start rule, attributes and footprint are those of a `Label`; empty, {} and empty for the designs of a pool."""
     attributes: str = "{}"
@@ -45,7 +45,7 @@ class Address(NamedTuple):
         (False, 5, 17)
         """
         match = _TEXT.fullmatch(text) if isinstance(text, str) and len(text) <= 48 else None
-        if match is None or int(match[2]) >= 1 << 64 or int(match[3]) >= 1 << 63:
+        if match is None or max(int(match[2]), int(match[3])) >= 1 << 64:
             raise UsageError(f"expected a model such as 'g5-17', found {shown(text)}.")
         return cls(match[1] == "f", int(match[2]), int(match[3]))
 

@@ -97,7 +97,7 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
                 constrained(species, values),
                 root_keys(
                     np.array([addresses[number].seed for number in numbers], dtype=np.uint64),
-                    np.array([addresses[number].model for number in numbers], dtype=np.int64),
+                    np.array([addresses[number].model for number in numbers], dtype=np.uint64),
                 ),
             )
             rows[numbers], keys[numbers] = accepted.rows, accepted.keys

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from grammarlab.city.plan import Plan, parse_plan
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import read_bounded, rewrite_text
 
+CITY = "city.json"
+"""File in the folder of a city that names its plan."""
 MAX_PLAN_BYTES = 1 << 20
 """Largest size of a plan in bytes."""
 
@@ -40,6 +43,15 @@ def read_choices(plan: Path) -> tuple[Choices, Plan]:
         raise UsageError(f"the plan of the city cannot be read: {error}") from error
     parsed = parse_plan(text, plan)
     return Choices(read_pins(parsed.pins), text), parsed
+
+
+def plan_of(folder: Path) -> Path | None:
+    """The plan that a city was built from; None if it is not known, or not on this machine."""
+    try:
+        path = Path(json.loads(read_bounded(folder / CITY, MAX_PLAN_BYTES))["plan"])
+        return path if path.is_file() else None
+    except (OSError, AssetError, ValueError, LookupError, TypeError, RecursionError):
+        return None
 
 
 def save_choices(path: Path, pins: Path, before: Choices, after: Choices) -> None:

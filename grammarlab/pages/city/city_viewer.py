@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from grammarlab.pages.city.choices import plan_of
 from grammarlab.pages.city.commands import COMMANDS, state_event
 from grammarlab.pages.city.desk import CityDesk
 from grammarlab.pages.desktop import DeskHooks, Desktop
@@ -31,7 +32,7 @@ class CityViewer(Desktop[CityDesk]):
 
         Args:
             folder: what ``grammarlab city build`` made.
-            plan: file of its plan; None if it is unknown, so that nothing can be changed.
+            plan: file of its plan; None for the one that it was built from. Without one nothing can be changed.
             rebuild: ``package.module:function`` that builds parcels again.
 
         Raises:
@@ -48,6 +49,6 @@ class CityViewer(Desktop[CityDesk]):
                 deliver=desktop.post,
                 politeness=_NICENESS,
             )
-            return CityDesk(folder, plan, builders)
+            return CityDesk(folder, plan or plan_of(folder), builders)
 
         super().__init__(make, COMMANDS, state_event, hooks)

@@ -31,7 +31,10 @@ from grammarlab.pages.windows import PROTOCOL, Message
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 from grammarlab.runs.sample.shipped import find_rules
 
-NO_PLAN = "The plan of this city is not known, so nothing can be built again. Give it: grammarlab city open DIR --plan PLAN.toml"
+NO_PLAN = (
+    "The plan of this city is not known, so nothing can be built again. "
+    "Give it: grammarlab city open DIR --plan PLAN.toml"
+)
 
 
 class CityDesk(AbstractDocumentDesk[Choices]):

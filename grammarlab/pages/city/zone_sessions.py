@@ -85,7 +85,8 @@ class ZoneSessions:
 
     def poll(self) -> bool:
         """Read scores that were given elsewhere; returns whether there were any."""
-        return any([store.poll() for store in self._stores.values()])
+        changed = [store.poll() for store in self._stores.values()]
+        return any(changed)
 
     def close(self) -> None:
         """Close all files."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,9 @@ import shapely
 from numpy.typing import NDArray
 from pyproj import CRS, Transformer
 
+from grammarlab.city.addresses import Pins, addresses, read_pins
+from grammarlab.city.plan import read_plan
+
 CRS_NAME = "EPSG:32631"
 ORIGIN = (452_000.0, 5_412_000.0)
 SIZE = 20.0
@@ -24,32 +28,65 @@ _FACES = ((1, 3, 7, 5), (0, 4, 6, 2), (2, 6, 7, 3), (0, 1, 5, 4), (4, 5, 7, 6))
 """Corners of the sides east, west, north, south and top of a box; bits of a corner are east, north and up."""
 
 
-def write_city(folder: Path, columns: int = 6, rows: int = 4) -> list[str]:
-    """Write the city; returns the ids of its parcels. The last parcel is empty."""
+PLAN = """# Two zones of a small town
+parcels = "parcels.geojson"
+seed = 7
+
+[[zones]]
+name = "homes"  # low ones
+where = "east < 0"
+grammar = "toy"
+
+[[zones]]
+name = "offices"
+grammar = "toy"
+"""
+
+
+def write_city(folder: Path, columns: int = 6, rows: int = 4, pins: Pins | None = None) -> list[str]:
+    """Write the city, with its plan in the folder above; returns the ids of its parcels. The last parcel is empty."""
     index = np.arange(columns * rows)
     corner = SIZE * np.stack([index % columns - columns / 2, index // columns - rows / 2], 1)
     ids = [f"P-{number:03}" for number in index]
+    places = addresses(np.array(ids, object), 7, pins or Pins())
     outline = shapely.box(*(corner.T + np.array(ORIGIN)[:, None]), *((corner + 16).T + np.array(ORIGIN)[:, None]))
-    built = index < len(index) - 1
+    lot = shapely.box(*((corner + 2).T + np.array(ORIGIN)[:, None]), *((corner + 14).T + np.array(ORIGIN)[:, None]))
+    built = (index < len(index) - 1) & ~places.is_excluded
+    heights = 6.0 + 5.0 * (places.model % np.uint64(6)).astype(np.float64)
     table = {
         "id": ids,
         "zone": [ZONES[int(number % columns < columns // 2)] for number in index],
         "status": np.where(built, "built", "empty"),
-        "reason": np.where(built, "", "small"),
-        "seed": np.full(len(ids), 7, np.uint64),
-        "model": index.astype(np.uint64) + 2**62,
-        "reroll": np.zeros(len(ids), np.int64),
+        "reason": [
+            None if is_built else "small" if number == index[-1] else "excluded"
+            for number, is_built in enumerate(built)
+        ],
+        "seed": places.seed,
+        "model": places.model,
+        "reroll": places.reroll,
         "area": np.full(len(ids), 256.0),
-        "tile": ["tiles/full.glb"] * len(ids),
-        "report.floors": index % 5 + 1.0,
+        "report.height": np.where(built, heights, np.nan),
+        "lot": shapely.to_wkb(lot),
         "geometry": shapely.to_wkb(outline),
     }
     folder.mkdir(parents=True, exist_ok=True)
     write_parcels(folder / "parcels.parquet", table)
     (folder / "tiles").mkdir(exist_ok=True)
-    heights = np.where(built, 6.0 + 5.0 * (index * 7 % 6), 0.0)
-    write_tiles(folder, [each for each, is_built in zip(ids, built, strict=True) if is_built], corner, heights)
+    write_tiles(folder, np.array(ids)[built].tolist(), corner[built], heights[built])
+    plan = folder.parent / "town.toml"
+    if not plan.exists():
+        plan.write_text(PLAN)
+    (folder / "city.json").write_text(json.dumps({"plan": str(plan)}))
     return ids
+
+
+def rebuild(folder: Path, parcels: Sequence[str]) -> list[str]:
+    """Build the city again as its pins say; the size of the city stays that of its table."""
+    plan = read_plan(Path(json.loads((folder / "city.json").read_text())["plan"]))
+    number = pq.read_metadata(folder / "parcels.parquet").num_rows
+    columns = {24: 6, 120: 12}[number]
+    write_city(folder, columns, number // columns, read_pins(plan.pins))
+    return [] if not parcels else ["tiles/coarse.glb", "tiles/full.glb"]
 
 
 def write_parcels(path: Path, columns: dict[str, Any]) -> None:
@@ -66,10 +103,11 @@ def write_parcels(path: Path, columns: dict[str, Any]) -> None:
 
 def write_tiles(folder: Path, ids: list[str], corner: NDArray[np.float64], heights: NDArray[np.float64]) -> None:
     """A coarse and a full tile of boxes 12 m wide in the middle of parcels, and their tileset."""
-    low = np.column_stack([corner[: len(ids)] + 2, np.zeros(len(ids))])
-    high = low + np.column_stack([np.full((len(ids), 2), 12.0), heights[: len(ids)]])
+    low = np.column_stack([corner + 2, np.zeros(len(ids))])
+    high = low + np.column_stack([np.full((len(ids), 2), 12.0), heights])
     for name, shrink in (("coarse", 0.0), ("full", 0.3)):
-        (folder / "tiles" / f"{name}.glb").write_bytes(glb(ids, low + [shrink, shrink, 0], high - [shrink, shrink, 0]))
+        inward = np.array([shrink, shrink, 0])
+        (folder / "tiles" / f"{name}.glb").write_bytes(glb(ids, low + inward, high - inward))
     middle, half = (low.min(0) + high.max(0)) / 2, (high.max(0) - low.min(0)) / 2
     box = [*middle, half[0], 0, 0, 0, half[1], 0, 0, 0, half[2]]
     child = {"boundingVolume": {"box": box}, "geometricError": 0, "content": {"uri": "tiles/full.glb"}}

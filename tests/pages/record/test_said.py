@@ -17,7 +17,7 @@ from grammarlab.preference.labels import Kind, Labels
 
 GRAMMAR = "ab" * 32
 HASHES = hashes_of(GRAMMAR)
-ADDRESSES = st.builds(Address, st.booleans(), st.integers(0, 2**64 - 1), st.integers(0, 2**63 - 1)).map(str)
+ADDRESSES = st.builds(Address, st.booleans(), st.integers(0, 2**64 - 1), st.integers(0, 2**64 - 1)).map(str)
 STARS = st.sampled_from([0.0, 25.0, 50.0, 75.0, 100.0])
 ONE = st.one_of(
     st.builds(Judgement, st.floats(0, 100)),

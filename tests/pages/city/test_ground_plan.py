@@ -1,0 +1,47 @@
+"""The ground of the page: outlines of parcels in the coordinates of the tiles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+from grammarlab.city.addresses import Pins, excluded, rerolled
+from grammarlab.errors import UsageError
+from grammarlab.pages.city.choices import Choices, changed_parcels, with_grammar
+from grammarlab.pages.city.ground_plan import ground_plan
+from grammarlab.pages.city.parcel_facts import ParcelFacts
+from tests.pages.city.small_city import PLAN, write_city
+
+
+def test_outlines_lie_as_on_the_map(tmp_path: Path):
+    ids = write_city(tmp_path)
+    facts = ParcelFacts.read(tmp_path)
+    plan = ground_plan(facts, tmp_path)
+    assert plan
+    assert np.diff(plan.offsets).tolist() == [4] * len(ids)
+    here = shapely.get_coordinates(shapely.get_exterior_ring(facts.outlines)).reshape(len(ids), 5, 2)[:, :4]
+    there = plan.points.reshape(-1, 4, 2)
+    # Distances on the ellipsoid are those of the map but for its scale, and only the axis to the south is turned.
+    first, second = (np.linalg.norm(points[:, :1] - points, axis=2) for points in (here, there))
+    np.testing.assert_allclose(second, first, rtol=1e-3)
+    middle = np.linalg.norm(there.mean((0, 1)) * [1, -1] - (here.mean((0, 1)) - [452_000, 5_412_000]))
+    assert middle < 0.5
+    np.testing.assert_allclose(plan.heights, 0.0, atol=0.01)
+    assert plan.built.tolist() == [1] * (len(ids) - 1) + [0]
+
+
+def test_a_plan_keeps_all_but_the_grammar_of_one_zone():
+    text = with_grammar(PLAN, "offices", "offices-learned.cga")
+    assert text == PLAN[::-1].replace('"toy"'[::-1], '"offices-learned.cga"'[::-1], 1)[::-1]
+    with pytest.raises(UsageError, match="no zone"):
+        with_grammar(PLAN, "parks", "oak")
+
+
+def test_only_parcels_with_another_pin_have_changed():
+    before = rerolled(rerolled(Pins(), "a"), "b")
+    after = excluded(rerolled(before, "b"), "c")
+    assert changed_parcels(Choices(before, ""), Choices(after, "")) == {"b", "c"}
+    assert changed_parcels(Choices(before, "x"), Choices(before, "y")) == frozenset()
