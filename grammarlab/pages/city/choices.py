@@ -9,7 +9,7 @@ from pathlib import Path
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from grammarlab.city.addresses import EXCLUDED, Pin, Pins, read_pins, save_pins
+from grammarlab.city.parcel_addresses import EXCLUDED, Pin, Pins, read_pins, save_pins
 from grammarlab.city.plan import Plan, parse_plan
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import read_bounded, rewrite_text
@@ -88,12 +88,12 @@ def changed_zones(before: Plan, after: Plan) -> frozenset[str]:
 
 
 def with_grammar(plan: str, zone: str, grammar: str) -> str:
-    """The text of a plan with another grammar for a zone; all else, comments included, stays.
+    r"""The text of a plan with another grammar for a zone; all else, comments included, stays.
 
     Raises:
         UsageError: If the plan has no such zone.
 
-    >>> print(with_grammar('[[zones]]  # old town\\nname = "a"\\ngrammar = "building"\\n', "a", "a-learned.cga"))
+    >>> print(with_grammar('[[zones]]  # old town\nname = "a"\ngrammar = "building"\n', "a", "a-learned.cga"))
     [[zones]]  # old town
     name = "a"
     grammar = "a-learned.cga"

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from grammarlab.city.addresses import EXCLUDED, Pins, excluded, pinned, released, rerolled
+from grammarlab.city.parcel_addresses import EXCLUDED, Pins, excluded, pinned, released, rerolled
 from grammarlab.city.plan import Plan, ZonePlan, parse_plan
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import hash_of

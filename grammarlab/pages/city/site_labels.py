@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from grammarlab.city.addresses import model_indices
+from grammarlab.city.parcel_addresses import model_indices
 from grammarlab.city.plan import FieldFormula, ZonePlan
 from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.pages.city.parcel_facts import ParcelFacts

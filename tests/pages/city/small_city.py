@@ -16,7 +16,7 @@ import shapely
 from numpy.typing import NDArray
 from pyproj import CRS, Transformer
 
-from grammarlab.city.addresses import Pins, addresses, read_pins
+from grammarlab.city.parcel_addresses import Pins, addresses, read_pins
 from grammarlab.city.plan import read_plan
 
 CRS_NAME = "EPSG:32631"
@@ -46,13 +46,13 @@ grammar = "toy"
 def write_city(folder: Path, columns: int = 6, rows: int = 4, pins: Pins | None = None) -> list[str]:
     """Write the city, with its plan in the folder above; returns the ids of its parcels. The last parcel is empty."""
     index = np.arange(columns * rows)
-    corner = SIZE * np.stack([index % columns - columns / 2, index // columns - rows / 2], 1)
+    corner = (SIZE * np.stack([index % columns - columns / 2, index // columns - rows / 2], 1)).astype(np.float64)
     ids = [f"P-{number:03}" for number in index]
     places = addresses(np.array(ids, object), 7, pins or Pins())
     outline = shapely.box(*(corner.T + np.array(ORIGIN)[:, None]), *((corner + 16).T + np.array(ORIGIN)[:, None]))
     lot = shapely.box(*((corner + 2).T + np.array(ORIGIN)[:, None]), *((corner + 14).T + np.array(ORIGIN)[:, None]))
     built = (index < len(index) - 1) & ~places.is_excluded
-    heights = 6.0 + 5.0 * (places.model % np.uint64(6)).astype(np.float64)
+    heights = (6.0 + 5.0 * (places.model % np.uint64(6))).astype(np.float64)
     table = {
         "id": ids,
         "zone": [ZONES[int(number % columns < columns // 2)] for number in index],

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from grammarlab.city.addresses import EXCLUDED, Pin, read_pins
+from grammarlab.city.parcel_addresses import EXCLUDED, Pin, read_pins
 from grammarlab.city.plan import read_plan
 from grammarlab.errors import AssetError, GrammarlabError
 from grammarlab.pages.city.city_viewer import CityViewer

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from grammarlab.city.addresses import Pins, excluded, rerolled
+from grammarlab.city.parcel_addresses import Pins, excluded, rerolled
 from grammarlab.errors import UsageError
 from grammarlab.pages.city.choices import Choices, changed_parcels, with_grammar
 from grammarlab.pages.city.ground_plan import ground_plan
