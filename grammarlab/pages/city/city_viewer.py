@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from grammarlab.pages.city.choices import plan_of
 from grammarlab.pages.city.commands import COMMANDS, state_event
+from grammarlab.pages.city.decisions import plan_of
 from grammarlab.pages.city.desk import CityDesk
 from grammarlab.pages.desktop import DeskHooks, Desktop
 from grammarlab.pages.server import Page, built_page

@@ -13,7 +13,7 @@ from grammarlab.errors import UsageError
 from grammarlab.language.grammar import hash_of
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.pages.city.builder import BuildAgain, LearnedZone, LearnZone
-from grammarlab.pages.city.choices import (
+from grammarlab.pages.city.decisions import (
     Choices,
     changed_parcels,
     changed_zones,

@@ -10,7 +10,7 @@ import shapely
 
 from grammarlab.city.parcel_addresses import Pins, excluded, rerolled
 from grammarlab.errors import UsageError
-from grammarlab.pages.city.choices import Choices, changed_parcels, with_grammar
+from grammarlab.pages.city.decisions import Choices, changed_parcels, with_grammar
 from grammarlab.pages.city.ground_plan import ground_plan
 from grammarlab.pages.city.parcel_facts import ParcelFacts
 from tests.pages.city.small_city import PLAN, write_city
